@@ -209,8 +209,12 @@ class Loop:
         """`Eigen` of the closed loop; with a delay right for poles that do not nearly coincide alone."""
         if self.allocation is None:
             return self.motion.eigen
-        matrix = self.equations.fixed + self.gain * self.equations.scaled.sum(axis=0)
+        matrix = self._state_matrix(self.gain)
         return eigen_apart(matrix) if self.law.delay else eigen(matrix)
+
+    def _state_matrix(self, gain):
+        """A0 + gain sum A_j of `equations`, for a gain [rad/s]."""
+        return self.equations.fixed + gain * self.equations.scaled.sum(axis=0)
 
     @property
     def poles(self):
@@ -224,8 +228,9 @@ class Loop:
 
     def poles_with(self, gain):
         """Poles of the closed loop with a gain [rad/s] in place of its own. [rad/s]"""
-        poles = np.linalg.eigvals(self.equations.fixed + gain * self.equations.scaled.sum(axis=0))
-        return poles[poles.imag >= 0] if np.iscomplexobj(self.equations.fixed) else poles  # as `Eigen.poles`
+        matrix = self._state_matrix(gain)
+        poles = np.linalg.eigvals(matrix)
+        return poles[poles.imag >= 0] if np.iscomplexobj(matrix) else poles  # as `Eigen.poles`
 
     @property
     def unstable_pole(self):

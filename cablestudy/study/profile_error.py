@@ -10,6 +10,7 @@ import numpy as np
 from cablestudy.cable.geometry import places as places_along
 from cablestudy.cable.steady_drag import across
 from cablestudy.cable.tolerances import CABLE
+from cablestudy.cable.vectors import size
 from cablestudy.study.tolerances import STUDY
 
 
@@ -61,11 +62,11 @@ def changes(drag, catenary):
         previous, displacement = displacement, running @ (slope - start)
     ends = constant - np.stack([0 * difference[:, 0], (weights[:, None] * difference).sum(axis=1)], axis=1)
     change = np.concatenate([without_constant + constant - at_points, ends], axis=1)
-    force_size = np.maximum(_size(uniform_force), np.finfo(float).tiny)
+    force_size = np.maximum(size(uniform_force), np.finfo(float).tiny)
     # the last steps of the iteration, of c and of the form, are added to the errors
-    tension_change = ((_size(change) + _size(step)) / force_size).max(axis=-1)
+    tension_change = ((size(change) + size(step)) / force_size).max(axis=-1)
     middle = np.stack([displacement, displacement - previous])[:, :, CABLE.drag_points // 2]
-    shape_error, sag_error = shares_at_middle(_size(middle).sum(axis=0), np.abs(middle[..., 2]).sum(axis=0), catenary)
+    shape_error, sag_error = shares_at_middle(size(middle).sum(axis=0), np.abs(middle[..., 2]).sum(axis=0), catenary)
     return np.maximum(tension_change, shape_error), sag_error, ends
 
 
@@ -94,18 +95,13 @@ def shares_at_middle(distance, vertical, catenary):
     """
     offset = catenary.span.in_frame(catenary.at(np.array([0.5]))[0], "global")[:, 0]
     tiny = np.finfo(float).tiny
-    return distance / np.maximum(_size(offset), tiny), vertical / np.maximum(np.abs(offset[..., 2]), tiny)
+    return distance / np.maximum(size(offset), tiny), vertical / np.maximum(np.abs(offset[..., 2]), tiny)
 
 
 def _slope(force, stiffness):
     """r' of tension vectors, shape (n, k, 3) [-], their sizes, shape (n, k, 1) [N], and directions."""
-    tension = np.maximum(_size(force), np.finfo(float).tiny)[..., None]
+    tension = np.maximum(size(force), np.finfo(float).tiny)[..., None]
     return force / stiffness + force / tension, tension, force / tension
-
-
-def _size(vectors):
-    """Lengths of vectors along the last axis."""
-    return np.sqrt((vectors**2).sum(axis=-1))
 
 
 def running_integral(nodes):

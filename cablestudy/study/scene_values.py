@@ -39,8 +39,7 @@ class SceneValues:
     def given(self, path):
         """A number of each scene, like `cable.section_area`, in SI; NaN where there is none: shape (n,)."""
         if path not in self._numbers:
-            values, places = self._distinct_at(path)
-            self._numbers[path] = np.array(values, dtype=float)[places]
+            self._numbers[path] = self._array_at(path, dtype=float)
         return self._numbers[path]
 
     def _values_at(self, path):
@@ -63,10 +62,10 @@ class SceneValues:
             self._tables[path] = list(distinct.values()), np.array([numbers[id(value)] for value in values])[places]
         return self._tables[path]
 
-    def _arrays_at(self, path):
-        """Vectors of the scenes at a path, shape (n, 3)."""
-        vectors, places = self._distinct_at(path)
-        return np.array(vectors)[places]
+    def _array_at(self, path, dtype=None):
+        """Numbers or vectors of the scenes at a path: shape (n,) or (n, 3)."""
+        values, places = self._distinct_at(path)
+        return np.array(values, dtype=dtype)[places]
 
     def words(self, path):
         """A word of each scene, like `cable.tension.at`; empty where there is none: ndarray of str, shape (n,)."""
@@ -82,17 +81,17 @@ class SceneValues:
     @cached_property
     def ends(self):
         """Positions of end 1 and end 2, each of shape (n, 3). [m]"""
-        return self._arrays_at("cable.end_1"), self._arrays_at("cable.end_2")
+        return self._array_at("cable.end_1"), self._array_at("cable.end_2")
 
     @cached_property
     def moves(self):
         """Displacements of end 1 and end 2 by the load cases, shape (n, 2, 3). [m]"""
-        return np.stack([self._arrays_at(f"load_case.moves.{end}") for end in ("end_1", "end_2")], axis=1)
+        return np.stack([self._array_at(f"load_case.moves.{end}") for end in ("end_1", "end_2")], axis=1)
 
     @cached_property
     def push(self):
         """Forces of the load cases on end 2 along x, shape (n,). [N]"""
-        return self._arrays_at("load_case.forces.end_2")[:, 0]
+        return self._array_at("load_case.forces.end_2")[:, 0]
 
     @property
     def grounds(self):

@@ -217,12 +217,12 @@ class SuspendedSystem:
         ndarray, shape (..., c + l, 2, 3)
             [m]
         """
-        cable, end = np.nonzero(self.owner != GROUND)
+        cable, end, body = tangent.held_ends(self)
         if not len(cable):
             return self.place
         shape = np.broadcast_shapes(rotation.shape[:-3], self.place.shape[:-3])
         arms = np.broadcast_to(self.place, (*shape, *self.place.shape[-3:])).copy()
-        arms[..., cable, end, :] = times(rotation[..., self.owner[cable, end], :, :], self.place[..., cable, end, :])
+        arms[..., cable, end, :] = times(rotation[..., body, :, :], self.place[..., cable, end, :])
         return arms
 
     def ends(self, position, rotation):

@@ -158,8 +158,7 @@ def value(case, column):
     NoSolutionError, ConvergenceError
         There is no value.
     """
-    if case.lost:
-        case.refuse_lost(column.name.partition(".")[0])
+    case.refuse_lost(column.name.partition(".")[0])
     result = column.compute(case)
     number, error = result if isinstance(result, tuple) else (result, case.statics_error(column))
     if column.needs in ("loop", "wind") and error:
