@@ -10,11 +10,10 @@ import sqlite3
 import subprocess
 import sys
 import tempfile
-from contextlib import closing, contextmanager, suppress
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-import pytest
 from click.testing import CliRunner
 
 from cablestudy.cli import main
@@ -140,25 +139,6 @@ def rows_of(text, style):
 def table_of(*arguments, code=0):
     """Rows that a command prints as JSON."""
     return rows_of(run(*arguments, "--format", "json", code=code).out, "json")
-
-
-@contextmanager
-def rows_computed_once():
-    """Sweeps in this process compute the same columns of the same cases once: for tests of what is made of rows."""
-    from cablestudy.sweeps import chunks
-
-    known, evaluate = {}, chunks.evaluate_tables
-
-    def evaluate_tables(tables, columns, *how):
-        scenes = [(table.cases.tolist(), chunks.keys_of(table)) for table in tables]
-        key = json.dumps([scenes, [column.name for column in columns], how])
-        if key not in known:
-            known[key] = evaluate(tables, columns, *how)
-        return known[key]
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(chunks, "evaluate_tables", evaluate_tables)
-        yield
 
 
 def _cell(text):

@@ -8,19 +8,16 @@ import gc
 import json
 import math
 import os
-import pickle
 import pkgutil
 import socket
 import subprocess
 import sys
 import tempfile
 from contextlib import chdir, contextmanager, redirect_stdout
-from functools import partial
-from hashlib import blake2b
 from importlib import import_module
 from pathlib import Path
 
-from found_once import lengths_found_once
+from found_once import lengths_found_once, rows_found_once
 from picture import undrawn
 
 ROOT = Path(__file__).parent.parent
@@ -69,7 +66,6 @@ def listen(address, rows):
     """Import the program and run each of FIRST, then each command that comes in a process of its own."""
     import cablestudy
     from cablestudy.cli import main
-    from cablestudy.sweeps.chunks import evaluate_tables
 
     for module in pkgutil.walk_packages(cablestudy.__path__, "cablestudy."):
         if module.name != "cablestudy.__main__":
@@ -82,7 +78,7 @@ def listen(address, rows):
     cablestudy.sweeps.chunks.SECONDS = cablestudy.sweeps.chunks.MAX_GROWTH = math.inf  # nor divides its rows by time
     tolerances = type(cablestudy.study.tolerances.STUDY)
     tolerances.timing_budget = tolerances.brief_run = 0.0  # no example shows a time, which would be another each time
-    cablestudy.sweeps.chunks.evaluate_tables = partial(_once, Path(rows), evaluate_tables)
+    rows_found_once(Path(rows)).__enter__()
     with tempfile.TemporaryDirectory() as folder, chdir(folder), open(os.devnull, "w") as sink, redirect_stdout(sink):
         for command, file, *options in FIRST:
             main([command, str(ROOT / "configs" / file), *options, "--quiet"], standalone_mode=False)
@@ -104,19 +100,6 @@ def listen(address, rows):
             for stream in streams:
                 os.close(stream)
             _reap()
-
-
-def _once(folder, evaluate_tables, tables, columns, *how):
-    """Rows of a sweep, from a folder if a command has computed the same columns of the same cases before."""
-    from cablestudy.sweeps.chunks import keys_of
-
-    scenes = [(table.cases.tolist(), keys_of(table)) for table in tables]
-    known = folder / blake2b(repr((scenes, [column.name for column in columns], how)).encode()).hexdigest()
-    if not known.exists():
-        unfinished = known.with_suffix(f".{os.getpid()}")
-        unfinished.write_bytes(pickle.dumps(evaluate_tables(tables, columns, *how)))
-        unfinished.rename(known)
-    return pickle.loads(known.read_bytes())
 
 
 def _reap():

@@ -1,7 +1,9 @@
-"""Searches whose answers are kept while tests run: many ask for the length of the same cable."""
+"""Answers that are kept while tests run: many ask for the length of the same cable, or for rows of the same study."""
 
+import os
 import pickle
 from contextlib import contextmanager
+from hashlib import blake2b
 
 SEARCHES = "strains_for_tension", "strains_for_sag"
 MOST = 20_000  # answers of some hundred bytes
@@ -20,6 +22,29 @@ def lengths_found_once():
     finally:
         for name, search in before.items():
             setattr(initial_length, name, search)
+
+
+@contextmanager
+def rows_found_once(folder):
+    """Sweeps compute the same columns of the same cases once; rows are kept in a folder, which processes may share."""
+    from cablestudy.sweeps import chunks
+
+    evaluate = chunks.evaluate_tables
+
+    def evaluate_tables(tables, columns, *how):
+        scenes = [(table.cases.tolist(), chunks.keys_of(table)) for table in tables]
+        known = folder / blake2b(repr((scenes, [column.name for column in columns], how)).encode()).hexdigest()
+        if not known.exists():
+            unfinished = known.with_suffix(f".{os.getpid()}")
+            unfinished.write_bytes(pickle.dumps(evaluate(tables, columns, *how)))
+            unfinished.rename(known)
+        return pickle.loads(known.read_bytes())
+
+    chunks.evaluate_tables = evaluate_tables
+    try:
+        yield
+    finally:
+        chunks.evaluate_tables = evaluate
 
 
 def _once(search):

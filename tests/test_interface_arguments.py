@@ -18,7 +18,8 @@ import pandas as pd
 import pytest
 import scipy.signal
 from campaign import campaign
-from command import CARLINA, CONFIGS, ROOT, rows_computed_once
+from command import CARLINA, CONFIGS, ROOT
+from found_once import rows_found_once
 
 import cablestudy as cs
 from cablestudy.control.statespace import StateSpace
@@ -71,8 +72,8 @@ RIGHT = {"goal": "sag = 1 m", "by": "cable.preload", "response": "0.1Hz:1Hz:3", 
 
 
 @pytest.fixture(scope="module", autouse=True)
-def solved_once():
-    with rows_computed_once():
+def solved_once(tmp_path_factory):
+    with rows_found_once(tmp_path_factory.mktemp("rows")):
         yield
 
 

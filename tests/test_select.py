@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command import rows_computed_once, rows_of, run, study_file
+from command import rows_of, run, study_file
+from found_once import rows_found_once
 
 from cablestudy.scene.study import read_study
 from cablestudy.study import pareto
@@ -18,8 +19,8 @@ STUDY = "vary: [{cable.preload: [1345 N, 600 N, 100 kN, 1 N, 2 kN]}]\ncolumns: [
 
 
 @pytest.fixture(scope="module", autouse=True)
-def solved_once():
-    with rows_computed_once():
+def solved_once(tmp_path_factory):
+    with rows_found_once(tmp_path_factory.mktemp("rows")):
         yield
 
 

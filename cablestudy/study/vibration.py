@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cablestudy.study.columns import find
+from cablestudy.study.columns import find, first_of_largest
 from cablestudy.study.suspension.plant import wind_diameters
 from cablestudy.study.table import Field
 from cablestudy.study.tolerances import STUDY
@@ -109,8 +109,8 @@ def tension_notes(scene, values):
     if scene.nonzero_gravity is None or scene.load_case.ice or scene.load_case.wind:
         return ()
     constants = np.ravel(find("catenary_constant").compute(values))
-    first_of_largest = int(np.argmax(constants >= constants.max() * (1 - STUDY.equal_values)))
-    name, largest = list(scene.cables)[first_of_largest], float(constants[first_of_largest])
+    index = first_of_largest(constants, STUDY.equal_values)
+    name, largest = list(scene.cables)[index], float(constants[index])
     of_cable, material = f" of {name}" if len(constants) > 1 else "", scene.cables[name].material
     if material is None or material in scene.materials:
         safe = f"{SAFE}; {OTHERS}"

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study.columns import relative
+from cablestudy.study.columns import first_of_largest, relative
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.cable_coordinates import Kept
 from cablestudy.system.coupled_solution import CoupledModes
@@ -159,7 +159,7 @@ def to_accuracy(number_of, modes, accuracy):
 
 def largest_share(share):
     """Number of the mode with the largest share, shape (m,), the lowest of equal ones."""
-    return int(np.argmax(share >= share.max() * (1 - STUDY.equal_shares)))
+    return first_of_largest(share, STUDY.equal_shares)
 
 
 def _error_by_mixing(number, shares, frequency, error):
