@@ -1,7 +1,9 @@
 """One verdict on a loop: dense eigenvalues on two meshes, whatever columns and accuracy are asked for."""
 
 import re
+from dataclasses import replace
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,13 +15,19 @@ from references.continuous_cable import dynamic_end_stiffness
 from scenes import cells, scene
 from scipy.optimize import brentq
 
+from cablestudy.control.motion import ActuatorFeedback
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import CablestudyError, NoSolutionError
-from cablestudy.scene.scene import CableScene
+from cablestudy.scene.scene import CableScene, load_scene
 from cablestudy.study.columns import find
 from cablestudy.study.row import evaluate
 from cablestudy.study.status import SLACK
+from cablestudy.study.suspension.case import SuspensionCase
+from cablestudy.study.suspension.closed_loop import ClosedLoop
 from cablestudy.study.tolerances import STUDY
+from cablestudy.system.linear import LinearSystem
+
+CONFIGS = Path(__file__).parent.parent / "configs" / "suspensions"
 
 HYSTERETIC = "cable.damping={loss_factor: 0.02}"
 DIAMETERS = np.linspace(1.5, 6.0, 23).tolist()  # mm
@@ -256,6 +264,57 @@ def test_the_poles_of_the_model_alone_decide_only_well_below_the_largest_gain(da
               if loop.with_gain(share * largest).closed_loop._far_from_unstable]  # fmt: skip
     assert 1e-3 in shares
     assert max(shares) < STUDY.nearly_largest_gain
+
+
+@pytest.mark.parametrize("gain", [0.325, 20.0])
+def test_modes_that_the_model_lacks_are_judged_without_the_largest_gain(gain, monkeypatch):
+    """Waves along the lower cables could be driven; the largest gain is some 25 rad/s."""
+    one = load_scene(CONFIGS / "carlina-balloon-wind.yaml", [f"control.gain={gain} rad/s"])[1]
+    loop = SuspensionCase(one).in_wind.controlled
+    assert loop.stable
+    far = loop._far_from_unstable
+    assert not loop._poles_decay_up_to(2 * gain)
+    assert ("_driven_outcome" in loop.__dict__) == (not far)
+    assert far == (loop.largest_gain > 2 * gain)
+    known = SuspensionCase(one).in_wind.controlled
+    assert known.largest_gain == pytest.approx(loop.largest_gain, rel=1e-9)
+    monkeypatch.setattr(ClosedLoop, "_far_from_unstable", None)  # not looked at where the largest gain is known
+    assert known.stable
+
+
+def random_system(seed, **changes):
+    """A `LinearSystem` of five coordinates, two of them not damped."""
+    rng = np.random.default_rng(seed)
+    spring, dashpot, losses = (rng.normal(size=(5, columns)) for columns in (6, 3, 2))
+    matrices = np.diag(rng.uniform(0.5, 2, 5)), dashpot @ dashpot.T, spring @ spring.T + 1j * (losses @ losses.T)
+    return replace(LinearSystem(*matrices), **changes)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_what_only_loses_energy_has_no_growing_pole(seed):
+    """Poles of s^2 M + s C + K, Im s > 0, from a companion matrix; with a dashpot that pushes one of them grows."""
+    system = random_system(seed)
+    assert system.dissipates
+    assert dense_poles(system).real.max() < 1e-12
+    real = replace(system, stiffness=system.stiffness.real)
+    assert real.dissipates
+    assert dense_poles(real).real.max() < 1e-12
+    pushed = replace(real, damping=-real.damping)
+    assert not pushed.dissipates
+    assert dense_poles(pushed).real.max() > 0
+    assert not replace(real, stiffness=real.stiffness - 100 * np.eye(5)).dissipates
+    assert not replace(system, stiffness=system.stiffness.conj()).dissipates
+    assert not replace(real, damping=real.damping + np.diag([1.0] * 4, 1)).dissipates
+    feedback = ActuatorFeedback(np.ones(5), np.ones(5), 1.0, 0.0, 0.0)
+    assert not replace(real, feedback=(feedback,)).dissipates
+
+
+def dense_poles(system):
+    """Poles in the upper half plane and on the real axis."""
+    zero, one = np.zeros((5, 5)), np.eye(5)
+    forces = np.linalg.solve(system.mass, np.hstack([system.stiffness, system.damping]))
+    poles = np.linalg.eigvals(np.block([[zero, one], [-forces]]))
+    return poles[poles.imag >= 0]
 
 
 @pytest.mark.parametrize(("elements", "order"), [(2, 6), (4, 4), (10, 1)])

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cablestudy.errors import CablestudyError
-from cablestudy.study.columns import DAMPING_RATIO, is_own, not_finite, over_strength, shapeless
+from cablestudy.study.columns import DAMPING_RATIO, is_own, least_work_first, not_finite, over_strength, shapeless
 from cablestudy.study.element_results import element_results
 from cablestudy.study.results import Results
 from cablestudy.study.status import OK, OVER_STRENGTH, status_of
@@ -52,7 +52,7 @@ class ColumnRequirements:
         closed = _columns_needing(self.physical, *CLOSED)
         self.closed = [column for column in closed if not column.each]
         self.single = [column for column in closed if column.each]
-        self.system = _columns_needing(self.physical, *SYSTEM)
+        self.system = least_work_first(_columns_needing(self.physical, *SYSTEM))
         self.modes = _columns_needing(self.physical, "modes")
         self.of_equilibrium = [column.header for column in self.physical if column.needs != "scene"]
         self.scene_only = not self.of_equilibrium

@@ -563,9 +563,13 @@ def is_own(column):
     return column.name in OWN or column.needs == "find" or (len(column.mode) == 3 and "." not in column.name)
 
 
-def most_modes_first(columns):
-    """Columns sorted by falling mode number: the model of a high mode has the lower ones, which are then not solved."""
-    return sorted(columns, key=lambda column: -column.mode[0] if column.mode else 0)
+def least_work_first(columns):
+    """Columns in the order in which they cost least: list.
+
+    By falling mode number, since the model of a high mode has the lower ones; and those of the loop before those of the
+    wind, which need no largest gain, but are spared another proof of stability where it is known.
+    """
+    return sorted(columns, key=lambda column: (column.needs == "wind", -column.mode[0] if column.mode else 0))
 
 
 def attribute(scene, path):

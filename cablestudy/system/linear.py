@@ -175,6 +175,22 @@ class LinearSystem:
         return forces if self._has_unit_mass else np.linalg.solve(self.mass, forces)
 
     @cached_property
+    def dissipates(self):
+        """True if it is known without its poles that none grows, the inputs at rest, since no motion gains energy.
+
+        Of a pole s = a + i b with b > 0 and the shape v, a = -v^H (b C + Im K) v/(2 b v^H M v) where M, C and K are
+        symmetric and nothing is fed back: C and Im K must have no negative eigenvalues, M and Re K no others.
+        """
+        losses, stiffness = (self.damping, np.imag(self.stiffness)), self.stiffness.real
+        if self.feedback or not all(_only_dissipates(part) for part in losses):
+            return False
+        try:
+            np.linalg.cholesky(stiffness)
+        except np.linalg.LinAlgError:
+            return False
+        return True
+
+    @cached_property
     def equations(self):
         """`Equations` of first order, winches at rest and without inputs."""
         return equations(self)
@@ -760,6 +776,14 @@ def _block_diagonal(cables, matrices):
 def dense(matrix):
     """A matrix, sparse or not, as an array."""
     return matrix if isinstance(matrix, np.ndarray) else matrix.toarray()
+
+
+def _only_dissipates(losses):
+    """True if a damping matrix is symmetric and has no negative eigenvalue, but for rounding."""
+    rounding = SYSTEM.loss_rounding * np.abs(losses).max(initial=0.0)
+    if np.abs(losses - losses.T).max(initial=0.0) > rounding:
+        return False
+    return np.linalg.eigvalsh(losses).min(initial=0.0) >= -rounding
 
 
 def _cholesky(stiffness):

@@ -285,21 +285,23 @@ class ClosedLoop:
         """Gain for the first `DrivenCables` of a loop with a `gain`. [rad/s]
 
         One near the largest stable gain, if it is larger than `gain` and drives few waves, which spares a second trial;
-        else `gain` itself. Of an exact choice of elements, whose modes are all there, rather one far above it.
+        else the one up to which `_far_from_unstable` judges the loop; where these drive too many modes `gain` itself.
+        Of an exact choice of elements, whose modes are all there, rather one far above the largest.
         """
-        safety, effects = STUDY.first_gain_safety, self.effects
+        safety, effects, trials = STUDY.first_gain_safety, self.effects, [gain / STUDY.nearly_largest_gain]
         for factor in (safety,) if self.plant.model is None else (STUDY.element_gain_safety, safety):
             near_largest = max(gain, factor * (self.untuned_loop.limit_by_modes or 0.0))
             waves = effects.driven_up_to(near_largest) * effects.travel_time / np.pi
             if waves.max(initial=0.0) <= STUDY.first_gain_waves:
+                trials.insert(0, near_largest)
                 break
-        else:
-            return gain
-        try:
-            self._driven_cables_of(near_largest, driven_cables)
-        except (NoSolutionError, ConvergenceError):  # that gain may be far above the largest one
-            return gain
-        return near_largest
+        for trial in trials:
+            try:
+                self._driven_cables_of(trial, driven_cables)
+            except (NoSolutionError, ConvergenceError):  # that gain may be far above the largest one
+                continue
+            return trial
+        return gain
 
     def _driven_cables_of(self, gain, driven_cables):
         """`DrivenCables` of a gain [rad/s] raised to the next power of two, from the dict or added to it."""
@@ -351,7 +353,7 @@ class ClosedLoop:
     @cached_property
     def with_critical_modes(self):
         """Copy whose model has the modes that would grow first; itself unless its gain is nearly the largest one."""
-        if self._far_from_unstable:
+        if self._seen_far_from_unstable:
             return self
         plant = self.driven.with_critical_modes(self.plant, self.loop.gain)
         return self if plant is self.plant else ClosedLoop(self.scene, plant)
@@ -365,25 +367,47 @@ class ClosedLoop:
     @cached_property
     def stable(self):
         """True if no motion grows, with the winches at rest and with the loop."""
-        if unstable_pole(self.open_poles) is not None:
+        if self._growing_open_pole is not None:
             return False
-        return self.loop is None or self._far_from_unstable or not self.gains.unstable(self.loop.gain)
+        if self.loop is None or self._seen_far_from_unstable:
+            return True
+        return not self.gains.unstable(self.loop.gain)
+
+    @property
+    def _seen_far_from_unstable(self):
+        """`_far_from_unstable`, or False where the largest gain is known already."""
+        return "_driven_outcome" not in self.__dict__ and self._far_from_unstable
 
     @cached_property
     def _far_from_unstable(self):
-        """True if the poles of the model show that the loop is stable, and that its gain is not nearly the largest one.
+        """True if the loop is stable, and its gain not nearly the largest one; where this is seen with little work.
 
-        With the gain, and with 1/`nearly_largest_gain` times the gain, all of them decay, and no mode of the cables
-        above those of the model could be driven by either (`Effects`). That spares the search for the largest gain. It
-        is left to that search where the gain follows from it, and where the law is more than an integrator.
+        That spares the search for the largest gain. It is left to that search where the gain follows from it, and where
+        the law has a delay.
         """
         law, gain = law_from(self.scene.control)
-        if not gain or law.delay or not law.integrates_only:
+        if not gain or law.delay:
             return False
-        higher_gain, loop = gain / STUDY.nearly_largest_gain, self.untuned_loop
-        if not self._drives_no_other_modes(higher_gain):
+        higher_gain = gain / STUDY.nearly_largest_gain
+        return self._poles_decay_up_to(higher_gain) or self._stable_up_to(higher_gain)
+
+    def _poles_decay_up_to(self, gain):
+        """True if all poles of the model decay, with a gain [rad/s] and with that of the loop, and no other mode grows.
+
+        No mode of the cables above those of the model could be driven by the gain (`Effects`).
+        """
+        loop = self.untuned_loop
+        if not loop.law.integrates_only or not self._drives_no_other_modes(gain):
             return False
-        return decay_beyond_doubt(loop.poles) and decay_beyond_doubt(loop.poles_with(higher_gain))
+        return decay_beyond_doubt(loop.poles) and decay_beyond_doubt(loop.poles_with(gain))
+
+    def _stable_up_to(self, gain):
+        """True if the loop is stable with all gains up to this one [rad/s], with all modes that it could drive."""
+        try:
+            limit = self._driven_cables_of(gain, self._shared_by_gains[1]).gains.limit
+        except (NoSolutionError, ConvergenceError):  # more modes than can be computed
+            return False
+        return limit is None or limit.factor > gain
 
     def _drives_no_other_modes(self, gain):
         """True if a gain [rad/s] could drive no mode of the cables above the modes of the model, by a bound.
@@ -408,9 +432,14 @@ class ClosedLoop:
         """Eigenvalues with the winches at rest. [rad/s]"""
         return self.motion.eigen.poles
 
+    @property
+    def _growing_open_pole(self):
+        """The pole that grows fastest with the winches at rest; None where none grows."""
+        return None if self.motion.dissipates else unstable_pole(self.open_poles)
+
     def check_open(self):
         """Refuse what grows with the winches at rest: NoSolutionError, with the motion and why."""
-        if (pole := unstable_pole(self.open_poles)) is not None:
+        if (pole := self._growing_open_pole) is not None:
             cause = "actuators" if self.actuators else "aerodynamic damping"
             raise NoSolutionError(f"unstable without winches ({cause}): {self._growing_motion(pole, self.motion)}")
 

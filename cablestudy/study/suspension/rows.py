@@ -9,7 +9,7 @@ import numpy as np
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.scene.words import first_of
 from cablestudy.study.closed_form import DISCRETE, SYSTEM
-from cablestudy.study.columns import most_modes_first, not_finite, relative
+from cablestudy.study.columns import least_work_first, not_finite, relative
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.row import Row, batched
 from cablestudy.study.status import FALLEN, MODAL, OVER_STRENGTH, SLACK, status_of
@@ -43,7 +43,7 @@ class _Wanted:
     @classmethod
     def of(cls, columns):
         """`_Wanted` of a sequence of Column."""
-        computed = [column for column in most_modes_first(columns) if column.needs != "run"]
+        computed = [column for column in least_work_first(columns) if column.needs != "run"]
         return cls([column.header for column in columns], computed, any(column.needs == "wind" for column in columns))
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.closed_form import DISCRETE
-from cablestudy.study.columns import most_modes_first
+from cablestudy.study.columns import least_work_first
 from cablestudy.study.refinement import with_accuracy
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import MODE, find
@@ -91,7 +91,7 @@ def models_of(scene, columns):
     def add(family, name, change):
         """Add the model of a scene that the function `change` makes of the scene."""
         build = partial(_case, change=change)
-        options = DISCRETE, _number, lambda case: case.size, _stated_error, most_modes_first
+        options = DISCRETE, _number, lambda case: case.size, _stated_error, least_work_first
         models.append(ComparedModel(family, name, build, *options))
 
     for accuracy in ACCURACIES:
