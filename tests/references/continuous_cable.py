@@ -80,7 +80,7 @@ class _Mesh:
         return omega**2 * self.mass * self.length**2 / self.tension
 
 
-@functools.lru_cache(maxsize=8)
+@functools.lru_cache(maxsize=64)
 def _points(cable, n):
     """n points on each piece: nodes, weights, integration, T [N] and its direction in axes along, across and out."""
     force0, a, b, L, _, _, w, loads = cable
@@ -108,7 +108,7 @@ def _points(cable, n):
 AXES = {"in": (0, 1), "out": (2,), "all": (0, 1, 2)}
 
 
-@functools.lru_cache(maxsize=32)
+@functools.lru_cache(maxsize=128)
 def _mesh(cable, plane, n, eta=0.0):
     """Discretise: n points on each piece; `cable` as made by `_equilibrium`."""
     if plane not in AXES:
@@ -267,7 +267,7 @@ def dynamic_stiffness_both_ends(
         return K
 
     wave = abs(omega) * L * np.sqrt(m * L / float(catenary_mp.mean_tension_loaded(cable[0], L, m * g, cable[7])) / L)
-    first = n or 20 + int(wave)
+    first = n or 20 + 8 * int(np.ceil(wave / 8))  # neighbouring frequencies share their points
     coarse = matrix(first, omega)
     size = np.sqrt(np.abs(np.diag(matrix(first, 0.0))))
     best, best_error = None, np.inf

@@ -200,17 +200,24 @@ class Truth:
         return np.array([[c, 0, s], [-s, 0, c], [0, 1, 0]])
 
     @cached_property
-    def _modes(self):
-        """Lowest modes of all planes, coarse and fine: list of (plane, coarse, fine)."""
-        planes = ("in", "out") if self.planar else ("all",)
-        return self._lowest(planes, 24)
+    def _known_modes(self):
+        """Plane -> what `_lowest` gives of 24 modes, where it was asked for: dict."""
+        return {}
 
-    def _lowest(self, planes, count):
-        return [(plane, *(self._described(plane, n, count) for n in self._sizes(count))) for plane in planes]
+    def _modes(self):
+        """Yield what `_lowest` gives of 24 modes of each plane; no plane is solved before it is asked for."""
+        for plane in ("in", "out") if self.planar else ("all",):
+            if plane not in self._known_modes:
+                self._known_modes[plane] = self._lowest(plane, 24)
+            yield self._known_modes[plane]
+
+    def _lowest(self, plane, count):
+        """The lowest modes of a plane by a coarse and a fine mesh: pair."""
+        return [self._described(plane, n, count) for n in self._sizes(count)]
 
     def frequency(self, kind, number, modes=None):
         """Mode `number` (from 1) of a kind: in-plane, out-of-plane or axial."""
-        for _, coarse, fine in modes or self._modes:
+        for coarse, fine in modes or self._modes():
             found = [[k for k, name in enumerate(part[1]) if name == kind] for part in (coarse, fine)]
             if min(map(len, found)) < number:
                 continue
@@ -239,7 +246,7 @@ class Truth:
                 raise Unknown("folded")
             return number / (2 * float(self.length)) * np.sqrt(self.cable.EA / self.cable.mass), ROUNDING
         count = int(12 + 1.5 * number * self.axial_waves)
-        return self.frequency("axial", number, self._lowest(("in",) if self.planar else ("all",), count))
+        return self.frequency("axial", number, [self._lowest("in" if self.planar else "all", count)])
 
     @cached_property
     def _gondola_plane(self):
