@@ -159,6 +159,11 @@ class Ledger:
         if self._file:
             self._write([seed, [astuple(cell) for cell in cells]])
 
+    def close(self):
+        """No more cells come."""
+        if self._file:
+            self._file.close()
+
 
 def main():
     """Run the campaign; exit code 1 when a promise is not kept."""
@@ -183,6 +188,7 @@ def main():
             ledger.add(*found)
             if count % 250 == 0:
                 say(f"{count} of {len(todo)} scenes in {time.monotonic() - begin:.0f} s", file=sys.stderr)
+    ledger.close()
     cells = [cell for cell in ledger.cells if cell.seed in wanted]
     sys.exit(0 if report(cells, chosen.scenes, scenes) else 1)
 

@@ -210,12 +210,12 @@ def limited(seconds):
         signal.signal(signal.SIGPROF, before)
 
 
-def rows_for(seed, names, every=(), drowned=False):
+def rows_for(seed, names, every=(), drowned=False, in_turn=()):
     """Yield (columns, accuracy): the rows that a scene is asked for.
 
     What is static in one row; of the columns of motion each alone in half of all scenes, and in a quarter of them all
     but the axial one together; each row at one accuracy. With `every` all of them in every scene, at each of these
-    accuracies.
+    accuracies; with `in_turn` every row in every scene, at the first of these accuracies, the second, and so on.
     An axial mode that is `drowned` among transverse ones takes as long as all else: one in ten is asked for.
     """
     rng = np.random.default_rng([seed, 1])
@@ -225,14 +225,15 @@ def rows_for(seed, names, every=(), drowned=False):
     # an axial mode may take, or be refused for, a hundred times the waves of all others
     rows = [(0.1 if drowned and "axial" in name else 0.5, [name]) for name in moving]
     rows += [(0.25, [name for name in moving if "axial" not in name])]
-    for share, row in rows:
+    for number, (share, row) in enumerate(rows):
         taken, place = rng.random() < share, rng.integers(len(ACCURACIES))
-        for accuracy in every or (ACCURACIES[place : place + 1] if taken else ()):
+        one = in_turn and (in_turn[number % len(in_turn)],)
+        for accuracy in every or one or (ACCURACIES[place : place + 1] if taken else ()):
             yield row, accuracy
 
 
-def examine(seed, every=(), limit=60):
-    """The cells of one scene; with `every`, of every row at each of these accuracies.
+def examine(seed, every=(), limit=60, in_turn=()):
+    """The cells of one scene; with `every` or `in_turn`, of every row, see `rows_for`.
 
     A warning or an exception that is not the program's own is a cell with the note "crash: ...", and what took more
     than `limit` seconds of CPU one with "slow: ...".
@@ -249,7 +250,7 @@ def examine(seed, every=(), limit=60):
                 wanted = [*STATIC, *MOTION]
                 known = dict.fromkeys(wanted, (f"no truth: {why}", 0.0))
             drowned = not (known or truth.folded or truth.straight) and truth.axial_waves > DROWNED
-            for names, accuracy in rows_for(seed, wanted, every, drowned):
+            for names, accuracy in rows_for(seed, wanted, every, drowned, in_turn):
                 found = _cells(seed, data, truth, names, accuracy, known)
                 if "sag" in names and all(cell.note.startswith("refused") for cell in found):  # is it only the sag?
                     found = [cell for name in names for cell in _cells(seed, data, truth, [name], accuracy, known)]

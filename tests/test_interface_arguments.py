@@ -4,7 +4,6 @@ import datetime
 import inspect
 import json
 import math
-import subprocess
 import sys
 import typing
 import warnings
@@ -461,22 +460,29 @@ def test_a_number_of_numpy_is_one_of_python(kind):
 CALLS = campaign(100, 30)
 
 
-def test_a_sample_of_the_campaign_finds_nothing(tmp_path):
-    script = ROOT / "benchmarks" / "python_calls.py"
-    done = subprocess.run([sys.executable, script, "--calls", str(CALLS)], capture_output=True, text=True, cwd=tmp_path)
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert f"{CALLS} calls, 0 findings" in done.stdout
-    for ended in ("SceneError", "a result"):
-        assert f" times {ended}\n" in done.stdout
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_the_campaign_finds_what_it_looks_for(monkeypatch, capsys, tmp_path):
-    """With arguments that are not checked any more."""
+@pytest.fixture
+def python_calls(monkeypatch):
+    """The script of the campaign, which watches the tables of answers by a function that it puts there."""
     monkeypatch.syspath_prepend(str(ROOT / "benchmarks"))
     import python_calls
 
     monkeypatch.setattr(python_calls.answer, "frame_of", python_calls.answer.frame_of)
+    return python_calls
+
+
+def test_a_sample_of_the_campaign_finds_nothing(python_calls, monkeypatch, capsys, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["python_calls.py", "--calls", str(CALLS)])
+    code, out = python_calls.main(), capsys.readouterr().out
+    assert code == 0, out
+    assert f"{CALLS} calls, 0 findings" in out
+    for ended in ("SceneError", "a result"):
+        assert f" times {ended}\n" in out
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_campaign_finds_what_it_looks_for(python_calls, monkeypatch, capsys):
+    """With arguments that are not checked any more."""
     monkeypatch.setattr(sys, "argv", ["python_calls.py", "--calls", "100", "--only", "Scene.modes"])
     monkeypatch.setattr(arguments, "readers", lambda function: {})
     assert python_calls.main() == 1
