@@ -13,6 +13,7 @@ import pytest
 from command import CONFIGS, run, table_of
 
 from cablestudy.errors import NoSolutionError, SceneError
+from cablestudy.pages.page import Page
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.status import FALLEN
 from cablestudy.study.suspension.case import SuspensionCase
@@ -136,7 +137,7 @@ def test_rows_with_other_cables_lost_are_as_alone():
     assert mass[4] == mass[1] == pytest.approx(mass[2], rel=1e-5)  # the guys of one level are alike
 
 
-def test_what_static_says(tmp_path):
+def test_what_static_says(tmp_path, monkeypatch):
     done = run("static", MAST, "--case", "broken", "--format", "json", "--table", "cables")
     rows = {one["name"]: one for one in json.loads(done.out)["rows"]}
     assert list(rows) == list(CABLES)
@@ -156,6 +157,7 @@ def test_what_static_says(tmp_path):
     assert re.search("less in .*east-high .*west-low", text)
     fallen = run("static", MAST, "--case", "both", "--table", "bodies")
     assert "warning: without north-high, north-low it falls to where it hangs now: mast turns by 17" in fallen.err
+    monkeypatch.setattr(Page, "draw", lambda *_: None)  # the words of the page alone
     run("report", MAST, "--out", tmp_path / "report.html", "--quiet")
     assert "north-high it stands" in (tmp_path / "report.html").read_text(encoding="utf-8")
     whole = run("static", MAST, "--case", "all", "--plot", tmp_path / "all.svg", "--table", "cables")
