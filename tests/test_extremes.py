@@ -121,11 +121,12 @@ def test_every_end_is_right_or_refused(ends):
             cable.section_mass,
         )
         truth = Truth(Cable(*numbers, scene.gravity, loads))
+        modes = truth.lowest(8)
         expected = {
             **{name: float(truth.statics[name]) for name in ("preload", "min_tension", "sag")},
             "end_stiffness": float(truth.end_stiffness[0, 0]),
-            "cable_frequency": truth.frequency("in-plane", 1)[0],
-            "inplane_frequency_3": truth.frequency("in-plane", 3)[0],
+            "cable_frequency": truth.frequency("in-plane", 1, modes)[0],
+            "inplane_frequency_3": truth.frequency("in-plane", 3, modes)[0],
         }
         for name, value in expected.items():
             tolerance = 1e-5 if elements else scene.model.accuracy

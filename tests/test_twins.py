@@ -124,7 +124,8 @@ def weightless(name, **model):
 
 PARTS = {  # what is compared, and of which scenes
     "statics of files": lambda: compare_statics(from_files()),
-    "statics": lambda: compare_statics(drawn()),
+    # damping has no part in it: fewer scenes have all the forms, loads and load cases
+    "statics": lambda: compare_statics(dict(list(drawn().items())[: campaign(200, 36)])),
     "linear range of files": lambda: compare_linear_ranges(
         {name: scene for name, scene in from_files().items() if "gondola" in scene and is_first_of_its_file(name)}
     ),

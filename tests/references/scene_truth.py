@@ -211,6 +211,10 @@ class Truth:
                 self._known_modes[plane] = self._lowest(plane, 24)
             yield self._known_modes[plane]
 
+    def lowest(self, count):
+        """So many modes of the vertical plane, or of all directions, for `frequency`."""
+        return [self._lowest("in" if self.planar else "all", count)]
+
     def _lowest(self, plane, count):
         """The lowest modes of a plane by a coarse and a fine mesh: pair."""
         return [self._described(plane, n, count) for n in self._sizes(count)]
@@ -246,7 +250,7 @@ class Truth:
                 raise Unknown("folded")
             return number / (2 * float(self.length)) * np.sqrt(self.cable.EA / self.cable.mass), ROUNDING
         count = int(12 + 1.5 * number * self.axial_waves)
-        return self.frequency("axial", number, [self._lowest("in" if self.planar else "all", count)])
+        return self.frequency("axial", number, self.lowest(count))
 
     @cached_property
     def _gondola_plane(self):
