@@ -78,7 +78,8 @@ def test_the_utilisation_is_that_at_rest_where_the_strength_is_known(scene):
 
 
 def test_a_loop_that_makes_the_motion_larger_is_told(scene):
-    loud = ("--set", "control.notch=none", "--set", "control.gain={auto: {gain_margin: 0.2 dB, sensitivity: 1000}}")
+    loud = [*("--set", "control.notch=none", "--set", "cable.density=1"),  # at 1e-6 rounding spoils the sums over poles
+            *("--set", "control.gain={auto: {gain_margin: 0.2 dB, sensitivity: 1000}}")]  # fmt: skip
     done = run("windrms", scene, *loud, "--format", "json")
     closed, at_rest = (json.loads(done.out)[table]["rows"][0] for table in ("motion", "open_loop"))
     assert closed["rms_mm"] > 1.2 * at_rest["rms_mm"]

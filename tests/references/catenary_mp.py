@@ -97,9 +97,22 @@ def _start(span, L, EA, w):
             k = L / EA
             T = max(chord - L, 0) / k + mp.cbrt(load / k)  # above the root, where the cubic is convex
             for _ in range(100):
-                T -= (k * T**3 + (L - chord) * T**2 - load) / (3 * k * T**2 + 2 * (L - chord) * T)
+                step = (k * T**3 + (L - chord) * T**2 - load) / (3 * k * T**2 + 2 * (L - chord) * T)
+                T -= step
+                if abs(step) < T * mp.mpf(10) ** -25:
+                    break
         H, V0 = T * a / chord, T * z / chord - w * L / 2
     return [H * x / a, H * y / a, V0]
+
+
+def _loaded_start(span, L, EA, w, loads):
+    """A rough tension vector at end 1, the loads taken as weight and then each where it is."""
+    magnitude = sum((mp.norm(mp.matrix(f)) for _, f in loads), mp.mpf(0))
+    force = _start(span, L, EA, w + magnitude / L)
+    force[2] += magnitude / 2
+    for s, f in loads:
+        force = [t + (1 - mp.mpf(s) / L) * mp.mpf(p) for t, p in zip(force, f, strict=True)]
+    return force
 
 
 def _size(vector):
@@ -181,12 +194,7 @@ def solve_loaded(span, L, EA, w, loads=(), start=None):
         force0 = with_a_slack_piece(span, L, EA, loads)
         if force0:
             return force0
-    magnitude = sum((mp.norm(mp.matrix(f)) for _, f in loads), mp.mpf(0))
-    force = _start(span, L, EA, w + magnitude / L)
-    force[2] += magnitude / 2
-    for s, f in loads:
-        force = [t + (1 - mp.mpf(s) / L) * mp.mpf(p) for t, p in zip(force, f, strict=True)]
-    force = force if start is None else [mp.mpf(t) for t in start]
+    force = _loaded_start(span, L, EA, w, loads) if start is None else [mp.mpf(t) for t in start]
     return minimise(lambda f: _totals(f, L, EA, w, loads), force, span, L)
 
 
