@@ -123,7 +123,7 @@ def test_rows_that_share_a_motion_have_the_digits_that_they_have_alone():
 
 
 FOLDER = CONFIGS / "suspensions"
-MAST = {"base": str(FOLDER / "mast-guys.yaml"), "vary": [{"cable.preload": [5e3, 2e4, 8e4]}]}
+MAST = {"base": str(FOLDER / "mast-guys.yaml"), "vary": [{"cable.preload": [1e-3, 2e4, 8e4]}]}  # the first is refused
 WINDY = {"cases": {"w": {"wind": {"speed": 30, "direction": 0.35}}}, "cable.diameter": 0.016}
 LOADED = {"cables.guy1.loads": [{"at": 20, "force": [0, 0, -200]}]}
 IN_MEAN_WIND = {"base": str(FOLDER / "carlina-net-wind.yaml"), "vary": [{"wind.mean": [True, False]}]}
@@ -177,8 +177,8 @@ def test_rows_that_are_resumed_or_merged_are_those_of_one_run(tmp_path):
     unfinished = "UPDATE about SET value = '0' WHERE name = 'finished'"
     edit_rows(resumed / "gondola-preload.rows.sqlite", "DELETE FROM rows WHERE row IN (2, 4, 7)", unfinished)
     run(*arguments, resumed, "--resume")
-    for row in range(1, 9):
-        run(*arguments, merged, "--shard", f"{row}/8")
+    for shard in range(1, 4):
+        run(*arguments, merged, "--shard", f"{shard}/3")
     run("merge", *arguments[1:], merged)
     first, *others = [(folder / "gondola-preload.csv").read_bytes() for folder in (whole, resumed, merged)]
     assert others == [first, first]

@@ -400,10 +400,10 @@ def test_a_short_delay_changes_little(delay):
 
 
 def test_a_derivative_part_is_judged_with_the_modes_that_it_drives():
-    """Waves along the cables near 19 Hz decide, above the 64 modes of the model; one of 300 has them."""
+    """Waves along the cables near 19 Hz decide, above the 64 modes of the model; one of 250 has them."""
     sets = "derivative_gain=5 ms", "derivative_filter=50 Hz", "bandwidth=25 Hz", "notch=none", "gain=0.03"
     case = SuspensionCase(load_scene(NET, [f"control.{one}" for one in sets])[1])
-    few, many = (case.in_wind.closed_loop_of(count) for count in (64, 300))
+    few, many = (case.in_wind.closed_loop_of(count) for count in (64, 250))
     assert few.modes.frequency[-1] < 10
     of_modes = [gains_of_modes(one).limit.factor for one in (few, many)]
     assert of_modes[0] > 1.2 * of_modes[1]
