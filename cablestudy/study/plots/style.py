@@ -96,9 +96,10 @@ def _without_font_warnings():
 
 def _without_mathematics(figure):
     """Let a $ in names and titles be a $; the numbers at ticks of logarithmic scales are mathematics."""
-    ticks = {label for tick in figure.findobj(Tick) for label in (tick.label1, tick.label2)}
-    for text in figure.findobj(Text):
-        if text not in ticks:
+    artists = figure.findobj()
+    at_ticks = {label for tick in artists if isinstance(tick, Tick) for label in (tick.label1, tick.label2)}
+    for text in artists:
+        if isinstance(text, Text) and text not in at_ticks:
             text.set_parse_math(False)
 
 
