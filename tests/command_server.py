@@ -5,7 +5,7 @@ Pictures are composed, but not drawn: test_pictures.py and test_plots.py draw ea
 """
 
 import gc
-import json
+import marshal
 import math
 import os
 import pkgutil
@@ -31,14 +31,17 @@ FIRST = (  # so that no fork does again what is done once: validators of pydanti
 )
 USED_LATER = ("matplotlib.backends.backend_svg", "pandas", "scipy.optimize", "scipy.sparse.linalg", "scipy.stats")
 LONGEST = 1 << 20  # bytes of a command line with its environment
-# Hands over its arguments and its standard streams, and ends as the command does; python starts fast without `site`.
+# Hands over its arguments and its standard streams, and ends as the command does. Its imports are compiled into python:
+# `site`, `json` and `socket` take longer than all the rest.
 CLIENT = """#!{python} -IS
-import json, os, socket, sys
-server = socket.socket(socket.AF_UNIX)
+import marshal, os, sys, _socket
+server = _socket.socket(_socket.AF_UNIX)
 server.connect({address!r})
-request = json.dumps([sys.argv[1:], os.getcwd(), dict(os.environ)]).encode()
-socket.send_fds(server, [request], [0, 1, 2])
-server.shutdown(socket.SHUT_WR)
+request = marshal.dumps([sys.argv[1:], os.getcwd(), dict(os.environ)])
+streams = b"".join(stream.to_bytes(4, sys.byteorder) for stream in (0, 1, 2))
+sent = server.sendmsg([request], [(_socket.SOL_SOCKET, _socket.SCM_RIGHTS, streams)])
+server.sendall(request[sent:])
+server.shutdown(_socket.SHUT_WR)
 for stream in (0, 1, 2):
     os.close(stream)
 os._exit(int(server.recv(8) or b"70"))
@@ -79,7 +82,7 @@ def listen(address, rows):
     with undrawn(), lengths_found_once(), rows_found_once(Path(rows)):  # as long as the server runs
         _run_first()
         gc.collect()
-        gc.freeze()  # a collection in a fork would copy all of it
+        gc.disable()  # a collection in a fork would copy much of it, and no command is long enough to need one
         _serve(address)
 
 
@@ -106,7 +109,7 @@ def _serve(address):
                     request += part
                 if os.fork() == 0:
                     server.close()
-                    _handle(client, streams, *json.loads(request))
+                    _handle(client, streams, *marshal.loads(request))
             for stream in streams:
                 os.close(stream)
             _reap()
