@@ -198,7 +198,8 @@ class Catenary(SegmentedCable):
             Unstretched arc length over unstretched length, in [0, 1]; at a load, the side of end 1. [-]
         """
         (cosine, sine), stiffness = self._angles, self._axial_stiffness
-        position = np.broadcast_to(position, cosine.shape[:-1] + np.shape(position)[-1:]).astype(float)
+        # in rows, whatever the batch: products of matrices round by the order in which their entries are stored
+        position = np.broadcast_to(position, cosine.shape[:-1] + np.shape(position)[-1:]).astype(float, order="C")
         segment_ends = np.cumsum(self.segments.fraction, axis=-1)
         segment = (position[..., None] > segment_ends[..., None, :-1]).sum(axis=-1)
 
