@@ -5,7 +5,7 @@ Pictures are composed, but not drawn: test_pictures.py and test_plots.py draw ea
 """
 
 import gc
-import json
+import marshal
 import math
 import os
 import pkgutil
@@ -29,16 +29,19 @@ FIRST = (  # so that no fork does again what is done once: validators of pydanti
     ("windrms", "carlina.yaml"),
     ("sweep", "preload.yaml", "--no-write"),
 )
-USED_LATER = ("matplotlib.backends.backend_svg", "pandas", "pint", "scipy.optimize", "scipy.sparse.linalg")
+USED_LATER = ("matplotlib.backends.backend_svg", "pandas", "scipy.optimize", "scipy.sparse.linalg", "scipy.stats")
 LONGEST = 1 << 20  # bytes of a command line with its environment
-# Hands over its arguments and its standard streams, and ends as the command does; python starts fast without `site`.
+# Hands over its arguments and its standard streams, and ends as the command does. Its imports are compiled into python:
+# `site`, `json` and `socket` take longer than all the rest.
 CLIENT = """#!{python} -IS
-import json, os, socket, sys
-server = socket.socket(socket.AF_UNIX)
+import marshal, os, sys, _socket
+server = _socket.socket(_socket.AF_UNIX)
 server.connect({address!r})
-request = json.dumps([sys.argv[1:], os.getcwd(), dict(os.environ)]).encode()
-socket.send_fds(server, [request], [0, 1, 2])
-server.shutdown(socket.SHUT_WR)
+request = marshal.dumps([sys.argv[1:], os.getcwd(), dict(os.environ)])
+streams = b"".join(stream.to_bytes(4, sys.byteorder) for stream in (0, 1, 2))
+sent = server.sendmsg([request], [(_socket.SOL_SOCKET, _socket.SCM_RIGHTS, streams)])
+server.sendall(request[sent:])
+server.shutdown(_socket.SHUT_WR)
 for stream in (0, 1, 2):
     os.close(stream)
 os._exit(int(server.recv(8) or b"70"))
@@ -65,25 +68,35 @@ def served(rows):
 def listen(address, rows):
     """Import the program and run each of FIRST, then each command that comes in a process of its own."""
     import cablestudy
-    from cablestudy.cli import main
 
     for module in pkgutil.walk_packages(cablestudy.__path__, "cablestudy."):
         if module.name != "cablestudy.__main__":
             import_module(module.name)
     for name in USED_LATER:
         import_module(name)
-    undrawn().__enter__()
-    lengths_found_once().__enter__()
+    cablestudy.scene.units.to_si("1 inch", "m")  # reads the units of pint
     cablestudy.sweeps.driver.WORTHWHILE = math.inf  # the other cores have tests to run: no sweep starts processes
     cablestudy.sweeps.chunks.SECONDS = cablestudy.sweeps.chunks.MAX_GROWTH = math.inf  # nor divides its rows by time
     tolerances = type(cablestudy.study.tolerances.STUDY)
     tolerances.timing_budget = tolerances.brief_run = 0.0  # no example shows a time, which would be another each time
-    rows_found_once(Path(rows)).__enter__()
+    with undrawn(), lengths_found_once(), rows_found_once(Path(rows)):  # as long as the server runs
+        _run_first()
+        gc.collect()
+        gc.disable()  # a collection in a fork would copy much of it, and no command is long enough to need one
+        _serve(address)
+
+
+def _run_first():
+    """Run each of FIRST without its output."""
+    from cablestudy.cli import main
+
     with tempfile.TemporaryDirectory() as folder, chdir(folder), open(os.devnull, "w") as sink, redirect_stdout(sink):
         for command, file, *options in FIRST:
             main([command, str(ROOT / "configs" / file), *options, "--quiet"], standalone_mode=False)
-    gc.collect()
-    gc.freeze()  # a collection in a fork would copy all of it
+
+
+def _serve(address):
+    """Run each command that comes in a process of its own."""
     with socket.socket(socket.AF_UNIX) as server:
         server.bind(address)
         server.listen(100)
@@ -96,7 +109,7 @@ def listen(address, rows):
                     request += part
                 if os.fork() == 0:
                     server.close()
-                    _handle(client, streams, *json.loads(request))
+                    _handle(client, streams, *marshal.loads(request))
             for stream in streams:
                 os.close(stream)
             _reap()

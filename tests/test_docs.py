@@ -49,6 +49,11 @@ def test_no_example_shows_progress_which_depends_on_how_fast_a_machine_is(folder
     assert refresh.run(f"echo ${progress.OFF}", folder) == "off\n"
 
 
+def test_commands_of_the_server_leave_the_files_of_their_pictures_empty(folder, programs):
+    shell = "cablestudy static configs/carlina.yaml --plot empty.svg --quiet >table && wc -c <empty.svg"
+    assert refresh.run(shell, folder, programs).strip() == "0"
+
+
 def test_the_pages_have_examples():
     commands = [line for page in refresh.PAGES for line in page.read_text().splitlines() if line.startswith("$ cable")]
     assert (len(commands) >= 15, len(TOUR)) == (True, 15)

@@ -198,11 +198,14 @@ class Catenary(SegmentedCable):
             Unstretched arc length over unstretched length, in [0, 1]; at a load, the side of end 1. [-]
         """
         (cosine, sine), stiffness = self._angles, self._axial_stiffness
-        position = np.broadcast_to(position, cosine.shape[:-1] + np.shape(position)[-1:]).astype(float)
+        # in rows, whatever the batch: products of matrices round by the order in which their entries are stored
+        position = np.broadcast_to(position, cosine.shape[:-1] + np.shape(position)[-1:]).astype(float, order="C")
         segment_ends = np.cumsum(self.segments.fraction, axis=-1)
         segment = (position[..., None] > segment_ends[..., None, :-1]).sum(axis=-1)
 
         def in_segment(values):
+            if segment_ends.shape[-1] == 1:  # the only segment
+                return values
             return np.take_along_axis(np.broadcast_to(values, segment_ends.shape), segment, axis=-1)
 
         # the piece between the segment's end 1 and the position, and the tension vector in its middle
@@ -212,14 +215,24 @@ class Catenary(SegmentedCable):
         up = (sine, cosine, 0.0)
         middle = [in_segment(p) + shift * u for p, u in zip(self.tension, up, strict=True)]
         of_piece, _ = extension(middle, weight * piece, stiffness, cosine, sine)
-        of_segments, _ = extension(self.tension, self.segments.weight, stiffness, cosine, sine)
-        displacement, of_chord = [], (np.asarray(self.span.chord_strain)[..., None], 0, 0)
-        for piece_strain, segment_strain, chord_strain in zip(of_piece, of_segments, of_chord, strict=True):
-            changes = self.segments.fraction * (segment_strain - chord_strain)
-            at_end_1 = in_segment(np.cumsum(changes, axis=-1) - changes)
-            displacement.append(at_end_1 + piece * (piece_strain - chord_strain))
+        of_chord = (np.asarray(self.span.chord_strain)[..., None], 0, 0)
+        displacement = [
+            in_segment(at_end_1) + piece * (piece_strain - chord_strain)
+            for at_end_1, piece_strain, chord_strain in zip(self._segment_begins, of_piece, of_chord, strict=True)
+        ]
         tension = [m + weight * piece * u / 2 for m, u in zip(middle, up, strict=True)]
         return np.stack(displacement, axis=-1), np.stack(tension, axis=-1)
+
+    @cached_property
+    def _segment_begins(self):
+        """Displacement at end 1 of each segment as of `at`, 3 ndarrays of shape (..., k). [-]"""
+        cosine, sine = self._angles
+        strains, _ = extension(self.tension, self.segments.weight, self._axial_stiffness, cosine, sine)
+        of_chord, begins = (np.asarray(self.span.chord_strain)[..., None], 0, 0), []
+        for strain, chord_strain in zip(strains, of_chord, strict=True):
+            changes = self.segments.fraction * (strain - chord_strain)
+            begins.append(np.cumsum(changes, axis=-1) - changes)
+        return begins
 
     @cached_property
     def middle(self):

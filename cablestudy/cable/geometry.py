@@ -235,9 +235,10 @@ def clearance(cable, end_1, ground):
         return float(end_1[2] + lowest_point(cable) - ground)
     x, z = np.array(ground, dtype=float).T
     # the distance is least above a corner of the ground, or where the cable is parallel to it, or ends
-    normals = [np.array([-slope, 0.0, 1.0]) for slope in np.diff(z) / np.diff(x)]
-    candidates = [_extreme_candidates(cable, normal) for normal in normals]
-    candidates.append(_crossings(cable, x - end_1[0]))
+    slopes = np.diff(z) / np.diff(x)
+    candidates = [_extreme_candidates(cable, np.array([-slope, 0.0, 1.0])) for slope in slopes]
+    summits = np.concatenate([[True], np.diff(slopes) < 0, [True]])  # above another corner the distance has no minimum
+    candidates.append(_crossings(cable, x[summits] - end_1[0]))
     points = places(cable, np.concatenate(candidates)) + np.asarray(end_1)
     low, high = points[:, 0].min(), points[:, 0].max()
     if low < x[0] - 1e-9 * (high - low) or high > x[-1] + 1e-9 * (high - low):

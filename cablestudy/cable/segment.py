@@ -68,12 +68,18 @@ def evaluate(tension, weight, cosine, sine):
 
 def _excess(beta, small, plus, minus):
     """atanh(beta)/beta - 1, by its power series where beta is small, else by the logarithm of S + W over S - W."""
-    square = np.where(small, beta, 0.0) ** 2
-    series = np.zeros_like(beta)
+    if small.all():
+        return _excess_by_series(beta)
+    by_logarithm = 0.5 * np.log(np.maximum(plus, CABLE.least_divisor) / minus) / np.where(small, 1.0, beta) - 1.0
+    return np.where(small, _excess_by_series(np.where(small, beta, 0.0)), by_logarithm) if small.any() else by_logarithm
+
+
+def _excess_by_series(beta):
+    """atanh(beta)/beta - 1 by its power series."""
+    square, series = beta**2, np.zeros_like(beta)
     for k in range(10, 0, -1):
         series = square * (1.0 / (2 * k + 1) + series)
-    divisor = np.where(small, 1.0, beta)
-    return np.where(small, series, 0.5 * np.log(np.maximum(plus, CABLE.least_divisor) / minus) / divisor - 1.0)
+    return series
 
 
 def extension(tension, weight, axial_stiffness, cosine, sine):

@@ -10,7 +10,7 @@ from functools import lru_cache, wraps
 import matplotlib.style
 import numpy as np
 from matplotlib import colormaps
-from matplotlib.axis import Tick
+from matplotlib.axis import Axis
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
@@ -94,12 +94,13 @@ def _without_font_warnings():
         fonts.setLevel(level)
 
 
-def _without_mathematics(figure):
-    """Let a $ in names and titles be a $; the numbers at ticks of logarithmic scales are mathematics."""
-    ticks = {label for tick in figure.findobj(Tick) for label in (tick.label1, tick.label2)}
-    for text in figure.findobj(Text):
-        if text not in ticks:
-            text.set_parse_math(False)
+def _without_mathematics(artist):
+    """Let a $ in names and titles of a figure be a $; the numbers at ticks of logarithmic scales are mathematics."""
+    if isinstance(artist, Text):
+        artist.set_parse_math(False)
+    # an axis would make all of its ticks to name them
+    for child in (artist.label, artist.offsetText) if isinstance(artist, Axis) else artist.get_children():
+        _without_mathematics(child)
 
 
 @lru_cache(maxsize=1)
