@@ -507,7 +507,8 @@ def descend(suspension, state, most_steps=SYSTEM.descent_steps, small_net_force=
         converged = (rounding_ratio <= 1) | (relative_force < small_net_force)
         patience_over = slow_steps[active] >= SYSTEM.descent_patience
         stuck = (share == 0) | patience_over | (number == SYSTEM.descent_steps - 1)
-        rounded = stuck & (largest_ratio(subset, evaluation.net, evaluation.most_rounding) <= 1)
+        no_gain = stuck | (slow_steps[active] >= SYSTEM.rounding_patience)
+        rounded = no_gain & (largest_ratio(subset, evaluation.net, evaluation.most_rounding) <= 1)
         steps[active] += 1
         residual_before = residual[active]
         residual[active], correction[active] = relative_force, change

@@ -18,7 +18,8 @@ class SystemTolerances:
     soft_tension: float = 10.0  # tension that a soft cable may have, over the loads on all bodies
     # a search can go no further where some steps leave more than this share of the net force:
     descent_progress: float = 0.5
-    descent_patience: int = 4  # so many of them
+    descent_patience: int = 4  # so many of them,
+    rounding_patience: int = 2  # or so many where what is left may be rounding
     farthest_step: float = 0.5  # largest step: over the extent of the suspension,
     widest_turn: float = 0.7  # and in radians
     # change of a tension over its size, up to which the stiffness foretells it well enough to begin a search from there
