@@ -777,7 +777,8 @@ def test_cables_that_shrink_to_nothing_are_named(made):
     assert row.cells["status"].startswith("b: at the temperature of the case next to nothing is left of its length")
 
 
-def test_a_sag_without_weight_has_no_answer(made):
+def test_a_sag_without_weight_has_no_answer(made, monkeypatch):
+    monkeypatch.setattr(type(SYSTEM), "softened", campaign(SYSTEM.softened, SYSTEM.softened[-1:]))
     row = evaluate_suspensions([made(*body("gravity=0", stated="sag: 14 m"))], [find("gondola.z")])[0]
     assert row.cells["status"].startswith("no equilibrium: no lengths were found")
 
