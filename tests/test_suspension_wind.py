@@ -107,6 +107,30 @@ def test_a_mean_wind_whose_forces_do_not_settle_is_refused_without_a_force_that_
         _ = case_of(everything(wind=STRONG)).in_wind
 
 
+def test_a_light_body_with_a_large_area_in_a_strong_wind():
+    """Its drag is that of the attitude in which it hangs, and holds the balance; without combined forces it swings."""
+    mass, areas, speed, direction = 32.8, np.array([0.8, 27.4, 0.02]), 21.35, np.radians(24)
+    text = ", ".join(f"{area} m^2" for area in areas)
+    sets = [f"bodies.gondola.mass={mass} kg", f"bodies.gondola.wind.area=[{text}]", f"wind.speed={speed} m/s"]
+    scene = load_scene(CONFIGS / "suspensions" / "carlina-balloon-wind.yaml", [*sets, "wind.direction=24 deg"])[1]
+    found = SuspensionCase(scene).in_wind._equilibrium
+    suspension = found.suspension
+    turn = found.rotation[suspension.body_names.index("gondola")]
+    wind = turn.T @ [speed * np.cos(direction), speed * np.sin(direction), 0.0]
+    table = scene.bodies["gondola"].wind
+    drag = turn @ (RHO / 2 * table.drag_coefficient * areas * speed * wind)
+    at_center = turn @ table.center_of_pressure
+    weight = [0.0, 0.0, -mass * scene.gravity]
+    force, moment = drag + weight, np.cross(at_center, drag) + np.cross(turn @ [0.0, 0.0, -0.1], weight)
+    for name, pulled in zip(suspension.cable_names, found.end_forces, strict=True):
+        if scene.cables[name].to.startswith("gondola."):
+            force = force + pulled[1]
+            moment = moment + np.cross(turn @ scene.bodies["gondola"].attachments[scene.cables[name].to[8:]], pulled[1])
+    assert np.linalg.norm(drag) > 1000
+    assert np.linalg.norm(force) < 1e-7 * np.linalg.norm(drag)
+    assert np.linalg.norm(moment) < 1e-7 * np.linalg.norm(drag)
+
+
 def test_the_mean_wind_can_be_left_out():
     text = everything(wind=STRONG | {"mean": False})
     case = case_of(text)

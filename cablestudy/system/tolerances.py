@@ -35,6 +35,8 @@ class SystemTolerances:
     # a search ends where some steps in a row leave more than this share of the errors:
     equilibrium_progress: float = 0.7
     equilibrium_patience: int = 4  # so many of them
+    # singular value of the changes in a fixed-point iteration, over the largest, up to which rounding determines it
+    dependent_steps: float = 1e-10
     next_equilibrium_steps: int = 25  # from an equilibrium to the next one
     softened: tuple = (0.3, 0.03, 1e-3, 1e-5, 1e-8)  # strains of cables that a search goes by
     error_in_step: float = 10.0  # relative error that a step shall take away at most

@@ -8,8 +8,9 @@ centre of pressure is
 in body axes. Of the wind on a cable only the part u_n across its chord counts, and the force per stretched length is
 rho/2 C_d d |u_n| u_n, taken as uniform along the cable. Both forces depend on the attitude of bodies and cables, so
 an equilibrium is sought under fixed forces, the forces are computed again in that equilibrium, and so on until both
-agree. The linear model about the equilibrium takes the forces as dead loads: their change with the attitude of bodies
-and cables is no part of its stiffness.
+agree. Where that takes many equilibria, or goes to and fro, as of a light body with a large area, the next forces are
+combined from several of those before. The linear model about the equilibrium takes the forces as dead loads: their
+change with the attitude of bodies and cables is no part of its stiffness.
 """
 
 from dataclasses import dataclass, replace
@@ -20,9 +21,12 @@ from cablestudy.cable.steady_drag import Profile
 from cablestudy.cable.vectors import size
 from cablestudy.system.descent import DISAGREED, ROUNDED
 from cablestudy.system.equilibria import pose
+from cablestudy.system.fixed_point import next_argument
 from cablestudy.system.tangent import GROUND
 from cablestudy.system.tolerances import SYSTEM
 from cablestudy.wind.tolerances import WIND
+
+LOADS = ("force", "moment", "cable_wind")  # fields of a `Suspension` that the wind changes
 
 
 @dataclass(frozen=True)
@@ -140,19 +144,26 @@ def equilibrium_in_wind(without_wind, drag):
         rotation=without_wind.rotation,
     )
     equilibrium, shape = without_wind, np.shape(without_wind.record.converged)
-    inputs, ended = None, np.zeros(shape, dtype=bool)
+    inputs, (ended, close) = None, np.zeros((2, *shape), dtype=bool)
+    tried = []  # inputs of each search so far, and those that follow from its equilibrium
     least_change, reason = np.full(shape, np.inf), np.full(shape, DISAGREED)
     for _ in range(WIND.mean_wind_equilibria):
         new_inputs = _inputs_in_wind(suspension, equilibrium, drag)
         if ended.any():  # a case that has ended keeps its digits while others go on
             new_inputs = {name: _where_case(ended, inputs[name], new) for name, new in new_inputs.items()}
+        tried += [(inputs, new_inputs)] if inputs else []
+        combines = ~close & ~ended & (len(tried) >= WIND.plain_equilibria)
+        if combines.any():
+            combined = _combined_loads(tried[-WIND.combined_equilibria :])
+            new_inputs = new_inputs | {name: _where_case(combines, combined[name], new_inputs[name]) for name in LOADS}
         inputs, previous = new_inputs, equilibrium
         equilibrium = pose(replace(suspension, **inputs))
         change = size(equilibrium.ends - previous.ends).max(axis=(-1, -2))
         settled = _loads_settled(drag, equilibrium, inputs["cable_wind"])
         rounding = SYSTEM.sum_rounding * SYSTEM.rounding * np.abs(equilibrium.ends).max(axis=(-1, -2, -3))
-        agreed = (change <= rounding) & settled
-        rounded = settled & ~(change <= rounding) & (change >= WIND.mean_wind_progress * least_change)
+        close = change <= rounding
+        agreed = close & settled & ~combines  # combined forces may hardly change before they agree with the attitude
+        rounded = settled & ~close & (change >= WIND.mean_wind_progress * least_change)
         least_change = np.minimum(least_change, change)
         if (rounded & ~ended).any():  # else the costly uncertainty is not needed
             rounded &= change <= _end_uncertainty(equilibrium)
@@ -177,6 +188,27 @@ def _inputs_in_wind(suspension, equilibrium, drag):
         "position": equilibrium.position,
         "rotation": equilibrium.rotation,
     }
+
+
+def _combined_loads(tried):
+    """Loads for the next search, a dict by `LOADS`, from pairs of inputs of searches and inputs that follow from them.
+
+    The loads of each kind count over the largest of them in its case.
+    """
+    shape, last = np.shape(tried[-1][0]["cable_wind"])[:-2], tried[-1][1]
+    largest = {name: np.abs(last[name]).max(axis=(-1, -2), initial=np.finfo(float).tiny) for name in LOADS}
+
+    def flat(inputs):
+        parts = ((np.broadcast_to(inputs[name], last[name].shape), largest[name]) for name in LOADS)
+        return np.concatenate([part.reshape(*shape, -1) / over[..., None] for part, over in parts], axis=-1)
+
+    pairs = [(flat(used), flat(following)) for used, following in tried]
+    combined, loads, first = next_argument(*map(np.stack, zip(*pairs, strict=True))), {}, 0
+    for name in LOADS:
+        end = first + np.prod(last[name].shape[len(shape) :])
+        loads[name] = (combined[..., first:end] * largest[name][..., None]).reshape(last[name].shape)
+        first = end
+    return loads
 
 
 def _cable_loads_at(equilibrium, drag):
