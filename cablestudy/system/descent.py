@@ -475,7 +475,8 @@ def descend(suspension, state, most_steps=SYSTEM.descent_steps, small_net_force=
     state : PoseState
         Where the searches begin; its tensions are not used.
     most_steps : int
-        Cases of which a whole step leaves no more than `SYSTEM.descent_settling` of the net force go on after these.
+        Cases of which a whole step leaves no more than `SYSTEM.descent_settling` of the net force go on after these,
+        where the energy is convex: elsewhere other equilibria than those by way of softer cables may be found.
     small_net_force : float
         Net force over the sum of forces that counts as none, even if it is more than rounding. [-]
 
@@ -495,7 +496,8 @@ def descend(suspension, state, most_steps=SYSTEM.descent_steps, small_net_force=
     state = replace(state, tension=np.full(state.tension.shape, np.nan))
     active, subset, evaluation = np.arange(cases), suspension, evaluate(suspension, state)
     best_ratio, slow_steps = np.full(cases, np.inf), np.zeros(cases, dtype=int)
-    for number in range(SYSTEM.descent_steps):
+    convex = not (suspension.free[:, 3:].any() or suspension.link_names)
+    for number in range(SYSTEM.descent_steps if convex else most_steps):
         step = newton_step(subset, state, evaluation)
         change = np.maximum(size(step[..., :3]).max(axis=-1) / longest(state), size(step[..., 3:]).max(axis=-1))
         state, evaluation, share = line_search(subset, state, evaluation, step)
