@@ -10,16 +10,13 @@ class SystemTolerances:
 
     descent_steps: int = 100  # of a search,
     descent_halvings: int = 30  # and of one of its steps
-    # net force after a whole step over that before it, up to which a search is about to end:
-    descent_settling: float = 0.25
     straight_steps: int = 12  # of a search straight from the start: those that need more go by softer cables
     soft_steps: int = 60  # most steps with each of these,
     soft_net_force: float = 1e-6  # and net force over the sum of forces that is small enough there
     soft_tension: float = 10.0  # tension that a soft cable may have, over the loads on all bodies
     # a search can go no further where some steps leave more than this share of the net force:
     descent_progress: float = 0.5
-    descent_patience: int = 4  # so many of them,
-    rounding_patience: int = 2  # or so many where what is left may be rounding
+    descent_patience: int = 4  # so many of them
     farthest_step: float = 0.5  # largest step: over the extent of the suspension,
     widest_turn: float = 0.7  # and in radians
     # change of a tension over its size, up to which the stiffness foretells it well enough to begin a search from there
