@@ -645,7 +645,7 @@ def test_the_stated_error_of_uniform_drag_holds_where_a_body_turns(made, length,
         case = SuspensionCase(made(text, *sets))
         columns = [find(name) for name in names]
         own = evaluate_suspensions([case.scene], columns)[0]
-        true = evaluate_suspensions([made(in_pieces(case, length, 12, text), *sets)], columns)[0]
+        true = evaluate_suspensions([made(in_pieces(case, length, 6, text), *sets)], columns)[0]
         for header, error in own.errors.items():
             assert abs(own.cells[header] - true.cells[header]) <= error * abs(own.cells[header]), header
 
@@ -661,7 +661,7 @@ def test_the_stated_error_of_uniform_drag_holds_for_motion_in_the_wind(made, ste
     names = ["gondola.rms", "gondola.rms_velocity", *([] if steady else ["gondola.mean_x", "gondola.mean_z"])]
     rows = [
         evaluate_suspensions([scene], [find(name) for name in names])[0]
-        for scene in (case.scene, made(in_pieces(case, 79, 6), *changed))
+        for scene in (case.scene, made(in_pieces(case, 79, 4), *changed))
     ]
     for header in rows[0].errors:
         true = abs(rows[0].cells[header] / rows[1].cells[header] - 1)
@@ -777,7 +777,8 @@ def test_cables_that_shrink_to_nothing_are_named(made):
     assert row.cells["status"].startswith("b: at the temperature of the case next to nothing is left of its length")
 
 
-def test_a_sag_without_weight_has_no_answer(made):
+def test_a_sag_without_weight_has_no_answer(made, monkeypatch):
+    monkeypatch.setattr(type(SYSTEM), "softened", campaign(SYSTEM.softened, SYSTEM.softened[-1:]))
     row = evaluate_suspensions([made(*body("gravity=0", stated="sag: 14 m"))], [find("gondola.z")])[0]
     assert row.cells["status"].startswith("no equilibrium: no lengths were found")
 

@@ -14,7 +14,7 @@ from cablestudy.cable.equilibrium_residual import EquilibriumResidual
 from cablestudy.cable.geometry import midspan, sag_and_swing
 from cablestudy.cable.midspan import arc_length_at_midspan
 from cablestudy.cable.newton import CONVERGED, STALLED, UNDETERMINED, Record, newton
-from cablestudy.cable.segment import SegmentedCable, evaluate, extension, flexibility, inverse_symmetric
+from cablestudy.cable.segment import Kernel, SegmentedCable, evaluate, extension, flexibility, inverse_symmetric
 from cablestudy.cable.span import Span
 from cablestudy.cable.tolerances import CABLE
 
@@ -58,12 +58,14 @@ class Catenary(SegmentedCable):
     span: Span
     tension: tuple  # tension vector at mid-segment, chord frame, 3 arrays of shape (..., k + 1) [N]
     segments: Segments
+    kernel: Kernel  # closed-form quantities of each segment
     record: Record
 
     def take(self, index):
         """One cable of a batch of shape (n,)."""
         tension = tuple(component[index] for component in self.tension)
-        return Catenary(self.span.take(index), tension, self.segments.take(index), self.record.of(index))
+        parts = self.segments.take(index), self.kernel.take(index), self.record.of(index)
+        return Catenary(self.span.take(index), tension, *parts)
 
     @cached_property
     def mid_forces(self):
@@ -81,11 +83,6 @@ class Catenary(SegmentedCable):
         inner = np.cumsum(self.segments.fraction, axis=-1)
         inner[..., -1] = 1.0
         return np.concatenate([np.zeros_like(inner[..., :1]), inner], axis=-1)
-
-    @cached_property
-    def kernel(self):
-        """Closed-form quantities of each segment: `segment.Kernel`."""
-        return evaluate(self.tension, self.segments.weight, *self._angles)
 
     @property
     def _axial_stiffness(self):
@@ -315,13 +312,16 @@ def solve(span, tension=None):
     unknown = problem.start(span) if tension is None else problem.start_near(span, tension)
     loose = (problem.load == 0) & (problem.strain <= 0)  # no tension at all: nothing to solve
     unknown[0] = np.where(loose, problem.stiffness[..., 0], unknown[0])
-    unknown, _, record = newton(problem, unknown, np.broadcast_to(~loose, problem.shape))
+    unknown, (tension, kernel), record = newton(problem, unknown, np.broadcast_to(~loose, problem.shape))
     unknown, change = np.where(loose, 0.0, unknown), record.last_correction
     weightless = ~loose & (np.asarray(span.weight) == 0)
     if weightless.any():
         unknown, change, record = _pass_kinks(problem, unknown, change, record, weightless)
+    if weightless.any() or loose.any():  # not those at which the iteration ended
+        tension = problem.tension(unknown)
+        kernel = evaluate(tension, problem.segments.weight, *problem.angles)
     reason = np.where(loose, UNDETERMINED, np.where(change < CABLE.last_tension_step, CONVERGED, STALLED))
-    return Catenary(span, problem.tension(unknown), problem.segments, replace(record, reason=reason))
+    return Catenary(span, tension, problem.segments, kernel, replace(record, reason=reason))
 
 
 def _pass_kinks(problem, unknown, change, record, weightless):

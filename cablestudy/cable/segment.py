@@ -24,6 +24,7 @@ from cablestudy.cable.tolerances import CABLE
 from cablestudy.cable.vectors import largest
 
 GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(8)
+SERIES = [1.0 / (2 * k + 1) for k in range(10, 0, -1)]  # of atanh(beta)/beta - 1 in beta^2, from its highest power on
 
 
 @dataclass(frozen=True)
@@ -36,6 +37,11 @@ class Kernel:
     excess: np.ndarray  # atanh(beta)/beta - 1 [-]
     product: np.ndarray  # T0 T1 (S^2 - W^2) [N^4]
     tensions: tuple  # T0 and T1, at the two ends [N]
+
+    def take(self, index):
+        """`Kernel` of one cable of a batch of shape (n,), or of several."""
+        arrays = self.horizontal, self.beta, self.sum_of_tensions, self.excess, self.product
+        return Kernel(*(array[index] for array in arrays), tuple(tension[index] for tension in self.tensions))
 
 
 def evaluate(tension, weight, cosine, sine):
@@ -59,8 +65,9 @@ def evaluate(tension, weight, cosine, sine):
     # T + |V| and T - |V| = H^2/(T + |V|) at the ends: S + W and S - W are sums of these, without cancellation
     larger0, larger1 = t0 + np.abs(v0), t1 + np.abs(v1)
     smaller0, smaller1 = (h2 / np.maximum(larger, CABLE.least_divisor) for larger in (larger0, larger1))
-    plus = np.where(v1 >= 0, larger1, smaller1) + np.where(v0 >= 0, smaller0, larger0)
-    minus = np.where(v1 >= 0, smaller1, larger1) + np.where(v0 >= 0, larger0, smaller0)
+    upwards0, upwards1 = v0 >= 0, v1 >= 0
+    plus = np.where(upwards1, larger1, smaller1) + np.where(upwards0, smaller0, larger0)
+    minus = np.where(upwards1, smaller1, larger1) + np.where(upwards0, larger0, smaller0)
     minus = np.maximum(minus, CABLE.least_divisor)
     small = beta < CABLE.series_below
     return Kernel(horizontal, beta, total, _excess(beta, small, plus, minus), t0 * t1 * plus * minus, (t0, t1))
@@ -76,9 +83,9 @@ def _excess(beta, small, plus, minus):
 
 def _excess_by_series(beta):
     """atanh(beta)/beta - 1 by its power series."""
-    square, series = beta**2, np.zeros_like(beta)
-    for k in range(10, 0, -1):
-        series = square * (1.0 / (2 * k + 1) + series)
+    square, series = beta**2, 0.0
+    for coefficient in SERIES:
+        series = square * (coefficient + series)
     return series
 
 
@@ -115,10 +122,14 @@ def flexibility(tension, weight, axial_stiffness, cosine, sine, kernel):
     The mean of (T^2 I - P P^T)/T^3 over the segment is found once in terms of small deviations from the chord and once
     in horizontal and vertical components: each form is free of cancellation where the other is not.
     """
-    small, by_turning = kernel.beta < CABLE.series_below, _shallow(tension, weight, cosine, sine, kernel)
-    if not small.all():
-        deep = _deep(tension, cosine, sine, kernel)
-        by_turning = tuple(np.where(small, *pair) for pair in zip(by_turning, deep, strict=True))
+    small = kernel.beta < CABLE.series_below
+    if small.all():
+        by_turning = _shallow(tension, weight, cosine, sine, kernel)
+    else:
+        by_turning = _deep(tension, cosine, sine, kernel)
+        if small.any():
+            shallow = _shallow(tension, weight, cosine, sine, kernel)
+            by_turning = tuple(np.where(small, *pair) for pair in zip(shallow, by_turning, strict=True))
     qq, nn, yy, *mixed = by_turning
     axial = 1.0 / axial_stiffness
     return (axial + qq, axial + nn, axial + yy, *mixed)

@@ -11,6 +11,7 @@ beyond 1024 points, over 1024 blocks of about equally many.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -80,9 +81,15 @@ def _bootstrap_means(terms, seed):
     blocks = min(points, BLOCKS)
     starts = np.arange(blocks) * points // blocks
     sums, sizes = np.add.reduceat(terms, starts, axis=1), np.diff(np.append(starts, points))
-    times_drawn = np.random.default_rng(seed).multinomial(blocks, np.full(blocks, 1 / blocks), RESAMPLES)
-    times_drawn = np.vstack([np.ones(blocks), times_drawn])
+    times_drawn = _times_drawn(blocks, seed)
     return times_drawn @ sums.T / (times_drawn @ sizes)[:, None]
+
+
+@lru_cache(maxsize=1)  # all columns of a table have the same points
+def _times_drawn(blocks, seed):
+    """How often each block is drawn: once for the estimate, then in each resample, shape (1 + RESAMPLES, blocks)."""
+    drawn = np.random.default_rng(seed).multinomial(blocks, np.full(blocks, 1 / blocks), RESAMPLES)
+    return np.vstack([np.ones(blocks), drawn])
 
 
 class Sensitivity:

@@ -475,6 +475,8 @@ def descend(suspension, state, most_steps=SYSTEM.descent_steps, small_net_force=
     state : PoseState
         Where the searches begin; its tensions are not used.
     most_steps : int
+        Cases of which a whole step leaves no more than `SYSTEM.descent_settling` of the net force go on after these,
+        where the energy is convex: elsewhere other equilibria than those by way of softer cables may be found.
     small_net_force : float
         Net force over the sum of forces that counts as none, even if it is more than rounding. [-]
 
@@ -494,7 +496,8 @@ def descend(suspension, state, most_steps=SYSTEM.descent_steps, small_net_force=
     state = replace(state, tension=np.full(state.tension.shape, np.nan))
     active, subset, evaluation = np.arange(cases), suspension, evaluate(suspension, state)
     best_ratio, slow_steps = np.full(cases, np.inf), np.zeros(cases, dtype=int)
-    for number in range(most_steps):
+    convex = not (suspension.free[:, 3:].any() or suspension.link_names)
+    for number in range(SYSTEM.descent_steps if convex else most_steps):
         step = newton_step(subset, state, evaluation)
         change = np.maximum(size(step[..., :3]).max(axis=-1) / longest(state), size(step[..., 3:]).max(axis=-1))
         state, evaluation, share = line_search(subset, state, evaluation, step)
@@ -508,11 +511,14 @@ def descend(suspension, state, most_steps=SYSTEM.descent_steps, small_net_force=
         stuck = (share == 0) | patience_over | (number == SYSTEM.descent_steps - 1)
         rounded = stuck & (largest_ratio(subset, evaluation.net, evaluation.most_rounding) <= 1)
         steps[active] += 1
+        residual_before = residual[active]
         residual[active], correction[active] = relative_force, change
         failure = np.where(share == 0, NO_DESCENT, TOO_MANY)
         reason[active] = np.where(converged, CONVERGED, np.where(rounded, ROUNDED, failure))
         assign_rows(final, active, replace(state, tension=evaluation.tension))
         going_on = ~(converged | rounded | (share == 0))
+        if number >= most_steps - 1:
+            going_on &= (share == 1) & (relative_force <= SYSTEM.descent_settling * residual_before)
         if not going_on.all():
             active, state, evaluation = active[going_on], take_rows(state, going_on), take_rows(evaluation, going_on)
             subset = suspension.take(active)

@@ -10,6 +10,8 @@ class SystemTolerances:
 
     descent_steps: int = 100  # of a search,
     descent_halvings: int = 30  # and of one of its steps
+    # net force after a whole step over that before it, up to which a search is about to end:
+    descent_settling: float = 0.25
     straight_steps: int = 12  # of a search straight from the start: those that need more go by softer cables
     soft_steps: int = 60  # most steps with each of these,
     soft_net_force: float = 1e-6  # and net force over the sum of forces that is small enough there

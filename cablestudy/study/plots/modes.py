@@ -289,9 +289,11 @@ def _figure(shown, frequency, listed, peak, share, drawing, distance):
     # displacements are enlarged to the peak, or to less where a body would turn too far
     peaks = [float(f"{factor * mode.largest:.2g}") for mode, factor in zip(shown, factors, strict=True)]
     equal, anchors = len(set(peaks)) == 1, [] if drawing is None else [place for _, place in drawing.anchors]
-    for number, axes in enumerate(panels(figure, count, columns, sharey=True)):
+    all_panels = panels(figure, count, columns, sharey=True)
+    window.apply(all_panels[0], 4, 5)  # all have its limits and ticks
+    for number, axes in enumerate(all_panels):
         mode, factor = shown[number], factors[number] * (1.0 if share is None else share)
-        window.apply(axes, 4, 5)
+        axes.set_aspect(window.factor, adjustable="box")
         _draw(axes, mode, factor, anchors)
         title = f"{number + 1}   {quantity_text(frequency[number], 'Hz')}"
         axes.set_title(title, loc="left", pad=13, **bold(title))
