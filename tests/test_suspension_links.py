@@ -558,7 +558,7 @@ def test_extremes_of_damping(damping):
     first = math.pi / (10.0 if damping < 1 else 9.6) * math.sqrt(string.tension / string.mass)
     expected = pole(lambda s: string.damped(s, damping), first * (1.001j - 1e-4))
     assert max(ratio) == pytest.approx(-expected.real / abs(expected), rel=2e-3, abs=1e-11)
-    # of the mode across the dashpot rounding of a force of 1e9 N s/m is left, and stated; with less damping not even that
+    # of the mode across the dashpot rounding of 1e9 N s/m is left, and stated; with less damping not even that
     across = int(np.argmin(ratio))
     assert ratio[across] <= max(1e-11, modes.damping_error[across] * ratio[across])
     assert ratio[across] <= (0.1 * max(ratio) if damping > 1e8 else 1e-11)
