@@ -9,6 +9,7 @@ import os
 os.environ.update(dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1"))  # before numpy
 
 import platform
+import sys
 import textwrap
 import time
 
@@ -63,7 +64,11 @@ def main():
         for module, sizes in TINY.items():
             vars(module).update(sizes)
     wanted = chosen.sections or ORDER
-    sections = {title: list(section()) for title, section in SECTIONS.items() if title in wanted}
+    sections = {}
+    for title in (title for title in SECTIONS if title in wanted):
+        start = time.perf_counter()
+        sections[title] = list(SECTIONS[title]())
+        print(f"{title}: {time.perf_counter() - start:.0f} s", file=sys.stderr, flush=True)  # noqa: T201
     import numpy
     import scipy
 
