@@ -3,12 +3,12 @@
 import re
 from dataclasses import replace
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 import pytest
 from cables import along_x
 from campaign import campaign
+from command import CONFIGS
 from complex_stiffness import excited
 from one_loop import OneLoop
 from references.continuous_cable import dynamic_end_stiffness
@@ -26,8 +26,6 @@ from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.closed_loop import ClosedLoop
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.linear import LinearSystem
-
-CONFIGS = Path(__file__).parent.parent / "configs" / "suspensions"
 
 HYSTERETIC = "cable.damping={loss_factor: 0.02}"
 DIAMETERS = np.linspace(1.5, 6.0, 23).tolist()  # mm
@@ -269,7 +267,7 @@ def test_the_poles_of_the_model_alone_decide_only_well_below_the_largest_gain(da
 @pytest.mark.parametrize("gain", [0.325, 20.0])
 def test_modes_that_the_model_lacks_are_judged_without_the_largest_gain(gain, monkeypatch):
     """Waves along the lower cables could be driven; the largest gain is some 25 rad/s."""
-    one = load_scene(CONFIGS / "carlina-balloon-wind.yaml", [f"control.gain={gain} rad/s"])[1]
+    one = load_scene(CONFIGS / "suspensions" / "carlina-balloon-wind.yaml", [f"control.gain={gain} rad/s"])[1]
     loop = SuspensionCase(one).in_wind.controlled
     assert loop.stable
     far = loop._far_from_unstable
@@ -282,12 +280,12 @@ def test_modes_that_the_model_lacks_are_judged_without_the_largest_gain(gain, mo
     assert known.stable
 
 
-def random_system(seed, **changes):
+def random_system(seed):
     """A `LinearSystem` of five coordinates, two of them not damped."""
     rng = np.random.default_rng(seed)
     spring, dashpot, losses = (rng.normal(size=(5, columns)) for columns in (6, 3, 2))
     matrices = np.diag(rng.uniform(0.5, 2, 5)), dashpot @ dashpot.T, spring @ spring.T + 1j * (losses @ losses.T)
-    return replace(LinearSystem(*matrices), **changes)
+    return LinearSystem(*matrices)
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -181,14 +181,10 @@ class LinearSystem:
         Of a pole s = a + i b with b > 0 and the shape v, a = -v^H (b C + Im K) v/(2 b v^H M v) where M, C and K are
         symmetric and nothing is fed back: C and Im K must have no negative eigenvalues, M and Re K no others.
         """
-        losses, stiffness = (self.damping, np.imag(self.stiffness)), self.stiffness.real
+        losses = [self.damping] + [self.stiffness.imag] * np.iscomplexobj(self.stiffness)
         if self.feedback or not all(_only_dissipates(part) for part in losses):
             return False
-        try:
-            np.linalg.cholesky(stiffness)
-        except np.linalg.LinAlgError:
-            return False
-        return True
+        return bool(np.linalg.eigvalsh(self.stiffness.real).min(initial=np.inf) > 0)
 
     @cached_property
     def equations(self):

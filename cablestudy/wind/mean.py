@@ -13,6 +13,7 @@ combined from several of those before. The linear model about the equilibrium ta
 change with the attitude of bodies and cables is no part of its stiffness.
 """
 
+from collections import deque
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -145,16 +146,18 @@ def equilibrium_in_wind(without_wind, drag):
     )
     equilibrium, shape = without_wind, np.shape(without_wind.record.converged)
     inputs, (ended, close) = None, np.zeros((2, *shape), dtype=bool)
-    tried = []  # inputs of each search so far, and those that follow from its equilibrium
+    # inputs of the last searches, and those that follow from their equilibria
+    tried = deque(maxlen=WIND.combined_equilibria)
     least_change, reason = np.full(shape, np.inf), np.full(shape, DISAGREED)
     for _ in range(WIND.mean_wind_equilibria):
         new_inputs = _inputs_in_wind(suspension, equilibrium, drag)
         if ended.any():  # a case that has ended keeps its digits while others go on
             new_inputs = {name: _where_case(ended, inputs[name], new) for name, new in new_inputs.items()}
-        tried += [(inputs, new_inputs)] if inputs else []
-        combines = ~close & ~ended & (len(tried) >= WIND.plain_equilibria)
+        if inputs:
+            tried.append((inputs, new_inputs))
+        combines = ~close & ~ended & (len(tried) == tried.maxlen)
         if combines.any():
-            combined = _combined_loads(tried[-WIND.combined_equilibria :])
+            combined = _combined_loads(tried)
             new_inputs = new_inputs | {name: _where_case(combines, combined[name], new_inputs[name]) for name in LOADS}
         inputs, previous = new_inputs, equilibrium
         equilibrium = pose(replace(suspension, **inputs))
@@ -199,16 +202,13 @@ def _combined_loads(tried):
     largest = {name: np.abs(last[name]).max(axis=(-1, -2), initial=np.finfo(float).tiny) for name in LOADS}
 
     def flat(inputs):
-        parts = ((np.broadcast_to(inputs[name], last[name].shape), largest[name]) for name in LOADS)
-        return np.concatenate([part.reshape(*shape, -1) / over[..., None] for part, over in parts], axis=-1)
+        return [inputs[name].reshape(*shape, -1) / largest[name][..., None] for name in LOADS]
 
-    pairs = [(flat(used), flat(following)) for used, following in tried]
-    combined, loads, first = next_argument(*map(np.stack, zip(*pairs, strict=True))), {}, 0
-    for name in LOADS:
-        end = first + np.prod(last[name].shape[len(shape) :])
-        loads[name] = (combined[..., first:end] * largest[name][..., None]).reshape(last[name].shape)
-        first = end
-    return loads
+    pairs = [[np.concatenate(flat(inputs), axis=-1) for inputs in pair] for pair in tried]
+    ends = np.cumsum([part.shape[-1] for part in flat(last)])
+    parts = np.split(next_argument(*map(np.stack, zip(*pairs, strict=True))), ends[:-1], axis=-1)
+    scaled = {name: part * largest[name][..., None] for name, part in zip(LOADS, parts, strict=True)}
+    return {name: part.reshape(last[name].shape) for name, part in scaled.items()}
 
 
 def _cable_loads_at(equilibrium, drag):

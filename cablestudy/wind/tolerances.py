@@ -38,8 +38,7 @@ class WindTolerances:
     # standard deviations of the speed, on either side of its mean, in a range of shedding frequencies
     shedding_deviations: float = 3.0
     mean_wind_equilibria: int = 40  # largest number of equilibria until forces and attitude agree
-    plain_equilibria: int = 6  # of these, as many follow from the last one alone,
-    combined_equilibria: int = 6  # and all further ones from so many of the last
+    combined_equilibria: int = 6  # so many of the last ones are combined, once there are as many
     mean_wind_load: float = 1e-7  # change of the load of a cable, relative, up to which it is that of where it hangs
     # change of the cable ends over the smallest change so far, from which on the equilibria come no closer
     mean_wind_progress: float = 0.9

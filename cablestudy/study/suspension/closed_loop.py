@@ -263,7 +263,7 @@ class ClosedLoop:
         self.check_open()
         gain = self.untuned_loop.gain or STUDY.little_gain
         if gain not in first_gains:
-            first_gains[gain] = self._first_gain(gain, driven_cables)
+            first_gains[gain] = self._first_gain(gain)
         gain = first_gains[gain]
         # exponents of the gains tried, powers of two, and their `DrivenCables`
         powers, driven_of_gain = [], None
@@ -272,7 +272,7 @@ class ClosedLoop:
                 driven_cables.pop(powers[-1])  # its models may be large
                 driven_of_gain = None
             powers.append(ceil(log2(gain)))
-            driven_of_gain = self._driven_cables_of(gain, driven_cables)
+            driven_of_gain = self._driven_cables_of(gain)
             limit = driven_of_gain.gains.limit
             needed_gain = limit.factor if limit else STUDY.unlimited_gain * self.modes.solution.omega[0]
             if needed_gain <= 2.0 ** powers[-1]:
@@ -281,7 +281,7 @@ class ClosedLoop:
             gain = needed_gain
         return driven_of_gain
 
-    def _first_gain(self, gain, driven_cables):
+    def _first_gain(self, gain):
         """Gain for the first `DrivenCables` of a loop with a `gain`. [rad/s]
 
         One near the largest stable gain, if it is larger than `gain` and drives few waves, which spares a second trial;
@@ -297,15 +297,15 @@ class ClosedLoop:
                 break
         for trial in trials:
             try:
-                self._driven_cables_of(trial, driven_cables)
+                self._driven_cables_of(trial)
             except (NoSolutionError, ConvergenceError):  # that gain may be far above the largest one
                 continue
             return trial
         return gain
 
-    def _driven_cables_of(self, gain, driven_cables):
-        """`DrivenCables` of a gain [rad/s] raised to the next power of two, from the dict or added to it."""
-        power = ceil(log2(gain))
+    def _driven_cables_of(self, gain):
+        """`DrivenCables` of a gain [rad/s] raised to the next power of two, shared by loops of other gains."""
+        power, driven_cables = ceil(log2(gain)), self._shared_by_gains[1]
         if power not in driven_cables:
             driven_cables[power] = DrivenCables(self, 2.0**power, list(driven_cables.values()))
         return driven_cables[power]
@@ -404,7 +404,7 @@ class ClosedLoop:
     def _stable_up_to(self, gain):
         """True if the loop is stable with all gains up to this one [rad/s], with all modes that it could drive."""
         try:
-            limit = self._driven_cables_of(gain, self._shared_by_gains[1]).gains.limit
+            limit = self._driven_cables_of(gain).gains.limit
         except (NoSolutionError, ConvergenceError):  # more modes than can be computed
             return False
         return limit is None or limit.factor > gain
