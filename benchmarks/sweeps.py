@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from cables import HERE, verdict
 
 CARLINA = os.path.join(HERE, os.pardir, "configs", "carlina.yaml")
-SIDE, GRID_SIDE = 1000, 120  # values of each of two keys
+SIDE, GRID_SIDE = 1000, 40  # values of each of two keys
 MILLION = f"""base: {CARLINA}
 set: {{model: {{accuracy: 1e-4}}}}
 vary:
