@@ -173,6 +173,11 @@ class StableGains:
                 count += 2 if outward else -2
         return max(count, 0)
 
+    def crosses_within(self, ratio, gain, omega):
+        """True if a pole crosses at a gain near this one [rad/s], up to a ratio, and above a frequency [rad/s]."""
+        near = (self._crossings.factor < ratio * gain) & (gain < ratio * self._crossings.factor)
+        return bool((near & (self._crossings.frequency > omega)).any())
+
     def check_delay(self, gain):
         """Refuse a gain [rad/s] with which a delay is too long to judge the loop; see `Law.check_reach`."""
         if self.law.delay and gain:

@@ -396,7 +396,7 @@ class ClosedLoop:
             return False
         if self.loop is None or self._seen_far_from_unstable:
             return True
-        return not self.gains.unstable(self.loop.gain)
+        return self.driven.stable(self.loop.gain)
 
     @property
     def _seen_far_from_unstable(self):

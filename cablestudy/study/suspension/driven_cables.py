@@ -157,6 +157,20 @@ class DrivenCables:
             unmatched.remove(min(unmatched, key=lambda other: abs(other.omega - limit.omega)))
         return sorted(located, key=lambda limit: limit.factor)
 
+    def stable(self, gain):
+        """True if a loop with a gain [rad/s], at most that of these modes, is stable, which it is without gain.
+
+        Raises
+        ------
+        NoSolutionError
+            As `gains`; the delay is too long to judge the loop.
+        """
+        self.gains.check_delay(gain)
+        if self.limit is None or gain < self.limit.factor:
+            return True
+        near = self.gains.crosses_within(STUDY.limit_of_finer, gain, self.resolved_to)
+        return not (self.resolving if near else self).gains.unstable(gain)
+
     def for_gain(self, gain):
         """`DrivenCables` that judge a loop with a gain [rad/s]: `resolving` where it is nearly the largest one."""
         limit = self.limit
@@ -345,11 +359,11 @@ class DrivenCables:
 
     def _critical_modes(self, limit):
         """Modes of each cable that the gain could drive, near the frequency of a `Limit`: list of bool, shape (n,)."""
-        critical = [np.zeros(len(in_loop), dtype=bool) for in_loop in self._in_loop]
-        drivable = [np.ones(kept.modes, dtype=bool) for kept in self.kept] if self._spoilt else self._needed_modes()
-        for cable, (in_loop, kept) in enumerate(zip(self._in_loop, self.kept, strict=True)):
-            critical[cable][in_loop] = drivable[cable][: kept.modes]
-            critical[cable] &= np.abs(self.models.elements[cable].omega / limit.omega - 1) < STUDY.critical_modes
+        critical = []
+        for cable, element in enumerate(self.models.elements):
+            near = self._in_loop[cable] & (np.abs(element.omega / limit.omega - 1) < STUDY.critical_modes)
+            driven = True if self._spoilt else self._effects.may_drive(cable, element, self._gain)
+            critical.append(near & driven)
         return critical
 
     # ------------------------------------------------------------------------------------------------------- errors
