@@ -17,7 +17,6 @@ from cablestudy.study.suspension.tension_waves import change_by_waves
 from cablestudy.study.suspension.turbulence import OWN, Turbulence
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.connected import observed
-from cablestudy.system.coupled import Layout
 from cablestudy.system.linear import dense
 from cablestudy.system.residues import delayed_response, residues
 from cablestudy.wind.mean import Drag
@@ -167,7 +166,7 @@ class Plant:
         self.airflow, self.drag = airflow, airflow and airflow.drag
         self.modes, self.driven, self.loops = modes, driven, {} if loops is None else loops
         self.responses, self._complete = responses, complete
-        self.layout = Layout(equilibrium)
+        self.layout = modes.layout
         suspension = equilibrium.suspension
         self.midspans = midspans
         self.winches, self.markers = winches_of(scene, suspension.cable_names), markers_of(scene)
