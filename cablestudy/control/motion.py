@@ -169,6 +169,8 @@ def actuated(layout, shapes, mass, damping, stiffness, actuators):
     feedback : tuple of ActuatorFeedback
         The controlled force or torque of each actuator.
     """
+    if not actuators:
+        return mass, damping, stiffness, ()
     count, strokes = len(mass), sum(not actuator.wheel for actuator in actuators)
     mass, damping, stiffness = (np.pad(matrix, (0, strokes)) for matrix in (mass, damping, stiffness))
     feedback, stroke = [], count

@@ -206,6 +206,11 @@ class LinearSystem:
         """K, C and M, the entries of each in a row, shape (3, n^2)."""
         return np.stack([self.stiffness.real, self.damping, self.mass]).reshape(3, -1)
 
+    @cached_property
+    def static_stiffness(self):
+        """Real part of the `dynamic_stiffness` at rest, shape (n, n)."""
+        return self.dynamic_stiffness(np.zeros(1))[0].real
+
     def dynamic_stiffness(self, s):
         """Forces per displacement of the coordinates, D = s^2 M + s C + K, shape (f, n, n), inputs at rest.
 

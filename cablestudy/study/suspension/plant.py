@@ -11,7 +11,7 @@ import numpy as np
 
 from cablestudy.control.loop_state_space import ExactResponse, by_forces, winch_speeds
 from cablestudy.control.motion import Actuator, basis, motion
-from cablestudy.control.suspension import FROM, TO, Marker, Winch, labels, second_order
+from cablestudy.control.suspension import FROM, TO, Marker, Winch, second_order
 from cablestudy.scene.actuator_tables import ReactionWheel
 from cablestudy.study.suspension.tension_waves import change_by_waves
 from cablestudy.study.suspension.turbulence import OWN, Turbulence
@@ -190,8 +190,7 @@ class Plant:
     @cached_property
     def outputs(self):
         """Name of each output -> its row: displacements of bodies, markers, and perhaps mid-spans; tensions."""
-        _, outputs = labels(self.layout, self.winches, self.markers, self.midspans)
-        return {name: row for row, (name, _unit) in enumerate(outputs)}
+        return {name: row for row, (name, _unit) in enumerate(self._full_system.outputs)}
 
     @cached_property
     def _full_system(self):
