@@ -312,9 +312,8 @@ class Models:
         for group in self.groups:
             for row, cable in enumerate(group.cable_indices.tolist()):
                 elements[cable] = group.ends.model(self.cables.damping[cable], row)
-        for cable in np.flatnonzero([element is None for element in elements]).tolist():
-            elements[cable] = self.cables.element_without_mass(cable)
-        return elements
+        pairs = enumerate(elements)
+        return [self.cables.element_without_mass(cable) if element is None else element for cable, element in pairs]
 
     @cached_property
     def ends(self):

@@ -57,7 +57,7 @@ def damped_pole(layout, elements, near, displacements, damping, far):
         except (np.linalg.LinAlgError, RuntimeError):  # singular: `pole` is one to the last digit
             step = 0.0
         else:
-            vector = vector / np.linalg.norm(vector)
+            vector = vector / np.abs(vector).max()
             step = (vector @ (stiffness @ vector)) / (vector @ (slope @ vector))
         pole = pole - step
         if not (abs(pole - near) < far * abs(near) and pole.imag > 0):

@@ -216,19 +216,20 @@ class _PoleSearch:
     def pole(self, models, kept):
         """The pole, with the modes of the cables that are `kept` (a `Kept` of each cable) of `Models`. [rad/s]
 
-        The search begins, with light damping, at the pole by the losses of the undamped shape, else at the pole of the
-        model of the coupled modes. The result is -w, w the undamped frequency, where the mode does not oscillate.
+        The search begins, with light damping, at the pole of the undamped shape alone, s^2 + c s + w^2 + i h = 0 with
+        the viscous and hysteretic damping c and h of this shape, else at the pole of the model of the coupled modes. The result is -w, w the undamped frequency, where the mode does not oscillate.
         """
         omega, shapes = self.modes.solution.omega[: self.number + 1], self.modes.shapes[:, : self.number + 1]
         system = self.modes.system if self.airflow is None else self.airflow.damped_system(self.modes)
         shape, matrices = shapes[:, -1], (system.damping, system.stiffness.imag)
         viscous, hysteretic = (float(shape @ (matrix @ shape)) for matrix in matrices)
-        ratio = (viscous + hysteretic / omega[-1]) / (2 * omega[-1])
+        alone = 1j * np.sqrt(omega[-1] ** 2 + 1j * hysteretic - viscous**2 / 4) - viscous / 2
+        ratio = -alone.real / abs(alone)
         if not ratio:
             return 1j * omega[-1]
         if ratio < STUDY.light_damping:
             try:
-                return self.pole_near(omega[-1] * (1j - ratio), STUDY.pole_distance * ratio, models, kept)
+                return self.pole_near(alone, STUDY.pole_distance * ratio, models, kept)
             except ConvergenceError:  # another mode is near
                 pass
         near = damped_poles(system, omega, shapes)[0][-1]

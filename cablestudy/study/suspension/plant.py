@@ -217,7 +217,7 @@ class Plant:
         moving = moving[:, moving.any(axis=0)]
         return np.concatenate([applied, moving, system.mass @ system.compliance(moving)], axis=1)
 
-    @property
+    @cached_property
     def _applied_loads(self):
         """Forces on the coordinates by winches, by loads on bodies, and at mid-spans that are outputs, shape (n, r)."""
         winches, system = len(self.winches), self._full_system
@@ -229,7 +229,7 @@ class Plant:
     @cached_property
     def _basis(self):
         """Frequencies, shape (m,), and shapes, (n, m), of the coordinates: modes, then static responses to `_loads`."""
-        omega, shapes = basis(self.modes, self._loads)
+        omega, shapes = basis(self._full_system, self.modes, self._loads)
         kept = np.concatenate([self.kept, np.arange(len(self.modes), len(omega))])
         return omega[kept], shapes[:, kept]
 
