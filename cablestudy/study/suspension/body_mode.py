@@ -217,7 +217,8 @@ class _PoleSearch:
         """The pole, with the modes of the cables that are `kept` (a `Kept` of each cable) of `Models`. [rad/s]
 
         The search begins, with light damping, at the pole of the undamped shape alone, s^2 + c s + w^2 + i h = 0 with
-        the viscous and hysteretic damping c and h of this shape, else at the pole of the model of the coupled modes. The result is -w, w the undamped frequency, where the mode does not oscillate.
+        the viscous and hysteretic damping c and h of this shape, else at the pole of the model of the coupled modes.
+        The result is -w, w the undamped frequency, where the mode does not oscillate.
         """
         omega, shapes = self.modes.solution.omega[: self.number + 1], self.modes.shapes[:, : self.number + 1]
         system = self.modes.system if self.airflow is None else self.airflow.damped_system(self.modes)
