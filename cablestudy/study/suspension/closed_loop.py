@@ -90,6 +90,8 @@ class ClosedLoop:
         lengths : ndarray, shape (k,)
             Length by which a rotation is multiplied to compare it with a displacement, the RMS distance of the
             attachments of cables from the reference point, 1 m where this is zero; 1 for displacements. [m], [-]
+        gain : ndarray, shape (k, i)
+            Static gain from the winches.
 
         Raises
         ------
@@ -108,13 +110,13 @@ class ClosedLoop:
         lengths = np.where(lengths > 0, lengths, 1.0)
         motions = [MOTIONS.index(name) for name in names]
         rows, lengths = rows[motions], lengths[motions]
-        is_moved, _ = moved_by_winches(self.motion, rows, lengths)
+        is_moved, gain = moved_by_winches(self.motion, rows, lengths)
         if not is_moved.all():
             idle = [name for name, moved in zip(names, is_moved, strict=True) if not moved]
             if control.measured or not is_moved.any():
                 raise NoSolutionError(f"control.measured: no winch moves {', '.join(idle)} of {self.body_name}")
         names = [name for name, moved in zip(names, is_moved, strict=True) if moved]
-        return names, rows[is_moved], lengths[is_moved]
+        return names, rows[is_moved], lengths[is_moved], gain[is_moved]
 
     def _body_displacements(self, shapes):
         """Displacements and rotations of the controlled body in r shapes of the suspension, shape (6, r)."""
@@ -156,8 +158,7 @@ class ClosedLoop:
     def _compliance(self):
         """Static compliance of each measured coordinate, shape (k,). [m/N], [rad/(N m)]"""
         rows = self._measurable[1]
-        stiffness = self.motion.dynamic_stiffness(np.zeros(1))[0].real
-        return (rows * np.linalg.solve(stiffness, rows.T).T).sum(axis=1)
+        return (rows * np.linalg.solve(self.motion.static_stiffness, rows.T).T).sum(axis=1)
 
     @property
     def notch_frequencies_known(self):
@@ -189,7 +190,7 @@ class ClosedLoop:
         control = self.scene.control
         stated = control.allocation.weights if control.allocation else {}
         weights = np.array([stated.get(name, 1.0) for name in self.scene.winches])
-        return allocate(self.motion, *self._measurable[1:], weights)
+        return allocate(*self._measurable[1:], weights)
 
     @cached_property
     def loop(self):
