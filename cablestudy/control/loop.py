@@ -13,7 +13,7 @@ A delay is the same factor of all eigenvalues of L, so that what `law` shows of 
 approximants of the delay leave the number of unstable poles as it is.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import astuple, dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -98,7 +98,7 @@ class Loop:
     @cached_property
     def _notch(self):
         """The `Notch` of all coordinates at once."""
-        return Notch(*np.array([list(vars(notch or PASSES).values()) for notch in self.notches]).T)
+        return Notch(*np.array([astuple(notch or PASSES) for notch in self.notches]).T)
 
     def controller(self, s):
         """C1 N_j(s), shape (f, k). [s]"""

@@ -25,7 +25,7 @@ from cablestudy.control.gain_limits import StableGains, limit_near, limits_near,
 from cablestudy.control.loop_gain import LoopGain
 from cablestudy.control.margins import Margins
 from cablestudy.control.motion import actuated, with_strokes
-from cablestudy.control.suspension import load_off_ends
+from cablestudy.control.suspension import winch_loads
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import ConvergenceError
 from cablestudy.study.suspension.driven_waves import ACROSS
@@ -306,7 +306,7 @@ class DrivenCables:
         *matrices, feedback = actuated(layout, np.eye(len(mass)), mass, damping, stiffness, closed_loop.actuators)
         bodies = LinearSystem(*matrices, feedback=feedback)
         strokes = len(bodies) - len(mass)
-        lifted = dense(layout.connection).T @ load_off_ends(closed_loop.equilibrium, closed_loop.winches)
+        lifted = winch_loads(layout, closed_loop.winches)
         loop_gain = LoopGain(
             bodies,
             elements=[in_air.element for in_air in plant.in_air(self.models, kept)],
