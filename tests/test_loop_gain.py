@@ -249,3 +249,13 @@ def test_a_crossing_near_that_of_coarser_elements_is_the_first_of_all_frequencie
     assert driven.limit.omega == pytest.approx(every.omega, rel=1e-6)
     single = driven.gains.single_limits(loop.loop.gain, finer.loop_gain, driven.resolved_to)
     assert single == pytest.approx(finer.gains.single_limits(loop.loop.gain), rel=1e-6)
+
+
+def test_ends_that_winches_move_on_board_push_the_body_as_in_the_modes_of_the_whole():
+    """Their moment on a body that turns, which the static gain of a state space has by neighbouring equilibria."""
+    sets = ["winches.u1.end=to", "winches.u1.direction=[0.6, 0, 0.8]"]
+    path = CONFIGS / "suspensions" / "carlina-net-wind.yaml"
+    loop = SuspensionCase(load_scene(path, sets)[1]).in_wind.closed_loop_of(64)
+    s = TURN * 1j * np.array([0.02, 0.05, 0.1])
+    found, expected = loop.driven.loop_gain(s), loop.loop.unit_gain(s)
+    assert found == pytest.approx(expected, abs=1e-7 * np.abs(expected).max())
