@@ -9,7 +9,7 @@ from command import CONFIGS
 from random_twins import random_scene
 from references.bar_loop import BarLoop
 from references.bars_in_wind import BarsInWind
-from test_suspension_loop_bars import scene_of
+from test_suspension_loop_bars import lossy, scene_of
 
 from cablestudy.scene.scene import CableScene, load_scene
 from cablestudy.scene.suspension import SuspensionScene
@@ -234,3 +234,18 @@ def test_the_stated_error_of_the_largest_gain_is_true_and_within_the_accuracy():
     (gain, error), (truth, _), (finer, _) = found
     assert abs(gain / truth - 1) <= error <= 1e-4
     assert finer == pytest.approx(truth, rel=1e-7)
+
+
+@pytest.mark.parametrize("data", [scene_of(1005), lossy(1047)])
+def test_a_crossing_near_that_of_coarser_elements_is_the_first_of_all_frequencies(data):
+    """Waves along the cables decide; those across them are resolved beyond their frequency by finer elements."""
+    loop = SuspensionCase(SuspensionScene.model_validate(data)).in_wind.controlled
+    driven, finer = loop.driven, loop.driven.resolving
+    assert finer is not driven
+    assert driven.resolved_to < driven.limit.omega <= finer.resolved_to
+    assert "gains" not in vars(finer)
+    every = finer.gains.limit
+    assert driven.limit.factor == pytest.approx(every.factor, rel=1e-6)
+    assert driven.limit.omega == pytest.approx(every.omega, rel=1e-6)
+    single = driven.gains.single_limits(loop.loop.gain, finer.loop_gain, driven.resolved_to)
+    assert single == pytest.approx(finer.gains.single_limits(loop.loop.gain), rel=1e-6)

@@ -17,6 +17,7 @@ from cablestudy.errors import NoSolutionError
 from cablestudy.study.case import Case
 from cablestudy.system.cables import UNDAMPED, Cables, FixedModel, Models, fixed_meshes
 from cablestudy.system.coupled import Layout
+from cablestudy.system.suspension import GROUND
 
 EIGHT = FixedModel(8)
 WINCHES = (Winch(0), Winch(5), Winch(6, TO))
@@ -116,12 +117,7 @@ def test_the_static_gain_is_that_of_neighbouring_equilibria():
     found = system.response(np.zeros(1))[0].real
 
     def outputs(lengths, force, moment):
-        other = hung(replace_loads(state.suspension, force, moment), lengths)
-        turned = other.rotation[0] @ state.rotation[0].T
-        angles = np.array([turned[2, 1] - turned[1, 2], turned[0, 2] - turned[2, 0], turned[1, 0] - turned[0, 1]]) / 2
-        focus = other.position[0] + other.rotation[0] @ MARKERS[0].place
-        tension = np.linalg.norm(other.end_forces, axis=-1).ravel()
-        return np.concatenate([other.position[0], angles, focus, tension])
+        return outputs_about(state, hung(replace_loads(state.suspension, force, moment), lengths))
 
     for place, winch in enumerate(WINCHES):
         step = 1e-4 * np.eye(8)[winch.cable]
@@ -135,6 +131,34 @@ def test_the_static_gain_is_that_of_neighbouring_equilibria():
             both = [outputs(state.lengths, sign * loads[0], sign * loads[1]) for sign in (1, -1)]
             expected = (both[0] - both[1]) / (2 * size)
             assert found[:, place] == pytest.approx(expected, abs=3e-6 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize(("cable", "end"), [(0, TO), (2, TO), (5, FROM), (6, TO)])
+def test_the_static_gain_of_a_carriage_is_that_of_equilibria_with_the_end_elsewhere(cable, end):
+    """On board too, where the cable's force on a body that may turn has another arm once the end is moved."""
+    state, step = platform(), 1e-4
+    along = np.array([0.36, 0.48, 0.8])
+    layout, kept = model(state, mesh=FixedModel(2, 16))
+    found = state_space(layout, kept, (Winch(cable, end, along),), MARKERS).response(np.zeros(1))[0, :, 0].real
+    suspension = state.suspension
+    on_board = suspension.owner[cable, end] != GROUND
+    move = step * (state.rotation[0].T @ along if on_board else along)
+    places = [suspension.place.copy(), suspension.place.copy()]
+    places[0][cable, end] += move
+    places[1][cable, end] -= move
+    forward, back = (outputs_about(state, hung(replace(suspension, place=own), state.lengths)) for own in places)
+    expected = (forward - back) / (2 * step)
+    assert found[:9] == pytest.approx(expected[:9], abs=1e-7)
+    assert found[9:] == pytest.approx(expected[9:], abs=1e-6 * np.abs(expected[9:]).max())
+
+
+def outputs_about(state, other):
+    """Place and small rotation of the body beside an equilibrium, place of the marker, tensions at all ends."""
+    turned = other.rotation[0] @ state.rotation[0].T
+    angles = np.array([turned[2, 1] - turned[1, 2], turned[0, 2] - turned[2, 0], turned[1, 0] - turned[0, 1]]) / 2
+    focus = other.position[0] + other.rotation[0] @ MARKERS[0].place
+    tension = np.linalg.norm(other.end_forces, axis=-1).ravel()
+    return np.concatenate([other.position[0], angles, focus, tension])
 
 
 def replace_loads(model, force, moment):

@@ -15,7 +15,7 @@ from test_suspension_ssm import MARKERS, WINCHES, by_bars, model
 from test_suspension_ssm_command import read, response
 
 from cablestudy.cable.damping import Damping
-from cablestudy.control.loop import Loop, allocate
+from cablestudy.control.loop import Loop, allocate, moved_by_winches
 from cablestudy.control.motion import Actuator, motion
 from cablestudy.control.notch import Notch
 from cablestudy.control.statespace import state_space_of
@@ -57,7 +57,8 @@ def built(state, closed, actuators=()):
     forces[:count] = layout.bodies(moving.shapes).T
     loop = None
     if closed:
-        allocation = allocate(moving, measured, np.ones(3), np.array([1.0, 2.0, 5.0]))
+        _, gain = moved_by_winches(moving, measured, np.ones(3))
+        allocation = allocate(measured, np.ones(3), gain, np.array([1.0, 2.0, 5.0]))
         loop = Loop(moving, allocation, GAIN, NOTCHES)
     inputs, outputs = labels(layout, WINCHES, MARKERS)
     strokes = [(f"{one.name}.stroke", "m") for one in actuators if not one.wheel]

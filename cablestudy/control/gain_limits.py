@@ -8,7 +8,7 @@ alone, with all modes that L has.
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property, partial
 
 import numpy as np
 
@@ -55,6 +55,11 @@ class Limit:
         """True if the mode whose pole crosses is as good as undamped: its damping ratio is below `CONTROL.undamped`."""
         return self.rate < CONTROL.undamped
 
+    def resembles(self, other):
+        """True if another `Limit` of a similar loop gain may be that of the same pole."""
+        pairs = (self.factor, other.factor), (self.omega, other.omega)
+        return all(abs(theirs / own - 1) < CONTROL.same_pole for own, theirs in pairs)
+
     def of(self, loop_gain):
         """`Limit` of this crossing in another loop gain, which is similar or the same.
 
@@ -62,8 +67,7 @@ class Limit:
         the factor is infinite if the mode never does.
         """
         if not self.undamped:
-            limit = limit_near(loop_gain, self)
-            return replace(limit, rate=self.rate) if limit else self
+            return limit_near(loop_gain, self) or self
 
         def damped(s):
             """The loop gain on the line of poles that grow so much; crossings of this line are looked for."""
@@ -141,13 +145,10 @@ class StableGains:
 
     def _limits_of(self, crossings):
         """Each of some `Crossings` as a `Limit`, and whether its pole crosses to the right: list of pairs."""
-        rate = np.abs((1j / (crossings.factor * crossings.slope)).real) / crossings.frequency
-        numbers = np.stack([crossings.factor, crossings.frequency, rate], axis=1).tolist()
-        limits = []
-        for row, outward in zip(numbers, crossings.outward.tolist(), strict=True):
-            limit = Limit(*row)
-            limits.append((limit.of(self.loop_gain) if outward and limit.undamped else limit, outward))
-        return limits
+        limits = zip(_as_limits(crossings), crossings.outward.tolist(), strict=True)
+        return [
+            (limit.of(self.loop_gain) if outward and limit.undamped else limit, outward) for limit, outward in limits
+        ]
 
     def open_ratio(self, omega):
         """Damping ratio, without control, of the mode whose pole is nearest to a frequency [rad/s]. [-]"""
@@ -171,6 +172,11 @@ class StableGains:
             if limit.factor < gain:
                 count += 2 if outward else -2
         return max(count, 0)
+
+    def crosses_within(self, ratio, gain, omega):
+        """True if a pole crosses at a gain near this one [rad/s], up to a ratio, and above a frequency [rad/s]."""
+        near = (self._crossings.factor < ratio * gain) & (gain < ratio * self._crossings.factor)
+        return bool((near & (self._crossings.frequency > omega)).any())
 
     def check_delay(self, gain):
         """Refuse a gain [rad/s] with which a delay is too long to judge the loop; see `Law.check_reach`."""
@@ -244,13 +250,15 @@ class StableGains:
             bounded_by_peak = bounded_by_peak or peak_omega is not None  # else `most` is the bound
         return gain if most or bounded_by_peak else None
 
-    def single_limits(self, gain):
+    def single_limits(self, gain, finer=None, beyond=np.inf):
         """Gain margin of each measured coordinate alone: factor by which its gain may grow, the others unchanged. [-]
 
         Parameters
         ----------
         gain : float
             Gain of all coordinates, with which the loop is stable. [rad/s]
+        finer : callable, optional
+            L over the gain of finer elements, by which limits at higher frequencies than `beyond` [rad/s] are located.
 
         Returns
         -------
@@ -266,30 +274,40 @@ class StableGains:
         for coordinate in range(sensitivity_matrices.shape[-1]):
             entry = np.s_[:, coordinate : coordinate + 1, coordinate : coordinate + 1]
 
-            def single(s, entry=entry):
+            def single(loop_gain, s, entry=entry):
                 """Loop gain of this coordinate with the other loops closed, shape (f, 1, 1)."""
-                return 1 / sensitivity(gain * self.loop_gain(s))[entry] - 1
+                return 1 / sensitivity(gain * loop_gain(s))[entry] - 1
 
-            curve_omega, _, values = curve(single, omega, 1 / sensitivity_matrices[entry] - 1, self.law.judged_up_to)
-            factors.append(_growth_allowed(single, crossings(curve_omega[None], values[None]).sorted()))
+            own, of_finer = partial(single, self.loop_gain), partial(single, finer)
+            curve_omega, _, values = curve(own, omega, 1 / sensitivity_matrices[entry] - 1, self.law.judged_up_to)
+            limit = _growth_allowed(own, crossings(curve_omega[None], values[None]).sorted())
+            if finer and limit.omega > beyond and not limit.undamped:
+                limit = limit_near(of_finer, limit) or limit
+            factors.append(limit.factor)
         return np.array(factors)
 
 
+def _as_limits(crossings):
+    """Each of some `Crossings` as a `Limit`: list."""
+    rate = np.abs((1j / (crossings.factor * crossings.slope)).real) / crossings.frequency
+    return [Limit(*row) for row in np.stack([crossings.factor, crossings.frequency, rate], axis=1).tolist()]
+
+
 def _growth_allowed(loop_gain, remaining):
-    """Factor above 1 at which a pole first crosses to the right; 0 where the loop is unstable without this gain.
+    """`Limit` with the factor above 1 at which a pole first crosses to the right; infinite where none does.
 
     `remaining` are the sorted `Crossings` of the loop gain. The loop is stable with the factor 1: it is unstable
-    without the gain if below that factor more poles cross to the left than to the right.
+    without the gain, and the factor 0, if below that factor more poles cross to the left than to the right.
     """
     net = 0
     while len(remaining):
         first, remaining = _split_first(loop_gain, remaining)
         if len(first):
             net += np.where(first.outward, 1, -1)[first.factor < 1].sum()
-            above = first.factor[first.outward & (first.factor > 1)]
+            above = first.take(first.outward & (first.factor > 1))
             if len(above):
-                return float(above.min()) if net >= 0 else 0.0
-    return np.inf if net >= 0 else 0.0
+                return _as_limits(above)[0] if net >= 0 else Limit(0.0, 0.0)
+    return Limit(np.inf if net >= 0 else 0.0, 0.0)
 
 
 def _split_first(loop_gain, remaining):
@@ -300,7 +318,12 @@ def _split_first(loop_gain, remaining):
 
 
 def limit_near(loop_gain, similar):
-    """Least `Limit` of a loop gain near the known `Limit` of a similar one; None where no pole crosses near there.
+    """Least of `limits_near`; None where no pole crosses near there."""
+    return min(limits_near(loop_gain, similar), key=lambda limit: limit.factor, default=None)
+
+
+def limits_near(loop_gain, similar):
+    """`Limit` of each eigenvalue of a loop gain with which a pole crosses near the known one of a similar loop: list.
 
     A local search in place of a whole curve over frequency: for loop gains that differ by the errors of a model.
 
@@ -312,31 +335,32 @@ def limit_near(loop_gain, similar):
         The known limit, at whose frequency the search begins.
     """
     omega = similar.omega
-    candidates = -1 / eigenvalues(loop_gain(np.array([1j * omega])))[0]  # complex; real where a pole crosses
+    needed_gains = cache(lambda omega: -1 / eigenvalues(loop_gain(np.array([1j * omega])))[0])
+    candidates = needed_gains(omega)  # complex; real where a pole crosses
     near_gains = candidates[np.abs(candidates - similar.factor) < CONTROL.may_cross_within * similar.factor]
     search = (  # first step, largest distance from `omega`, last step [rad/s]
         min(CONTROL.first_crossing_step, similar.rate) * omega,
         CONTROL.one_crossing * omega,
-        CONTROL.crossing_frequency * omega,
+        max(CONTROL.crossing_step * similar.rate, CONTROL.crossing_frequency) * omega,
     )
-    pairs = [crossing_near(_needed_gain(loop_gain, gain), omega, *search) for gain in near_gains]
-    limits = [Limit(*map(float, pair)) for pair in pairs if pair and pair[0] > 0]
-    return min(limits, key=lambda limit: limit.factor, default=None)
+    pairs = [crossing_near(_needed_gain(needed_gains, gain), omega, *search) for gain in near_gains]
+    return [Limit(*map(float, pair), similar.rate) for pair in pairs if pair and pair[0] > 0]
 
 
-def _needed_gain(loop_gain, begin):
+def _needed_gain(needed_gains, begin):
     """-1 over one eigenvalue of the loop gain over the gain, as a function of frequency [rad/s], from its first value.
 
-    Of several eigenvalues that are alike it is the one nearest to the line through the last two values.
+    Of several eigenvalues, all of which `needed_gains` gives for a frequency, it is the one nearest to the line through
+    the last two values.
     """
     values = []  # frequency and value of each call
 
     def needed_gain(omega):
-        candidates = -1 / eigenvalues(loop_gain(np.array([1j * omega])))[0]
         expected = values[-1][1] if values else begin
         if len(values) > 1:
             (omega_1, gain_1), (omega_2, gain_2) = values[-2:]
             expected = gain_2 + (gain_2 - gain_1) * (omega - omega_2) / (omega_2 - omega_1)
+        candidates = needed_gains(omega)
         values.append((omega, candidates[np.argmin(np.abs(candidates - expected))]))
         return values[-1][1]
 

@@ -21,7 +21,6 @@ import numpy as np
 from cablestudy.control.law import INTEGRATOR, Law
 from cablestudy.control.notch import Notch
 from cablestudy.control.tolerances import CONTROL
-from cablestudy.errors import NoSolutionError
 from cablestudy.system.first_order import Allocation, equations
 from cablestudy.system.linear import LinearSystem
 from cablestudy.system.residues import eigen, eigen_apart
@@ -41,29 +40,21 @@ def moved_by_winches(motion, measured, sizes):
     sizes : ndarray, shape (k,)
         Length by which a rotation is multiplied to compare it with a displacement; 1 for displacements. [m]
     """
-    gain = measured @ np.linalg.solve(motion.dynamic_stiffness(np.zeros(1))[0].real, motion.b[0].real)
+    gain = measured @ np.linalg.solve(motion.static_stiffness, motion.b[0].real)
     largest = np.abs(gain * sizes[:, None]).max(axis=1, initial=0.0)
     return largest > CONTROL.unmoved * largest.max(initial=0.0), gain
 
 
-def allocate(motion, measured, sizes, weights):
+def allocate(measured, sizes, gain, weights):
     """`Allocation` of errors of the measured pose to winches, by the weighted pseudo-inverse A of the static gain G.
 
     Parameters
     ----------
-    motion, measured, sizes
-        As for `moved_by_winches`.
+    measured, sizes, gain
+        As for `moved_by_winches`, which gives the gain: of coordinates that a winch moves.
     weights : ndarray, shape (i,)
         Cost of the movement of each winch.
-
-    Raises
-    ------
-    NoSolutionError
-        A measured coordinate is moved by no winch.
     """
-    moves, gain = moved_by_winches(motion, measured, sizes)  # gain: G, shape (k, i)
-    if not moves.all():
-        raise NoSolutionError("no winch moves a coordinate that is measured")
     # A = W^-1/2 (D G W^-1/2)^+ D, D = diag(sizes): errors of rotations count as lengths
     inverse_root = 1 / np.sqrt(weights)
     pseudo_inverse = np.linalg.pinv(sizes[:, None] * gain * inverse_root, rcond=SYSTEM.uncorrected)

@@ -175,21 +175,22 @@ def crossing_near(needed_gain, begin, step, farthest, settled):
         First frequency of the search, distance from it to the second one, and largest distance from it to the
         crossing. [rad/s]
     settled : float
-        Step that ends the search. [rad/s]
+        Step that ends the search; gain and frequency are extrapolated by it. [rad/s]
 
     Notes
     -----
     The imaginary part is about linear in the frequency, so that the secant method needs few steps.
     """
-    previous, previous_imag, omega = begin, needed_gain(begin).imag, begin + step
+    previous, previous_gain, omega = begin, needed_gain(begin), begin + step
     for _ in range(CONTROL.crossing_steps):
         gain = needed_gain(omega)
-        if gain.imag == previous_imag:
+        if gain.imag == previous_gain.imag:
             return None
-        change = gain.imag * (omega - previous) / (gain.imag - previous_imag)
+        slope = (gain - previous_gain) / (omega - previous)
+        change = gain.imag / slope.imag
         if abs(change) <= settled:
-            return gain.real, omega
-        previous, previous_imag, omega = omega, gain.imag, omega - change
+            return gain.real - change * slope.real, omega - change
+        previous, previous_gain, omega = omega, gain, omega - change
         if not abs(omega - begin) <= farthest:
             return None
     return None

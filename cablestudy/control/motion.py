@@ -83,14 +83,17 @@ class ActuatorFeedback:
         return (self.velocity_gain * s + self.position_gain) * (s / (s + self.corner) if self.corner else 1.0)
 
 
-def basis(modes, loads):
+def basis(system, modes, loads):
     """Reduction basis of a suspension: its lowest modes, and Ritz vectors that make the static response to loads exact.
 
     Parameters
     ----------
+    system : LinearSystem
+        The suspension in all n coordinates, see `control.suspension.second_order`.
     modes : CoupledModes
+        Its undamped modes.
     loads : ndarray, shape (n, r)
-        Forces on the n coordinates of the system that has these modes.
+        Forces on the coordinates.
 
     Returns
     -------
@@ -99,10 +102,9 @@ def basis(modes, loads):
     shapes : ndarray, shape (n, m)
         Their shapes, mass-normalised.
     """
-    solution = modes.solution
-    added_omega, added = ritz(solution.system, modes.shapes, solution.system.compliance(loads))
+    added_omega, added = ritz(system, modes.shapes, system.compliance(loads))
     order = np.argsort(added_omega)
-    omega = np.concatenate([solution.omega, added_omega[order]])
+    omega = np.concatenate([modes.solution.omega, added_omega[order]])
     return omega, np.concatenate([modes.shapes, added[:, order]], axis=1)
 
 
@@ -145,6 +147,8 @@ def motion(layout, whole: LinearSystem, omega, shapes, winches, actuators=(), da
 
 def with_strokes(matrix, strokes):
     """A matrix by coordinates, shape (..., m), with columns of zeros for so many strokes, shape (..., m + strokes)."""
+    if not strokes:
+        return matrix
     return np.concatenate([matrix, np.zeros((*matrix.shape[:-1], strokes))], axis=-1)
 
 
@@ -169,6 +173,8 @@ def actuated(layout, shapes, mass, damping, stiffness, actuators):
     feedback : tuple of ActuatorFeedback
         The controlled force or torque of each actuator.
     """
+    if not actuators:
+        return mass, damping, stiffness, ()
     count, strokes = len(mass), sum(not actuator.wheel for actuator in actuators)
     mass, damping, stiffness = (np.pad(matrix, (0, strokes)) for matrix in (mass, damping, stiffness))
     feedback, stroke = [], count

@@ -14,7 +14,7 @@ from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.linear import MODAL, LinearSystem, dense
 from cablestudy.system.rigid import cross_matrix
-from cablestudy.system.suspension import AXES, outward
+from cablestudy.system.suspension import AXES, GROUND, outward
 
 FROM, TO = 0, 1
 ENDS = ("from", "to")
@@ -81,6 +81,23 @@ def load_off_ends(equilibrium, winches):
     return lifted.reshape(6 * len(lifted), len(winches))
 
 
+def winch_loads(layout, winches):
+    """Loads on bodies and points per movement of each winch, with bodies and cables at rest, shape (d, i).
+
+    They are by the load that a winch takes off its own end, see `load_off_ends`, and by the arm of the cable: where a
+    winch on a body moves the end by v d, the force F of the cable has the additional moment v d x F about the body. One
+    that reels moves the end along F, without a moment. [N/m, N]
+    """
+    equilibrium, suspension = layout.equilibrium, layout.equilibrium.suspension
+    moments = np.zeros((len(suspension.body_names), 6, len(winches)))
+    for column, winch in enumerate(winches):
+        body = suspension.owner[winch.cable, winch.end]
+        if winch.direction is not None and body != GROUND:
+            moments[body, 3:, column] = np.cross(winch.direction, equilibrium.end_forces[winch.cable, winch.end])
+    lifted = layout.connection.T @ load_off_ends(equilibrium, winches)
+    return lifted + moments.reshape(6 * len(moments), len(winches))[layout.free]
+
+
 def second_order(layout, kept, winches=(), markers=(), midspans=()):
     """Assemble the `LinearSystem` of a suspension from winches and forces to displacements and tensions.
 
@@ -121,7 +138,7 @@ def second_order(layout, kept, winches=(), markers=(), midspans=()):
     system = layout.system([cable.element for cable in kept], end_movements)
     mass, damping, stiffness = (dense(matrix) for matrix in (system.mass, system.damping, system.stiffness))
     lifted = load_off_ends(equilibrium, winches)
-    b = tuple(_winch_forces(layout, system, modal, lifted))
+    b = tuple(_winch_forces(system, modal, winch_loads(layout, winches)))
     c, d = outputs(layout, kept, end_movements, lifted, markers, midspans)
     input_names, output_names = labels(layout, winches, markers, bool(midspans))
     names = _coordinates(layout, kept), input_names[: len(winches)], output_names
@@ -129,11 +146,11 @@ def second_order(layout, kept, winches=(), markers=(), midspans=()):
     return driven_by_winches.with_forces(np.eye(free + modal)[:, modal:], input_names[len(winches) :])
 
 
-def _winch_forces(layout, system, modal, lifted):
-    """Forces on the coordinates by lengths reeled in, their rates and accelerations: 3 ndarray of shape (n, i)."""
+def _winch_forces(system, modal, loads):
+    """Forces on the coordinates by movements of winches, their rates and accelerations: 3 ndarray of shape (n, i)."""
     static, *by_rates = (dense(matrix) for matrix in system.b)
     static = static.copy()
-    static[modal:] += layout.connection.T @ lifted
+    static[modal:] += loads
     return [static, *(matrix.real for matrix in by_rates)]
 
 

@@ -15,8 +15,11 @@ class ControlTolerances:
     one_crossing: float = 0.1  # relative distance of two frequencies up to which they belong to one crossing
     # relative distance of an eigenvalue from -1 over a gain up to which it may cross near that gain
     may_cross_within: float = 0.5
+    # relative distance of gains and of frequencies up to which a pole that crosses in a similar loop may be the same
+    same_pole: float = 0.02
     first_crossing_step: float = 1e-6  # relative, of the search for a crossing near another one
-    crossing_frequency: float = 1e-12  # relative, of a frequency that is found
+    crossing_step: float = 1e-6  # last step of that search over the width of the pole, from which it is extrapolated;
+    crossing_frequency: float = 1e-12  # at least this, relative
     # gain up to which the sensitivity of a loop without limit is looked at, over its highest pole
     highest_sensitive_gain: float = 1e3
     # gain up to which stability is judged, over the lowest pole: beyond it rounding decides

@@ -37,7 +37,7 @@ def as_suspension(scene, damping=0.0):
         SuspensionScene,
         gravity=scene.gravity,
         bodies={} if scene.gondola is None else {GONDOLA: _body(scene.gondola)},
-        cables={CABLE: _with_damping(scene.cable, damping)},
+        cables={CABLE: _with_damping(scene.cable, damping) if damping else scene.cable},
         winches={} if winch is None else {CABLE: _winch(winch)},
         control=None if winch is None or winch.controller is None else _control(winch),
         wind=None if scene.wind is None else _wind(scene.wind),

@@ -237,7 +237,7 @@ def tensions_at_peak(case):
 
 def _change_at_peak(case):
     """Tension at both ends, shape (2,), and its largest change as of `tensions_at_peak`, shape (2,) or a number. [N]"""
-    force = case.form.end_forces("global")
+    force = case.equilibrium.end_forces[0] if case.exact_statics else case.state.end_forces("global")
     tension = np.sqrt((force**2).sum(axis=-1))
     if case.scene.gondola is None:
         lowest = float(case.in_cable_wind.sides[0].closed_loop.modes.frequency[0])

@@ -267,5 +267,7 @@ def equilibria_of(cases):
 
 def exact_model(case):
     """`FixedModel` of the scene, or None where it states an accuracy."""
-    model, drag = case.scene.model, case.results.drag.take([case.index])
-    return FixedModel(model.elements, model.order, model.mass, drag) if model.elements else None
+    model = case.scene.model
+    if not model.elements:
+        return None
+    return FixedModel(model.elements, model.order, model.mass, case.results.drag.take([case.index]))

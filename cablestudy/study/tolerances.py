@@ -146,7 +146,9 @@ class StudyTolerances:
     resolved_waves: int = 300  # half-waves along a cable that are resolved,
     driven_modes_of_cable: int = 1600  # and its modes that are computed
     resolution_trials: int = 5  # of the frequency up to which waves across the cables are resolved,
-    resolved_beyond: float = 1.2  # over that of the pole
+    resolved_beyond: float = 1.2  # over that of the pole,
+    # and ratio of gains up to which finer elements may change which of two poles crosses first
+    limit_of_finer: float = 1.25
     largest_gain_safety: float = 2.0  # on the change of the largest gain
     # relative distance of frequencies about one that decides a margin, by which it changes with the model
     margin_window: float = 0.2

@@ -233,10 +233,10 @@ class Models:
         settings = self.cables, self.meshes, self._fixed, self._most_modes
         return settings == (other.cables, other.meshes, other._fixed, other._most_modes)
 
-    def take(self, indices):
-        """`Models` of some cables, by their indices, ascending."""
+    def take(self, indices, cables=None):
+        """`Models` of some cables, by their indices, ascending; `cables` are these `Cables`, where they are known."""
         meshes = [self.meshes[cable] for cable in indices]
-        taken = Models(self.cables.take(indices), meshes, self._fixed, self._most_modes)
+        taken = Models(cables or self.cables.take(indices), meshes, self._fixed, self._most_modes)
         groups = [group.take(indices) for group in self.groups]
         taken.__dict__["groups"] = [group for group in groups if group is not None]
         batch, indices_in_batch = self._batch or (self, np.arange(self.cables.count))
@@ -259,7 +259,7 @@ class Models:
             return self
         if self._batch is not None:
             batch, indices = self._batch
-            return batch.with_all_modes(most_displacements, coarser).take(indices)
+            return batch.with_all_modes(most_displacements, coarser).take(indices, self.cables)
         key = most_displacements, coarser
         if key not in self._on_other_meshes:
             other = {mesh: mesh and _with_at_most(mesh, most_displacements, coarser) for mesh in set(self.meshes)}
@@ -312,9 +312,8 @@ class Models:
         for group in self.groups:
             for row, cable in enumerate(group.cable_indices.tolist()):
                 elements[cable] = group.ends.model(self.cables.damping[cable], row)
-        for cable in np.flatnonzero([element is None for element in elements]).tolist():
-            elements[cable] = self.cables.element_without_mass(cable)
-        return elements
+        pairs = enumerate(elements)
+        return [self.cables.element_without_mass(cable) if element is None else element for cable, element in pairs]
 
     @cached_property
     def ends(self):

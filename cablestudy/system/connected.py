@@ -9,6 +9,8 @@ import numpy as np
 
 from cablestudy.system.tolerances import SYSTEM
 
+LARGEST = 1e150  # amplitude of a coordinate without mass
+
 
 def connected(mass, damping, stiffness, start):
     """Mask of the coordinates that depend on those of `start`, which are among them: ndarray of bool, shape (n,).
@@ -100,8 +102,8 @@ def observed(system):
     energy k z^2 = 1, changes the output by more than rounding of the largest change that any coordinate makes.
     """
     root_k, root_m = np.sqrt(np.diagonal(system.stiffness).real), np.sqrt(np.diagonal(system.mass))
-    with np.errstate(divide="ignore", invalid="ignore"):  # coordinates without mass
-        amplitudes = 1 / root_k, 1 / root_m, root_k / root_m**2  # of z, z' and z''
-        change = sum(np.nan_to_num(np.abs(c) * amplitude) for c, amplitude in zip(system.c, amplitudes, strict=True))
+    with np.errstate(divide="ignore"):  # coordinates without mass
+        amplitudes = np.minimum([1 / root_k, 1 / root_m, root_k / root_m**2], LARGEST)  # of z, z' and z''
+    change = (np.abs(system.c) * amplitudes[:, None]).sum(axis=0)
     in_outputs = (change > SYSTEM.uncoupled_entry * change.max(axis=1, keepdims=True, initial=0.0)).any(axis=0)
     return connected(system.mass, system.damping, system.stiffness, in_outputs)

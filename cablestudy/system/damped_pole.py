@@ -50,27 +50,28 @@ def damped_pole(layout, elements, near, displacements, damping, far):
     cables, damping = [element.matrices() for element in elements], damping + layout.damping
     pole, vector = near, displacements.astype(complex)
     for _ in range(SYSTEM.pole_steps):
-        stiffness, slope = _dynamic_stiffness(layout, cables, pole, damping)
+        condensed = [_condensed(matrices, pole) for matrices in cables]
+        stiffness, slope = _dynamic_stiffness(layout, condensed, pole, damping)
         try:
             vector = _solved(stiffness, slope @ vector)
         except (np.linalg.LinAlgError, RuntimeError):  # singular: `pole` is one to the last digit
-            return _pole_by_losses(layout, cables, pole, vector, damping)
-        vector = vector / np.linalg.norm(vector)
-        step = (vector @ (stiffness @ vector)) / (vector @ (slope @ vector))
+            step = 0.0
+        else:
+            vector = vector / np.abs(vector).max()
+            step = (vector @ (stiffness @ vector)) / (vector @ (slope @ vector))
         pole = pole - step
         if not (abs(pole - near) < far * abs(near) and pole.imag > 0):
             break
         if abs(step) <= SYSTEM.pole_change * abs(pole):
-            return _pole_by_losses(layout, cables, pole, vector, damping)
+            return _pole_by_losses(layout, cables, condensed, pole.imag, vector, damping)
     raise ConvergenceError(
         f"no damped mode is found for certain near {abs(near) / (2 * np.pi):.4g} Hz: the damping there is too strong"
     )
 
 
-def _dynamic_stiffness(layout, cables, s, damping):
-    """D(s) and its derivative, shape (d, d), sparse where the layout's are."""
+def _dynamic_stiffness(layout, condensed, s, damping):
+    """D(s) and its derivative, shape (d, d), sparse where the layout's are, from `_condensed` of each cable."""
     body_stiffness, body_mass = layout.body_matrices
-    condensed = [_condensed(matrices, s) for matrices in cables]
     ends = np.array([stiffness for stiffness, _, _ in condensed]).reshape(-1, 6, 6)
     slopes = np.array([slope for _, slope, _ in condensed]).reshape(-1, 6, 6)
     stiffness = layout.of_cables(ends) + body_stiffness + s * damping + s**2 * body_mass
@@ -88,12 +89,13 @@ def _condensed(matrices, s):
     return dynamic[modes:] @ by_ends, by_ends.T @ ((damping + 2 * s * mass) @ by_ends), by_ends
 
 
-def _pole_by_losses(layout, cables, pole, vector, damping):
-    """The pole with the real part that follows from its losses, by the equation of the module's docstring."""
-    omega, inertia = pole.imag, _quadratic(layout.body_matrices[1], vector)
+def _pole_by_losses(layout, cables, condensed, omega, vector, damping):
+    """The pole of a frequency [rad/s] with the real part that follows from its losses, see the module's docstring."""
+    inertia = _quadratic(layout.body_matrices[1], vector)
     viscous, hysteretic = _quadratic(damping, vector) if np.ndim(damping) else 0j, 0j
-    for (mass, cable_damping, stiffness), ends in zip(cables, layout.ends(vector[:, None]), strict=True):
-        shape = (_condensed((mass, cable_damping, stiffness), pole)[2] @ ends)[:, 0]
+    ends_of_cables = layout.ends(vector[:, None])
+    for (mass, cable_damping, stiffness), (_, _, by_ends), ends in zip(cables, condensed, ends_of_cables, strict=True):
+        shape = (by_ends @ ends)[:, 0]
         inertia += _quadratic(mass, shape)
         viscous += _quadratic(cable_damping, shape)
         hysteretic += _quadratic(stiffness.imag, shape)

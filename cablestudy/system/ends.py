@@ -178,8 +178,9 @@ class Ends:
     @property
     def _rotation(self):
         """Rotation of the movements of both ends from global axes to the chord frame, shape (..., 6, 6)."""
-        zero = np.zeros_like(self._frame)
-        return np.block([[self._frame, zero], [zero, self._frame]])
+        rotation = np.zeros((*self._frame.shape[:-2], 6, 6))
+        rotation[..., :3, :3] = rotation[..., 3:, 3:] = self._frame
+        return rotation
 
     @_of_batch
     def _undamped(self):

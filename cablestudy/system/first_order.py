@@ -143,7 +143,8 @@ def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
         if len(a):
             force[:, laws] += np.kron(by_speed, c) + np.kron(by_acceleration, c @ a)
             fixed[laws, laws], fixed[begin:, laws] = np.kron(np.eye(r), a), np.kron(np.eye(r), c)
-        by_speed, by_acceleration = (motion.accelerated(matrix) for matrix in (by_speed, by_acceleration))
+        accelerated = motion.accelerated(np.concatenate([by_speed, by_acceleration], axis=1))
+        by_speed, by_acceleration = np.split(accelerated, 2, axis=1)
         for rows_of_gain, column, e, e_rate in zip(scaled, rates.T, error, error_rate, strict=True):
             if len(a):
                 rows_of_gain[laws] = -np.outer(np.kron(column, b), e)

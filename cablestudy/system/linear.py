@@ -167,8 +167,8 @@ class LinearSystem:
 
     @cached_property
     def _has_unit_mass(self):
-        """True if M is the identity."""
-        return np.array_equal(self.mass, np.eye(len(self)))
+        """True if M is the identity, but for rounding."""
+        return bool(np.abs(self.mass - np.eye(len(self))).max(initial=0.0) < SYSTEM.entry_rounding)
 
     def accelerated(self, forces):
         """Accelerations by forces on the coordinates, M^-1 f, shape (n, r)."""
@@ -205,6 +205,11 @@ class LinearSystem:
     def _flat_matrices(self):
         """K, C and M, the entries of each in a row, shape (3, n^2)."""
         return np.stack([self.stiffness.real, self.damping, self.mass]).reshape(3, -1)
+
+    @cached_property
+    def static_stiffness(self):
+        """Real part of the `dynamic_stiffness` at rest, shape (n, n)."""
+        return self.dynamic_stiffness(np.zeros(1))[0].real
 
     def dynamic_stiffness(self, s):
         """Forces per displacement of the coordinates, D = s^2 M + s C + K, shape (f, n, n), inputs at rest.

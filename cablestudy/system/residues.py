@@ -70,7 +70,7 @@ def _eigen_of_group(a):
     if half_size := _eigen_with_complex_stiffness(a):
         return half_size
     order = np.argsort(-np.abs(a).sum(axis=1), kind="stable")
-    a, back = a[np.ix_(order, order)], np.argsort(order)
+    a, back = a[order][:, order], np.argsort(order)
     poles, right = np.linalg.eig(a)
     try:
         left = np.linalg.inv(right)

@@ -271,7 +271,7 @@ class Equilibrium:
     links: Links | None = None
 
     def take(self, index):
-        """`Equilibrium` of one case of a batch of shape (n,), or of some, with their stiffness if it was computed."""
+        """`Equilibrium` of one case of a batch of shape (n,), or of some, with its stiffness if that was computed."""
         taken = Equilibrium(
             self.suspension.take(index),
             self.position[index],
@@ -281,7 +281,8 @@ class Equilibrium:
             self.links and take_rows(self.links, index),
         )
         if "blocks" in self.__dict__:
-            taken.__dict__.update(blocks=self.blocks.of(index), end_stiffness=self.end_stiffness[index])
+            taken.__dict__.update(blocks=self.blocks.of(index))
+            taken.__dict__.update({name: getattr(self, name)[index] for name in ("end_forces", "end_stiffness")})
         return taken
 
     @property

@@ -307,9 +307,8 @@ def gusts(wind, drag, layout, shapes, strips, amplitudes, areas, coherence):
     speed = float(size(drag.velocity))
     bodies, centers, drag_matrix, displacements = _wind_on_bodies(drag, layout, shapes)
     forces = np.swapaxes(drag_matrix, -1, -2) @ displacements
-    along = drag.velocity / speed
-    up = np.array([0.0, 0.0, 1.0])
-    directions = np.stack([along, np.cross(up, along), up])
+    along = drag.velocity / speed  # horizontal
+    directions = np.array([along, [-along[1], along[0], 0.0], [0.0, 0.0, 1.0]])
     return Gusts(wind, directions, strips, amplitudes, forces, centers, areas[bodies], coherence)
 
 

@@ -1,6 +1,7 @@
 """The coupled mode of a body along a coordinate: the mode with the largest share in the static compliance there."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -23,14 +24,11 @@ class BodyMode:
     ----------
     modes : CoupledModes
         The lowest modes of the suspension.
-    number : int
-        Number of the mode among them, from 0.
     body, axis : int
         Number of the body among all bodies and junctions, and of the coordinate among `system.suspension.AXES`.
     """
 
     modes: CoupledModes
-    number: int
     body: int
     axis: int
 
@@ -56,10 +54,10 @@ class BodyMode:
             modes = modes_of(count)
             if not len(modes):
                 raise NoSolutionError("the model has 0 modes")
-            share = modes.compliance_shares(body, axis)
-            number = largest_share(share)
-            if share[number] >= 1 - share.sum() or len(modes) < count:
-                return cls(modes, number, body, axis)
+            mode = cls(modes, body, axis)
+            share = mode.shares
+            if share[mode.number] >= 1 - share.sum() or len(modes) < count:
+                return mode
             if count >= STUDY.most_body_modes:
                 raise NoSolutionError(
                     f"the lowest {len(modes)} modes have {share.sum():.2g} of the static compliance of {name} along "
@@ -72,7 +70,12 @@ class BodyMode:
         """Undamped frequency [Hz] and its estimated relative error, not a number for an exact choice of elements."""
         return float(self.modes.frequency[self.number]), float(self.modes.error[self.number])
 
-    @property
+    @cached_property
+    def number(self):
+        """Number of the mode among the `modes`, from 0."""
+        return largest_share(self.shares)
+
+    @cached_property
     def shares(self):
         """Share of each of the modes in the static compliance, shape (k,). [-]"""
         return self.modes.compliance_shares(self.body, self.axis)
@@ -213,19 +216,21 @@ class _PoleSearch:
     def pole(self, models, kept):
         """The pole, with the modes of the cables that are `kept` (a `Kept` of each cable) of `Models`. [rad/s]
 
-        The search begins, with light damping, at the pole by the losses of the undamped shape, else at the pole of the
-        model of the coupled modes. The result is -w, w the undamped frequency, where the mode does not oscillate.
+        The search begins, with light damping, at the pole of the undamped shape alone, s^2 + c s + w^2 + i h = 0 with
+        the viscous and hysteretic damping c and h of this shape, else at the pole of the model of the coupled modes.
+        The result is -w, w the undamped frequency, where the mode does not oscillate.
         """
         omega, shapes = self.modes.solution.omega[: self.number + 1], self.modes.shapes[:, : self.number + 1]
         system = self.modes.system if self.airflow is None else self.airflow.damped_system(self.modes)
         shape, matrices = shapes[:, -1], (system.damping, system.stiffness.imag)
         viscous, hysteretic = (float(shape @ (matrix @ shape)) for matrix in matrices)
-        ratio = (viscous + hysteretic / omega[-1]) / (2 * omega[-1])
+        alone = 1j * np.sqrt(omega[-1] ** 2 + 1j * hysteretic - viscous**2 / 4) - viscous / 2
+        ratio = -alone.real / abs(alone)
         if not ratio:
             return 1j * omega[-1]
         if ratio < STUDY.light_damping:
             try:
-                return self.pole_near(omega[-1] * (1j - ratio), STUDY.pole_distance * ratio, models, kept)
+                return self.pole_near(alone, STUDY.pole_distance * ratio, models, kept)
             except ConvergenceError:  # another mode is near
                 pass
         near = damped_poles(system, omega, shapes)[0][-1]

@@ -90,6 +90,8 @@ class ClosedLoop:
         lengths : ndarray, shape (k,)
             Length by which a rotation is multiplied to compare it with a displacement, the RMS distance of the
             attachments of cables from the reference point, 1 m where this is zero; 1 for displacements. [m], [-]
+        gain : ndarray, shape (k, i)
+            Static gain from the winches.
 
         Raises
         ------
@@ -108,13 +110,13 @@ class ClosedLoop:
         lengths = np.where(lengths > 0, lengths, 1.0)
         motions = [MOTIONS.index(name) for name in names]
         rows, lengths = rows[motions], lengths[motions]
-        is_moved, _ = moved_by_winches(self.motion, rows, lengths)
+        is_moved, gain = moved_by_winches(self.motion, rows, lengths)
         if not is_moved.all():
             idle = [name for name, moved in zip(names, is_moved, strict=True) if not moved]
             if control.measured or not is_moved.any():
                 raise NoSolutionError(f"control.measured: no winch moves {', '.join(idle)} of {self.body_name}")
         names = [name for name, moved in zip(names, is_moved, strict=True) if moved]
-        return names, rows[is_moved], lengths[is_moved]
+        return names, rows[is_moved], lengths[is_moved], gain[is_moved]
 
     def _body_displacements(self, shapes):
         """Displacements and rotations of the controlled body in r shapes of the suspension, shape (6, r)."""
@@ -156,8 +158,7 @@ class ClosedLoop:
     def _compliance(self):
         """Static compliance of each measured coordinate, shape (k,). [m/N], [rad/(N m)]"""
         rows = self._measurable[1]
-        stiffness = self.motion.dynamic_stiffness(np.zeros(1))[0].real
-        return (rows * np.linalg.solve(stiffness, rows.T).T).sum(axis=1)
+        return (rows * np.linalg.solve(self.motion.static_stiffness, rows.T).T).sum(axis=1)
 
     @property
     def notch_frequencies_known(self):
@@ -189,7 +190,7 @@ class ClosedLoop:
         control = self.scene.control
         stated = control.allocation.weights if control.allocation else {}
         weights = np.array([stated.get(name, 1.0) for name in self.scene.winches])
-        return allocate(self.motion, *self._measurable[1:], weights)
+        return allocate(*self._measurable[1:], weights)
 
     @cached_property
     def loop(self):
@@ -273,7 +274,7 @@ class ClosedLoop:
                 driven_of_gain = None
             powers.append(ceil(log2(gain)))
             driven_of_gain = self._driven_cables_of(gain)
-            limit = driven_of_gain.gains.limit
+            limit = driven_of_gain.limit
             needed_gain = limit.factor if limit else STUDY.unlimited_gain * self.modes.solution.omega[0]
             if needed_gain <= 2.0 ** powers[-1]:
                 driven_cables.update(dict.fromkeys(powers, driven_of_gain))
@@ -297,7 +298,7 @@ class ClosedLoop:
                 break
         for trial in trials:
             try:
-                self._driven_cables_of(trial)
+                _ = self._driven_cables_of(trial).limit
             except (NoSolutionError, ConvergenceError):  # that gain may be far above the largest one
                 continue
             return trial
@@ -313,7 +314,13 @@ class ClosedLoop:
     @property
     def gains(self):
         """`StableGains` with all modes of the cables that the gain, and the largest gain, could drive."""
-        return self.driven.gains
+        return self._judging.gains
+
+    @property
+    def _judging(self):
+        """`DrivenCables` that judge the gain of the loop, or any gain where it follows from a margin."""
+        gain = law_from(self.scene.control)[1]
+        return self.driven.for_gain(np.inf if gain is None else gain)
 
     @property
     def limit(self):
@@ -324,7 +331,7 @@ class ClosedLoop:
         NoSolutionError
             A mode as good as undamped decides.
         """
-        limit = self.gains.limit
+        limit = self.driven.limit
         if limit and limit.undamped:
             gains = self._gains_in_words((1 + CONTROL.above_undamped_limit) * limit.factor)
             raise undamped(1j * limit.omega, self.gains.open_ratio(limit.omega), f"no largest gain: at {gains} ")
@@ -335,20 +342,39 @@ class ClosedLoop:
         """Gain below which the loop is stable; None where it is with every gain. [rad/s]"""
         return self.limit and self.limit.factor
 
-    @cached_property
+    @property
     def margins(self):
         """`Margins` of the loop, which is stable."""
-        return self.gains.margins(self.loop.gain)
+        return self._margins_and_cables[0]
+
+    @cached_property
+    def _margins_and_cables(self):
+        """`margins`, and their `DrivenCables`, which resolve waves across cables where the margins are decided."""
+        driven, gain = self._judging, self.loop.gain
+        margins = driven.gains.margins(gain)
+        if driven.resolving is not driven and not driven.resolves(margins.deciding.max(initial=0.0)):
+            driven = driven.resolving
+            margins = driven.gains.margins(gain)
+        return margins, driven
 
     @cached_property
     def perturbed_margins(self):
         """`Margins` with the errors of the cables' models, see `DrivenCables.perturbed_margins`: list."""
-        return self.driven.perturbed_margins(self.margins, self.loop.gain)
+        margins, driven = self._margins_and_cables
+        return driven.perturbed_margins(margins, self.loop.gain)
+
+    @property
+    def simplification_error(self):
+        """Relative error of the margins, at least, see `DrivenCables.simplification_error`. [-]"""
+        return self._margins_and_cables[1].simplification_error
 
     @cached_property
     def single_limits(self):
         """Name of each measured coordinate -> factor by which its gain alone may grow, see `StableGains`: dict."""
-        return dict(zip(self.measured, self.gains.single_limits(self.loop.gain).tolist(), strict=True))
+        driven, resolving = self._judging, self.driven.resolving
+        finer = None if resolving is driven else resolving.loop_gain
+        limits = driven.gains.single_limits(self.loop.gain, finer, driven.resolved_to)
+        return dict(zip(self.measured, limits.tolist(), strict=True))
 
     @cached_property
     def with_critical_modes(self):
@@ -371,7 +397,7 @@ class ClosedLoop:
             return False
         if self.loop is None or self._seen_far_from_unstable:
             return True
-        return not self.gains.unstable(self.loop.gain)
+        return self.driven.stable(self.loop.gain)
 
     @property
     def _seen_far_from_unstable(self):
@@ -404,7 +430,7 @@ class ClosedLoop:
     def _stable_up_to(self, gain):
         """True if the loop is stable with all gains up to this one [rad/s], with all modes that it could drive."""
         try:
-            limit = self._driven_cables_of(gain).gains.limit
+            limit = self._driven_cables_of(gain).limit
         except (NoSolutionError, ConvergenceError):  # more modes than can be computed
             return False
         return limit is None or limit.factor > gain
@@ -462,7 +488,7 @@ class ClosedLoop:
         if pole:
             motion = self._growing_motion(pole, loop)
         else:
-            motion = f"a motion of {self.gains.limit.omega / TURN:.4g} Hz grows"
+            motion = f"a motion of {self.driven.limit.omega / TURN:.4g} Hz grows"
         message = f"the loop is unstable at {self._gains_in_words(loop.gain)}: {motion}; "
         try:
             limit = self.largest_gain

@@ -6,8 +6,9 @@ axis: where an eigenvalue of the loop gain is real and negative (`control.loop_g
 are in the loop gain; where damping couples them, and the accuracy allows it, six vectors stand for those far above what
 the gain could drive (`system.cable_coordinates`). So that no crossing is missed, the loop gain is computed at
 frequencies beside the poles of the model and of the modes that the gain could drive. Where a cable sags, waves across
-it take power from those along it: waves across must be resolved beyond the frequency of the pole that crosses first,
-which is then sought again.
+it take power from those along it: waves across must be resolved beyond the frequency of the pole that crosses first.
+The gain could drive none of these waves, so that no other pole comes to cross: the crossing is located again in the
+loop gain of finer elements, near where it was found.
 
 A control law other than an integrator may make the loop gain large far above the frequencies of the bodies. All modes
 are then needed up to the frequency above which the loop gain on cables that reflect no wave is below
@@ -20,11 +21,11 @@ from functools import cached_property, partial
 import numpy as np
 
 from cablestudy.activity import doing
-from cablestudy.control.gain_limits import StableGains, limit_near, too_many
+from cablestudy.control.gain_limits import StableGains, limit_near, limits_near, too_many
 from cablestudy.control.loop_gain import LoopGain
 from cablestudy.control.margins import Margins
 from cablestudy.control.motion import actuated, with_strokes
-from cablestudy.control.suspension import load_off_ends
+from cablestudy.control.suspension import winch_loads
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import ConvergenceError
 from cablestudy.study.suspension.driven_waves import ACROSS
@@ -61,6 +62,8 @@ class DrivenCables:
         Gain of the controller. [rad/s]
     others : sequence of DrivenCables
         Those of other gains of this loop: models and loop gain are taken from one whose modes are equal.
+    resolved_to : float
+        Frequency up to which waves across the cables are resolved, at least. [rad/s]
 
     Attributes
     ----------
@@ -70,30 +73,108 @@ class DrivenCables:
         Modes of each cable in the loop gain, and vectors that stand for its others.
     loop_gain : LoopGain or callable
         L over the gain: s, shape (f,) -> shape (f, k, k).
-    poles : ndarray
-        Poles of the model without control, and estimates of the poles of the modes that the gain could drive. [rad/s]
-    gains : StableGains
-        Stable gains by the loop gain; the largest is right if it is at most `gain`.
+    resolved_to : float
+        Frequency up to which waves across all cables are resolved. [rad/s]
 
     Raises
     ------
-    NoSolutionError
-        The gain could drive more modes than can be computed.
+    NoSolutionError, ConvergenceError
+        There are more half-waves along a cable than can be resolved, or no modes to the accuracy.
     """
 
-    def __init__(self, closed_loop, gain, others=()):
+    def __init__(self, closed_loop, gain, others=(), resolved_to=0.0):
         self._closed_loop, self._gain, self._effects = closed_loop, gain, closed_loop.effects
         self._base, self._fixed_elements = closed_loop.modes.solution, closed_loop.plant.model is not None
-        resolved_to = self._highest_resolved
-        models = self._models(resolved_to)
-        for _ in range(STUDY.resolution_trials):
-            self._resolve(models, resolved_to, others)
-            limit = self.gains.limit  # the pole that crosses first decides how far waves are resolved
-            self.resolved = limit is None or self._fixed_elements or limit.omega <= resolved_to
-            if self.resolved or resolved_to == self._highest_resolvable or limit.factor > gain:
+        self.resolved_to = max(self._highest_resolved, resolved_to)
+        models = self._models()
+        self._in_loop = self._modes_in_loop(models)
+        for other in others:
+            if other.models.equal(models) and all(map(np.array_equal, other._in_loop, self._in_loop)):
+                self.models, self.kept, self.loop_gain = other.models, other.kept, other.loop_gain
                 break
-            resolved_to = min(STUDY.resolved_beyond * limit.omega, self._highest_resolvable)
-            models = self._models(resolved_to)
+        else:
+            self.models, self.kept = models, models.with_modes(self._in_loop)
+            self.loop_gain = self._loop_gain(self.kept)
+
+    @cached_property
+    def gains(self):
+        """`StableGains` by the loop gain; its `limit` is right if it is at most the gain, and resolved: see `limit`.
+
+        Raises
+        ------
+        NoSolutionError
+            The gain could drive more modes than can be computed.
+        """
+        notches, law = self._closed_loop.notches, self._closed_loop.untuned_loop.law
+        return StableGains(self.loop_gain, self._poles(), notches, law, self._gain)
+
+    @property
+    def limit(self):
+        """`Limit` of the smallest gain at which a pole crosses; None where none does; raises as `gains`.
+
+        Where it is at most the gain, waves across the cables are resolved beyond its frequency, as far as they can be.
+        """
+        return self._limit_and_resolving[0]
+
+    @property
+    def resolving(self):
+        """`DrivenCables` with the loop gain by which `limit` was located: finer ones, or itself; raises as `gains`."""
+        return self._limit_and_resolving[1]
+
+    @cached_property
+    def _limit_and_resolving(self):
+        """`limit` and `resolving`."""
+        driven, limits = self, self.gains.limits
+        for _ in range(STUDY.resolution_trials):
+            if not limits or driven.resolves(limits[0].omega) or limits[0].factor > self._gain:
+                break
+            if driven.resolved_to == self._highest_resolvable:
+                break
+            resolved_to = min(STUDY.resolved_beyond * limits[0].omega, self._highest_resolvable)
+            driven = DrivenCables(self._closed_loop, self._gain, resolved_to=resolved_to)
+            limits = driven._limits_near(limits)
+        return (limits[0] if limits else None), driven
+
+    def resolves(self, omega):
+        """True if waves across the cables are resolved at a frequency [rad/s]; true of stated elements at any."""
+        return self._fixed_elements or omega <= self.resolved_to
+
+    def _limits_near(self, limits):
+        """`Limit` of each crossing that may be the first one, near those of coarser models: list, ascending.
+
+        By local searches, each of which locates the crossings of all eigenvalues near a limit; from all frequencies
+        where that does not find one.
+        """
+        located, unmatched = [], []  # limits; those of them that are none yet of the coarser models
+        for limit in limits:
+            if located and limit.factor > STUDY.limit_of_finer * min(found.factor for found in located):
+                break
+            if not any(map(limit.resembles, unmatched)):
+                found = [] if limit.undamped else limits_near(self.loop_gain, limit)
+                if not found:
+                    return self.gains.limits
+                located, unmatched = located + found, unmatched + found
+            unmatched.remove(min(unmatched, key=lambda other: abs(other.omega - limit.omega)))
+        return sorted(located, key=lambda limit: limit.factor)
+
+    def stable(self, gain):
+        """True if a loop with a gain [rad/s], at most that of these modes, is stable, which it is without gain.
+
+        Raises
+        ------
+        NoSolutionError
+            As `gains`; the delay is too long to judge the loop.
+        """
+        self.gains.check_delay(gain)
+        if self.limit is None or gain < self.limit.factor:
+            return True
+        near = self.gains.crosses_within(STUDY.limit_of_finer, gain, self.resolved_to)
+        return not (self.resolving if near else self).gains.unstable(gain)
+
+    def for_gain(self, gain):
+        """`DrivenCables` that judge a loop with a gain [rad/s]: `resolving` where it is nearly the largest one."""
+        limit = self.limit
+        return self if limit is None or gain <= STUDY.nearly_largest_gain * limit.factor else self.resolving
 
     @property
     def _spoilt(self):
@@ -135,11 +216,11 @@ class DrivenCables:
             self._highest_resolved, np.pi * STUDY.resolved_waves / self._effects.travel_time[ACROSS].max(initial=1e-300)
         )
 
-    def _models(self, resolved_to):
-        """`Models` of the cables with elements fine enough for the waves that the gain could drive.
+    def _models(self):
+        """`Models` of the cables with elements fine enough for the waves that the gain could drive, and `resolved_to`.
 
-        Waves across all cables are resolved at least up to the frequency `resolved_to` [rad/s]. The meshes of the
-        coupled modes are used where they are fine enough, or where the scene states the elements (`model.elements`).
+        The meshes of the coupled modes are used where they are fine enough, or where the scene states the elements
+        (`model.elements`).
 
         Raises
         ------
@@ -147,6 +228,7 @@ class DrivenCables:
             More half-waves along a cable than can be resolved, or no modes to the accuracy.
         """
         base, highest, travel_time = self._base, self._highest_driven, self._effects.travel_time
+        resolved_to = self.resolved_to
         resolved = max(highest.max(initial=0.0), resolved_to) <= self._highest_resolved
         if (resolved and base.models.complete) or self._fixed_elements:
             return base.models if base.models.complete else Models(base.models.cables, base.models.meshes, fixed=True)
@@ -168,7 +250,7 @@ class DrivenCables:
             raise ConvergenceError(message) from None
         return models
 
-    def _modes_in_loop(self, models, resolved_to, share=1.0):
+    def _modes_in_loop(self, models, share=1.0):
         """Which modes of each cable are in the loop gain by themselves: list of ndarray of bool, shape (n,).
 
         All where damping couples none of them, where few could be left out, and for a high accuracy; else those up to
@@ -179,19 +261,19 @@ class DrivenCables:
             return in_loop
         multiples = [share * multiple for multiple in STUDY.kept_multiples]
         for cable, element in enumerate(models.elements):
-            low = self._modes_below(cable, element, resolved_to, *multiples)
+            low = self._modes_below(cable, element, *multiples)
             coupled = plant.braked or element.strain is not None or element.uneven
             if coupled and np.count_nonzero(low) + STUDY.vectors < STUDY.worth * len(low):
                 in_loop[cable] = low
         return in_loop
 
-    def _modes_below(self, cable, element, resolved_to, driven, resolved):
+    def _modes_below(self, cable, element, driven, resolved):
         """Modes of a cable below `driven` times what the gain could drive or `resolved` times `resolved_to`.
 
         Array of bool, shape (n,). Of waves along the cable what the gain could drive counts alone.
         """
         across, along = driven * self._highest_driven[:, cable]
-        below = element.omega < max(across, resolved * resolved_to)
+        below = element.omega < max(across, resolved * self.resolved_to)
         return below | (self._effects.along(cable, element) & (element.omega < along))
 
     def _needed_modes(self):
@@ -224,7 +306,7 @@ class DrivenCables:
         *matrices, feedback = actuated(layout, np.eye(len(mass)), mass, damping, stiffness, closed_loop.actuators)
         bodies = LinearSystem(*matrices, feedback=feedback)
         strokes = len(bodies) - len(mass)
-        lifted = dense(layout.connection).T @ load_off_ends(closed_loop.equilibrium, closed_loop.winches)
+        lifted = winch_loads(layout, closed_loop.winches)
         loop_gain = LoopGain(
             bodies,
             elements=[in_air.element for in_air in plant.in_air(self.models, kept)],
@@ -256,19 +338,6 @@ class DrivenCables:
                 poles.append((estimated.real[:, None] + 1j * (fixed[:, None] + shift)).ravel())
         return np.concatenate(poles)
 
-    def _resolve(self, models, resolved_to, others):
-        """Set models, loop gain, poles and gains; models and loop gain of one of the `others` where modes are equal."""
-        self._in_loop, self._resolved_to = self._modes_in_loop(models, resolved_to), resolved_to
-        for other in others:
-            if other.models.equal(models) and all(map(np.array_equal, other._in_loop, self._in_loop)):
-                self.models, self.kept, self.loop_gain = other.models, other.kept, other.loop_gain
-                break
-        else:
-            self.models, self.kept = models, models.with_modes(self._in_loop)
-            self.loop_gain = self._loop_gain(self.kept)
-        self.poles, notches, law = self._poles(), self._closed_loop.notches, self._closed_loop.untuned_loop.law
-        self.gains = StableGains(self.loop_gain, self.poles, notches, law, self._gain)
-
     def with_critical_modes(self, plant, gain):
         """Copy of a `Plant` with further modes, near the one that would grow first as the gain is raised.
 
@@ -277,21 +346,25 @@ class DrivenCables:
         The plant itself is returned where `gain` [rad/s] is unstable or below `nearly_largest_gain` of the largest
         stable one, or where the modes of the plant reach up to that frequency.
         """
-        limit, base = self.gains.limit, self._base
+        limit, base = self.limit, self._base
         if limit is None or limit.omega <= base.omega[-1]:
             return plant
         if not STUDY.nearly_largest_gain * limit.factor < gain < limit.factor:
             return plant
-        # modes of each cable that the gain could drive, and whose frequencies are near that of the limit
-        critical = [np.zeros(len(in_loop), dtype=bool) for in_loop in self._in_loop]
-        drivable = [np.ones(kept.modes, dtype=bool) for kept in self.kept] if self._spoilt else self._needed_modes()
-        for cable, (in_loop, kept) in enumerate(zip(self._in_loop, self.kept, strict=True)):
-            critical[cable][in_loop] = drivable[cable][: kept.modes]
-            critical[cable] &= np.abs(self.models.elements[cable].omega / limit.omega - 1) < STUDY.critical_modes
-        search = Search(plant.equilibrium, len(base.omega), plant.accuracy, cables=self.models.cables)
+        models, critical = self.resolving.models, self.resolving._critical_modes(limit)
+        search = Search(plant.equilibrium, len(base.omega), plant.accuracy, cables=models.cables)
         band = (1 - STUDY.critical_modes) * limit.omega, (1 + STUDY.critical_modes) * limit.omega
-        modes = search.with_chosen(self.models, base.coordinates.limits, critical, *band)
+        modes = search.with_chosen(models, base.coordinates.limits, critical, *band)
         return plant.with_modes(modes, len(modes) - len(base.omega))
+
+    def _critical_modes(self, limit):
+        """Modes of each cable that the gain could drive, near the frequency of a `Limit`: list of bool, shape (n,)."""
+        critical = []
+        for cable, element in enumerate(self.models.elements):
+            near = self._in_loop[cable] & (np.abs(element.omega / limit.omega - 1) < STUDY.critical_modes)
+            driven = True if self._spoilt else self._effects.may_drive(cable, element, self._gain)
+            critical.append(near & driven)
+        return critical
 
     # ------------------------------------------------------------------------------------------------------- errors
 
@@ -312,7 +385,7 @@ class DrivenCables:
             perturbed.append([_half_damped(element) if element.strain is None else element for element in elements])
         loop_gains = [replace(self.loop_gain, elements=elements, near=self.loop_gain) for elements in perturbed]
         if self._vectors_used:
-            fewer = self._modes_in_loop(self.models, self._resolved_to, STUDY.coarser_share)
+            fewer = self._modes_in_loop(self.models, STUDY.coarser_share)
             loop_gains.append(self._loop_gain(self.models.with_modes(fewer)))
         return loop_gains
 
@@ -332,7 +405,7 @@ class DrivenCables:
             return np.minimum(energy / square / 2, 0.5)
 
         multiple = STUDY.single_mode_errors
-        far = ~self._modes_below(cable, element, self._resolved_to, multiple, multiple)
+        far = ~self._modes_below(cable, element, multiple, multiple)
         vectors = residual_vectors(element.omega[None], element.coupling[None], far[None])[0]
         vectors = vectors[:, vectors.any(axis=0)]
         share = vectors**2 + np.finfo(float).tiny  # of each mode in each vector
@@ -353,15 +426,19 @@ class DrivenCables:
 
     @cached_property
     def errors(self):
-        """Estimated relative errors of the largest gain and of its frequency; not numbers where not known. [-]"""
-        limit = self.gains.limit
-        if limit is None or not self.resolved or self._fixed_elements or self._spoilt:
+        """Estimated relative errors of the factor and the frequency of `limit`; not numbers where not known. [-]"""
+        limit, resolving = self.limit, self.resolving
+        if limit is None or not limit.omega <= resolving.resolved_to or self._fixed_elements or self._spoilt:
             return np.nan, np.nan
-        perturbed = [limit_near(loop_gain, limit) for loop_gain in self._perturbed]
-        if None in perturbed:
+        perturbed = resolving._perturbed
+        if resolving is not self:  # at the few frequencies of a local search poles cost more than they spare
+            perturbed = [replace(loop_gain, near=None) for loop_gain in perturbed]
+        limits = [limit_near(loop_gain, limit) for loop_gain in perturbed]
+        if None in limits:
             return np.nan, np.nan
-        changes = [(abs(other.factor / limit.factor - 1), abs(other.omega / limit.omega - 1)) for other in perturbed]
-        return tuple(map(float, STUDY.largest_gain_safety * np.sum(changes, axis=0) + self.simplification_error))
+        changes = [(abs(other.factor / limit.factor - 1), abs(other.omega / limit.omega - 1)) for other in limits]
+        error = STUDY.largest_gain_safety * np.sum(changes, axis=0) + resolving.simplification_error
+        return tuple(map(float, error))
 
     def perturbed_margins(self, margins, gain):
         """`Margins` of the perturbed loop gains, near the frequencies that decide the margins with a gain [rad/s]."""

@@ -366,13 +366,13 @@ class DynamicAnalysis:
 
     def margin(self, name):
         """A number of `Margins` by its name, and its estimated relative error by the models of the cables."""
-        driven = self.controlled.driven  # margins need the largest gain, which then decides on stability too
+        _ = self.controlled.driven  # margins need the largest gain, which then decides on stability too
         self.check_stable()
         margin, perturbed = getattr(self.controlled.margins, name), self.controlled.perturbed_margins
         if not perturbed:
             return margin, np.nan
         error = STUDY.margin_safety * sum(relative(margin, getattr(margins, name)) for margins in perturbed)
-        return margin, error + driven.simplification_error
+        return margin, error + self.controlled.simplification_error
 
     @property
     def gain(self):

@@ -11,10 +11,10 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control.loop_state_space import by_forces
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.study.tolerances import STUDY
+from cablestudy.system.first_order import rows
 from cablestudy.wind.imaging import seen_weights
 from cablestudy.wind.tolerances import WIND
 
@@ -248,9 +248,8 @@ class GustResponse:
     def stiffness(self):
         """Estimate of the energy per square of each output, by which different outputs are compared, shape (o,)."""
         motion = self.closed_loop.motion
-        count = len(motion)
-        rows = by_forces(motion, np.zeros((count, 0)), None, self.closed_loop.actuators)[1]
-        squares = np.abs(rows[:, : 2 * count]) ** 2
+        count, outputs = len(motion), rows(motion, actuators=self.closed_loop.actuators)[-1]
+        squares = np.abs(outputs[:, : 2 * count]) ** 2
         by_displacements = squares[:, :count] * motion.unit**2 / np.diagonal(motion.stiffness.real)
         compliance = (by_displacements + squares[:, count:] / np.diagonal(motion.mass)).sum(axis=1)
         return 1 / np.maximum(compliance, np.finfo(float).tiny)

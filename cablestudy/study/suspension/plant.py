@@ -11,13 +11,12 @@ import numpy as np
 
 from cablestudy.control.loop_state_space import ExactResponse, by_forces, winch_speeds
 from cablestudy.control.motion import Actuator, basis, motion
-from cablestudy.control.suspension import FROM, TO, Marker, Winch, labels, second_order
+from cablestudy.control.suspension import FROM, TO, Marker, Winch, second_order
 from cablestudy.scene.actuator_tables import ReactionWheel
 from cablestudy.study.suspension.tension_waves import change_by_waves
 from cablestudy.study.suspension.turbulence import OWN, Turbulence
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.connected import observed
-from cablestudy.system.coupled import Layout
 from cablestudy.system.linear import dense
 from cablestudy.system.residues import delayed_response, residues
 from cablestudy.wind.mean import Drag
@@ -167,7 +166,7 @@ class Plant:
         self.airflow, self.drag = airflow, airflow and airflow.drag
         self.modes, self.driven, self.loops = modes, driven, {} if loops is None else loops
         self.responses, self._complete = responses, complete
-        self.layout = Layout(equilibrium)
+        self.layout = modes.layout
         suspension = equilibrium.suspension
         self.midspans = midspans
         self.winches, self.markers = winches_of(scene, suspension.cable_names), markers_of(scene)
@@ -191,8 +190,7 @@ class Plant:
     @cached_property
     def outputs(self):
         """Name of each output -> its row: displacements of bodies, markers, and perhaps mid-spans; tensions."""
-        _, outputs = labels(self.layout, self.winches, self.markers, self.midspans)
-        return {name: row for row, (name, _unit) in enumerate(outputs)}
+        return {name: row for row, (name, _unit) in enumerate(self._full_system.outputs)}
 
     @cached_property
     def _full_system(self):
@@ -219,7 +217,7 @@ class Plant:
         moving = moving[:, moving.any(axis=0)]
         return np.concatenate([applied, moving, system.mass @ system.compliance(moving)], axis=1)
 
-    @property
+    @cached_property
     def _applied_loads(self):
         """Forces on the coordinates by winches, by loads on bodies, and at mid-spans that are outputs, shape (n, r)."""
         winches, system = len(self.winches), self._full_system
@@ -231,7 +229,7 @@ class Plant:
     @cached_property
     def _basis(self):
         """Frequencies, shape (m,), and shapes, (n, m), of the coordinates: modes, then static responses to `_loads`."""
-        omega, shapes = basis(self.modes, self._loads)
+        omega, shapes = basis(self._full_system, self.modes, self._loads)
         kept = np.concatenate([self.kept, np.arange(len(self.modes), len(omega))])
         return omega[kept], shapes[:, kept]
 
