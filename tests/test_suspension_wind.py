@@ -42,7 +42,7 @@ from cablestudy.system import statics
 from cablestudy.wind import gusts
 from cablestudy.wind.mean import Drag, cable_loads
 from cablestudy.wind.spectrum import speed_spectrum
-from cablestudy.wind.strips import Strip
+from cablestudy.wind.strips import Strips
 from cablestudy.wind.tolerances import WIND as TOLERANCES
 
 TURN = 2 * np.pi
@@ -328,7 +328,7 @@ def test_two_cables_that_meet_are_coherent_near_their_common_end(kappa_length):
     speed, kappa = 25.0, kappa_length / 30.0
     frequency = np.array([kappa * speed / 10.0])
     rows = np.concatenate([moved[:, 2] for moved in displacements(closed_loop.gusts)])
-    along = [np.linalg.norm(strip.places - strip.places[0], axis=1) / 30.0 for strip in closed_loop.gusts.strips]
+    along = [np.linalg.norm(places - places[0], axis=1) / 30.0 for places in places_of(closed_loop.gusts)]
     wanted, *_ = np.linalg.lstsq(rows, np.sin(np.pi / 2 * np.concatenate(along)), rcond=None)
     found = closed_loop.gusts.variance_spectra(frequency, wanted[None, :, None].astype(complex))[0, 0]
     # force per length and vertical speed: half of rho C d times the speed across the cable
@@ -380,7 +380,7 @@ def test_the_rms_depends_neither_on_points_of_long_elements_nor_on_parts(monkeyp
         monkeypatch.setattr(type(TOLERANCES), "coherence_entries", at_once)
         closed_loop = SuspensionCase(scene).in_wind.closed_loop_of(160)
         strip = closed_loop.gusts.strips[0]
-        assert len(strip.points) == min(most, strip.mesh.order + TOLERANCES.strip_points)
+        assert strip.points.shape[1] == min(most, strip.mesh.order + TOLERANCES.strip_points)
         found.append(closed_loop.plant.at_rest.variances[0])
     assert found[0] == pytest.approx(found[1], rel=1e-7)
 
@@ -388,7 +388,13 @@ def test_the_rms_depends_neither_on_points_of_long_elements_nor_on_parts(monkeyp
 def displacements(gusts_):
     """Of the nodes of each cable per coordinate of the suspension, shape (p, 3, m)."""
     count, along = gusts_.forces.shape[-1], zip(gusts_.strips, gusts_.amplitudes, strict=True)
-    return [strip.shapes @ amplitudes[:, :count] for strip, amplitudes in along]
+    stacks = (strip.shapes @ amplitudes[:, None, :, :count] for strip, amplitudes in along)
+    return [moved for stack in stacks for moved in stack]
+
+
+def places_of(gusts_):
+    """Positions of the nodes of each cable, shape (p, 3)."""
+    return [places for strip in gusts_.strips for places in strip.places]
 
 
 def first_shapes(closed_loop):
@@ -396,8 +402,9 @@ def first_shapes(closed_loop):
     wanted = []
     for chosen in ((1, 0), (0, 1), (1, 1)):
         rows, values = [], []
-        for strip, moved, on in zip(closed_loop.gusts.strips, displacements(closed_loop.gusts), chosen, strict=True):
-            along = np.linalg.norm(strip.places - strip.places[0], axis=1) / 30.0
+        cables = zip(places_of(closed_loop.gusts), displacements(closed_loop.gusts), chosen, strict=True)
+        for places, moved, on in cables:
+            along = np.linalg.norm(places - places[0], axis=1) / 30.0
             rows.append(moved[:, 1])
             values.append(on * np.sin(np.pi * along))
         rows, values = np.concatenate(rows), np.concatenate(values)
@@ -946,10 +953,12 @@ def test_the_drag_of_a_cable_whose_lowest_point_lies_along_the_wind(to, directio
     """|u_n| has a kink there, inside an element: the force of a gust that is the same everywhere on the whole cable."""
     strip = case_of(along_the_wind(to, direction)).in_wind.closed_loop_of(count).gusts.strips[0]
     rows = strip.shapes.reshape(-1, strip.shapes.shape[-1])
-    moved, *_ = np.linalg.lstsq(rows, np.tile(np.eye(3), (len(strip.places), 1)))  # of the whole cable along x, y, z
+    moved, *_ = np.linalg.lstsq(
+        rows, np.tile(np.eye(3), (strip.places.shape[1], 1))
+    )  # of the whole cable along x, y, z
     expected = drag_by_hand(to, direction)
     for forces in (strip.forces, strip.point_forces):
-        assert forces.sum(axis=1) @ moved == pytest.approx(expected, abs=1e-6 * expected.max())
+        assert forces[0].sum(axis=1) @ moved == pytest.approx(expected, abs=1e-6 * expected.max())
 
 
 def test_the_stated_error_in_wind_along_a_level_cable_is_true():
@@ -1184,10 +1193,13 @@ def test_the_coherence_along_a_cable_of_many_elements(segments):
     along = np.stack([np.ones(nodes), np.full(nodes, 2.0)], axis=-1)[:, None] * [[1.0], [0.0], [0.0]]
     wind, direction = np.array([1.0, 0.0, 0.0]), np.broadcast_to([0.0, 1.0, 0.0], (segments, 6, 3))
     course = direction, np.ones((segments, 6)), np.ones(segments)
-    strip = Strip(0, mesh, 100.0, np.zeros((nodes, 3)), along, 1.0, wind, *course)
+    strip = Strips(
+        np.array([0]), mesh, np.array([100.0]), np.zeros((1, nodes, 3)), along[None], np.ones(1), wind,
+        *(field[None] for field in course),
+    )  # fmt: skip
     kappa = np.array([1e-5, 1e-3, 0.01, 0.05])
-    x = kappa * strip.length
+    x = kappa * strip.length[0]
     series = x * (1 / 6 - x * (1 / 24 - x * (1 / 120 - x * (1 / 720 - x / 5040))))
-    integral = 2 * strip.length**2 * np.where(x < 0.2, 0.5 - series, (x - 1 + np.exp(-x)) / x**2)
+    integral = 2 * strip.length[0] ** 2 * np.where(x < 0.2, 0.5 - series, (x - 1 + np.exp(-x)) / x**2)
     expected = integral[:, None, None] * np.array([[1.0, 2.0], [2.0, 4.0]])
-    assert strip.coherent(np.eye(3)[:1], kappa) == pytest.approx(expected, rel=2e-6)
+    assert strip.coherent(np.eye(3)[:1], kappa)[0] == pytest.approx(expected, rel=2e-6)

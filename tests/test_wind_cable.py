@@ -16,7 +16,7 @@ from cablestudy.scene.scene import quantity_of
 from cablestudy.study import one_cable_system, plots, wind_report
 from cablestudy.study.case import Case
 from cablestudy.study.tolerances import STUDY
-from cablestudy.wind.coherence import along_cable, gauss, rod
+from cablestudy.wind.coherence import along_cable, gauss, rods
 from cablestudy.wind.drag import drag_matrices, shedding_frequencies
 
 SLOW_LOOP = "winch.controller.gain=0.05"
@@ -56,7 +56,7 @@ def integral(load, ratio, points=4000):
 
 def polynomial(mesh, function):
     """The rod of a mesh, and a load that is a function of the place, in the functions of the rod."""
-    found = rod(mesh, np.ones((mesh.elements, mesh.order)))
+    found = rods(mesh, np.ones((1, mesh.elements, mesh.order)))
     return found, expanded(mesh, found, function)
 
 
@@ -67,13 +67,13 @@ def expanded(mesh, found, function, stretch=lambda s: 1.0):
     loads = function(places) * stretch(places) * mesh.sizes[:, None] * weights
     nodal = np.zeros(mesh.nodes, dtype=loads.dtype)
     np.add.at(nodal, mesh.element_nodes, loads @ lagrange(basis(mesh.order).nodes, points))
-    return found.shapes.T @ nodal
+    return found.shapes[0].T @ nodal
 
 
 def variances(found, load, *ratios):
     """The double integral of a complex load: that of its real and that of its imaginary part."""
-    both = np.stack([load.real, load.imag])[None]
-    return np.trace(found.covariance(both, np.array(ratios)), axis1=1, axis2=2)
+    both = np.stack([load.real, load.imag])[None, None]
+    return np.trace(found.covariance(both, np.array([ratios]))[0], axis1=1, axis2=2)
 
 
 @pytest.mark.crossed
@@ -109,7 +109,7 @@ def test_whole_coherence_is_the_square_of_the_sum_and_none_is_the_sum_of_squares
 
 def test_many_nodes_are_thinned_without_loss():
     found, collected = polynomial(Mesh(np.linspace(0, 1, 2001), 1), lambda s: np.cos(9 * s))
-    assert len(found.square) == 800
+    assert found.square.shape == (1, 800)
     for ratio in (0.1, 12.0):
         value = variances(found, collected, ratio)[0]
         assert value == pytest.approx(integral(lambda s: np.cos(9 * s), ratio), rel=2e-5)
@@ -118,8 +118,8 @@ def test_many_nodes_are_thinned_without_loss():
 def test_a_stretched_cable_counts_by_its_stretched_length():
     mesh = Mesh(np.linspace(0, 1, 9), 4)
     stretch = 1 + mesh.point_positions  # of the mean 1.5
-    found = rod(mesh, stretch)
-    assert found.length == pytest.approx(1.5, rel=1e-12)
+    found = rods(mesh, stretch[None])
+    assert found.length[0] == pytest.approx(1.5, rel=1e-12)
     load = expanded(mesh, found, np.ones_like, stretch=lambda s: (1 + s) / 1.5)
     value = variances(found, load, 2.0)[0]
     assert value == pytest.approx(2 * (2 - 1 + np.exp(-2)) / 4, rel=1e-8)  # of a constant
@@ -130,7 +130,7 @@ def test_covariances_of_loads_are_those_of_their_sums():
     found, first = polynomial(mesh, lambda s: np.cos(3 * s))
     second = polynomial(mesh, lambda s: 1 + s**2)[1]
     loads = np.stack([np.stack([first, second])] * 2)  # by two components
-    covariance = found.covariance(loads, ratios)
+    covariance = found.covariance(loads[None], ratios[None])[0]
     expected = [2 * integral(lambda s: 0.7 * np.cos(3 * s) - 1.3 * (1 + s**2), ratio) for ratio in ratios]
     assert weights @ covariance @ weights == pytest.approx(expected, rel=1e-6)
 

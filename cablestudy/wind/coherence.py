@@ -17,7 +17,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cablestudy.cable.assembly import add_elements
 from cablestudy.cable.element import basis, lagrange
 from cablestudy.wind.tolerances import WIND
 
@@ -77,94 +76,85 @@ def along_cable(wind):
 
 
 @dataclass(frozen=True)
-class Rod:
-    """Eigenfunctions of the rod of a cable with free ends (module's docstring), in which loads along it are expanded.
+class Rods:
+    """Eigenfunctions of the rods of n cables with free ends (module's docstring), in which loads on them are expanded.
 
-    They are orthonormal over the stretched length of the cable, which counts as 1.
+    They are orthonormal over the stretched length of each cable, which counts as 1.
     """
 
-    square: np.ndarray  # eigenvalues, the integral of the squared slope of each function, shape (r,)
-    ends: np.ndarray  # values of each function at both ends, shape (r, 2)
-    length: float  # stretched over unstretched length
-    shapes: np.ndarray  # values of each function at the nodes, shape (nodes, r)
+    square: np.ndarray  # eigenvalues, the integral of the squared slope of each function, shape (n, r)
+    ends: np.ndarray  # values of each function at both ends, shape (n, r, 2)
+    length: np.ndarray  # stretched over unstretched length, shape (n,)
+    shapes: np.ndarray  # values of each function at the nodes, shape (n, nodes, r)
 
     def covariance(self, loads, ratio):
         """Integrals I of the module's docstring for pairs of loads, under the coherence exp(-kappa r).
 
         Parameters
         ----------
-        loads : ndarray, shape (c, i, r)
-            Integral over the cable of each of i loads, by each of c uncorrelated components of the wind, times each of
+        loads : ndarray, shape (n, c, i, r)
+            Integral over each cable of each of i loads, by each of c uncorrelated components of the wind, times each of
             the r eigenfunctions.
-        ratio : ndarray, shape (m,)
-            The cable's stretched length times kappa. [-]
+        ratio : ndarray, shape (n, m)
+            Stretched length of each cable times kappa. [-]
 
         Returns
         -------
-        ndarray, shape (m, i, i)
-            Sum over the components, the cable's length counted as 1.
+        ndarray, shape (n, m, i, i)
+            Sum over the components, the length of each cable counted as 1.
+
+        Notes
+        -----
+        With rho = ratio, that is length/l, a rod has the matrix K = diag(square/rho + rho) + v0 v0^T + v1 v1^T, v0 and
+        v1 being the functions at its ends, and I = 2 load K^-1 load^T. K is inverted by Woodbury's formula, with the
+        even and the odd combination of v0 and v1. The constant function, without slope, is treated apart.
         """
-        ratio = np.maximum(ratio, WIND.least_length_ratio)[:, None]
-        covariance = np.zeros((len(ratio), loads.shape[1], loads.shape[1]))
-        for load in loads:
-            inverse, others, sums, weights = self._covariance_terms(load, ratio)
-            covariance += sums @ weights @ sums.swapaxes(-1, -2)
-            for index, root in enumerate(np.sqrt(inverse)):  # one by one: all at once they are more than caches hold
-                scaled = others * root
-                covariance[index] += scaled @ scaled.T
+        ratio = np.maximum(ratio, WIND.least_length_ratio)
+        inverse = 1 / (self.square[:, None, 1:] / ratio[..., None] + ratio[..., None])
+        constant, others = loads[..., :1], loads[..., 1:]
+        even_and_odd = self.ends[:, 1:] @ np.array([[1.0, 1.0], [1.0, -1.0]]) / np.sqrt(2)
+        even, odd = np.moveaxis(even_and_odd, -1, 0)[:, :, None]  # (n, 1, r - 1)
+        # the 2 x 2 matrix of Woodbury's formula, [[a, b], [b, c]], shape (n, m) each
+        a, b, c = ((inverse * product).sum(axis=-1) for product in (even**2, even * odd, odd**2))
+        a, c = 1 + a, 1 + c
+        determinant, constant_at_end = a * c - b**2, self.ends[:, :1, 0]
+        by_even, by_odd = (others @ np.swapaxes(inverse * one, 1, 2)[:, None] for one in (even, odd))  # (n, c, i, m)
+        factors = (np.sqrt(2) * constant_at_end * part / determinant for part in (c, b))
+        on_even, on_odd = (factor[:, None, None] for factor in factors)
+        sums = np.stack([constant - on_even * by_even + on_odd * by_odd, by_even, by_odd], axis=-1)
+        sums = sums.transpose(0, 3, 2, 1, 4)  # (n, m, i, c, 3)
+        weights = np.zeros((*ratio.shape, 3, 3))  # half of I: others inverse others^T + sums weights sums^T
+        weights[..., 0, 0] = 1 / (ratio + 2 * constant_at_end**2 * c / determinant)
+        weights[..., 1, 1], weights[..., 2, 2] = -(c / determinant), -(a / determinant)
+        weights[..., 1, 2] = weights[..., 2, 1] = b / determinant
+        weighted, sums = (part.reshape(*part.shape[:3], -1) for part in (sums @ weights[:, :, None], sums))
+        covariance = weighted @ np.swapaxes(sums, -1, -2)
+        at_once = max(1, WIND.coherence_entries // max(1, covariance[:, 0].size))  # functions
+        for begin in range(0, others.shape[-1], at_once):
+            batch = slice(begin, begin + at_once)
+            of_function = others[..., batch].transpose(0, 3, 2, 1)
+            products = of_function @ np.swapaxes(of_function, -1, -2)  # sum over the components, (n, r, i, i)
+            by_ratio = inverse[..., batch] @ products.reshape(*products.shape[:2], -1)
+            covariance += by_ratio.reshape(covariance.shape)
         return 2 * covariance
 
-    def _covariance_terms(self, load, ratio):
-        """Parts of half of the covariance of i loads, shape (i, r), for m ratios, shape (m, 1).
 
-        With rho = ratio, that is length/l, the rod has the matrix K = diag(square/rho + rho) + v0 v0^T + v1 v1^T, v0
-        and v1 being the functions at its ends, and I = 2 load K^-1 load^T. K is inverted by Woodbury's formula, with
-        the even and the odd combination of v0 and v1. The constant function, without slope, is treated apart.
-
-        Returns
-        -------
-        inverse : ndarray, shape (m, r - 1)
-            Diagonal of the inverse of diag(square/rho + rho), without the constant function.
-        others : ndarray, shape (i, r - 1)
-            The loads without the constant function.
-        sums : ndarray, shape (m, i, 3)
-            Remainder of the constant part of each load, and its products with the even and the odd combination.
-        weights : ndarray, shape (m, 3, 3)
-            Half of the covariance is others inverse others^T + sums weights sums^T.
-        """
-        constant, others = load[:, :1], load[:, 1:]
-        inverse = 1 / (self.square[1:] / ratio + ratio)
-        end_1, end_2 = self.ends[1:].T
-        even, odd = (end_1 + end_2) / np.sqrt(2), (end_1 - end_2) / np.sqrt(2)
-        # the 2 x 2 matrix of Woodbury's formula, [[a, b], [b, c]]
-        a, b, c = 1 + inverse @ even**2, inverse @ (even * odd), 1 + inverse @ odd**2
-        determinant, constant_at_end = a * c - b**2, self.ends[0, 0]
-        by_even, by_odd = others @ (inverse * even).T, others @ (inverse * odd).T
-        remainder = constant - constant_at_end * np.sqrt(2) * (c * by_even - b * by_odd) / determinant
-        weights = np.zeros((len(ratio), 3, 3))
-        weights[:, 0, 0] = 1 / (ratio[:, 0] + 2 * constant_at_end**2 * c / determinant)
-        weights[:, 1, 1], weights[:, 2, 2] = -(c / determinant), -(a / determinant)
-        weights[:, 1, 2] = weights[:, 2, 1] = b / determinant
-        return inverse, others, np.stack([remainder, by_even, by_odd], axis=-1).swapaxes(0, 1), weights
-
-
-def rod(mesh, stretch):
-    """The `Rod` of a cable with the stretch |r'| at the Gauss points of its elements, shape (n, p). [-]"""
-    from scipy.linalg import eigh
-
-    length, stiffness, mass = galerkin(mesh, stretch)
-    if mesh.nodes <= WIND.coherence_functions:
-        square, shapes = eigh(stiffness.toarray(), mass.toarray())
-    else:
+def rods(mesh, stretch):
+    """The `Rods` of n cables with the stretch |r'| at the Gauss points of their elements, shape (n, e, p). [-]"""
+    functions = np.eye(mesh.nodes)
+    if mesh.nodes > WIND.coherence_functions:
         count = min(WIND.coherence_functions, mesh.nodes // 2)
         x = mesh.node_positions[:, None]
         # cosines have no slope at the ends: two more functions give them any
-        smooth = np.concatenate([np.cos(np.pi * x * np.arange(count - 2)), x, x**2], axis=1)
-        square, shapes = eigh(smooth.T @ (stiffness @ smooth), smooth.T @ (mass @ smooth))
-        shapes = smooth @ shapes
+        functions = np.concatenate([np.cos(np.pi * x * np.arange(count - 2)), x, x**2], axis=1)
+    length, stiffness, mass = galerkin(mesh, stretch, functions)
+    root = np.linalg.cholesky(mass)
+    scaled = np.linalg.solve(root, np.swapaxes(np.linalg.solve(root, stiffness), -1, -2))
+    square, vectors = np.linalg.eigh(scaled)
+    shapes = functions @ np.linalg.solve(np.swapaxes(root, -1, -2), vectors)
     square = np.maximum(square, 0.0)
-    square[0] = 0.0  # the constant
-    return Rod(square, shapes[[0, -1]].T, length, shapes)
+    square[:, 0] = 0.0  # the constant
+    return Rods(square, np.swapaxes(shapes[:, [0, -1]], 1, 2), length, shapes)
 
 
 def gauss(order):
@@ -172,29 +162,38 @@ def gauss(order):
     return basis(order + 1).points, basis(order + 1).weights
 
 
-def galerkin(mesh, stretch):
-    """Matrices of the rod of a cable (module's docstring) in the shape functions of its mesh, by Galerkin's method.
+def galerkin(mesh, stretch, functions):
+    """Matrices of the rods of n cables (module's docstring) in functions along them, by Galerkin's method.
 
     Parameters
     ----------
     mesh : Mesh
-        n elements of p + 1 nodes.
-    stretch : ndarray, shape (n, p)
-        |r'| of the cable at the Gauss points of its elements. [-]
+        e elements of p + 1 nodes.
+    stretch : ndarray, shape (n, e, p)
+        |r'| of each cable at the Gauss points of its elements. [-]
+    functions : ndarray, shape (nodes, r)
+        Values of r functions at the nodes.
 
     Returns
     -------
-    length : float
+    length : ndarray, shape (n,)
         Stretched over unstretched length. [-]
-    stiffness, mass : sparse array, shape (nodes, nodes)
+    stiffness, mass : ndarray, shape (n, r, r)
         Integrals of products of the slopes of two functions, and of their values, over the stretched length, which
         counts as 1. [-]
     """
     element, (points, weights) = basis(mesh.order), gauss(mesh.order)
-    values, interpolation = lagrange(element.nodes, points), lagrange(element.points, points)
-    slopes, stretch = interpolation @ element.derivative, stretch @ interpolation.T
-    length = float((mesh.sizes[:, None] * weights * stretch).sum())
-    mass_weights = mesh.sizes[:, None] * weights * stretch / length
-    stiffness_weights = weights / (mesh.sizes[:, None] * stretch) * length
-    stiffness = add_elements(mesh, 1, slopes.T @ (stiffness_weights[..., None] * slopes))
-    return length, stiffness, add_elements(mesh, 1, values.T @ (mass_weights[..., None] * values))
+    interpolation, nodal = lagrange(element.points, points), functions[mesh.element_nodes]
+    values, slopes = lagrange(element.nodes, points) @ nodal, interpolation @ element.derivative @ nodal
+    stretch, sizes = stretch @ interpolation.T, mesh.sizes[:, None]
+    length = (sizes * weights * stretch).sum(axis=(1, 2))
+    mass_weights = sizes * weights * stretch / length[:, None, None]
+    stiffness_weights = weights / (sizes * stretch) * length[:, None, None]
+    return length, _products(slopes, stiffness_weights), _products(values, mass_weights)
+
+
+def _products(fields, weights):
+    """Sums of products of r fields at q points of e elements, (e, q, r), with n weights each, (n, e, q): (n, r, r)."""
+    roots = (np.sqrt(of_cable)[..., None] * fields for of_cable in weights)
+    flat = [root.reshape(-1, root.shape[-1]) for root in roots]
+    return np.stack([root.T @ root for root in flat])

@@ -33,10 +33,10 @@ class Gusts:
         Has speed, turbulence, length_scale, spectrum and admittance.
     directions : ndarray, shape (3, 3)
         Unit vectors (rows) along the mean wind, across it, and vertical. [-]
-    strips : list of Strip
-        The c cables that the wind acts on.
-    amplitudes : list of ndarray, shape (k, m + 2 c)
-        Amplitudes of the coordinates of each of these cables, see `strips.amplitudes`.
+    strips : list of Strips
+        The c cables that the wind acts on, in groups.
+    amplitudes : list of ndarray, shape (g, k, m + 2 c)
+        Amplitudes of the coordinates of the cables of each group, see `strips.amplitudes`.
     forces : ndarray, shape (b, 3, m)
         Force on each coordinate by a unit speed along x, y, z at each of the b bodies that the wind acts on.
     places : ndarray, shape (b, 3)
@@ -102,7 +102,7 @@ class Gusts:
     @property
     def _cable_inputs(self):
         """Number of inputs that are work of the gusts on cables: one for each coordinate, two for each cable."""
-        return self.forces.shape[-1] + 2 * len(self.strips) if self.strips else 0
+        return self.amplitudes[0].shape[-1] if self.strips else 0
 
     @property
     def input_groups(self):
@@ -176,7 +176,7 @@ class Gusts:
     @cached_property
     def _extent(self):
         """Size of the suspension that the wind acts on. [m]"""
-        points = np.concatenate([*(strip.places for strip in self.strips), self.places])
+        points = np.concatenate([*(strip.places.reshape(-1, 3) for strip in self.strips), self.places])
         return size(np.ptp(points, axis=0)) if len(points) else 0.0
 
     @cached_property
@@ -203,18 +203,21 @@ class Gusts:
     def uniform(self):
         """Forces on the coordinates by a unit speed along x, y, z that is the same everywhere, shape (3, m)."""
         count, cables = self.forces.shape[-1], zip(self.strips, self.amplitudes, strict=True)
-        on_cables = sum(strip.forces.sum(axis=1) @ amplitudes[:, :count] for strip, amplitudes in cables)
-        return self.forces.sum(axis=0) + on_cables
+        on_cables = (strip.forces.sum(axis=2) @ amplitudes[..., :count] for strip, amplitudes in cables)
+        return self.forces.sum(axis=0) + sum(of_group.sum(axis=0) for of_group in on_cables)
 
     def _computed_covariance(self, kappa):
         """Covariance of the inputs, see `input_matrix`, for kappa [1/m], shape (f,): shape (f, i, i)."""
-        points, work, coordinates, own_covariances = self._loads(kappa)
-        half = np.zeros((len(kappa), self.input_matrix.shape[1], self.input_matrix.shape[1]))
-        for load, own_covariance in enumerate(own_covariances):  # its covariance with earlier loads, half of its own
-            earlier = zip(points[:load], work[:load], strict=True)
-            blocks = [_cross_covariance(kappa, points[load], work[load], *other) for other in earlier]
-            row = np.concatenate([*blocks, own_covariance / 2], axis=-1)
-            half += coordinates[load].T @ (row @ np.concatenate(coordinates[: load + 1]))
+        inputs = self.input_matrix.shape[1]
+        points, work = np.zeros((0, 3)), np.zeros((0, np.count_nonzero(self.wind.turbulence), inputs))
+        all_coordinates, rows = [np.zeros((0, inputs))], [np.zeros((len(kappa), 0, inputs))]
+        for own_points, own_work, coordinates, own_covariance in self._loads(kappa):
+            # its covariance with earlier loads, and half of its own
+            row = _cross_covariance(kappa, own_points, own_work, points, work) + own_covariance @ coordinates / 2
+            points, work = np.concatenate([points, own_points]), np.concatenate([work, own_work @ coordinates])
+            all_coordinates.append(coordinates)
+            rows.append(row)
+        half = np.concatenate(all_coordinates).T @ np.concatenate(rows, axis=1)
         return half + np.swapaxes(half, -1, -2)
 
     def _loads(self, kappa):
@@ -225,31 +228,31 @@ class Gusts:
         kappa : ndarray, shape (f,)
             [1/m]
 
-        Returns
-        -------
-        points : list of ndarray, shape (q, 3)
-            Points at which each load acts. [m]
-        work : list of ndarray, shape (t, q, k)
-            Work of each load on k coordinates of its own by each of the t components of the turbulence that are not
-            zero, at each point; for the bodies the speeds themselves.
-        coordinates : list of ndarray, shape (k, i)
-            Coordinates of each load in terms of the inputs, see `input_matrix`.
-        own_covariances : list of ndarray, shape (f, k, k)
-            Covariances of the work of each load on its coordinates.
+        Yields
+        ------
+        points : ndarray, shape (q, 3)
+            Points at which a load acts. [m]
+        work : ndarray, shape (q, t, k)
+            Its work, at each point, on k coordinates of its own by each of the t components of the turbulence that are
+            not zero; for the bodies the speeds themselves.
+        coordinates : ndarray, shape (k, i)
+            Its coordinates in terms of the inputs, see `input_matrix`.
+        own_covariance : ndarray, shape (f, k, k)
+            Covariance of the work on its coordinates.
         """
         rms, count, bodies = np.array(self.wind.turbulence), self._cable_inputs, np.arange(len(self.areas))
         nonzero, inputs = np.flatnonzero(rms), np.eye(count + 3 * len(bodies))
         components = (rms[:, None] * self.directions)[nonzero]
-        points = [strip.points for strip in self.strips]
-        work = [np.tensordot(components, strip.point_forces, axes=1) for strip in self.strips]
-        coordinates = [amplitudes @ inputs[:count] for amplitudes in self.amplitudes]
-        own_covariances = [strip.coherent(components, kappa) for strip in self.strips]
+        for strip, amplitudes in zip(self.strips, self.amplitudes, strict=True):
+            work = components @ np.moveaxis(strip.point_forces, 1, 2)
+            yield from zip(
+                strip.points, work, amplitudes @ inputs[:count], strip.coherent(components, kappa), strict=True
+            )
         if len(bodies):
-            speeds = np.zeros((len(nonzero), len(bodies), 3 * len(bodies)))
-            speeds[np.arange(len(nonzero))[:, None], bodies, 3 * bodies + nonzero[:, None]] = rms[nonzero, None]
-            points, work, coordinates = [*points, self.places], [*work, speeds], [*coordinates, inputs[count:]]
-            own_covariances.append(_cross_covariance(kappa, self.places, speeds, self.places, speeds))
-        return points, work, coordinates, own_covariances
+            speeds = np.zeros((len(bodies), len(nonzero), 3 * len(bodies)))
+            speeds[bodies[:, None], np.arange(len(nonzero)), 3 * bodies[:, None] + nonzero] = rms[nonzero]
+            own_covariance = _cross_covariance(kappa, self.places, speeds, self.places, speeds)
+            yield self.places, speeds, inputs[count:], own_covariance
 
 
 def _cross_covariance(kappa, points, work, other_points, other_work):
@@ -261,22 +264,22 @@ def _cross_covariance(kappa, points, work, other_points, other_work):
         [1/m]
     points, other_points : ndarray, shapes (q, 3) and (p, 3)
         [m]
-    work, other_work : ndarray, shapes (t, q, k) and (t, p, l)
+    work, other_work : ndarray, shapes (q, t, k) and (p, t, l)
         Work on k and l coordinates by each of t components of the turbulence at each point.
 
     Returns
     -------
     ndarray, shape (f, k, l)
     """
-    distance, count = size(points[:, None] - other_points), work.shape[-1]
-    work = work.transpose(2, 0, 1).reshape(-1, len(points))
-    other_work = other_work.reshape(-1, other_work.shape[-1])
-    covariance = np.zeros((len(kappa), count, other_work.shape[-1]))
-    at_once = max(1, WIND.coherence_entries // max(1, distance.size))
+    distance, (count, components, inputs) = size(points[:, None] - other_points), other_work.shape
+    work, other_work = work.reshape(-1, work.shape[-1]), other_work.reshape(count, components * inputs)
+    covariance = np.zeros((len(kappa), work.shape[1], inputs))
+    at_once = max(1, WIND.coherence_entries // max(1, distance.size, len(points) * other_work.shape[1]))
     for begin in range(0, len(kappa), at_once):
         batch = slice(begin, begin + at_once)
         coherence = np.exp(-kappa[batch, None, None] * distance)
-        covariance[batch] = (work @ coherence).reshape(len(coherence), count, len(other_work)) @ other_work
+        at_points = coherence.reshape(len(coherence) * len(points), count) @ other_work
+        covariance[batch] = work.T @ at_points.reshape(len(coherence), len(work), inputs)
     return covariance
 
 

@@ -2,8 +2,8 @@
 
 The drag on a cable is linear in the turbulence and in the motion against it, see `drag`; integrals along the cable give
 the forces on the coordinates of a suspension and the aerodynamic damping. The coherence exp(-kappa r) of two places of
-one cable is Green's function of a rod, see `coherence.Rod`: the covariance follows from the forces by a turbulence that
-has the form of each shape function of the rod's elements.
+one cable is Green's function of a rod, see `coherence.Rods`: the covariance follows from the forces by a turbulence
+that has the form of each shape function of the rod's elements. Cables on equal meshes are one stack of arrays.
 
 Where a cable comes closest to the direction of the wind its drag, by |u_n|, has a kink, or nearly one: integrals over
 an element are sums over both sides of that point.
@@ -23,7 +23,7 @@ import numpy as np
 from cablestudy.cable.element import Mesh, basis, lagrange, mesh_segments
 from cablestudy.system.superelement import of_shapes, with_ends
 from cablestudy.system.suspension import outward
-from cablestudy.wind.coherence import gauss, rod
+from cablestudy.wind.coherence import gauss, rods
 from cablestudy.wind.drag import drag_matrices
 from cablestudy.wind.tolerances import WIND
 
@@ -31,38 +31,38 @@ STRAIGHT = mesh_segments(np.ones(1), 1, 2)  # of a cable without mass
 
 
 @dataclass(frozen=True)
-class Strip:
-    """Wind forces along one cable of k coordinates, with p nodes and q points of quadrature.
+class Strips:
+    """Wind forces along n cables of k coordinates each, on one mesh with p nodes and q points of quadrature.
 
     Attributes
     ----------
-    cable : int
-        Index of the cable.
+    cables : ndarray of int, shape (n,)
+        Indices of the cables.
     mesh : Mesh
-    unstretched : float
-        Length. [m]
-    places : ndarray, shape (p, 3)
+    unstretched : ndarray, shape (n,)
+        Lengths. [m]
+    places : ndarray, shape (n, p, 3)
         Positions of the nodes, global axes. [m]
-    shapes : ndarray, shape (p, 3, k)
+    shapes : ndarray, shape (n, p, 3, k)
         Displacements of the nodes per coordinate: the kept modes, then six displacements of the ends.
-    drag_factor : float
+    drag_factor : ndarray, shape (n,)
         Linear drag per length across the wind, rho C_d d U at the mean speed U. [N s/m^2]
     wind_direction : ndarray, shape (3,)
         Unit vector of the mean wind, global axes. [-]
-    direction : ndarray, shape (elements, order, 3)
+    direction : ndarray, shape (n, elements, order, 3)
         Unit tangents at the points of the tensions, global axes. [-]
-    stretch : ndarray, shape (elements, order)
+    stretch : ndarray, shape (n, elements, order)
         |r'| at these points. [-]
-    kinks : ndarray, shape (elements,)
+    kinks : ndarray, shape (n, elements)
         Position in each element, on [0, 1], that is closest to the direction of the wind; 1 where that is an end. [-]
     """
 
-    cable: int
+    cables: np.ndarray
     mesh: Mesh
-    unstretched: float
+    unstretched: np.ndarray
     places: np.ndarray
     shapes: np.ndarray
-    drag_factor: float
+    drag_factor: np.ndarray
     wind_direction: np.ndarray
     direction: np.ndarray
     stretch: np.ndarray
@@ -70,54 +70,56 @@ class Strip:
 
     @cached_property
     def _rod_mesh(self):
-        """`Mesh` of the rod, with more nodes near the ends of elements than the cable needs."""
+        """`Mesh` of the rods, with more nodes near the ends of elements than the cables need."""
         order, elements = self.mesh.order, self.mesh.elements
         return self.mesh if order == 1 else replace(self.mesh, order=max(order, ceil(WIND.rod_orders / sqrt(elements))))
 
     @cached_property
-    def _rod(self):
-        """`Rod` of the cable."""
+    def _rods(self):
+        """`Rods` of the cables."""
         points, rod_points = basis(self.mesh.order).points, basis(self._rod_mesh.order).points
-        return rod(self._rod_mesh, self.stretch @ lagrange(points, rod_points).T)
+        return rods(self._rod_mesh, self.stretch @ lagrange(points, rod_points).T)
 
     @property
     def length(self):
-        """Stretched length. [m]"""
-        return self.unstretched * self._rod.length
+        """Stretched lengths, shape (n,). [m]"""
+        return self.unstretched * self._rods.length
 
     @cached_property
     def _quadrature(self):
-        """Positions on [0, 1] and weights in each of e elements for the rod's functions, shape (e, q) each."""
+        """Positions on [0, 1] and weights in each element for the rods' functions, see `_split_at_kinks`."""
         return _split_at_kinks(*gauss(self._rod_mesh.order), self.kinks)
 
     @cached_property
     def forces(self):
         """Work on each of `shapes` by a turbulence along x, y, z with the form of each of the rod's P shape functions.
 
-        Shape (3, P, k). The sum over the P functions is the work by a unit speed everywhere.
+        Shape (n, 3, P, k). The sum over the P functions is the work by a unit speed everywhere.
         """
         mesh, (positions, weights) = self._rod_mesh, self._quadrature
-        values = _lagrange_by_element(basis(mesh.order).nodes, positions)
-        work = np.zeros((3, mesh.nodes, self.shapes.shape[-1]))
-        by_element = _work_on_functions(values, self._point_work(positions, weights))
-        np.add.at(work, (slice(None), mesh.element_nodes), by_element)
+        by_element = _work_on_functions(
+            lagrange(basis(mesh.order).nodes, positions), self._point_work(positions, weights)
+        )
+        work = np.zeros((*by_element.shape[:2], mesh.nodes, by_element.shape[-1]))
+        work[:, :, :-1] = by_element[..., :-1, :].reshape(*work.shape[:2], -1, work.shape[-1])
+        work[:, :, mesh.order :: mesh.order] += by_element[..., -1, :]  # neighbours share a node
         return work
 
     @property
     def largest_force(self):
-        """Upper bound of the force by a unit speed. [N s/m]"""
+        """Upper bound of the force on all cables by a unit speed. [N s/m]"""
         matrices = drag_matrices(self.direction, self.wind_direction)
-        return self.length * self.drag_factor * float(np.abs(matrices).sum(axis=-1).max())
+        return float((self.length * self.drag_factor) @ np.abs(matrices).sum(axis=-1).max(axis=(1, 2, 3)))
 
-    @cached_property
+    @property
     def points(self):
-        """Positions of the points for covariances with other cables, shape (q, 3), global axes. [m]"""
-        nodes = basis(self.mesh.order).nodes
-        return (lagrange(nodes, self._point_parameters[1]) @ self.places[self.mesh.element_nodes]).reshape(-1, 3)
+        """Positions of the points for covariances with other cables, shape (n, q, 3), global axes. [m]"""
+        interpolation = lagrange(basis(self.mesh.order).nodes, self._point_parameters[1])
+        return (interpolation @ self.places[:, self.mesh.element_nodes]).reshape(len(self.cables), -1, 3)
 
-    @cached_property
+    @property
     def point_forces(self):
-        """Work on each of `shapes` by a turbulence along x, y, z at each of `points` alone, shape (3, q, k)."""
+        """Work on each of `shapes` by a turbulence along x, y, z at each of `points` alone, shape (n, 3, q, k)."""
         order, parameters = self.mesh.order, self._point_parameters[0]
         if order == 1:
             t, weights = _split_at_kinks(*gauss(1), self.kinks)
@@ -125,7 +127,8 @@ class Strip:
         else:
             t, weights = _split_at_kinks(*_gauss(order + WIND.strip_points), _graded_inverse(self.kinks))
             work = self._point_work(_graded(t), weights * 6 * t * (1 - t))
-        return _work_on_functions(_lagrange_by_element(parameters, t), work).reshape(3, -1, self.shapes.shape[-1])
+        by_element = _work_on_functions(lagrange(parameters, t), work)
+        return by_element.reshape(*by_element.shape[:2], -1, by_element.shape[-1])
 
     @property
     def _point_parameters(self):
@@ -135,30 +138,31 @@ class Strip:
         return (t, _graded(t)) if order > 1 else (gauss(1)[0],) * 2
 
     def _point_work(self, positions, weights):
-        """Work on each of `shapes` by a unit speed along x, y, z at positions in each element, shape (e, q, 3, k).
+        """Work on each of `shapes` by a unit speed along x, y, z at positions in each element, shape (n, e, q, 3, k).
 
-        Positions on [0, 1] and their weights have the shape (e, q).
+        Positions on [0, 1] and their weights are those of `_split_at_kinks`.
         """
-        mesh, interpolation = self.mesh, _lagrange_by_element(basis(self.mesh.order).points, positions)
+        interpolation = lagrange(basis(self.mesh.order).points, positions)
         tangent = interpolation @ self.direction
         tangent = tangent / np.sqrt((tangent**2).sum(axis=-1, keepdims=True))
         stretch = (interpolation @ self.stretch[..., None])[..., 0]
-        lengths = self.unstretched * mesh.sizes[:, None] * weights * stretch
-        forces = self.drag_factor * drag_matrices(tangent, self.wind_direction) * lengths[..., None, None]
-        return forces @ self._displacements(positions)
+        lengths = self.unstretched[:, None, None] * self.mesh.sizes[:, None] * weights * stretch
+        factors = self.drag_factor[:, None, None] * lengths
+        return factors[..., None, None] * drag_matrices(tangent, self.wind_direction) @ self._displacements(positions)
 
     def _displacements(self, positions):
-        """Displacements per coordinate at positions in each element, shape (e, q, 3, k)."""
-        nodal = self.shapes[self.mesh.element_nodes]
-        interpolation = _lagrange_by_element(basis(self.mesh.order).nodes, positions)
-        displacements = interpolation @ nodal.reshape(*nodal.shape[:2], -1)
-        return displacements.reshape(*positions.shape, *self.shapes.shape[1:])
+        """Displacements per coordinate at positions in each element, shape (n, e, q, 3, k)."""
+        nodal = self.shapes[:, self.mesh.element_nodes]
+        interpolation = lagrange(basis(self.mesh.order).nodes, positions)
+        displacements = interpolation @ nodal.reshape(*nodal.shape[:3], -1)
+        return displacements.reshape(*displacements.shape[:3], *nodal.shape[3:])
 
     @property
     def damping(self):
-        """Aerodynamic damping of the coordinates, shape (k, k)."""
+        """Aerodynamic damping of the coordinates, shape (n, k, k)."""
         work, displacements = self._point_work(*self._quadrature), self._displacements(self._quadrature[0])
-        return work.reshape(-1, work.shape[-1]).T @ displacements.reshape(-1, displacements.shape[-1])
+        work, displacements = (field.reshape(len(field), -1, field.shape[-1]) for field in (work, displacements))
+        return np.swapaxes(work, 1, 2) @ displacements
 
     def coherent(self, components, kappa):
         """Covariance of the work on each of `shapes` by components of turbulence with the coherence exp(-kappa r).
@@ -172,14 +176,17 @@ class Strip:
 
         Returns
         -------
-        ndarray, shape (f, k, k)
+        ndarray, shape (n, f, k, k)
         """
-        loads = np.einsum("pr,ca,apk->ckr", self._rod.shapes, components, self.forces, optimize=True)
-        return self._rod.covariance(loads, kappa * self.length)
+        forces = np.moveaxis(self.forces, 1, -1) @ components.T  # (n, P, k, c)
+        loads = np.moveaxis(forces, 1, -1).swapaxes(1, 2) @ self._rods.shapes[:, None]
+        return self._rods.covariance(loads, kappa * self.length[:, None])
 
 
 def strips(models, kept, equilibrium, drag):
-    """`Strip` of each cable that the wind acts on, for gust forces and aerodynamic damping: list.
+    """`Strips` of the cables that the wind acts on, for gust forces and aerodynamic damping: list.
+
+    Cables with equal meshes and equal numbers of coordinates are in one of them.
 
     Parameters
     ----------
@@ -195,16 +202,19 @@ def strips(models, kept, equilibrium, drag):
         return []
     speed = float(np.sqrt((drag.velocity**2).sum()))
     end_1 = equilibrium.suspension.ends(equilibrium.position, equilibrium.rotation)[:, 0]
-    span, tension = equilibrium.catenary.span, equilibrium.catenary.mean_tension
-    states, wind_direction, on_cables = _states_by_cable(models), drag.velocity / speed, []
+    frames, courses, groups = equilibrium.catenary.span.frame, _courses(models, equilibrium.catenary), {}
     for cable, mesh, places, shapes in nodal_shapes(models, kept, np.flatnonzero(drag.cables > 0)):
-        mean_stretch = float(1 + tension[cable] / span.axial_stiffness[cable])
-        course = _direction_and_stretch(mesh, states.get(cable), span.frame[cable], mean_stretch, wind_direction)
-        drag_factor = float(drag.density) * drag.cables[cable] * speed
-        length = float(equilibrium.lengths[cable])
-        places = end_1[cable] + places
-        on_cables.append(Strip(cable, mesh, length, places, shapes, drag_factor, wind_direction, *course))
-    return on_cables
+        groups.setdefault((mesh, shapes.shape[-1]), []).append((cable, places, shapes, *courses[cable]))
+    wind_direction, drag_factors, found = drag.velocity / speed, float(drag.density) * drag.cables * speed, []
+    for (mesh, _), members in groups.items():
+        cables, places, shapes, direction, stretch, *forces = map(np.array, zip(*members, strict=True))
+        frame, places = frames[cables], end_1[cables, None] + places
+        kinks = np.ones((len(cables), mesh.elements))
+        if mesh.order > 1:  # a bar has one direction
+            kinks = _closest_to_wind(*(force @ frame for force in forces), wind_direction)
+        course = wind_direction, direction @ frame[:, None], stretch, kinks
+        found.append(Strips(cables, mesh, equilibrium.lengths[cables], places, shapes, drag_factors[cables], *course))
+    return found
 
 
 def nodal_shapes(models, kept, cables):
@@ -262,13 +272,13 @@ def midspan_shapes(models, kept, catenary):
 def on_cables(solution, layout, shapes, drag):
     """`strips` with the coordinates of a `Solution`, and their `amplitudes` in shapes of the suspension."""
     on_each = strips(solution.models, solution.kept, layout.equilibrium, drag)
-    return on_each, amplitudes(solution, layout, shapes, [strip.cable for strip in on_each])
+    return on_each, amplitudes(solution, layout, shapes, [strip.cables for strip in on_each])
 
 
-def amplitudes(solution, layout, shapes, cables):
+def amplitudes(solution, layout, shapes, groups):
     """Amplitudes of the coordinates of cables in shapes of the suspension, and in two end movements of each cable.
 
-    They turn the wind forces of a `Strip` into those on the shapes, and into tensions. In an end movement one end is
+    They turn the wind forces of `Strips` into those on the shapes, and into tensions. In an end movement one end is
     moved out of its cable along the tangent by one, and nothing else: the work of a load on this movement is the
     decrease of the tension at that end by the load.
 
@@ -279,57 +289,49 @@ def amplitudes(solution, layout, shapes, cables):
     layout : Layout
     shapes : ndarray, shape (n, m)
         Combinations of the n coordinates of the suspension.
-    cables : list of int
+    groups : list of ndarray of int, shape (g,)
+        Indices of cables with equal numbers k of coordinates, c in all.
 
     Returns
     -------
-    list of ndarray, shape (k, m + 2 c)
-        Amplitudes for each of the c cables: rows are its coordinates, modes first and then its ends.
+    list of ndarray, shape (g, k, m + 2 c)
+        Amplitudes for the cables of each group: rows are coordinates of a cable, modes first and then its ends.
     """
-    if not cables:
+    if not groups:
         return []
     ends, outwards = layout.ends(layout.bodies(shapes)), outward(layout.equilibrium)[0]
-    owner, count, by_cable = solution.coordinates.cable, shapes.shape[1], []
-    for index, cable in enumerate(cables):
-        modes = shapes[np.flatnonzero(owner == cable)]
-        columns = np.zeros((len(modes) + 6, count + 2 * len(cables)))
-        columns[:, :count] = np.concatenate([modes, ends[cable]])
-        for end in range(2):
-            row = len(modes) + 3 * end
-            columns[row : row + 3, count + 2 * index + end] = outwards[cable, end]
-        by_cable.append(columns)
-    return by_cable
+    owner, total, begin, by_group = solution.coordinates.cable, sum(map(len, groups)), 0, []
+    for cables in groups:
+        of_shapes = np.stack([np.concatenate([shapes[np.flatnonzero(owner == i)], ends[i]]) for i in cables.tolist()])
+        by_movements = np.zeros((*of_shapes.shape[:2], total, 2))
+        index, end, axis = np.ogrid[: len(cables), :2, :3]
+        by_movements[index, of_shapes.shape[1] - 6 + 3 * end + axis, begin + index, end] = outwards[cables]
+        by_group.append(np.concatenate([of_shapes, by_movements.reshape(*of_shapes.shape[:2], -1)], axis=-1))
+        begin += len(cables)
+    return by_group
 
 
-def _direction_and_stretch(mesh, state, frame, mean_stretch, wind_direction):
-    """`direction`, `stretch` and `kinks` of a `Strip`.
+def _courses(models, catenary):
+    """Course of each cable in its chord frame, list: arguments of `Strips` and `_closest_to_wind`.
 
-    Parameters
-    ----------
-    mesh : Mesh
-    state : State or None
-        Static state of the cable; None without mass: the cable then counts as straight.
-    frame : ndarray, shape (3, 3)
-        Chord frame of the cable.
-    mean_stretch : float
-        Stretch of a straight cable. [-]
-    wind_direction : ndarray, shape (3,)
-        Unit vector of the mean wind, global axes.
+    Unit tangents and |r'| at the points of the tensions, tension vectors in the middle of each element and half of
+    their changes; a cable without mass counts as straight.
     """
-    no_kinks = np.ones(mesh.elements)
-    if state is None:
-        chord = np.broadcast_to(frame[0], (mesh.elements, mesh.order, 3))
-        return chord, np.full((mesh.elements, mesh.order), mean_stretch), no_kinks
-    kinks = no_kinks
-    if mesh.order > 1:  # a bar has one direction
-        kinks = _closest_to_wind(state.mid_forces @ frame, state.half_changes @ frame, wind_direction)
-    return state.direction @ frame, state.stretch, kinks
+    along = np.eye(3)[:1]
+    mean_stretch = (1 + catenary.mean_tension / catenary.span.axial_stiffness)[:, None, None]
+    courses = [(along[None], stretch, along, 0 * along) for stretch in mean_stretch]
+    for group in models.groups:
+        state = group.ends.state
+        fields = state.direction, state.stretch, state.mid_forces, state.half_changes
+        for cable, *course in zip(group.cable_indices.tolist(), *fields, strict=True):
+            courses[cable] = course
+    return courses
 
 
 def _closest_to_wind(middle, half, wind_direction):
     """Position in each element, on [0, 1], where its tangent is closest to the direction u of the wind; 1 at an end.
 
-    The tension vector is T = M + x H, from x = -1 to 1, with M in `middle` and the change H in `half`, shape (e, 3):
+    The tension vector is T = M + x H, from x = -1 to 1, with M in `middle` and the change H in `half`, (..., e, 3):
     |T . u|/|T| is largest where its derivative vanishes, (H . u) (M . M + x M . H) = (M . u) (M . H + x H . H).
     """
     mu, hu = middle @ wind_direction, half @ wind_direction
@@ -340,23 +342,21 @@ def _closest_to_wind(middle, half, wind_direction):
 
 
 def _split_at_kinks(points, weights, kinks):
-    """Points and weights of a rule on both sides of the kink in each element, (e, 2 q), without kinks (e, q)."""
+    """Points and weights of a rule on both sides of the kink in each element of n cables, shape (n, e, 2 q) each.
+
+    Without kinks they are the same in all elements, shape (1, 1, q).
+    """
     if (kinks == 1).all():
-        return np.tile(points, (len(kinks), 1)), np.tile(weights, (len(kinks), 1))
-    kinks = kinks[:, None]
-    points = np.concatenate([kinks * points, kinks + (1 - kinks) * points], axis=1)
-    return points, np.concatenate([kinks * weights, (1 - kinks) * weights], axis=1)
-
-
-def _lagrange_by_element(nodes, positions):
-    """`lagrange` of nodes, shape (k,), at positions in each element, shape (e, q): shape (e, q, k)."""
-    return lagrange(nodes, positions.ravel()).reshape(*positions.shape, -1)
+        return points[None, None], weights[None, None]
+    kinks = kinks[..., None]
+    points = np.concatenate([kinks * points, kinks + (1 - kinks) * points], axis=-1)
+    return points, np.concatenate([kinks * weights, (1 - kinks) * weights], axis=-1)
 
 
 def _work_on_functions(values, work):
-    """Sum over q points of the work at each, (e, q, 3, k), times i functions there, (e, q, i): shape (3, e, i, k)."""
-    sums = np.swapaxes(values, 1, 2) @ work.reshape(*work.shape[:2], -1)
-    return np.moveaxis(sums.reshape(*sums.shape[:2], *work.shape[2:]), 2, 0)
+    """Sum over q points of the work at each, (n, e, q, 3, k), times i functions there, (..., q, i): (n, 3, e, i, k)."""
+    sums = np.swapaxes(values, -1, -2) @ work.reshape(*work.shape[:3], -1)
+    return np.moveaxis(sums.reshape(*sums.shape[:3], *work.shape[3:]), 3, 1)
 
 
 @cache
@@ -374,12 +374,3 @@ def _graded(t):
 def _graded_inverse(positions):
     """Parameter t of positions in an element, the inverse of `_graded`."""
     return 0.5 - np.sin(np.arcsin(1 - 2 * positions) / 3)
-
-
-def _states_by_cable(models):
-    """`State` of each cable with mass, by its index: dict."""
-    return {
-        cable: group.ends.state.take(index)
-        for group in models.groups
-        for index, cable in enumerate(group.cable_indices.tolist())
-    }

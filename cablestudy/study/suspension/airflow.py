@@ -43,9 +43,9 @@ class Airflow:
     def damped(self, models, kept, equilibrium):
         """Superelements of the cables of some `Models` with their aerodynamic damping: list of Kept."""
         damped = list(kept)
-        for strip in strips(models, kept, equilibrium, self.drag) if self.damps else []:
-            cable = damped[strip.cable]
-            damped[strip.cable] = replace(cable, element=replace(cable.element, air=strip.damping))
+        for group in strips(models, kept, equilibrium, self.drag) if self.damps else []:
+            for cable, air in zip(group.cables.tolist(), group.damping, strict=True):
+                damped[cable] = replace(kept[cable], element=replace(kept[cable].element, air=air))
         return damped
 
     def damping_of_bodies(self, layout, shapes):
