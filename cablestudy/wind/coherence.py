@@ -129,13 +129,10 @@ class Rods:
         weights[..., 1, 2] = weights[..., 2, 1] = b / determinant
         weighted, sums = (part.reshape(*part.shape[:3], -1) for part in (sums @ weights[:, :, None], sums))
         covariance = weighted @ np.swapaxes(sums, -1, -2)
-        at_once = max(1, WIND.coherence_entries // max(1, covariance[:, 0].size))  # functions
-        for begin in range(0, others.shape[-1], at_once):
-            batch = slice(begin, begin + at_once)
-            of_function = others[..., batch].transpose(0, 3, 2, 1)
-            products = of_function @ np.swapaxes(of_function, -1, -2)  # sum over the components, (n, r, i, i)
-            by_ratio = inverse[..., batch] @ products.reshape(*products.shape[:2], -1)
-            covariance += by_ratio.reshape(covariance.shape)
+        roots = np.sqrt(inverse)[:, :, None, None]
+        for index in range(ratio.shape[1]):  # one by one: all at once they are more than caches hold
+            scaled = others * roots[:, index]
+            covariance[:, index] += (scaled @ np.swapaxes(scaled, -1, -2)).sum(axis=1)
         return 2 * covariance
 
 

@@ -212,8 +212,9 @@ class Gusts:
         points, work = np.zeros((0, 3)), np.zeros((0, np.count_nonzero(self.wind.turbulence), inputs))
         all_coordinates, rows = [np.zeros((0, inputs))], [np.zeros((len(kappa), 0, inputs))]
         for own_points, own_work, coordinates, own_covariance in self._loads(kappa):
-            # its covariance with earlier loads, and half of its own
-            row = _cross_covariance(kappa, own_points, own_work, points, work) + own_covariance @ coordinates / 2
+            row = own_covariance @ coordinates / 2  # half of its own covariance, and that with earlier loads
+            if len(points):
+                row += _cross_covariance(kappa, own_points, own_work, points, work)
             points, work = np.concatenate([points, own_points]), np.concatenate([work, own_work @ coordinates])
             all_coordinates.append(coordinates)
             rows.append(row)
