@@ -9,8 +9,6 @@ import numpy as np
 
 from cablestudy.system.tolerances import SYSTEM
 
-LARGEST = 1e150  # amplitude of a coordinate without mass
-
 
 def connected(mass, damping, stiffness, start):
     """Mask of the coordinates that depend on those of `start`, which are among them: ndarray of bool, shape (n,).
@@ -103,7 +101,8 @@ def observed(system):
     """
     root_k, root_m = np.sqrt(np.diagonal(system.stiffness).real), np.sqrt(np.diagonal(system.mass))
     with np.errstate(divide="ignore"):  # coordinates without mass
-        amplitudes = np.minimum([1 / root_k, 1 / root_m, root_k / root_m**2], LARGEST)  # of z, z' and z''
+        amplitudes = np.stack([1 / root_k, 1 / root_m, root_k / root_m**2])  # of z, z' and z''
+    amplitudes = np.minimum(amplitudes, SYSTEM.massless_amplitude)
     change = (np.abs(system.c) * amplitudes[:, None]).sum(axis=0)
     in_outputs = (change > SYSTEM.uncoupled_entry * change.max(axis=1, keepdims=True, initial=0.0)).any(axis=0)
     return connected(system.mass, system.damping, system.stiffness, in_outputs)

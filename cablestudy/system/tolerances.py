@@ -113,6 +113,7 @@ class SystemTolerances:
     dependent_residual: float = 1e-12  # size of a residual vector over the largest, below which rounding determines it
     left_by_modes: float = 1e-11  # size of what the modes leave of a vector, over its own, below which it is rounding
     dependent_unit: float = 1e-8  # mass of a combination of unit vectors, below which rounding determines it
+    massless_amplitude: float = 1e150  # of a coordinate without mass, in place of an infinite one
     uncoupled_entry: float = 1e-12  # of the size of two coordinates, up to which what couples them is rounding
     loss_rounding: float = 1e-13  # asymmetry, or negative eigenvalue, of a damping matrix over its largest entry
     # entry of A over the largest one of its row or column, whichever is less, up to which it is rounding
