@@ -231,7 +231,7 @@ def nodal_shapes(models, kept, cables):
     Yields
     ------
     int, Mesh, ndarray, ndarray
-        Positions from end 1, shape (p, 3) [m]; displacements as `Strip.shapes`, shape (p, 3, k).
+        Positions from end 1, shape (p, 3) [m]; displacements as `Strips.shapes` of one cable, shape (p, 3, k).
     """
     meshes, nodes = models.meshes, models.shapes_of_modes()
     for cable in cables.tolist():
