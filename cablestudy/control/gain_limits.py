@@ -175,8 +175,12 @@ class StableGains:
 
     def crosses_within(self, ratio, gain, omega):
         """True if a pole crosses at a gain near this one [rad/s], up to a ratio, and above a frequency [rad/s]."""
-        near = (self._crossings.factor < ratio * gain) & (gain < ratio * self._crossings.factor)
-        return bool((near & (self._crossings.frequency > omega)).any())
+        return bool((self._crossings_near(gain, ratio).frequency > omega).any())
+
+    def _crossings_near(self, gain, ratio):
+        """`Crossings` at gains near one [rad/s], up to a ratio."""
+        factor = self._crossings.factor
+        return self._crossings.take((factor < ratio * gain) & (gain < ratio * factor))
 
     def check_delay(self, gain):
         """Refuse a gain [rad/s] with which a delay is too long to judge the loop; see `Law.check_reach`."""
@@ -208,8 +212,7 @@ class StableGains:
         omega, matrices, values = self.curve
         if not gain:
             return omega, matrices
-        near, ratio = self._crossings, CONTROL.closed_poles_gain
-        near = near.take((near.factor < ratio * gain) & (gain < ratio * near.factor))
+        near = self._crossings_near(gain, CONTROL.closed_poles_gain)
         poles = 1j * near.frequency + 1j / (near.factor * near.slope) * (gain / near.factor - 1)
         added = near_poles(np.append(poles, [-gain, -min(gain / 2, omega[0])]))  # a small gain is below all of them
         omega, matrices = curve_beside(self.loop_gain, gain, omega, matrices, values)
@@ -278,11 +281,11 @@ class StableGains:
                 """Loop gain of this coordinate with the other loops closed, shape (f, 1, 1)."""
                 return 1 / sensitivity(gain * loop_gain(s))[entry] - 1
 
-            own, of_finer = partial(single, self.loop_gain), partial(single, finer)
+            own = partial(single, self.loop_gain)
             curve_omega, _, values = curve(own, omega, 1 / sensitivity_matrices[entry] - 1, self.law.judged_up_to)
             limit = _growth_allowed(own, crossings(curve_omega[None], values[None]).sorted())
             if finer and limit.omega > beyond and not limit.undamped:
-                limit = limit_near(of_finer, limit) or limit
+                limit = limit_near(partial(single, finer), limit) or limit
             factors.append(limit.factor)
         return np.array(factors)
 

@@ -37,7 +37,7 @@ def as_suspension(scene, damping=0.0):
         SuspensionScene,
         gravity=scene.gravity,
         bodies={} if scene.gondola is None else {GONDOLA: _body(scene.gondola)},
-        cables={CABLE: _with_damping(scene.cable, damping) if damping else scene.cable},
+        cables={CABLE: _with_damping(scene.cable, damping)},
         winches={} if winch is None else {CABLE: _winch(winch)},
         control=None if winch is None or winch.controller is None else _control(winch),
         wind=None if scene.wind is None else _wind(scene.wind),
@@ -59,7 +59,9 @@ def _construct(model, /, **values):
 
 
 def _with_damping(cable, damping):
-    """Copy of a cable with more viscous damping per length. [N s/m^2]"""
+    """A cable with more viscous damping per length [N s/m^2]: a copy, or itself with none."""
+    if not damping:
+        return cable
     table = cable.damping
     return cable.model_copy(update={"damping": table.model_copy(update={"viscous": table.viscous + damping})})
 

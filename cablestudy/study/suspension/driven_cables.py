@@ -126,11 +126,11 @@ class DrivenCables:
         """`limit` and `resolving`."""
         driven, limits = self, self.gains.limits
         for _ in range(STUDY.resolution_trials):
-            if not limits or driven.resolves(limits[0].omega) or limits[0].factor > self._gain:
-                break
-            if driven.resolved_to == self._highest_resolvable:
+            if not limits or limits[0].factor > self._gain or driven.resolves(limits[0].omega):
                 break
             resolved_to = min(STUDY.resolved_beyond * limits[0].omega, self._highest_resolvable)
+            if resolved_to <= driven.resolved_to:
+                break
             driven = DrivenCables(self._closed_loop, self._gain, resolved_to=resolved_to)
             limits = driven._limits_near(limits)
         return (limits[0] if limits else None), driven
@@ -428,7 +428,7 @@ class DrivenCables:
     def errors(self):
         """Estimated relative errors of the factor and the frequency of `limit`; not numbers where not known. [-]"""
         limit, resolving = self.limit, self.resolving
-        if limit is None or not limit.omega <= resolving.resolved_to or self._fixed_elements or self._spoilt:
+        if limit is None or not limit.omega <= resolving.resolved_to or self._fixed_elements or resolving._spoilt:
             return np.nan, np.nan
         perturbed = resolving._perturbed
         if resolving is not self:  # at the few frequencies of a local search poles cost more than they spare
