@@ -12,6 +12,7 @@ from one_loop import OneLoop
 from references.modal_loop import gains_of_modes
 from references.straight_suspension import Straight
 from scenes import cells
+from solved import solve
 from straight_scenes import LOOP, case_of, closed_loop_of, everything, one_axis, two_bodies
 from test_suspension_wind import FREQUENCY, integral, von_karman
 
@@ -315,6 +316,60 @@ def test_the_rms_in_the_wind_is_the_integral_of_the_exact_spectrum():
     speeds = ((np.abs(reeled @ moved) * np.abs(s)[:, None, None]) ** 2 * driving[:, None]).sum(axis=2)
     expected = max(np.sqrt(integral(spectrum)) for spectrum in speeds.T)
     assert value(case, find("winch_rms_speed"))[0] == pytest.approx(1e3 * expected, rel=1e-4)
+
+
+ROD = {"EA": 1e5, "mass": 0.5, "body": 200.0, "span": 40.0, "strain": 2e-3, "time": 2e-5, "viscous": 0.2}
+ROD_LAW = {"gain": 0.02, "proportional_gain": 0.02, "derivative_gain": 1e-3, "derivative_filter": 60.0,
+           "bandwidth": 100.0}  # fmt: skip
+ROD_WIND = {"speed": 5.0, "turbulence_intensity": 0.2, "length_scale": 60.0, "on": "bodies", "mean": False,
+            "aerodynamic_damping": False, "admittance": "none", "duration": 60.0}  # fmt: skip
+
+
+def between_rods(rod, law, accuracy):
+    """A body between two straight cables without weight along x, whose winches move against each other: a mapping."""
+    shared = {"elastic_modulus": 1e9, "area": rod["EA"] / 1e9, "density": rod["mass"] * 1e9 / rod["EA"],
+              "damping": {"model": "kelvin_voigt", "time": rod["time"], "viscous": rod["viscous"]}}  # fmt: skip
+    return one_axis(
+        mass=rod["body"], span=rod["span"], strain=rod["strain"], cable=shared, winches={"west": {}, "east": {}},
+        control=law | {"notch": "none"}, wind=ROD_WIND, model={"accuracy": accuracy},
+        bodies__gondola__wind={"area": 0.5, "drag_coefficient": 1.2},
+    )  # fmt: skip
+
+
+def speeds_between_rods(rod, law):
+    """RMS and expected peak of the speed of each winch of `between_rods`, by the waves in continuous rods. [mm/s]"""
+    frequency = np.geomspace(1e-6, 2e4, 400_001)
+    s, length = 2j * np.pi * frequency, rod["span"] * (1 - rod["strain"])
+    stiffness = rod["EA"] * (1 + rod["time"] * s) / length
+    g = length * np.sqrt((rod["mass"] * s**2 + rod["viscous"] * s) / (stiffness * length))
+    g = np.minimum(g.real, 300) + 1j * g.imag  # as good as infinitely long
+    filtered = law["derivative_gain"] * s / (1 + s / TURN / law["derivative_filter"])
+    controller = (law["gain"] / s + law["proportional_gain"] + filtered) / (1 + s / TURN / law["bandwidth"])
+    # the winches move both far ends alike; an end moves by the stretched length of what is reeled in
+    dynamic = rod["body"] * s**2 + 2 * stiffness * g / np.tanh(g) + 2 * stiffness * g / np.sinh(g) * controller
+    speed = s * controller * (1 - rod["strain"]) * 1.2 * 1.2 * 0.5 * ROD_WIND["speed"] / dynamic
+    spectrum = np.abs(speed) ** 2 * von_karman(frequency, ROD_WIND["speed"], 1.0, ROD_WIND["length_scale"])
+    rms, rate = (np.sqrt(np.trapezoid(part * frequency, np.log(frequency)) + part[0] * frequency[0])
+                 for part in (spectrum, (TURN * frequency) ** 2 * spectrum))  # fmt: skip
+    mode = np.sqrt(2 * np.log(rate / rms / TURN * ROD_WIND["duration"]))
+    return 1e3 * rms, 1e3 * rms * (mode + np.euler_gamma / mode)
+
+
+def test_the_stated_errors_of_the_speeds_of_winches_are_true():
+    """Waves along the cables, which a PID law drives: their peak has the error of the acceleration too."""
+    found = solve(between_rods(ROD, ROD_LAW, 1e-4), *SPEEDS)
+    for name, expected in zip(SPEEDS, speeds_between_rods(ROD, ROD_LAW), strict=True):
+        assert found.values[name] == pytest.approx(expected, rel=1e-4)
+        assert abs(found.values[name] / expected - 1) < found.errors[name]
+
+
+def test_winches_that_follow_gusts_far_faster_than_the_body_moves():
+    """A body of 0.05 Hz, and a law with corners of 300 and 600 Hz: half of the acceleration is above 60 Hz."""
+    rod = ROD | {"mass": 1e-6, "body": 50e3, "time": 2e-2, "viscous": 0.0}
+    law = ROD_LAW | {"gain": 1e-4, "derivative_gain": 0.01, "derivative_filter": 300.0, "bandwidth": 600.0}
+    found = solve(between_rods(rod, law, 1e-4), *SPEEDS)
+    expected = speeds_between_rods(rod, law)
+    assert [found.values[name] for name in SPEEDS] == pytest.approx(expected, rel=1e-5)
 
 
 def test_the_state_space_has_the_response_of_the_exact_loop_up_to_where_its_delay_is_right():

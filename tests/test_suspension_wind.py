@@ -973,6 +973,41 @@ def test_the_stated_error_in_wind_along_a_level_cable_is_true():
     assert (error < 5e-5 * own).all()
 
 
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-4])
+def test_a_short_taut_cable_beside_a_long_slack_one_moves_as_a_string(accuracy):
+    """The lowest modes of the whole are all of the long one. Green's function of a string, and exp(-C f d/U)."""
+    guy, area, speed, length_scale, decay, viscous = 5.0, 5e-5, 12.0, 50.0, 10.0, 0.5
+    text = {
+        "gravity": 0.1,
+        "cable": {"elastic_modulus": 1e11, "area": area, "density": 7850.0,
+                  "damping": {"model": "kelvin_voigt", "time": 1e-4, "viscous": viscous}},
+        "wind": {"speed": speed, "turbulence_intensity": 0.2, "length_scale": length_scale, "mean": False,
+                 "air_density": RHO, "cable_drag_coefficient": 1.2, "coherence_decay": decay},
+        "cables": {
+            "guy": {"from": [0.0, 50.0, 0.0], "to": [0.0, 50.0 + guy, 0.0], "unstretched_length": guy * (1 - 1e-3)},
+            "slack": {"from": [0.0, 0.0, 0.0], "to": [300.0, 0.0, 20.0], "unstretched_length": 330.0},
+        },
+        "model": {"accuracy": accuracy},
+    }  # fmt: skip
+    stretched = 1 / (1 - 1e-3)
+    tension, mass = 1e11 * area * (stretched - 1), 7850.0 * area / stretched
+    drag = RHO * 1.2 * np.sqrt(4 * area / np.pi) * speed
+    frequency = np.geomspace(1e-5, 1e3, 2000)
+    u, weight = np.polynomial.legendre.leggauss(300)
+    x, weight = guy * (1 + u) / 2, guy * weight / 2
+    omega, apart = TURN * frequency, np.abs(x[:, None] - x)
+    k = np.sqrt((mass * omega**2 - 1j * omega * (drag + viscous / stretched)) / tension)[:, None]
+    by_forces = np.sin(k * np.minimum(x, guy - x)) / (2 * tension * k * np.cos(k * guy / 2)) * weight
+    together = [(one @ np.exp(-decay * f * apart / speed) @ one.conj()).real
+                for f, one in zip(frequency, by_forces, strict=True)]  # fmt: skip
+    spectrum = np.array(together) * drag**2 * von_karman(frequency, speed, 0.2 * speed, length_scale)
+    whole = np.trapezoid(spectrum * frequency, np.log(frequency)) + spectrum[0] * frequency[0]
+    expected = 1e3 * np.sqrt(whole)
+    found, error = find("guy.midspan_rms").compute(case_of(text))
+    assert found == pytest.approx(expected, rel=2e-4)
+    assert abs(found / expected - 1) < error + 1e-4  # of the sums here
+
+
 # ------------------------------------------------------------------------------------------------------------- limits
 
 

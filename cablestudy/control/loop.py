@@ -109,6 +109,12 @@ class Loop:
         filtered = self.controller(s)[:, :, None] * self.allocation.measured
         return -self.gain * (self.allocation.shares @ filtered)
 
+    @property
+    def corners(self):
+        """Frequencies of the zeros and poles of notches, of the filter of a derivative and of the drive. [rad/s]"""
+        notches = [notch.corners for notch in self.notches if notch]
+        return np.abs(np.concatenate([self.law.corners, *notches]))
+
     def dynamic_stiffness(self, s):
         """Forces per displacement of the coordinates with the loop closed, shape (f, m, m)."""
         return self.motion.dynamic_stiffness(s) - self.motion.pulled(s) @ self.winch_response(s)

@@ -429,7 +429,7 @@ class Case:
         winch = self.scene.winch
         if winch is None or winch.controller is None or winch.max_speed is None:
             return
-        peak = self.in_wind.winch_speeds[1]
+        peak, _ = self.in_wind.winch_speeds[1]
         if peak > winch.max_speed:
             raise NoSolutionError(
                 f"the winch would reach {1e3 * peak:.4g} mm/s in the wind, above its max_speed of "

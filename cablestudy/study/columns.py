@@ -321,8 +321,7 @@ def winch_columns(keys):
     """The columns of the speed of the winches in the wind, as `loop_columns`."""
 
     def speed(case, index):
-        *speeds, _, error = case.in_wind.winch_speeds
-        return MM * speeds[index], error
+        return scaled(case.in_wind.winch_speeds[index], MM)
 
     meanings = {
         "winch_rms_speed": "RMS of the speed of the winches in the wind, that of the fastest one",

@@ -122,7 +122,9 @@ class StudyTolerances:
     least_wave_damping: float = 1e-6  # damping ratio of a wave: at least,
     most_wave_damping: float = 0.9  # and at most
     lowest_frequency: float = 2e-5  # over the slowest of wind, loop and lowest mode,
-    highest_frequency: float = 1e3  # and over the fastest
+    highest_frequency: float = 1e3  # and over the fastest,
+    # and over the highest corner of loop and actuators: of an acceleration of a winch 1e-4 lacks
+    beyond_corners: float = 30.0
     # largest relative error of a variance by a pole that lacks the right delay, over the loop gain there
     delayed_error: float = 4.0
     # least relative error of the rate at which a tension crosses its mean: motions above the model's modes count. Of

@@ -38,11 +38,14 @@ class Search:
         Of one row after the other.
     damped : bool
         True if the modes serve for damping too: on finer meshes, with more modes of the cables.
+    shaped : bool
+        True if the modes serve for the form of each cable too, also of those whose own modes lie far above the lowest
+        ones: see `shaping_modes`.
     """
 
-    def __init__(self, equilibrium, count, accuracy, cables, damped=False):
+    def __init__(self, equilibrium, count, accuracy, cables, damped=False, shaped=False):
         self.layout, self.count, self.accuracy, self.cables = Layout(equilibrium), count, accuracy, cables
-        self._rows, self._damped = int(np.prod(self.layout.shape)), damped
+        self._rows, self._damped, self._shaped = int(np.prod(self.layout.shape)), damped, shaped
         self._heavy = cables.heavy.reshape(self._rows, -1)
         self._travel_time = cables.travel_time.reshape(self._rows, -1)
 
@@ -258,7 +261,8 @@ class Search:
         highest : ndarray, shape (m,)
             [rad/s]
         """
-        return self.orders_of(highest[:, None] * self._travel_time[rows] / np.pi)
+        waves = highest[:, None] * self._travel_time[rows] / np.pi
+        return self.orders_of(np.maximum(waves, shaping_modes(self.accuracy)) if self._shaped else waves)
 
     def orders_of(self, waves):
         """Sum of orders along each cable from which some half-waves are resolved to the accuracy, shape (..., c)."""
@@ -267,7 +271,7 @@ class Search:
         return np.where(orders <= ORDER_STEPS[-1], steps, 8 * np.ceil(orders / 8))
 
     def _limits(self, rows, highest):
-        """Angular frequency up to which each cable of some rows keeps its modes: zero where all lie far above."""
+        """Angular frequency up to which each cable of some rows keeps its modes: zero where it keeps none."""
         # Dunkerley: masses on a string lower its first mode at most by this
         lowering = np.sqrt(1 + (np.pi / 2) ** 2 * self.cables.carried).reshape(self._rows, -1)[rows]
         first_omega = np.pi / np.maximum(self._travel_time[rows], 1e-300) / lowering
@@ -278,7 +282,10 @@ class Search:
         mass_share = cable_mass / (cable_mass + body_mass.sum(axis=1, keepdims=True))
         error, allowed = mass_share * (highest / first_omega) ** 2, SYSTEM.no_modes_error * SYSTEM.coordinates_share
         far_above = (error <= allowed * self.accuracy) & (SYSTEM.near_highest * highest < first_omega)
-        return np.where(far_above | ~self._heavy[rows], 0.0, self._margin * highest)
+        limits = np.where(far_above, 0.0, self._margin * highest)
+        if self._shaped:
+            limits = np.maximum(limits, shaping_modes(self.accuracy) * first_omega)
+        return np.where(self._heavy[rows], limits, 0.0)
 
     def _with_enough_coordinates(self, rows, models, highest, limits):
         """Modes of rows with enough coordinates of cables: the error by the modes left out is within the accuracy.
@@ -358,6 +365,15 @@ class Search:
         return Trial(self._layout_of(rows), models.coordinates(limits), count or self.count)
 
 
+def shaping_modes(accuracy):
+    """Number of modes in each plane from which on the form of a cable under any load has an accuracy.
+
+    A force at mid-span moves a string by a triangle, whose k-th sine, of odd k, is 1/k^2 of the first. As much of the
+    variance at mid-span by forces that are not coherent is that of the k-th one as 1/k^4: those above K lack 1/(6 K^3).
+    """
+    return (12 * accuracy) ** (-1 / 3)
+
+
 def modes_of_row(trial, row, error, finer=None):
     """`CoupledModes` of one row of a `Trial`.
 
@@ -391,14 +407,16 @@ def modes_of_row(trial, row, error, finer=None):
     return CoupledModes(solution.omega / (2 * np.pi), error, coincident, solution, shapes, finer)
 
 
-def coupled_modes(equilibrium, count, accuracy=1e-4, damping=UNDAMPED, model=None, cables=None, damped=False):
+def coupled_modes(
+    equilibrium, count, accuracy=1e-4, damping=UNDAMPED, model=None, cables=None, damped=False, shaped=False
+):
     """The lowest `CoupledModes` of one suspension.
 
     Parameters
     ----------
     equilibrium : Equilibrium
         Of one case.
-    count, accuracy, damped
+    count, accuracy, damped, shaped
         See `Search`.
     damping : Damping or sequence of Damping
         Of all cables, or of each.
@@ -415,7 +433,7 @@ def coupled_modes(equilibrium, count, accuracy=1e-4, damping=UNDAMPED, model=Non
     drag = model and model.drag
     static = equilibrium.end_stiffness[equilibrium.suspension.of_cables]
     cables = cables or Cables(equilibrium.catenary, damping, static, drag)
-    search = Search(equilibrium, count, accuracy, cables, damped)
+    search = Search(equilibrium, count, accuracy, cables, damped, shaped)
     return result_of((search.of_elements(model) if model else search.solve())[0])
 
 

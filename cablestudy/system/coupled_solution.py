@@ -327,6 +327,13 @@ class CoupledModes:
         """The `LinearSystem`."""
         return self.solution.system
 
+    @property
+    def fewest_modes_of_cable(self):
+        """Fewest modes that a cable with mass has among the coordinates, those of both planes; none without such."""
+        solution = self.solution
+        pairs = zip(solution.models.meshes, solution.kept, strict=True)
+        return min((kept.modes for mesh, kept in pairs if mesh is not None), default=np.inf)
+
     def first(self, count):
         """The lowest of these modes, in the same model and without a finer one; all of them as they are."""
         if count >= len(self):

@@ -18,7 +18,7 @@ from cablestudy.study.suspension.gust_response import GustResponse
 from cablestudy.study.suspension.plant import Plant
 from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.study.tolerances import STUDY
-from cablestudy.system.coupled_modes import coupled_modes, coupled_modes_of_cases
+from cablestudy.system.coupled_modes import coupled_modes, coupled_modes_of_cases, shaping_modes
 from cablestudy.wind.peak import peak_factor
 
 
@@ -93,10 +93,21 @@ class DynamicAnalysis:
     def _modes_of(self, count):
         """`CoupledModes`, the lowest `count` of them with damping; raises as `closed_loop_of`."""
         if count not in self._modes:
-            damping = [cable.damping for cable in self.scene.cables.values()]
-            arguments = self._equilibrium, count, self._accuracy, damping, self._model, self._cables
-            self._modes[count] = coupled_modes(*arguments, damped=True).damped
-        return result_of(self._modes[count])
+            self._modes[count] = self._coupled_modes(count)
+        modes = result_of(self._modes[count])
+        if not self._midspans or self._model is not None:
+            return modes
+        if modes.fewest_modes_of_cable >= modes.solution.models.cables.across * shaping_modes(self._accuracy):
+            return modes
+        if (count, "shaped") not in self._modes:
+            self._modes[count, "shaped"] = self._coupled_modes(count, shaped=True)
+        return self._modes[count, "shaped"]
+
+    def _coupled_modes(self, count, shaped=False):
+        """`CoupledModes` with damping; `shaped` as of `Search`. Raises as `closed_loop_of`."""
+        damping = [cable.damping for cable in self.scene.cables.values()]
+        arguments = self._equilibrium, count, self._accuracy, damping, self._model, self._cables
+        return coupled_modes(*arguments, damped=True, shaped=shaped).damped
 
     @property
     def first_model(self):
@@ -456,18 +467,20 @@ class DynamicAnalysis:
         rms, error = self.rms(names, "value", open_loop=False)
         if not rms:
             return abs(mean), error
-        (rms_rate, rate_error), duration = self.rms(names, "rate", open_loop=False), self.scene.wind.duration
-        crossing_rate = rms_rate / (2 * np.pi * rms)
-        factor = peak_factor(crossing_rate, duration)
-        # what the error of the rate of crossings does to g
-        larger_factor = peak_factor(crossing_rate * (1 + max(rate_error + error, crossings)), duration)
-        return abs(mean) + factor * rms, error + larger_factor / factor - 1
+        rms_rate, rate_error = self.rms(names, "rate", open_loop=False)
+        peak, error = self._expected_peak(rms, rms_rate / (2 * np.pi * rms), error, rate_error, crossings)
+        return abs(mean) + peak, error
 
     @cached_property
     def winch_speeds(self):
-        """Speeds of winches: largest RMS, largest expected within the wind's duration, its winch, relative error.
+        """Speeds of winches: largest RMS and largest peak expected in the wind, and the number of the winch of this.
 
-        [m/s], [m/s], number from 0, [-]
+        Returns
+        -------
+        rms, peak : tuple of 2 float
+            Speed [m/s], and its estimated relative error [-].
+        fastest : int
+            Number of the winch from 0.
 
         Raises
         ------
@@ -475,14 +488,28 @@ class DynamicAnalysis:
             As `response`.
         """
         if self.response.loop is None:
-            return 0.0, 0.0, 0, 0.0
-        (variance, rate_variance), (error, _) = self.response.winch_speeds
-        rms = np.sqrt(variance)
-        divisor = np.where(rms > 0, rms, 1.0)
-        peak = peak_factor(np.sqrt(rate_variance) / (2 * np.pi * divisor), self.scene.wind.duration) * rms
-        fastest = int(np.argmax(peak))
-        relative_error = error[fastest] / (2 * variance[fastest]) if variance[fastest] else 0.0
-        return float(rms.max()), float(peak[fastest]), fastest, relative_error if self._error_known else np.nan
+            return (0.0, 0.0), (0.0, 0.0), 0
+        variances, errors = self.response.winch_speeds
+        divisor = np.where(variances > 0, variances, 1.0)
+        (rms, rms_rate), (error, rate_error) = np.sqrt(variances), errors / (2 * divisor)
+        crossing_rate = rms_rate / (2 * np.pi * np.sqrt(divisor[0]))
+        peaks, peak_errors = self._expected_peak(rms, crossing_rate, error, rate_error)
+        largest, fastest = int(np.argmax(rms)), int(np.argmax(peaks))
+        known = 0.0 if self._error_known else np.nan
+        return (
+            (float(rms[largest]), error[largest] + known),
+            (float(peaks[fastest]), peak_errors[fastest] + known),
+            fastest,
+        )
+
+    def _expected_peak(self, rms, crossing_rate, error, rate_error, crossings=0.0):
+        """Davenport's peak factor times RMS, and its relative error by those of RMS and rate of crossings, arrays too.
+
+        The error of the rate, by the one of the RMS of the derivative, counts as at least `crossings`. [-]
+        """
+        factor = peak_factor(crossing_rate, self.scene.wind.duration)
+        larger_rate = crossing_rate * (1 + np.maximum(rate_error + error, crossings))
+        return factor * rms, error + peak_factor(larger_rate, self.scene.wind.duration) / factor - 1
 
     def mean_displacement(self, name):
         """Displacement of a body, or of a marker BODY.MARKER, by the mean wind, winches at rest, shape (3,). [m]"""

@@ -203,11 +203,14 @@ class Plant:
     def _loads(self):
         """Forces on the coordinates of the suspension whose static responses are coordinates of the model, (n, r).
 
-        `_applied_loads`; with `responses` also those by inertia and damping of moving bodies and winches, and by the
-        inertia of the response to these: they are what modes left out do to the motion and the damping of others, see
-        `LinearSystem.few`.
+        `_applied_loads`; with mid-spans also the inertia of the responses there, without which a cable whose modes are
+        all left out would have the frequency of a string under one force, a tenth too high; with `responses` those by
+        inertia and damping of moving bodies and winches, and by the inertia of the response to these: they are what
+        modes left out do to the motion and the damping of others, see `LinearSystem.few`.
         """
         system, winches, applied = self._full_system, len(self.winches), self._applied_loads
+        if self.midspans:
+            applied = np.concatenate([applied, system.mass @ system.compliance(self._midspan_loads)], axis=1)
         if not self.responses:
             return applied
         of_bodies = np.s_[:, len(system) - system.bodies :]
@@ -222,9 +225,14 @@ class Plant:
         """Forces on the coordinates by winches, by loads on bodies, and at mid-spans that are outputs, shape (n, r)."""
         winches, system = len(self.winches), self._full_system
         of_bodies = winches + np.flatnonzero(self.layout.free < 6 * self.equilibrium.suspension.bodies)
-        at_midspan = [row for name, row in self.outputs.items() if ".midspan." in name]
-        loads = system.b[0].real[:, [*range(winches), *of_bodies.tolist()]], system.c[0][at_midspan].real.T
+        loads = system.b[0].real[:, [*range(winches), *of_bodies.tolist()]], self._midspan_loads
         return np.concatenate(loads, axis=1)
+
+    @property
+    def _midspan_loads(self):
+        """Forces on the coordinates by unit forces at mid-spans that are outputs, shape (n, r)."""
+        at_midspan = [row for name, row in self.outputs.items() if ".midspan." in name]
+        return self._full_system.c[0][at_midspan].real.T
 
     @cached_property
     def _basis(self):

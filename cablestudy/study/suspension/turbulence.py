@@ -48,7 +48,11 @@ class Turbulence:
         wind, lowest = self.plant.scene.wind, self.plant.modes.frequency[0]
         corner = wind.speed / wind.length_scale
         slow = [corner, lowest] + ([] if self.loop is None else [self.loop.gain / TURN])
-        return STUDY.lowest_frequency * min(slow), STUDY.highest_frequency * max(corner, lowest)
+        corners = [[actuator.omega, actuator.corner] for actuator in self.plant.actuators]
+        corners = np.concatenate([*corners, [] if self.loop is None else self.loop.corners])
+        highest = STUDY.highest_frequency * max(corner, lowest)
+        highest = max(highest, STUDY.beyond_corners * corners.max(initial=0.0) / TURN)
+        return STUDY.lowest_frequency * min(slow), highest
 
     @cached_property
     def _coarse(self):

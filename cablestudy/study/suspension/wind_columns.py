@@ -221,7 +221,7 @@ def exceeded_limits(case):
     """
     exceeded, control = {}, case.scene.control
     if control is not None and control.max_speed is not None:
-        _, peak, fastest, _ = case.in_wind.winch_speeds
+        _, (peak, _), fastest = case.in_wind.winch_speeds
         if peak > control.max_speed:
             name = list(case.scene.winches)[fastest]
             exceeded["control.max_speed"] = (
