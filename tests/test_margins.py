@@ -9,9 +9,12 @@ from campaign import campaign
 from scipy.optimize import minimize_scalar
 from test_loop import spring_loop
 
+from cablestudy.control.gain_limits import StableGains
+from cablestudy.control.law import INTEGRATOR
 from cablestudy.control.margins import Margins
 from cablestudy.control.margins_crossings import crossings, refined
 from cablestudy.control.margins_grid import curve, frequencies
+from cablestudy.errors import NoSolutionError
 
 NAMES = ("phase_margin", "gain_crossover", "delay_margin", "sensitivity_peak", "bandwidth", "disk_margin")
 TURN = 2 * np.pi
@@ -246,6 +249,23 @@ def test_disk_margins_guarantee_gain_and_phase_margins(seed, k):
     if loop.limit:
         assert found.disk_gain_margin <= 20 * np.log10(2) * (1 + 1e-9)  # the gain is half of the largest one
     assert found.disk_phase_margin <= found.phase_margin * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("gain", [1e-6, 0.3, 40.0])
+def test_what_two_coordinates_with_one_winch_leave_at_rest_is_in_the_margins(gain):
+    """L = gain P/s with P = [[1, 2], [0, 0]], not orthogonal: S goes from I - P at rest to I, whatever the gain."""
+    P = np.array([[1.0, 2.0], [0.0, 0.0]])
+
+    def loop_gain(s):
+        return P / s[:, None, None] + 1e-10 * np.eye(2) / (s[:, None, None] + 1)  # hardly anything: no eigenvalue is 0
+
+    gains = StableGains(loop_gain, np.array([-0.1 + 5j]), (None, None), INTEGRATOR)
+    found = gains.margins(gain)
+    assert found.sensitivity_peak == pytest.approx(5**0.5, rel=1e-7)  # columns (0, 0) and (-2, 1) of I - P
+    assert found.disk_margin == pytest.approx(1 / np.linalg.norm(P - np.eye(2) / 2, 2), rel=1e-7)
+    assert gains.gain_of_peak(2.3, gain) == gain
+    with pytest.raises(NoSolutionError, match=r"no gain has a sensitivity of at most 2.2: .* is 2\.236$"):
+        gains.gain_of_peak(2.2, gain)
 
 
 @pytest.mark.parametrize("phase", range(8))

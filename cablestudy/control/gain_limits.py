@@ -12,7 +12,7 @@ from functools import cache, cached_property, partial
 
 import numpy as np
 
-from cablestudy.control.margins import Margins, gain_of_peak, sensitivity
+from cablestudy.control.margins import Margins, gain_of_peak, largest, sensitivity
 from cablestudy.control.margins_crossings import crossing_near, crossings, refined
 from cablestudy.control.margins_grid import (
     by_parts,
@@ -208,6 +208,7 @@ class StableGains:
         """`frequencies`, and L over the gain there, shape (f, k, k).
 
         A pole that crosses the axis near this gain is extrapolated from its crossing; the integrator has one at -gain.
+        The least frequency is that of a loop as good as at rest.
         """
         omega, matrices, values = self.curve
         if not gain:
@@ -215,6 +216,7 @@ class StableGains:
         near = self._crossings_near(gain, CONTROL.closed_poles_gain)
         poles = 1j * near.frequency + 1j / (near.factor * near.slope) * (gain / near.factor - 1)
         added = near_poles(np.append(poles, [-gain, -min(gain / 2, omega[0])]))  # a small gain is below all of them
+        added = np.append(added, gain / CONTROL.gain_at_rest)
         omega, matrices = curve_beside(self.loop_gain, gain, omega, matrices, values)
         return with_more(self.loop_gain, omega, matrices, added[added < omega[-1]])
 
@@ -230,6 +232,16 @@ class StableGains:
         if at_pole and ratio < CONTROL.undamped:
             raise undamped(pole, ratio, "no peak of the sensitivity: ")
 
+    @property
+    def _sensitivity_at_rest(self):
+        """Size of the sensitivity far below the frequency of any gain: above 1 where winches mix what is measured. [-]
+
+        With fewer winches than coordinates, compared in metres and radians, they correct by a projection P that is not
+        orthogonal; I - P remains.
+        """
+        omega, matrices, _ = self.curve
+        return float(largest(sensitivity(CONTROL.gain_at_rest * omega[0] * matrices[:1]))[0])
+
     def gain_of_peak(self, peak, most):
         """Largest stable gain with which the sensitivity nowhere exceeds `peak`, for a gain set by a margin. [rad/s]
 
@@ -244,7 +256,17 @@ class StableGains:
         -------
         float or None
             None where the peak is lower with every gain.
+
+        Raises
+        ------
+        NoSolutionError
+            With every gain it is higher, by what the winches do not correct at rest; or the search did not end.
         """
+        if (at_rest := self._sensitivity_at_rest) > peak:
+            raise NoSolutionError(
+                f"no gain has a sensitivity of at most {peak:g}: with every gain that of the winches at rest, which do "
+                f"not correct all that is measured, is {at_rest:.4g}"
+            )
         gain = most or CONTROL.highest_sensitive_gain * np.abs(self.poles).max()
         omega, bounded_by_peak = self.curve[0], False
         for _ in range(2):  # at frequencies near the poles of the open loop, then also near those of the closed loop

@@ -85,6 +85,7 @@ class ControlTolerances:
 
     grid_per_decade: int = 20  # frequencies
     grid_range: tuple = (1e-4, 1e3)  # frequencies that are evaluated, over the least and largest of the poles
+    gain_at_rest: float = 1e5  # gain over the frequency at which the loop is as good as at rest
     same_frequency: float = 1e-13  # relative distance of frequencies that are one
     # largest distance from a pole, relative to its frequency: beyond it the decades are as close
     broad_pole: float = 0.12

@@ -88,8 +88,8 @@ class ClosedLoop:
         rows : ndarray, shape (k, m)
             Each measured coordinate by the m coordinates of `motion`.
         lengths : ndarray, shape (k,)
-            Length by which a rotation is multiplied to compare it with a displacement, the RMS distance of the
-            attachments of cables from the reference point, 1 m where this is zero; 1 for displacements. [m], [-]
+            Length by which a rotation is multiplied to compare it with a displacement, the RMS distance of the ends of
+            cables and links from the reference point, 1 m where this is zero; 1 for displacements. [m], [-]
         gain : ndarray, shape (k, i)
             Static gain from the winches.
 
@@ -103,8 +103,8 @@ class ClosedLoop:
         body_rows = self._body_displacements(self.motion.shapes)
         rows = np.zeros((6, len(self.motion)))
         rows[:, : body_rows.shape[1]] = body_rows  # strokes of actuators, the last ones, do not move the body
-        cable, end = np.nonzero(self.equilibrium.suspension.owner == self.body)
-        arms = self.equilibrium.arms[cable, end]
+        connection, end = np.nonzero(self.equilibrium.suspension.owner == self.body)
+        arms = self.equilibrium.arms[connection, end]
         radius = np.sqrt((arms**2).sum(axis=-1).mean()) if len(arms) else 1.0
         lengths = np.array([1.0, 1.0, 1.0, radius, radius, radius])
         lengths = np.where(lengths > 0, lengths, 1.0)

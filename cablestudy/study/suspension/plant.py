@@ -203,14 +203,16 @@ class Plant:
     def _loads(self):
         """Forces on the coordinates of the suspension whose static responses are coordinates of the model, (n, r).
 
-        `_applied_loads`; with mid-spans also the inertia of the responses there, without which a cable whose modes are
-        all left out would have the frequency of a string under one force, a tenth too high; with `responses` those by
-        inertia and damping of moving bodies and winches, and by the inertia of the response to these: they are what
-        modes left out do to the motion and the damping of others, see `LinearSystem.few`.
+        `_applied_loads`; the inertia of the responses to those at mid-spans of cables without a mode of their own in
+        the model, which would else have the frequency of a string under one force, a tenth too high; with `responses`
+        those by inertia and damping of moving bodies and winches, and by the inertia of the response to these: they are
+        what modes left out do to the motion and the damping of others, see `LinearSystem.few`.
         """
         system, winches, applied = self._full_system, len(self.winches), self._applied_loads
         if self.midspans:
-            applied = np.concatenate([applied, system.mass @ system.compliance(self._midspan_loads)], axis=1)
+            without_modes = self.modes.solution.models.first > TURN * self.modes.frequency[-1]
+            loads = self._midspan_loads[:, np.repeat(without_modes, 3)]
+            applied = np.concatenate([applied, system.mass @ system.compliance(loads)], axis=1)
         if not self.responses:
             return applied
         of_bodies = np.s_[:, len(system) - system.bodies :]
