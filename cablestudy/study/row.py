@@ -8,7 +8,6 @@ from cablestudy.cable.damping import grows_with_modes
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
 from cablestudy.scene.scene import missing
 from cablestudy.study import models, notes
-from cablestudy.study.cache import Cache
 from cablestudy.study.case import Case
 from cablestudy.study.closed_form import ColumnRequirements, by_elements, closed_form
 from cablestudy.study.columns import (
@@ -178,11 +177,11 @@ def evaluate_cases(scenes, columns, estimate=False):
     groups = {}
     for index, scene in enumerate(scenes):
         groups.setdefault((load_count(scene), scene.model.elements is None), []).append(index)
-    rows, cache, required = [None] * len(scenes), Cache(), ColumnRequirements(columns)
+    rows, required = [None] * len(scenes), ColumnRequirements(columns)
     for (_, to_accuracy), indices in groups.items():
         rows_at_once = len(indices) if to_accuracy else _fixed_rows_at_once([scenes[index] for index in indices])
         for piece in batched(indices, rows_at_once):
-            rows_of_piece = _rows_of_batch([scenes[index] for index in piece], required, to_accuracy, cache, estimate)
+            rows_of_piece = _rows_of_batch([scenes[index] for index in piece], required, to_accuracy, estimate)
             for index, row in zip(piece, rows_of_piece, strict=True):
                 rows[index] = row
     return rows
@@ -199,7 +198,7 @@ def _fixed_rows_at_once(scenes):
     return max(1, min(STUDY.rows_at_once, SETTINGS.numbers // max(models.numbers_of(scene.model) for scene in scenes)))
 
 
-def _rows_of_batch(scenes, required, to_accuracy, cache, estimate):
+def _rows_of_batch(scenes, required, to_accuracy, estimate):
     """Yield the rows of a batch of scenes whose cables carry equally many point loads.
 
     `to_accuracy`: no scene states the number of elements, so that models are refined to an accuracy; else all do.
@@ -211,15 +210,18 @@ def _rows_of_batch(scenes, required, to_accuracy, cache, estimate):
         closed, elements = by_elements(results, required, closed)
     solve = _solving_function(required, to_accuracy)
     if not (solve or required.run):
-        yield from _closed_rows(results, closed, required, cache)
+        yield from _closed_rows(results, closed, required)
         return
     cells = closed.cells(closed.numbers)
     closed_time = (time.perf_counter() - start_time) / len(scenes)
     rows_at_once = 1 if required.clock else STUDY.rows_at_once  # the time of each row is measured alone
+    first_alike = results.first_alike.tolist() if required.of_models and len(scenes) > 1 else range(len(scenes))
     for start in range(0, len(scenes), rows_at_once):
         start_time, indices = time.perf_counter(), range(start, min(start + rows_at_once, len(scenes)))
-        answers = [_answer(Case(scenes[index], results, index, cache=cache), closed, cells[index], required)
-                   for index in indices]  # fmt: skip
+        known = {}  # index of the first case that is alike -> results that such cases share
+        cases = [Case(scenes[index], results, index, known_by_level=known.setdefault(first_alike[index], {}))
+                 for index in indices]  # fmt: skip
+        answers = [_answer(case, closed, cells[case.index], required) for case in cases]
         if elements:
             models.give_elements({answer.case.index: answer.case for answer in answers}, elements)
         if solve:
@@ -238,7 +240,7 @@ def _solving_function(required, to_accuracy):
     return _solve_to_accuracy if to_accuracy else _solve_fixed_elements
 
 
-def _closed_rows(results, closed, required, cache):
+def _closed_rows(results, closed, required):
     """Yield the rows of cases that need nothing but closed forms."""
     note = notes.NOTHING if required.scene_only else notes.STATIC
     for index, cells in enumerate(closed.cells(required.empty)):
@@ -246,7 +248,7 @@ def _closed_rows(results, closed, required, cache):
         if failures:
             errors = {name: error for name, error in errors.items() if name not in failures}
         cells["status"] = closed.status(index)
-        case = Case(results.values.scenes[index], results, index, cache=cache)
+        case = Case(results.values.scenes[index], results, index)
         over_strength = index in closed.over_strength
         yield Row(cells, case, note, errors, () if required.scene_only else notes.of_closed_form(case, over_strength))
 
