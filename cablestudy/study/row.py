@@ -1,7 +1,7 @@
 """Rows of a table: the columns of cases, to the accuracy of each, with the reason where one has no value."""
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import isnan
 
 from cablestudy.cable.damping import grows_with_modes
@@ -69,18 +69,31 @@ class Row:
 
 
 @dataclass
-class _Answer:
-    """A `Row` while it is computed; `case`, `notes`, `errors` and `warnings` are those of the row."""
+class UnfinishedRow:
+    """A `Row` while it is computed.
 
-    case: Case
-    values: dict  # header -> number
-    failures: dict  # header -> CablestudyError of a column without a number
-    errors: dict
-    notes: tuple
-    over_strength: bool  # whether the stress is above the strength
-    dof: int = 0  # number of unknowns of the model
+    Attributes
+    ----------
+    case, notes, errors, warnings
+        Those of the row.
+    values : dict
+        Header -> number, or None where the case has no such number and none is missing.
+    failures : dict
+        Header -> CablestudyError of a column without a number, or name -> one that makes others doubtful.
+    doubts : tuple of str
+        See `status.status_of`.
+    dof : int
+        Number of unknowns of the model. [-]
+    """
+
+    case: object
+    values: dict = field(default_factory=dict)
+    failures: dict = field(default_factory=dict)
+    errors: dict = field(default_factory=dict)
+    notes: tuple = ()
     warnings: tuple = ()
-    slack: bool = False  # whether the tension in the wind falls below zero
+    doubts: tuple = ()
+    dof: int = 0
 
     def fail(self, columns, error):
         """Record an error as the failure of those columns that have no value yet."""
@@ -88,13 +101,17 @@ class _Answer:
             if column.header not in self.values:
                 self.failures.setdefault(column.header, error)
 
-    def compute(self, columns):
-        """Compute columns of this case alone, with the errors that they state, or their failures."""
+    def compute(self, columns, value_of=value_and_error):
+        """Compute columns of this case alone, with the errors that they state, or their failures.
+
+        `value_of` is a function: column, case -> number and its relative error: not a number where it is not known,
+        None where the column states none.
+        """
         for column in columns:
             if column.header in self.failures:
                 continue
             try:
-                number, error = value_and_error(column, self.case)
+                number, error = value_of(column, self.case)
             except CablestudyError as failure:
                 self.failures[column.header] = failure
                 continue
@@ -102,8 +119,16 @@ class _Answer:
             if error is not None:
                 self.errors[column.header] = None if isnan(error) else float(error)
 
-    def row(self, required, seconds=None):
-        """The finished `Row`; seconds is the time that it took. [s]"""
+    def finished(self, required, seconds=None):
+        """The `Row`.
+
+        Parameters
+        ----------
+        required : ColumnRequirements or suspension.rows.RequiredColumns
+            Its columns.
+        seconds : float, optional
+            Time that it took. [s]
+        """
         cells = {**required.empty, **self.values}
         errors = {name: error for name, error in self.errors.items() if name not in self.failures}
         if required.run:
@@ -111,8 +136,7 @@ class _Answer:
             run = {"dof": self.dof, "error_estimate": max(errors.values(), default=0.0) if errors_known else None}
             run["solve_time_ms"] = 1e3 * seconds if required.clock else None
             cells.update((header, number) for header, number in run.items() if header in cells)
-        doubts = (OVER_STRENGTH, self.over_strength), (SLACK, self.slack)
-        cells["status"] = status_of(self.failures, *(words for words, applies in doubts if applies))
+        cells["status"] = status_of(self.failures, *self.doubts)
         return Row(cells, self.case, tuple(self.notes), errors, self.warnings)
 
 
@@ -230,7 +254,7 @@ def _rows_of_batch(scenes, required, to_accuracy, estimate):
         for index, answer in zip(indices, answers, strict=True):
             if (required.modes or required.system) and len(scenes) > 1:  # many rows drop their modes
                 answer.case = Case(scenes[index], results, index)
-            yield answer.row(required, seconds)
+            yield answer.finished(required, seconds)
 
 
 def _solving_function(required, to_accuracy):
@@ -254,14 +278,14 @@ def _closed_rows(results, closed, required):
 
 
 def _answer(case, closed, cells, required):
-    """The `_Answer` of a case with all numbers of its closed form."""
+    """The `UnfinishedRow` of a case with all numbers of its closed form."""
     failures = dict(closed.failures.get(case.index, {}))
     values = {header: number for header, number in cells.items() if header not in failures}
     errors = dict(closed.errors_of(case.index))
     note = notes.NOTHING if required.scene_only else notes.STATIC
     over_strength = case.index in closed.over_strength
     warnings = notes.of_closed_form(case, over_strength) if case.exact_statics and not required.scene_only else ()
-    return _Answer(case, values, failures, errors, note, over_strength, warnings=warnings)
+    return UnfinishedRow(case, values, failures, errors, note, warnings, (OVER_STRENGTH,) if over_strength else ())
 
 
 # ------------------------------------------------------------------------------------------------- to an accuracy
@@ -270,7 +294,7 @@ def _answer(case, closed, cells, required):
 def _solve_to_accuracy(answers, required, _):
     """Compute the columns that no closed form of many cases gives, by models refined to the accuracy of each case.
 
-    Values, errors, failures and notes are added to the answers (list of _Answer).
+    Values, errors, failures and notes are added to the answers (list of UnfinishedRow).
     """
     searches = []
     for index, answer in enumerate(answers):
@@ -330,7 +354,7 @@ def _solve_system(answer, required):
             del answer.values[name]
         answer.errors[name] += float(model_error)  # which a finer model has too
     answer.dof = case.system_size
-    answer.slack = required.in_wind and case.moves and goes_slack(case)
+    answer.doubts += (SLACK,) if required.in_wind and case.moves and goes_slack(case) else ()
     gondola = any(column.needs == "gondola" and column.header in answer.values for column in columns)
     answer.notes = _system_notes(answer, gondola, required.damped)
 
@@ -390,7 +414,7 @@ def _solve_fixed_elements(answers, required, estimate):
 
 
 def _compute_motion(answer, required, noted):
-    """Add the columns beyond statics to the `_Answer` of a case whose scene states the number of elements.
+    """Add the columns beyond statics to the `UnfinishedRow` of a case whose scene states the number of elements.
 
     `noted`: whether to write notes.
     """
@@ -404,7 +428,7 @@ def _compute_motion(answer, required, noted):
         return
     columns = [*required.single, *required.system, *required.modes]
     answer.compute(columns)
-    answer.slack = required.in_wind and goes_slack(case)
+    answer.doubts += (SLACK,) if required.in_wind and goes_slack(case) else ()
     for column in columns:
         if column.least_error is not None and column.header in answer.values:
             answer.errors.setdefault(column.header, None)  # not known without a finer model

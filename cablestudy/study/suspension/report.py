@@ -2,6 +2,7 @@
 
 from collections import Counter
 from dataclasses import replace
+from math import isnan
 
 import numpy as np
 
@@ -154,13 +155,13 @@ def cells_of(case, columns, failures=None):
     cells, errors = {}, {}
     for name, column in columns.items():
         try:
-            cells[name], errors[name] = value(case, column)
+            cells[name], errors[name] = value(column, case)
         except NoSolutionError as error:
             if failures is None:
                 raise
             failures.append(str(error))
-            cells[name] = errors[name] = None
-    return cells, {name: error for name, error in errors.items() if error is not None}
+            cells[name] = None
+    return cells, {name: error for name, error in errors.items() if not isnan(error)}
 
 
 def _field(column, name):
