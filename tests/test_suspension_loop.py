@@ -31,7 +31,7 @@ from cablestudy.control.margins_grid import frequencies, highest
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.case import Case
-from cablestudy.study.columns import SENSITIVITY
+from cablestudy.study.motion_columns import SENSITIVITY
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find
 from cablestudy.system.tolerances import SYSTEM

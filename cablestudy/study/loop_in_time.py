@@ -14,7 +14,7 @@ from cablestudy.errors import SceneError
 from cablestudy.scene.determinacy import ROTATIONS
 from cablestudy.scene.scene import missing
 from cablestudy.scene.units import read_positive
-from cablestudy.study.columns import attribute
+from cablestudy.study.column import attribute
 from cablestudy.study.ssm import has_loss_factor, number_of
 from cablestudy.study.table import Field, Table
 from cablestudy.study.tolerances import STUDY

@@ -9,7 +9,7 @@ from cablestudy.control.margins_grid import by_parts
 from cablestudy.control.response import Phase
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.scene.scene import missing
-from cablestudy.study.columns import SENSITIVITY
+from cablestudy.study.motion_columns import SENSITIVITY
 from cablestudy.study.row import evaluate_named
 from cablestudy.study.table import Field, Table
 from cablestudy.study.tolerances import STUDY

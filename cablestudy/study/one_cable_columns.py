@@ -5,8 +5,9 @@ from dataclasses import replace
 from functools import cache
 
 from cablestudy.scene.one_cable import CABLE, GONDOLA, as_suspension
-from cablestudy.study.columns import attribute, is_own, lacks
+from cablestudy.study.column import attribute, lacks
 from cablestudy.study.columns import find as find_of_one
+from cablestudy.study.columns import is_own
 from cablestudy.study.row import evaluate_cases
 from cablestudy.study.suspension import columns as of_suspensions
 

@@ -13,7 +13,7 @@ from cablestudy.cable.taut import lambda_squared
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study import load_cases, one_cable_conductors
-from cablestudy.study.columns import LIMP
+from cablestudy.study.column import LIMP
 from cablestudy.study.push import pushed_ends
 from cablestudy.study.reference_length import chord_strain
 from cablestudy.study.statics import ClosedStatics

@@ -10,16 +10,9 @@ from cablestudy.scene.scene import missing
 from cablestudy.study import models, notes
 from cablestudy.study.case import Case
 from cablestudy.study.closed_form import ColumnRequirements, by_elements, closed_form
-from cablestudy.study.columns import (
-    DAMPING_RATIO,
-    STATUS,
-    find,
-    goes_slack,
-    is_own,
-    lacks,
-    relative,
-    value_and_error,
-)
+from cablestudy.study.column import lacks, relative, value_and_error
+from cablestudy.study.columns import STATUS, find, is_own
+from cablestudy.study.motion_columns import DAMPING_RATIO, goes_slack
 from cablestudy.study.refinement import SETTINGS, Refinement, needs_of, reference_scene, refine
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues, load_count

@@ -11,7 +11,7 @@ from cablestudy.cable.steady_drag import concatenate
 from cablestudy.control.law import law_from
 from cablestudy.errors import outcome_of, result_of
 from cablestudy.scene.words import counted
-from cablestudy.study.columns import relative
+from cablestudy.study.column import relative
 from cablestudy.study.notes import unknown_rms_error
 from cablestudy.study.suspension.closed_loop import ClosedLoop
 from cablestudy.study.suspension.gust_response import GustResponse

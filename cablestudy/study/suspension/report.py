@@ -7,7 +7,8 @@ from math import isnan
 import numpy as np
 
 from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
-from cablestudy.study.columns import find, relative
+from cablestudy.study.column import relative
+from cablestudy.study.columns import find
 from cablestudy.study.notes import of_comparison
 from cablestudy.study.report import STATE, modes_as_rows, shapes_table
 from cablestudy.study.suspension.columns import body_columns, cable_columns, has_key, link_columns, point_columns

@@ -8,7 +8,7 @@ import numpy as np
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.scene.words import first_of
 from cablestudy.study.closed_form import DISCRETE, SYSTEM
-from cablestudy.study.columns import least_work_first, not_finite, relative
+from cablestudy.study.column import least_work_first, not_finite, relative
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.row import UnfinishedRow, batched
 from cablestudy.study.status import FALLEN, MODAL, OVER_STRENGTH, SLACK

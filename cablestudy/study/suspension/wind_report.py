@@ -8,7 +8,7 @@ import numpy as np
 from cablestudy.errors import SceneError
 from cablestudy.scene.scene import missing
 from cablestudy.scene.words import first_of
-from cablestudy.study.columns import lacks
+from cablestudy.study.column import lacks
 from cablestudy.study.notes import beyond_linear, larger_by_loop
 from cablestudy.study.status import SLACK
 from cablestudy.study.suspension.columns import cable_columns, has_key, linear_ranges
