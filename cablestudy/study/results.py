@@ -184,14 +184,15 @@ class Results:
     def first_alike(self):
         """Index of the first case whose cable hangs alike and has elements alike, shape (n,): both move alike.
 
-        Compared are the numbers of the loaded cables, to the last digit. A case without an equilibrium, and one in a
-        wind that grows with the height, is alike to none.
+        Compared are the numbers of the loaded cables, to the last digit, with those by which a turbulent wind acts on
+        them. A case without an equilibrium, and one in a wind that grows with the height, is alike to none.
         """
         count, profile = len(self.values), self.drag.profile
         alone = np.zeros(count, dtype=bool) if profile is None else profile.exponent > 0
         alone[list(self.failures)] = True
         mass = np.unique(self.values.words("model.mass"), return_inverse=True)[1]
-        numbers = [self.given(f"model.{name}") for name in ("elements", "order", "accuracy")]
+        keys = "model.elements", "model.order", "model.accuracy", "gravity", "cable.section_diameter", "wind_diameter"
+        numbers = [self.given(key) for key in keys]
         numbers += [mass, np.where(alone, np.arange(1, count + 1), 0), self.end_1]
         numbers += [self.drag.normal_drag, self.drag.direction]
         fields = {name: getattr(self.span, name) for name in CORES}
