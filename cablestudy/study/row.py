@@ -29,8 +29,7 @@ class Row:
     ----------
     cells : dict
         Header -> float, or None where it has no value; `status` is a text.
-    case : Case
-        With the model that was used.
+    case : Case or SuspensionCase
     notes : tuple of str
         On the model, and what it leaves out.
     errors : dict
@@ -370,10 +369,8 @@ def _gondola_notes(answer):
 
 
 def _add_found(answer, required, search):
-    """Add the frequencies, errors, failures and notes of a `Refinement` to an answer, with the case that it used."""
-    solved = {name: wind for name, wind in answer.case.__dict__.items() if name in ("in_wind", "in_cable_wind")}
-    answer.case, answer.dof = search.used, max(search.used.dof, answer.dof)
-    answer.case.__dict__.update(solved)
+    """Add the frequencies, errors, failures and notes of a `Refinement` to an answer."""
+    answer.dof = max(search.used.dof, answer.dof)
     model_error = float(search.used.results.model_error[search.used.index])
     for column in required.modes:
         name = column.header
