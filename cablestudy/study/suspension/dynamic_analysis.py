@@ -135,7 +135,7 @@ class DynamicAnalysis:
         for count in (*self._model_sizes, *(STUDY.more_modes if self._model is None else ())):
             closed_loop = self._closed_loop_with(count)
             enough = count >= self._usual_counts[0] or closed_loop.plant.lacked_compliance < STUDY.lacked_compliance
-            if (enough and closed_loop.notch_frequencies_known) or len(closed_loop.modes) < count:
+            if (enough and closed_loop.body.notch_frequencies_known) or len(closed_loop.modes) < count:
                 break
         return tuple(size for size in self._model_sizes if size >= count) or (count,)
 

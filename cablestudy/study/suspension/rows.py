@@ -12,8 +12,9 @@ from cablestudy.study.column import least_work_first, not_finite, relative
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.row import UnfinishedRow, batched
 from cablestudy.study.status import FALLEN, MODAL, OVER_STRENGTH, SLACK
-from cablestudy.study.suspension.case import SuspensionCase, cases_of, prepare
+from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import WHOLE
+from cablestudy.study.suspension.grouping import cases_of, prepare
 from cablestudy.study.suspension.notes import fallen, notes_of, strength_warning
 from cablestudy.study.suspension.wind_columns import exceeded_limits, slackened
 from cablestudy.study.tolerances import STUDY

@@ -146,7 +146,7 @@ class ControlledChoice(CoupledChoice):
 
 def _of_loop(closed_loop):
     """Gain and notches of the loop: one line."""
-    pairs = zip(closed_loop.measured, closed_loop.loop.notches, strict=True)
+    pairs = zip(closed_loop.body.measured, closed_loop.loop.notches, strict=True)
     notches = [f"{name} {notch.omega / (2 * np.pi):.4g} Hz" for name, notch in pairs if notch]
     law, gain = closed_loop.loop.law, closed_loop.loop.gain
     gains = f"gain {gain:.4g} rad/s" if law.integrates_only else law.described(gain, 4)
