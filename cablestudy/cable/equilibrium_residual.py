@@ -7,9 +7,10 @@ chapters 2 and 1.
 
 import numpy as np
 
-from cablestudy.cable.segment import extension, flexibility, solve_symmetric
-from cablestudy.cable.tolerances import CABLE
+from cablestudy.cable.segment import LEAST_DIVISOR, ONE, TWO, extension, flexibility, solve_symmetric
 from cablestudy.cable.vectors import dot
+
+THREE, FOUR = np.array(3.0), np.array(4.0)  # without dimension, as those of `segment`
 
 
 class EquilibriumResidual:
@@ -37,7 +38,9 @@ class EquilibriumResidual:
         self.load = np.asarray(span.weight) + np.abs(span.load_forces).sum(axis=(-1, -2))
         self.transverse_load = span.transverse_load
         # a vertical cable without horizontal loads has no horizontal tension: that is no unknown
-        self.vertical = (np.abs(span.cosine) == 0) & (span.transverse_load == 0)
+        self.vertical = (np.abs(span.cosine) == 0) & (self.transverse_load == 0)
+        self.any_vertical = bool(np.any(self.vertical))
+        self._share_of_load, self._share_of_transverse_load = 1e-3 * self.load, 1e-3 * self.transverse_load
 
     def tension(self, unknown):
         """Tension vectors at mid-segment, 3 arrays of shape (..., k + 1). [N]"""
@@ -70,7 +73,8 @@ class EquilibriumResidual:
     def step(self, gap, point):
         """Newton step of the tension vector, shape (3, ...). [N]"""
         step = np.array(solve_symmetric(self.flexibility(point), gap))
-        step[1:] = np.where(self.vertical, 0.0, step[1:])
+        if self.any_vertical:
+            step[1:] = np.where(self.vertical, 0.0, step[1:])
         return step
 
     def relative(self, step, unknown, _):
@@ -80,10 +84,10 @@ class EquilibriumResidual:
         its small transverse tension.
         """
         (q, n, y), (along, across, out) = unknown * unknown, step * step
-        tension = np.sqrt(q + n + y) + 1e-3 * self.load
-        transverse_tension = np.sqrt(n + y) + 1e-3 * self.transverse_load
-        whole_change = np.sqrt(along + across + out) / np.maximum(tension, CABLE.least_divisor)
-        transverse_change = np.sqrt(across + out) / np.maximum(transverse_tension, CABLE.least_divisor)
+        tension = np.sqrt(q + n + y) + self._share_of_load
+        transverse_tension = np.sqrt(n + y) + self._share_of_transverse_load
+        whole_change = np.sqrt(along + across + out) / np.maximum(tension, LEAST_DIVISOR)
+        transverse_change = np.sqrt(across + out) / np.maximum(transverse_tension, LEAST_DIVISOR)
         return np.maximum(whole_change, transverse_change)
 
     def rounding(self, step):
@@ -95,10 +99,14 @@ class EquilibriumResidual:
 
         H is not zero: where such a cable is slack and folded, its stiffness is H^2 over a number that goes as H^2.
         """
-        q, n, y = (np.broadcast_to(component, self.shape).astype(float) for component in _first_tension(span))
-        almost_nothing = -1e-100 * np.sign(span.sine) * (np.abs(q) + self.load)
-        # the chord is vertical: across it is horizontal
-        return np.stack([q, np.where(self.vertical, almost_nothing, n), np.where(self.vertical, 0.0, y)])
+        tension = np.empty((3, *self.shape))
+        for component, first in enumerate(_first_tension(span)):
+            tension[component] = first
+        if self.any_vertical:  # the chord is vertical: across it is horizontal
+            almost_nothing = -1e-100 * np.sign(span.sine) * (np.abs(tension[0]) + self.load)
+            tension[1] = np.where(self.vertical, almost_nothing, tension[1])
+            tension[2] = np.where(self.vertical, 0.0, tension[2])
+        return tension
 
     def start_near(self, span, tension):
         """First tension vectors, shape (3, ...), near known ones of shape (..., 3), global axes; else of `start`. [N]
@@ -142,12 +150,12 @@ class EquilibriumResidual:
         excess = 2 * slack_length * q + q * q + n * n + y * y  # distance^2 - slack_length^2
         distance = np.sqrt(np.maximum(slack_length**2 + excess, 0.0))
         # a tension along that distance stretches the slack segments, and takes the taut ones with it
-        u = np.stack([component / np.maximum(distance, CABLE.least_divisor) for component in (slack_length + q, n, y)])
+        u = np.stack([component / np.maximum(distance, LEAST_DIVISOR) for component in (slack_length + q, n, y)])
         entries = flexibility(tension, self.segments.weight, self.stiffness, *self.angles, kernel)
         qq, nn, yy, qn, qy, ny = ((entry * taut_fraction).sum(axis=-1) for entry in entries)
         compliance = slack_length / self.stiffness[..., 0] + qq * u[0] ** 2 + nn * u[1] ** 2 + yy * u[2] ** 2
         compliance = compliance + 2 * (qn * u[0] * u[1] + qy * u[0] * u[2] + ny * u[1] * u[2])
-        force = np.maximum(excess, 0.0) / (distance + slack_length) / np.maximum(compliance, CABLE.least_divisor)
+        force = np.maximum(excess, 0.0) / (distance + slack_length) / np.maximum(compliance, LEAST_DIVISOR)
         return excess <= 0, kink, kink + force * u
 
 
@@ -160,7 +168,7 @@ def _first_tension(span):
     load_vector = span.load_forces.sum(axis=-2) - np.asarray(span.weight)[..., None] * span.up
     load = np.sqrt((load_vector**2).sum(axis=-1))
     largest = np.maximum(load, np.sqrt((span.load_forces**2).sum(axis=-1)).max(axis=-1, initial=0.0))
-    up = -load_vector / np.maximum(load, CABLE.least_divisor)[..., None]  # unit vector against the load
+    up = -load_vector / np.maximum(load, LEAST_DIVISOR)[..., None]  # unit vector against the load
     along = up[..., 0]  # components of `up` along the chord and across it
     across = np.sqrt(up[..., 1] ** 2 + up[..., 2] ** 2)
     taut = _taut_tension(span, np.where(load > 0, across * load, largest))
@@ -173,7 +181,7 @@ def _first_tension(span):
     parameter = _sinhc_inverse(np.where(slack, length_over_run, 1.0))
     # tension across the load and along it
     horizontal = largest * across / (2 * parameter * np.maximum(ratio, 1.0))
-    vertical = largest * along / np.maximum(2 * ratio * np.tanh(np.minimum(parameter, 300.0)), CABLE.least_divisor)
+    vertical = largest * along / np.maximum(2 * ratio * np.tanh(np.minimum(parameter, 300.0)), LEAST_DIVISOR)
     inverse_across = 1.0 / np.maximum(across, 1e-8)
     q = np.where(slack, horizontal * across + vertical * along, taut)
     n, y = (np.where(slack, (-horizontal * along * inverse_across + vertical) * up[..., i], 0.0) for i in (1, 2))
@@ -187,12 +195,16 @@ def _taut_tension(span, transverse_load):
     tension = np.maximum(np.maximum(strain, 0.0) * stiffness, np.cbrt(constant * stiffness))
     slack = strain < 0
     tension = np.where(slack, np.minimum(tension, np.sqrt(constant / np.where(slack, -strain, 1.0))), tension)
-    tension = np.maximum(tension, CABLE.least_divisor)
+    tension, twice_strain = np.maximum(tension, LEAST_DIVISOR), TWO * strain
     for _ in range(8):
         value = tension**2 * (tension / stiffness - strain) - constant
-        slope = tension * (3 * tension / stiffness - 2 * strain)
-        step = np.where(slope > 0, value / np.where(slope > 0, slope, 1.0), 0.0)
-        tension = np.clip(tension - step, tension / 4, tension * 4)
+        slope = tension * (THREE * tension / stiffness - twice_strain)
+        rising = slope > 0
+        if np.count_nonzero(rising) == rising.size:
+            step = value / slope
+        else:
+            step = np.where(rising, value / np.where(rising, slope, ONE), 0.0)
+        tension = np.minimum(np.maximum(tension - step, tension / FOUR), tension * FOUR)
     return tension
 
 
