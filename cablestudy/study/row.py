@@ -231,12 +231,9 @@ def _rows_of_batch(scenes, required, to_accuracy, estimate):
     cells = closed.cells(closed.numbers)
     closed_time = (time.perf_counter() - start_time) / len(scenes)
     rows_at_once = 1 if required.clock else STUDY.rows_at_once  # the time of each row is measured alone
-    first_alike = results.first_alike.tolist() if required.of_models and len(scenes) > 1 else range(len(scenes))
     for start in range(0, len(scenes), rows_at_once):
         start_time, indices = time.perf_counter(), range(start, min(start + rows_at_once, len(scenes)))
-        known = {}  # index of the first case that is alike -> results that such cases share
-        cases = [Case(scenes[index], results, index, known_by_level=known.setdefault(first_alike[index], {}))
-                 for index in indices]  # fmt: skip
+        cases = _cases(results, indices, required)
         answers = [_answer(case, closed, cells[case.index], required) for case in cases]
         if elements:
             models.give_elements({answer.case.index: answer.case for answer in answers}, elements)
@@ -247,6 +244,17 @@ def _rows_of_batch(scenes, required, to_accuracy, estimate):
             if (required.modes or required.system) and len(scenes) > 1:  # many rows drop their modes
                 answer.case = Case(scenes[index], results, index)
             yield answer.finished(required, seconds)
+
+
+def _cases(results, indices, required):
+    """Cases of a range of rows of a batch: those that hang alike share their elements and modes."""
+    if len(indices) == 1 or not required.of_models:
+        return [Case(results.values.scenes[index], results, index) for index in indices]
+    known, cases = {}, []  # index of the first case that is alike -> results that such cases share
+    for index, first in zip(indices, results.first_alike[indices.start : indices.stop].tolist(), strict=True):
+        known_by_level = known.setdefault(first, {})
+        cases.append(Case(results.values.scenes[index], results, index, known_by_level=known_by_level))
+    return cases
 
 
 def _solving_function(required, to_accuracy):

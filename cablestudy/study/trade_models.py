@@ -26,10 +26,10 @@ from cablestudy.study.suspension.body_mode import largest_share
 from cablestudy.study.suspension.dynamic_analysis import DynamicAnalysis
 from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.study.tolerances import STUDY
+from cablestudy.system.assemble import assemble
 from cablestudy.system.damping import damping_ratios
 from cablestudy.system.ends import Ends
 from cablestudy.system.first_order import Allocation
-from cablestudy.system.linear import assemble
 from cablestudy.system.residues import residues
 from cablestudy.system.superelement import GONDOLA, GROUND
 from cablestudy.wind.imaging import seen_weights

@@ -33,7 +33,8 @@ from cablestudy.study.tolerances import STUDY
 from cablestudy.system.cable_coordinates import residual_vectors
 from cablestudy.system.cables import Models
 from cablestudy.system.coupled_modes import Search
-from cablestudy.system.linear import LinearSystem, dense
+from cablestudy.system.linear import LinearSystem
+from cablestudy.system.matrices import dense
 
 MODES_TOGETHER = np.arange(5.0)  # shifts of the poles of modes that nearly coincide, over that of one alone
 TURN = 2 * np.pi

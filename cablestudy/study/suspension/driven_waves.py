@@ -30,7 +30,7 @@ from cablestudy.control.suspension import reeled
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.scene.determinacy import MOTIONS
 from cablestudy.study.tolerances import STUDY
-from cablestudy.system.linear import dense
+from cablestudy.system.matrices import dense
 from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import outward
 

@@ -198,7 +198,7 @@ def choose_controlled(document, scene, options, highest=None):
         full_loop = reduced_loop = _reaching(case.in_wind, full_loop, highest, STUDY.loop_response_modes)
     loop, reduced_loop = None, reduced_loop.with_all_modes
     if options.attached == "loop":
-        allocation = replace(full_loop.allocation, measured=reduced_loop.allocation.measured)
+        allocation = replace(full_loop.body.allocation, measured=reduced_loop.body.allocation.measured)
         loop = replace(full_loop.loop, motion=reduced_loop.plant.viscous_motion, allocation=allocation)
     return ControlledChoice(options, case, full_loop, reduced_loop, loop, highest)
 
