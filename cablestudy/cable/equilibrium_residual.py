@@ -199,10 +199,7 @@ def _taut_tension(span, transverse_load):
         value = tension**2 * (tension / stiffness - strain) - constant
         slope = tension * (3 * tension / stiffness - twice_strain)
         rising = slope > 0
-        if np.count_nonzero(rising) == rising.size:
-            step = value / slope
-        else:
-            step = np.where(rising, value / np.where(rising, slope, 1), 0.0)
+        step = np.where(rising, value / np.where(rising, slope, 1.0), 0.0)
         tension = np.minimum(np.maximum(tension - step, tension / 4), tension * 4)
     return tension
 

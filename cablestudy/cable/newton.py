@@ -106,7 +106,7 @@ def newton(problem, unknown, active):
             trial_gap, trial_point = problem.residual(trial)
             trial_slope = (trial_gap * step).sum(axis=0)
             overshoots = large & (trial_slope < least_slope)
-            if not np.count_nonzero(overshoots):
+            if not overshoots.any():
                 break
             share = np.where(overshoots, share / 2, share)
         trace.append((gap, change, np.where(active, share, np.nan)))
@@ -116,7 +116,7 @@ def newton(problem, unknown, active):
         small = (change < problem.tolerance) | stalled
         settled |= active & small & (share == 1)
         active = active & ~small & ~overshoots & np.isfinite(change)
-        if not np.count_nonzero(active):
+        if not active.any():
             break
     gaps, changes, shares = (np.array(steps) for steps in zip(*trace, strict=True))
     step_taken = np.isfinite(shares)

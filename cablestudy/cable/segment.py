@@ -76,11 +76,10 @@ def evaluate(tension, weight, cosine, sine):
 
 def _excess(beta, small, plus, minus):
     """atanh(beta)/beta - 1, by its power series where beta is small, else by the logarithm of S + W over S - W."""
-    number = np.count_nonzero(small)
-    if number == small.size:
+    if small.all():
         return _excess_by_series(beta)
     by_logarithm = 0.5 * np.log(np.maximum(plus, CABLE.least_divisor) / minus) / np.where(small, 1.0, beta) - 1.0
-    return np.where(small, _excess_by_series(np.where(small, beta, 0.0)), by_logarithm) if number else by_logarithm
+    return np.where(small, _excess_by_series(np.where(small, beta, 0.0)), by_logarithm) if small.any() else by_logarithm
 
 
 def _excess_by_series(beta):
@@ -113,8 +112,7 @@ def extension(tension, weight, axial_stiffness, cosine, sine):
 
 def _less_component(tension, q, n, y):
     """Tension T = |(q, n, y)| less its component q along the chord, without cancellation."""
-    pulls, less = q > 0, (n**2 + y**2) / np.maximum(tension + np.abs(q), CABLE.least_divisor)
-    return less if np.count_nonzero(pulls) == pulls.size else np.where(pulls, less, tension - q)
+    return np.where(q > 0, (n**2 + y**2) / np.maximum(tension + np.abs(q), CABLE.least_divisor), tension - q)
 
 
 def flexibility(tension, weight, axial_stiffness, cosine, sine, kernel):
@@ -128,12 +126,11 @@ def flexibility(tension, weight, axial_stiffness, cosine, sine, kernel):
     in horizontal and vertical components: each form is free of cancellation where the other is not.
     """
     small = kernel.beta < CABLE.series_below
-    number = np.count_nonzero(small)
-    if number == small.size:
+    if small.all():
         by_turning = _shallow(tension, weight, cosine, sine, kernel)
     else:
         by_turning = _deep(tension, cosine, sine, kernel)
-        if number:
+        if small.any():
             shallow = _shallow(tension, weight, cosine, sine, kernel)
             by_turning = tuple(np.where(small, *pair) for pair in zip(shallow, by_turning, strict=True))
     qq, nn, yy, *mixed = by_turning
