@@ -107,9 +107,10 @@ $(VENV)/.study: $(VENV)/bin/python pyproject.toml constraints.txt
 	$(INSTALL) --editable .
 	touch $@
 
-$(VENV)/.test: $(VENV)/.study
+# one installation is enough for both, since that of the program alone takes as long as that of all
+$(VENV)/.test: $(VENV)/bin/python pyproject.toml constraints.txt
 	$(INSTALL) --editable ".[test]"
-	touch $@
+	touch $(VENV)/.study $@
 
 $(VENV)/.site: $(VENV)/.study
 	$(INSTALL) --editable ".[site]"

@@ -225,7 +225,8 @@ def motion(peers):
     """Lines: the lowest coupled modes of one pose, and of many that are computed together."""
     import numpy as np
 
-    from cablestudy.study.suspension.case import SuspensionCase, cases_of
+    from cablestudy.study.suspension.case import SuspensionCase
+    from cablestudy.study.suspension.grouping import cases_of
     from cablestudy.system.equilibria import shared
 
     scene = telescope()

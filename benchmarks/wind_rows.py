@@ -24,7 +24,7 @@ def scene(*sets):
 
 def columns(one):
     """All that a scene without exposure and mirror has in the wind."""
-    from cablestudy.study.columns import lacks
+    from cablestudy.study.column import lacks
     from cablestudy.study.suspension.wind_columns import LOOP, place_columns, tension_columns, turn_columns
 
     found = [*place_columns("gondola"), *place_columns("gondola.focus"), *turn_columns("gondola"), *LOOP]

@@ -75,7 +75,7 @@ class OneLoop:
     @property
     def notch(self):
         """`Notch` or None."""
-        return self.closed_loop.notches[0]
+        return self.closed_loop.body.notches[0]
 
     @cached_property
     def cable(self):

@@ -43,7 +43,7 @@ def faults(figure):
         own = {text.get_text() for text in [*legend.get_texts(), legend.get_title()]}
         found += [f"behind a legend: {words!r}" for words, corners in boxes
                   if words not in own and _overlap(corners, box.corners()[[0, 1, 3, 2]])]  # fmt: skip
-    for (one, corners), (other, corners_of_other) in combinations(boxes, 2):
+    for (one, corners), (other, corners_of_other) in _near(boxes):
         if _overlap(corners, corners_of_other):
             found.append(f"{one!r} over {other!r}")
     found += [f"not rounded: {words!r}" for words, _ in boxes if any(_digits(n) > MOST_DIGITS for n in numbers(words))]
@@ -100,6 +100,16 @@ def _corners(text, renderer):
 def _outside(corners, figure):
     size = np.array([figure.bbox.width, figure.bbox.height])
     return bool((corners < -TOLERANCE).any() or (corners > size + TOLERANCE).any())
+
+
+def _near(boxes):
+    """Pairs of boxes that no line along x or y separates: the few of a picture that may overlap."""
+    if not boxes:
+        return []
+    corners = np.array([corners for _, corners in boxes])
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    apart = (low[:, None] > high).any(axis=-1)
+    return [(boxes[i], boxes[j]) for i, j in combinations(range(len(boxes)), 2) if not (apart[i, j] or apart[j, i])]
 
 
 def _overlap(one, other):

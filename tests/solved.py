@@ -12,7 +12,7 @@ import cablestudy as cs
 from cablestudy.scene.study import read_study
 from cablestudy.study.all_columns import find
 from cablestudy.study.case import Case
-from cablestudy.study.columns import lacks
+from cablestudy.study.column import lacks
 from cablestudy.study.study_rows import evaluate
 
 TURN = 2 * np.pi

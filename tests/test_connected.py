@@ -10,7 +10,8 @@ from straight_scenes import case_of, with_changes
 from cablestudy.study.suspension.gust_response import GustResponse
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.connected import connected, coupled_states, observed
-from cablestudy.system.linear import LinearSystem, ReducedSystem
+from cablestudy.system.linear import LinearSystem
+from cablestudy.system.reduced import ReducedSystem
 from cablestudy.system.residues import eigen
 
 DAMPING = {

@@ -22,7 +22,7 @@ from cablestudy.control.one_cable import state_space
 from cablestudy.control.time_response import respond, step
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.case import Case
-from cablestudy.system.linear import assemble
+from cablestudy.system.assemble import assemble
 
 MASS, STIFFNESS = 50.0, 1025.0
 NATURAL = np.sqrt(STIFFNESS / MASS)

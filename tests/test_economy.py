@@ -11,7 +11,8 @@ from cablestudy.cable.tolerances import CABLE
 from cablestudy.scene.scene import CableScene, load_scene
 from cablestudy.scene.study import read_study
 from cablestudy.study import results
-from cablestudy.study.columns import COLUMNS, find, lacks
+from cablestudy.study.column import lacks
+from cablestudy.study.columns import COLUMNS, find
 from cablestudy.study.row import evaluate, evaluate_cases
 from cablestudy.study.scene_values import tables_of
 from cablestudy.study.study_rows import evaluate_tables

@@ -407,7 +407,8 @@ def test_one_more_dimension_and_standard_input(folder):
     ],
 )
 def test_wrong_use_is_one_line_and_writes_nothing(folder, arguments, words):
-    refused_in_one_line(folder, words, "report", *arguments)
+    with undrawn():
+        refused_in_one_line(folder, words, "report", *arguments)
 
 
 def test_a_folder_in_the_way_is_refused_before_anything_is_computed(folder):

@@ -21,7 +21,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from campaign import campaign
-from command import LONGEST, SLACK, edit_rows, go_on, process, run, start_paused, stored_rows, study_file
+from command import CONFIGS, LONGEST, SLACK, edit_rows, go_on, process, run, start_paused, stored_rows, study_file
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.study import read_study
@@ -302,8 +302,19 @@ columns: [sag]
 """
 
 
-def test_keys_of_many_cases_are_those_of_each(folder):
-    study = read_study(study_file(folder, VARIED, SLACK))
+OF_ALL_CABLES = """
+vary:
+  - {cable.diameter: {from: 2 mm, to: 3 mm, count: 4}}
+  - {wind.speed: {from: 3 m/s, to: 9 m/s, count: 6}}
+columns: [max_tension]
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "base"), [(VARIED, SLACK), (OF_ALL_CABLES, CONFIGS / "suspensions" / "carlina-net-wind.yaml")]
+)
+def test_keys_of_many_cases_are_those_of_each(folder, text, base):
+    study = read_study(study_file(folder, text, base))
     found = {}
     for table in tables_of(study, range(study.count))[0]:
         found |= dict(zip(table.cases.tolist(), chunks.keys_of(table), strict=True))

@@ -225,6 +225,31 @@ def test_rows_of_loop_and_wind_have_the_digits_that_they_have_alone(damping, mod
     assert not all(failed)
 
 
+@pytest.mark.parametrize(("gondola", "key", "value"), [
+    (True, "cable.diameter", "4 mm"),  # EA and mass are stated, so that only the wind tells the cables apart
+    (True, "wind.speed", "9 m/s"),
+    (True, "cable.damping.loss_factor", "0.1"),
+    (False, "cable.diameter", "4 mm"),
+    (False, "wind.speed", "9 m/s"),
+    (False, "model.accuracy", "1e-6"),
+])  # fmt: skip
+def test_cables_that_hang_alike_share_no_more_than_they_have_in_common(gondola, key, value):
+    sets = {
+        "cable.axial_stiffness": "200 kN", "cable.mass_per_length": "4 g/m", "cable.diameter": "2 mm",
+        "cable.damping.model": "hysteretic", "cable.damping.loss_factor": "0.02", "model.accuracy": "1e-3",
+        "cable.damping.viscous": "0.01 N s/m^2",
+    }  # fmt: skip
+    plain, other = (scene(*(f"{key}={value}" for key, value in of.items()), base=CARLINA)
+                    for of in (sets, sets | {key: value}))  # fmt: skip
+    columns = [find(name) for name in ("gondola_rms_open_loop_all_wind", "gondola_damping_ratio")]
+    if not gondola:
+        plain, other = (one.model_copy(update={"gondola": None, "winch": None}) for one in (plain, other))
+        columns = [find("midspan_rms"), find("cable_frequency")]
+    together = [(row.cells, row.errors) for row in evaluate_cases([plain, other, plain], columns)]
+    assert together == [(row.cells, row.errors) for row in (evaluate(one, columns) for one in (plain, other, plain))]
+    assert together[0] != together[1]
+
+
 def test_modal_damping_with_an_accuracy_leaves_what_has_no_damping():
     row = row_of(scene("model={accuracy: 1e-4}"), "sag", "gondola_frequency", "gondola_damping_ratio")
     assert row.cells["status"].startswith("modal damping grows with the number of modes")

@@ -17,9 +17,10 @@ from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.prepare import prepare
 from cablestudy.study.scene_values import tables_of
 from cablestudy.study.study_rows import evaluate_tables
-from cablestudy.study.suspension.case import SuspensionCase, cases_of
+from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find
 from cablestudy.study.suspension.group import Group
+from cablestudy.study.suspension.grouping import cases_of
 from cablestudy.study.suspension.rows import evaluate_suspensions
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.cables import FixedModel

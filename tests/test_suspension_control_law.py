@@ -90,7 +90,7 @@ def test_two_equal_cables_have_the_numbers_of_one(name):
     expected = cells(one_cable(LAWS[name]), *COLUMNS, *SPEEDS)
     case = case_of(both_sides(LAWS[name]))
     for column in (*COLUMNS, *SPEEDS):
-        found = value(case, find(column.replace("gondola_", "gondola.")))[0]
+        found = value(find(column.replace("gondola_", "gondola.")), case)[0]
         if column in SPEEDS:  # a winch reels in what is stretched, and the end of one cable moves
             found *= 1 + AXIS["tension"] / AXIS["EA"]
         assert found == pytest.approx(expected[column], rel=1e-6), column
@@ -103,7 +103,7 @@ def test_two_equal_cables_have_the_automatic_gain_of_one(auto):
     law = {"gain": {"auto": auto}, "delay": 0.05, "bandwidth": 8.0}
     both = auto if isinstance(auto, dict) else {"gain_margin": auto, "sensitivity": 2.0}
     expected = OneLoop(one_cable(law)).with_margins(*both.values()).gain
-    assert value(case_of(both_sides(law)), find("gain"))[0] == pytest.approx(expected, rel=1e-8)
+    assert value(find("gain"), case_of(both_sides(law)))[0] == pytest.approx(expected, rel=1e-8)
 
 
 # -------------------------------------------------------------------------------- against det(I + L) of dense models
@@ -312,10 +312,10 @@ def test_the_rms_in_the_wind_is_the_integral_of_the_exact_spectrum():
     driving = driving[:, None] * own.turbulence**2
     for name, row in (("gondola.rms_x", 0), ("gondola.rms_y", 1), ("gondola.rms_z", 2), ("mass_x.rms_stroke", 6)):
         expected = np.sqrt(integral((np.abs(moved[:, row]) ** 2 * driving).sum(axis=1)))
-        assert value(case, find(name))[0] == pytest.approx(1e3 * expected, rel=1e-4), name
+        assert value(find(name), case)[0] == pytest.approx(1e3 * expected, rel=1e-4), name
     speeds = ((np.abs(reeled @ moved) * np.abs(s)[:, None, None]) ** 2 * driving[:, None]).sum(axis=2)
     expected = max(np.sqrt(integral(spectrum)) for spectrum in speeds.T)
-    assert value(case, find("winch_rms_speed"))[0] == pytest.approx(1e3 * expected, rel=1e-4)
+    assert value(find("winch_rms_speed"), case)[0] == pytest.approx(1e3 * expected, rel=1e-4)
 
 
 ROD = {"EA": 1e5, "mass": 0.5, "body": 200.0, "span": 40.0, "strain": 2e-3, "time": 2e-5, "viscous": 0.2}
@@ -447,7 +447,7 @@ def test_a_short_delay_changes_little(delay):
     """The limit is a real eigenvalue of L with exp(-s T): to first order its change is at most the phase w T."""
     late, at_once = with_delay(delay), with_delay(0.0)
     for name in ("largest_gain", "gondola.rms_x", "winch_peak_speed"):
-        found, expected = (value(case, find(name))[0] for case in (late, at_once))
+        found, expected = (value(find(name), case)[0] for case in (late, at_once))
         assert found == pytest.approx(expected, rel=1e-5 + 100 * delay), name
     loop = late.in_wind.closed_loop.loop
     assert loop.slight_delay == (delay < 1e-4)

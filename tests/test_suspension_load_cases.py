@@ -23,8 +23,9 @@ from cablestudy.control.suspension import FROM, TO, Winch
 from cablestudy.errors import SceneError
 from cablestudy.scene.determinacy import MOTIONS
 from cablestudy.scene.scene import load_scene
-from cablestudy.study.suspension.case import SuspensionCase, cases_of
+from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find
+from cablestudy.study.suspension.grouping import cases_of
 from cablestudy.study.suspension.rows import evaluate_suspensions
 from cablestudy.system.coupled import Layout
 from cablestudy.system.tolerances import SYSTEM

@@ -31,7 +31,7 @@ from cablestudy.control.margins_grid import frequencies, highest
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.case import Case
-from cablestudy.study.columns import SENSITIVITY
+from cablestudy.study.motion_columns import SENSITIVITY
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find
 from cablestudy.system.tolerances import SYSTEM
@@ -93,7 +93,7 @@ def test_closed_loop_poles_are_the_eigenvalues_of_a_dense_model(name):
     text = CASES[name]
     closed_loop, own = closed_loop_of(text), Straight(text)
     agree(closed_loop.loop.poles, np.linalg.eigvals(own.closed()), 2e-7)
-    assert closed_loop.allocation.shares == pytest.approx(own.shares, abs=2e-7 * np.abs(own.shares).max())
+    assert closed_loop.body.allocation.shares == pytest.approx(own.shares, abs=2e-7 * np.abs(own.shares).max())
     s = np.array([0.3j, 5j, 1 + 20j])
     expected = own.unit_gain(s)
     for unit_gain in (closed_loop.loop.unit_gain, closed_loop.gains.loop_gain):
@@ -525,7 +525,7 @@ def test_exact_elements_are_judged_with_all_of_their_modes(elements):
             "control.measured=[x, y, z]", EXACT, f"model={{elements: {elements}, order: 1}}"]  # fmt: skip
     case = SuspensionCase(load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml", sets)[1])
     closed_loop, own = case.in_wind.closed_loop, Bars(case, elements)
-    assert closed_loop.allocation.shares == pytest.approx(own.shares, abs=1e-6 * np.abs(own.shares).max())
+    assert closed_loop.body.allocation.shares == pytest.approx(own.shares, abs=1e-6 * np.abs(own.shares).max())
     limit = closed_loop.largest_gain
     for factor in (0.3, 0.6, 0.9, 0.995, 1 - 1e-6, 1 + 1e-6, 1.005):
         assert (own.poles(factor * limit).real.max() > 1e-9 * limit) == (factor > 1), factor

@@ -17,7 +17,8 @@ from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import case as case_module
 from cablestudy.study import plots, results, trade, trade_models
-from cablestudy.study.columns import find, relative
+from cablestudy.study.column import relative
+from cablestudy.study.columns import find
 from cablestudy.study.tolerances import STUDY
 from cablestudy.study.trade_models import DEFAULT, ComparedModel
 

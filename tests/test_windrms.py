@@ -60,7 +60,7 @@ def rms_of(case, *variances):
 
 def loop_of(case):
     """The loop of a case, with modal damping, and every mode of its cable, for `loop_matrix`."""
-    notch, damping = case.in_wind.controlled.notches[0], case.gondola_air_damping
+    notch, damping = case.in_wind.controlled.body.notches[0], case.gondola_air_damping
     parts = {"mass": case.scene.gondola.mass, "location": case.scene.winch.location, "notch": notch}
     gain = case.scene.winch.controller.gain
     return SimpleNamespace(cable=along_x(case), damping=damping, gain=gain, **parts)

@@ -98,21 +98,21 @@ def newton(problem, unknown, active):
     for _ in range(CABLE.newton_steps):
         step = problem.step(gap, point)
         slope = (gap * step).sum(axis=0)
-        rounding = problem.rounding(step)
+        least_slope = -0.5 * slope - problem.rounding(step)
         previous_change, change = change, np.where(active, problem.relative(step, unknown, point), change)
-        share = active.astype(float)
+        share, large = active.astype(float), active & (change > CABLE.whole_correction)
         for _ in range(CABLE.newton_halvings):
             trial = unknown + share * step
             trial_gap, trial_point = problem.residual(trial)
             trial_slope = (trial_gap * step).sum(axis=0)
-            overshoots = active & (trial_slope < -0.5 * slope - rounding) & (change > CABLE.whole_correction)
+            overshoots = large & (trial_slope < least_slope)
             if not overshoots.any():
                 break
             share = np.where(overshoots, share / 2, share)
         trace.append((gap, change, np.where(active, share, np.nan)))
         unknown, gap, point = trial, trial_gap, trial_point
         # a cable is done where its step is small, or rounding keeps it from falling further
-        stalled = (change < problem.stalled) & (change >= previous_change / 2)
+        stalled = (change < problem.stalled) & (change >= 0.5 * previous_change)
         small = (change < problem.tolerance) | stalled
         settled |= active & small & (share == 1)
         active = active & ~small & ~overshoots & np.isfinite(change)

@@ -16,7 +16,7 @@ Source: Irvine (1981), Cable Structures, section 1.3, rewritten.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache, reduce
 
 import numpy as np
 
@@ -58,7 +58,8 @@ def evaluate(tension, weight, cosine, sine):
     vertical = q * sine + n * cosine
     horizontal = q * cosine - n * sine
     h2 = horizontal**2 + y**2
-    v0, v1 = vertical - weight / 2, vertical + weight / 2
+    half_weight = weight / 2
+    v0, v1 = vertical - half_weight, vertical + half_weight
     t0, t1 = np.sqrt(h2 + v0**2), np.sqrt(h2 + v1**2)
     total = np.maximum(t0 + t1, CABLE.least_divisor)
     beta = weight / total
@@ -83,8 +84,9 @@ def _excess(beta, small, plus, minus):
 
 def _excess_by_series(beta):
     """atanh(beta)/beta - 1 by its power series."""
-    square, series = beta**2, 0.0
-    for coefficient in SERIES:
+    square = beta**2
+    series = square * SERIES[0]
+    for coefficient in SERIES[1:]:
         series = square * (coefficient + series)
     return series
 
@@ -99,10 +101,11 @@ def extension(tension, weight, axial_stiffness, cosine, sine):
     kernel = evaluate(tension, weight, cosine, sine)
     t0, t1 = kernel.tensions
     total, by_sag = kernel.sum_of_tensions, 2 * kernel.excess / kernel.sum_of_tensions
-    half_q, half_n = weight * sine / 2, weight * cosine / 2  # of the weight along the chord and across it
+    half_weight, by_lean = weight / 2, by_sag * kernel.horizontal
+    half_q, half_n = half_weight * sine, half_weight * cosine  # of the weight along the chord and across it
     shortfall = _less_component(t0, q - half_q, n - half_n, y) + _less_component(t1, q + half_q, n + half_n, y)
-    along = q / axial_stiffness - shortfall / total + by_sag * kernel.horizontal * cosine
-    across = n / axial_stiffness + 2 * n / total - by_sag * kernel.horizontal * sine
+    along = q / axial_stiffness - shortfall / total + by_lean * cosine
+    across = n / axial_stiffness + 2 * n / total - by_lean * sine
     out = y / axial_stiffness + 2 * y / total + by_sag * y
     return (along, across, out), kernel
 
@@ -131,7 +134,7 @@ def flexibility(tension, weight, axial_stiffness, cosine, sine, kernel):
             shallow = _shallow(tension, weight, cosine, sine, kernel)
             by_turning = tuple(np.where(small, *pair) for pair in zip(shallow, by_turning, strict=True))
     qq, nn, yy, *mixed = by_turning
-    axial = 1.0 / axial_stiffness
+    axial = 1 / axial_stiffness
     return (axial + qq, axial + nn, axial + yy, *mixed)
 
 
@@ -147,13 +150,15 @@ def _shallow(tension, weight, cosine, sine, kernel):
     i0 = 2 * total / product
     i1 = -2 * (q * sine + n * cosine) * weight / np.maximum(total * product, CABLE.least_divisor)
     wq, wn = weight * sine, weight * cosine  # w
-    tau, share = (column.reshape(-1, *[1] * np.ndim(i0)) / 2 for column in (GAUSS_POINTS, GAUSS_WEIGHTS))
-    square = q**2 + n**2 + y**2 + tau * (2 * (q * wq + n * wn) + tau * (wq**2 + wn**2))  # T^2
+    q2, n2, y2, wq2, wn2 = q * q, n * n, y * y, wq * wq, wn * wn
+    twice_along, twice_across = 2 * q * wq, 2 * n * wn
+    tau, share = _gauss_rule(np.ndim(i0))
+    square = q2 + n2 + y2 + tau * (twice_along + twice_across + tau * (wq2 + wn2))  # T^2
     # summed point by point, so that the digits of a cable do not depend on its batch
-    i2 = sum(share * tau**2 / np.maximum(square * np.sqrt(square), CABLE.least_divisor))
-    qq = q * q * i0 + 2 * q * wq * i1 + wq * wq * i2
-    nn = n * n * i0 + 2 * n * wn * i1 + wn * wn * i2
-    yy = y * y * i0
+    i2 = reduce(np.add, [*(share / np.maximum(square * np.sqrt(square), CABLE.least_divisor))])
+    qq = q2 * i0 + twice_along * i1 + wq2 * i2
+    nn = n2 * i0 + twice_across * i1 + wn2 * i2
+    yy = y2 * i0
     return (
         nn + yy,
         qq + yy,
@@ -162,6 +167,16 @@ def _shallow(tension, weight, cosine, sine, kernel):
         -(q * y * i0 + y * wq * i1),
         -(n * y * i0 + y * wn * i1),
     )
+
+
+@lru_cache
+def _gauss_rule(dimensions):
+    """Places tau of Gauss's rule on a segment, from -1/2 to 1/2, and their weights times tau^2.
+
+    Both have the shape (points, 1, ...) with so many dimensions behind the first.
+    """
+    tau, share = (column.reshape(-1, *[1] * dimensions) / 2 for column in (GAUSS_POINTS, GAUSS_WEIGHTS))
+    return tau, share * tau**2
 
 
 def _deep(tension, cosine, sine, kernel):
@@ -175,15 +190,18 @@ def _deep(tension, cosine, sine, kernel):
     h, total, (t0, t1) = kernel.horizontal, kernel.sum_of_tensions, kernel.tensions
     i0 = 2 * total / np.maximum(kernel.product, CABLE.least_divisor)
     i1 = 2 * (q * sine + n * cosine) / np.maximum(total * (t0 * t1), CABLE.least_divisor)
-    i2 = 2 * (1 + kernel.excess) / total - (h * h + y * y) * i0
-    hh, vv, hv = i2 + y * y * i0, (h * h + y * y) * i0, -h * i1
+    h2, y2 = h * h, y * y
+    vv = (h2 + y2) * i0
+    i2 = 2 * (1 + kernel.excess) / total - vv
+    hh, hv = i2 + y2 * i0, -h * i1
     hy, vy = -h * y * i0, -y * i1
+    cc, ss = cosine**2, sine**2
     mixed = 2 * cosine * sine * hv
     return (
-        cosine**2 * hh + mixed + sine**2 * vv,
-        sine**2 * hh - mixed + cosine**2 * vv,
-        i2 + h * h * i0,
-        cosine * sine * (vv - hh) + (cosine**2 - sine**2) * hv,
+        cc * hh + mixed + ss * vv,
+        ss * hh - mixed + cc * vv,
+        i2 + h2 * i0,
+        cosine * sine * (vv - hh) + (cc - ss) * hv,
         cosine * hy + sine * vy,
         cosine * vy - sine * hy,
     )

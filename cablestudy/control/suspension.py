@@ -12,7 +12,8 @@ import numpy as np
 
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import NoSolutionError
-from cablestudy.system.linear import MODAL, LinearSystem, dense
+from cablestudy.system.linear import MODAL, LinearSystem
+from cablestudy.system.matrices import dense
 from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import AXES, GROUND, outward
 

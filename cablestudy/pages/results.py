@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from cablestudy.study.columns import attribute
+from cablestudy.study.column import attribute
 from cablestudy.study.table import Field, Table
 
 CAPTIONS = {

@@ -25,6 +25,7 @@ from cablestudy.scene.units import show
 CHECK_ALL = 1000
 LOOKED_AT = 20  # cases that are searched for likely mistakes
 TOLD = 3  # of these
+SCENES_KEPT = 20  # of the first cases read, which several checks ask for
 ALL_COLUMNS = "rtol"  # in `check`
 
 
@@ -131,6 +132,7 @@ class StudyFile:
         self.count = math.prod(len(entry) for entry in self.entries)
         self.sample, self.sample_entry = table.sample, len(entries) - 1
         self._options = {}  # path in the study -> the option that added what is there
+        self._scenes = {}  # steps as of `_steps` -> scene, of the first cases that were read
         self.notes = tuple(self._notes(table, bool(options)))
 
     def _notes(self, table, is_extended):
@@ -213,11 +215,28 @@ class StudyFile:
         SceneError
             The case is no valid scene.
         """
-        return self.overrides(index), read_scene(self.document_of(index))
+        return self.overrides(index), self._scene_at(self._steps(index))
 
     def document_of(self, index):
         """The document of one case, from 0; SceneError where a varied key cannot be set."""
-        return self.document.with_sets(self._settings(self._steps(index)), varied=True)
+        return self._document_at(self._steps(index))
+
+    def _document_at(self, steps):
+        """The document of the case at some steps, as `document_of`."""
+        return self.document.with_sets(self._settings(steps), varied=True)
+
+    def _scene_at(self, steps):
+        """The scene of the case at some steps; raises as `case`."""
+        if steps in self._scenes:
+            return self._scenes[steps]
+        scene = read_scene(self._document_at(steps))
+        if len(self._scenes) < SCENES_KEPT:
+            self._scenes[steps] = scene
+        return scene
+
+    def __getstate__(self):
+        """Attributes for a pickle: without the scenes, which are read again where they are needed."""
+        return {**self.__dict__, "_scenes": {}}
 
     def cases(self):
         """Yield (overrides, scene) of every case, in order; see `case`."""
@@ -236,7 +255,7 @@ class StudyFile:
         mistakes = {}
         for steps in self._steps_to_check():
             try:
-                read_scene(self.document.with_sets(self._settings(steps), varied=True))
+                self._scene_at(steps)
             except SceneError as error:
                 for found in error.mistakes:
                     mistakes.setdefault((found.key, found.message), found)

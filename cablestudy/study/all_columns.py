@@ -3,7 +3,7 @@
 from cablestudy.errors import SceneError
 from cablestudy.scene.scene import quantity_of
 from cablestudy.study import columns as of_one_cable
-from cablestudy.study.columns import Column
+from cablestudy.study.column import Column, written_key
 from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.suspension import columns as of_suspensions
 from cablestudy.study.table import Field, Table
@@ -80,6 +80,4 @@ def columns_table(text=""):
 
 def keys_of(column):
     """The keys that a column needs, as the file has them."""
-    return ", ".join(
-        of_one_cable.written_key(key).replace("|", " or ").replace("load_case.", "cases.*.") for key in column.keys
-    )
+    return ", ".join(written_key(key).replace("|", " or ").replace("load_case.", "cases.*.") for key in column.keys)

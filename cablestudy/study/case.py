@@ -8,8 +8,6 @@ from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL
 from cablestudy.cable.dynamics import PLANAR
 from cablestudy.cable.geometry import midspan
 from cablestudy.errors import NoSolutionError
-from cablestudy.study.cache import Cache, frozen, shared
-from cablestudy.study.columns import attribute
 from cablestudy.study.models import model_of, numbers_of
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues
@@ -18,10 +16,27 @@ from cablestudy.study.tolerances import STUDY
 from cablestudy.wind.drag import body_damping, cable_damping
 
 MOTIONS = ("dynamics", "in_plane", "out_of_plane")
-# keys of the cable on which its statics and undamped motion depend
-CABLE_KEYS = ("ends", "chord", "inclination", "section_axial_stiffness", "section_mass", "section_diameter",
-              "unstretched_length", "stated_preload", "stated_tension", "tension", "sag", "reference", "expansion",
-              "loads")  # fmt: skip
+
+
+def shared(function):
+    """Decorator that makes a method of `Case` a property which is computed once for all cases that hang alike.
+
+    The result is kept in the case (`Case.computed`) and among those of its level of refinement (`Case.known`). Where it
+    is computed for many cases at once, the property is set.
+    """
+    name = function.__name__
+
+    def get_result(case):
+        if name not in case.computed:
+            if name not in case.known:
+                case.known[name] = function(case)
+            case.computed[name] = case.known[name]
+        return case.computed[name]
+
+    def set_result(case, result):
+        case.computed[name] = case.known[name] = result
+
+    return property(get_result, set_result, doc=function.__doc__)
 
 
 class Case:
@@ -37,40 +52,36 @@ class Case:
     level : tuple of int, optional
         (elements along the piece with most waves, order) of the motion about the closed form; without it the elements
         are those that the scene states in `model.elements`.
-    cache : Cache, optional
-        Shared with other cases.
+    known_by_level : dict, optional
+        Level -> `known`, to be filled: one for all cases that are alike by `Results.first_alike`.
 
     Attributes
     ----------
+    known : dict
+        Name -> result, of cases at this level of refinement that are alike.
     computed : dict
-        Name -> result of each `shared` property that was asked for.
+        Name -> result of each `shared` property that this case was asked for.
     """
 
-    def __init__(self, scene, results=None, index=0, level=None, cache=None):
+    def __init__(self, scene, results=None, index=0, level=None, known_by_level=None):
         self.scene, self.index, self.level = scene, index, level
         self.results = results or Results(SceneValues([scene]))
-        self.cache, self.computed = cache or Cache(), {}
+        self._known_by_level, self.computed = {} if known_by_level is None else known_by_level, {}
+        self.known = self._known_by_level.setdefault(level, {})
 
     @cached_property
     def _closed_form(self):
-        return _ClosedForm(self.scene, self.results, self.index)
+        return _ClosedForm(self.results, self.index)
 
     def refined(self, elements, order):
         """Copy of the case with spectral elements of an order about the closed form, so many on its longest piece."""
-        finer = Case(self.scene, self.results, self.index, (elements, order), self.cache)
+        finer = Case(self.scene, self.results, self.index, (elements, order), self._known_by_level)
         finer._closed_form = self._closed_form
         return finer
 
     def given(self, path):
         """A number that the scene states; see `SceneValues.given`."""
         return self.results.given(path)[self.index]
-
-    # --------------------------------------------------------------------------------------------------------- keys
-
-    def key_of(self, name, keys=()):
-        """(cable, key) of a result in the cache, which depends on the values of some dotted keys of the scene."""
-        values = [frozen(attribute(self.scene, key)) for key in keys]
-        return self._closed_form.key, (name, self.level, *values)
 
     @property
     def size(self):
@@ -183,7 +194,7 @@ class Case:
 
     # ------------------------------------------------------------------------------------------------------- motion
 
-    @shared()
+    @shared
     def model(self):
         """The elements: `models.CableElements`.
 
@@ -199,24 +210,24 @@ class Case:
         """The elements in equilibrium: `State`."""
         return self.model.state
 
-    @shared()
+    @shared
     def dynamics(self):
         """The free vibration in all directions: `Dynamics`."""
         return self.model.dynamics(PLANAR if self.planar else (SPATIAL,))
 
-    @shared()
+    @shared
     def in_plane(self):
         """The free vibration in the cable's plane; in all directions where the two do not decouple."""
         return self.model.dynamics((IN_PLANE,)) if self.planar else self.dynamics
 
-    @shared()
+    @shared
     def out_of_plane(self):
         """The free vibration across the cable's plane; in all directions where the two do not decouple."""
         return self.model.dynamics((OUT_OF_PLANE,)) if self.planar else self.dynamics
 
     @property
     def dof(self):
-        """Free displacements of all motion that was computed or taken from the cache. [-]"""
+        """Free displacements of all motion that was asked for. [-]"""
         computed = {id(self.computed[name]): self.computed[name] for name in MOTIONS if name in self.computed}
         return sum(dynamics.dof for dynamics in computed.values())
 
@@ -289,25 +300,30 @@ class Case:
 
     # ---------------------------------------------------------------------------------------- ends, gondola and loop
 
-    @shared("cable.damping")
+    def _known_of(self, name, *values):
+        """Results of a name, shared by the cases that are alike and have equal values besides: dict, to be filled."""
+        return self.known.setdefault((name, *values), {})
+
+    @cached_property
     def end_model(self):
         """The cable at its two ends, with every mode that the model has: `Superelement`."""
         return self.model.end_model(self.dynamics.planes, self.scene.cable.damping)
 
-    @shared("cable.damping")
+    @cached_property
     def cable_models(self):
         """Viscous damping -> `Cables`, filled by `in_wind`."""
-        return {}
+        return self._known_of("cable_models", self.scene.cable.damping, self.scene.gondola is None)
 
-    @shared("cable.damping", "gondola.mass")
+    @cached_property
     def coupled_models(self):
         """Viscous damping of the cable -> number of modes -> `CoupledModes` of gondola and cable: dict of dict."""
-        return {}
+        gondola = self.scene.gondola
+        return self._known_of("coupled_models", self.scene.cable.damping, gondola and gondola.mass)
 
-    @shared("cable.damping", "gondola", "wind")
+    @cached_property
     def linear_models(self):
         """Linear models about the equilibrium by their keys, shared by cases that differ in the loop alone: dict."""
-        return {}
+        return self._known_of("linear_models", self.scene.cable.damping, self.scene.gondola, self.scene.wind)
 
     @cached_property
     def equilibrium(self):
@@ -440,19 +456,9 @@ class Case:
 class _ClosedForm:
     """Closed-form results of one case, which all levels of its refinement share."""
 
-    def __init__(self, scene, results, index):
-        self._scene, self._results, self._index = scene, results, index
+    def __init__(self, results, index):
+        self._results, self._index = results, index
         self.modes_searched = [0]  # counts of modes among which an axial one was found
-
-    @cached_property
-    def key(self):
-        """All values of the scene on which statics and undamped motion depend: tuple."""
-        scene, cable = self._scene, self._scene.cable
-        properties = [getattr(cable, key) for key in CABLE_KEYS]
-        # a conductor is stretched for good by all load cases
-        conductor = cable.stress_strain and (cable.stress_strain, cable.state, *scene.cases.items())
-        ground = scene.ground if scene.load_case.grows_with_height else None
-        return frozen((scene.gravity, *properties, conductor, scene.load_case, scene.model, ground))
 
     @cached_property
     def span(self):

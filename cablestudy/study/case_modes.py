@@ -7,7 +7,8 @@ import numpy as np
 from cablestudy.errors import CablestudyError, ConvergenceError
 from cablestudy.study import notes
 from cablestudy.study.case import Case
-from cablestudy.study.columns import find, relative
+from cablestudy.study.column import relative
+from cablestudy.study.columns import find
 from cablestudy.study.models import solve_models
 from cablestudy.study.refinement import Refinement, reference_scene, refine
 from cablestudy.study.row import evaluate

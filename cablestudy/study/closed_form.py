@@ -5,8 +5,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cablestudy.errors import CablestudyError
-from cablestudy.study.columns import DAMPING_RATIO, is_own, least_work_first, not_finite, over_strength, shapeless
+from cablestudy.study.column import least_work_first, not_finite, shapeless
+from cablestudy.study.columns import is_own, over_strength
 from cablestudy.study.element_results import element_results
+from cablestudy.study.motion_columns import DAMPING_RATIO
 from cablestudy.study.results import Results
 from cablestudy.study.status import OK, OVER_STRENGTH, status_of
 from cablestudy.study.tolerances import STUDY

@@ -6,99 +6,39 @@ returns an array with an axis of cases, or takes one `Case` and returns a number
 
 import difflib
 import re
-from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property, partial
-from math import hypot, isfinite
 from types import SimpleNamespace
 
 import numpy as np
 
 from cablestudy.cable import taut
 from cablestudy.cable.geometry import chord_angles, clearance, load_sag, lowest_point, sag_and_swing
-from cablestudy.errors import CablestudyError, NoSolutionError
-from cablestudy.study.load_cases import wind_direction
-from cablestudy.study.table import Field, header
+from cablestudy.study.column import DIAMETER, METAL, MM, STRONG, Column, scaled
+from cablestudy.study.motion_columns import (
+    BODY,
+    DAMPING_RATIO,
+    MIDSPAN,
+    ON_CABLE,
+    TENSIONS,
+    WINCH,
+    by_wind_on_both,
+    by_wind_on_cable,
+    by_wind_on_gondola,
+    imaged_column,
+    loop_columns,
+    mean_displacement,
+    peak_of_gondola,
+    rms_columns,
+    rms_of_bare_cable,
+    tensions_at_peak,
+    winch_columns,
+)
+from cablestudy.study.table import Field
 from cablestudy.study.tolerances import STUDY
 from cablestudy.wind.drag import shedding_frequencies
-from cablestudy.wind.peak import peak_factor
 
-SHAPELESS = "a part of the cable without weight is slack: it has no definite form"
-LIMP = "a slack cable without weight has no definite form"
 # keys that columns need, as `Column.key`
 LOADED = "cable.loads|load_case.loads"
-METAL, DIAMETER, STRONG = "cable.section_area", "cable.section_diameter", "cable.section_breaking_force"
-WINCH = "gondola.mass, winch.controller"
-DAMPING_RATIO = "gondola_damping_ratio"
-GONDOLA_X = "gondola.x"  # outputs of `as_suspension`, with a gondola and without
-MIDSPAN, TENSIONS = [f"cable.midspan.{axis}" for axis in "xyz"], ["cable.tension_from", "cable.tension_to"]
-MM, UM = 1e3, 1e6
-DRAG = "gondola.area, gondola.drag_coefficient, wind"
 STEADY = "gondola.area, gondola.drag_coefficient, wind|load_case.wind"
-BODY = f"gondola.mass, {DRAG}"
-ON_CABLE = f"gondola.mass, wind, {DIAMETER}"
-# numbers of `control.margins.Margins` of one loop and of several -> unit, meaning
-SENSITIVITY = {
-    "sensitivity_peak": ("", "largest singular value of the sensitivity S = (I + L)^-1 over frequency; |1/(1 + L)| of "
-                         "one loop"),
-    "sensitivity_frequency": ("Hz", "frequency of the largest sensitivity"),
-    "bandwidth": ("Hz", "first frequency at which the largest singular value of T = L (I + L)^-1 falls below "
-                  "1/sqrt(2); empty where it never does"),
-    "disk_margin": ("", "alpha: stable with each factor (1 + d/2)/(1 - d/2) of the loop gain, |d| < alpha; at most 2. "
-                    "Of several loops a lower bound: with such factors of all, coupled ones too"),
-    "disk_gain_margin": ("dB", "gains may grow or fall by less than this, those of several loops independently; empty "
-                         "where by any factor"),
-    "disk_phase_margin": ("deg", "phases may turn by less than this, those of several loops independently"),
-}  # fmt: skip
-# attribute of the scene that is computed -> the key in the file by which it can be
-WRITTEN = {
-    "section_area": "area", "section_diameter": "diameter", "section_breaking_force": "breaking_force",
-    "section_elastic_modulus": "area", "section_density": "area", "forces_on_end_2": "cases.*.forces.end_2",
-    "nonzero_gravity": "gravity",
-}  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Column:
-    """One column of a table."""
-
-    name: str  # without its unit
-    unit: str
-    meaning: str
-    # the most expensive result that it uses: scene, statics, stiffness, modes, gondola, loop, wind or run;
-    # find: a key that a study solves for; limits: what the limits of the scene compare, in all their load cases
-    needs: str
-    compute: Callable  # Results -> ndarray, or Case -> float
-    key: str = ""  # keys of the scene without which it has no value, separated by commas; one|another: either
-    each: bool = False  # computed case by case, although it is a closed form
-    mode: tuple = ()  # of a mode's frequency: number (from 1), kind, and symmetry or None
-    without: str = ""  # key that a scene must not have
-    text: bool = False  # whether its cells are texts
-    # "form": by how the cable hangs between its ends, which a slack part without weight leaves open: refused there;
-    # "sag": by its sag, whose estimated error counts too; empty: by neither
-    determined_by: str = ""
-
-    @property
-    def least_error(self):
-        """Estimated relative error of the closed form, by rounding; None of a column without an error. [-]"""
-        if self.needs in ("run", "find") or self.text or self.name == "iterations":
-            return None
-        return 0.0 if self.needs == "scene" else STUDY.rounding
-
-    @cached_property
-    def header(self):
-        """Name with its unit, as in CSV and JSON."""
-        return header(self.name, self.unit)
-
-    @property
-    def field(self):
-        """Its `Field` in a table."""
-        return Field(self.header, self.name.replace("_", " "), self.unit, text=self.text)
-
-    @cached_property
-    def keys(self):
-        """The keys of `key`, a tuple."""
-        return tuple(filter(None, self.key.split(", ")))
 
 
 def stress_of(results):
@@ -146,20 +86,6 @@ def _deflections(case):
     full, linear = load_deflections(case)
     largest = int(np.argmax(np.abs(full)))
     return float(full[largest]), float(linear[largest])
-
-
-def mean_displacement(results):
-    """Displacement of each gondola along x by the mean wind: rho/2 C_d A v^2 over the static stiffness. [m]
-
-    By the steady wind of the load case where it has one; else zero where `wind.mean` leaves it out.
-    """
-    wind, gondola = (lambda key: results.given(f"wind.{key}")), (lambda key: results.given(f"gondola.{key}"))
-    steady = results.given("load_case.wind.dynamic_pressure")
-    by_wind = np.where(wind("mean"), wind("air_density") / 2 * wind("speed") ** 2, 0.0)
-    along_x = wind_direction(results.given("load_case.wind.direction"))[..., 0]
-    pressure = np.where(np.isnan(steady), by_wind, steady * along_x * results.pressure_on_gondola)
-    with np.errstate(divide="ignore"):  # of cases that have no equilibrium
-        return pressure * gondola("drag_coefficient") * gondola("area") / results.end_stiffness_along(0)
 
 
 def _tension_at(end):
@@ -218,63 +144,12 @@ def _support_columns():
                      "statics", _angle(end - 1), determined_by="form")  # fmt: skip
 
 
-def _peak(case):
-    """Expected largest displacement of a gondola [mm], and its estimated relative error."""
-    case.check_winch_speed()
-    return scaled(case.in_wind.peak([GONDOLA_X], float(mean_displacement(case))), MM)
-
-
-def tensions_at_peak(case):
-    """Least tension at an end, and largest one of the cable, expected within `wind.duration`. [N]
-
-    With a gondola by its largest displacement: linear and quasi-static, towards either side, since a scene of one cable
-    does not say whether its wind blows towards end 1 or away from it. With fixed ends by `tension_rms`, with as many
-    crossings as cycles of the lowest mode.
-    """
-    tension, change = _change_at_peak(case)
-    return float((tension - change).min()), float(case.statics.max_tension + np.max(change))
-
-
-def _change_at_peak(case):
-    """Tension at both ends, shape (2,), and its largest change as of `tensions_at_peak`, shape (2,) or a number. [N]"""
-    force = case.equilibrium.end_forces[0] if case.exact_statics else case.state.end_forces("global")
-    tension = np.sqrt((force**2).sum(axis=-1))
-    if case.scene.gondola is None:
-        lowest = float(case.in_cable_wind.sides[0].closed_loop.modes.frequency[0])
-        change = peak_factor(lowest, case.scene.wind.duration) * _of_bare_cable(case, TENSIONS)[0]
-    else:
-        # force on end 2 per displacement along x; in closed form, since elements would have to be those of both planes
-        stiffness = np.array([case.results.end_stiffness_along(axis, 0)[case.index] for axis in range(3)])
-        change = np.abs(force @ stiffness) / np.where(tension > 0, tension, 1.0) * _peak(case)[0] / MM
-    return tension, change
-
-
-def goes_slack(case):
-    """True if the least tension of a `Case` in the wind is below zero; False where its RMS was not computed."""
-    solved = case.moves_in_wind and (case.scene.gondola is None or case.__dict__.get("in_wind") in case.solved_winds)
-    try:
-        tension, change = _change_at_peak(case) if solved else (np.zeros(2), 0.0)
-        return bool((tension < change).any())
-    except CablestudyError:  # a winch that would be too fast, for example: the columns of the wind say why
-        return False
-
-
 def _linear_range(case):
     """Displacement of the gondola along x up to which its cable is linear, or None where it always is. [mm]"""
     from cablestudy.cable.linear_range import linear_range
 
     displacement = linear_range(case.results.span.take([case.index]), np.array([[1.0, 0.0, 0.0]]))
     return None if displacement is None else 1e3 * displacement
-
-
-def _imaged(name, meaning, keys):
-    """Column of the gondola's motion in a telescope's image, with exposure time or correction as `name` says."""
-
-    def compute(case):
-        case.check_winch_speed()
-        return scaled(case.in_wind.rms([GONDOLA_X], name, open_loop=False), UM)
-
-    return Column(name, "um", meaning, "wind", compute, f"{BODY}, {keys}")
 
 
 def _shedding(name, meaning, index):
@@ -287,104 +162,10 @@ def _shedding(name, meaning, index):
     return Column(name, "Hz", meaning, "scene", compute, f"wind, {DIAMETER}")
 
 
-def loop_columns(keys):
-    """The columns of the winch loop, of one cable or of a suspension: list of Column, each with `keys` as `Column.key`.
-
-    Their functions take a case with `in_wind`, and return a number and its estimated relative error.
-    """
-    properties = {
-        "gain": ("rad/s", "integral gain of the loop of the winches, as stated or as it follows from a margin"),
-        "largest_gain": ("rad/s", "integral gain below which the loop is stable, proportional and derivative gain in "
-                         "proportion; empty when it always is"),
-        "gain_margin": ("dB", "largest stable gain over the gain, of all winches together; empty when there is no "
-                        "limit"),
-        "phase_crossover": ("Hz", "frequency at which the largest gain puts a pole of the loop on the axis: that of "
-                            "the gain margin"),
-    }  # fmt: skip
-    margins = {
-        "phase_margin": ("deg", "least angle to instability where the loop gain is one: of several coordinates where "
-                         "one of its eigenvalues has the size 1"),
-        "gain_crossover": ("Hz", "frequency at which the loop gain is one: that of the phase margin"),
-        "delay_margin": ("s", "least further delay in the loop of all winches that makes it unstable"),
-        **SENSITIVITY,
-    }  # fmt: skip
-
-    return [
-        *(Column(name, unit, meaning, "loop", lambda case, name=name: getattr(case.in_wind, name), keys)
-          for name, (unit, meaning) in properties.items()),
-        *(Column(name, unit, meaning, "loop", lambda case, name=name: case.in_wind.margin(name), keys)
-          for name, (unit, meaning) in margins.items()),
-    ]  # fmt: skip
-
-
-def winch_columns(keys):
-    """The columns of the speed of the winches in the wind, as `loop_columns`."""
-
-    def speed(case, index):
-        return scaled(case.in_wind.winch_speeds[index], MM)
-
-    meanings = {
-        "winch_rms_speed": "RMS of the speed of the winches in the wind, that of the fastest one",
-        "winch_peak_speed": "largest speed of any winch expected within wind.duration",
-    }
-    return [
-        Column(name, "mm/s", meaning, "wind", partial(speed, index=index), keys)
-        for index, (name, meaning) in enumerate(meanings.items())
-    ]
-
-
 def _frequency(name, meaning, number, kind, symmetry=None):
     """Column of the frequency of a mode."""
     mode = number, kind, symmetry
     return Column(name, "Hz", meaning, "modes", lambda case: case.frequency(*mode), mode=mode)
-
-
-def _rms(suffix, wind, key, compute):
-    """Yield the columns of the gondola's RMS in one wind: of displacement and velocity, with loop and winch at rest.
-
-    `suffix` and `wind` are the parts of their names and meanings for the wind. `compute` is a function of a `Case`,
-    "value" or "rate", and whether the winch is at rest, for the RMS [m] or [m/s] and its relative error.
-    """
-    loops = (False, "with the winch loop", f"{key}, winch.controller"), (True, "the winch at rest", key)
-    for at_rest, loop, keys in loops:
-        for quantity, variance, unit in (("displacement", "value", "mm"), ("velocity", "rate", "mm/s")):
-
-            def rms_in_mm(case, at_rest=at_rest, variance=variance):
-                if not at_rest:
-                    case.check_winch_speed()
-                return scaled(compute(case, variance, at_rest), MM)
-
-            name = "gondola_rms" + ("_velocity" if unit == "mm/s" else "") + ("_open_loop" if at_rest else "") + suffix
-            meaning = f"RMS {quantity} of the gondola along x {wind}, {loop}"
-            yield Column(name, unit, meaning, "wind", rms_in_mm, keys)
-
-
-def _by_wind_on_gondola(case, variance, at_rest):
-    """RMS of the gondola along x and its relative error, as `compute` of `_rms`; also the two following."""
-    return case.in_wind.rms([GONDOLA_X], variance, at_rest)
-
-
-def _by_wind_on_cable(case, variance, at_rest):
-    return case.in_cable_wind.rms([GONDOLA_X], variance, at_rest)
-
-
-def _of_bare_cable(case, names):
-    """Largest RMS of some outputs of a bare cable over the directions of the wind, and its relative error."""
-    return case.in_cable_wind.rms_to(case.scene.model.accuracy or np.inf, names)
-
-
-def _by_wind_on_both(case, variance, at_rest):
-    """RMS and error by the winds on gondola and cable together: they are independent, so that variances add."""
-    winds = case.in_wind_that_damps, case.in_cable_wind
-    (on_gondola, gondola_error), (on_cable, cable_error) = (wind.rms([GONDOLA_X], variance, at_rest) for wind in winds)
-    total = hypot(on_gondola, on_cable)
-    return total, (gondola_error * (on_gondola / total) ** 2 + cable_error * (on_cable / total) ** 2) if total else 0.0
-
-
-def scaled(value_and_error, factor):
-    """A number and its relative error, times a factor."""
-    value, error = value_and_error
-    return factor * value, error
 
 
 COLUMNS = (
@@ -461,32 +242,32 @@ COLUMNS = (
     Column(DAMPING_RATIO, "", "damping ratio of the coupled gondola mode, the winch at rest", "gondola",
            lambda c: c.gondola_mode.damping_ratio, "gondola.mass"),
     *loop_columns(WINCH),
-    *_rms("", "in the wind", BODY, _by_wind_on_gondola),
-    *_rms("_cable_wind", "by the wind on the cable alone", ON_CABLE, _by_wind_on_cable),
-    *_rms("_all_wind", "by the wind on gondola and cable together, which damps the cable too, so that it can be less "
-          "than by the wind on the gondola alone", f"{BODY}, {DIAMETER}", _by_wind_on_both),
+    *rms_columns("", "in the wind", BODY, by_wind_on_gondola),
+    *rms_columns("_cable_wind", "by the wind on the cable alone", ON_CABLE, by_wind_on_cable),
+    *rms_columns("_all_wind", "by the wind on gondola and cable together, which damps the cable too, so that it can be "
+                 "less than by the wind on the gondola alone", f"{BODY}, {DIAMETER}", by_wind_on_both),
     Column("mean_displacement", "mm", "displacement of the gondola along x by the mean wind on it, the winch at rest; "
            "linear", "stiffness", lambda r: 1e3 * mean_displacement(r), STEADY),
     Column("force_displacement", "mm", "displacement of the gondola along x by the force of the load case on it",
            "statics", lambda r: 1e3 * r.pushed[0], "gondola.mass, forces_on_end_2"),
     Column("peak", "mm", "largest displacement of the gondola expected within wind.duration: mean_displacement, and "
-           "Davenport's factor times the RMS with the winch loop, if there is one", "wind", _peak, BODY),
+           "Davenport's factor times the RMS with the winch loop, if there is one", "wind", peak_of_gondola, BODY),
     Column("peak_utilisation", "", "largest tension over breaking force at the gondola's peak, towards either side; "
            "linear", "wind", lambda c: tensions_at_peak(c)[1] / float(c.given(STRONG)), f"{BODY}, {STRONG}"),
     Column("linear_range", "mm", "displacement of the gondola along x, of either sign, at which the restoring force of "
            "the cable differs by 5 % from linear; empty where it does not", "stiffness", _linear_range, "gondola.mass",
            each=True),
     *winch_columns(f"{BODY}, winch.controller"),
-    _imaged("exposure", "RMS of the gondola's motion within one exposure, with the winch loop if there is one",
+    imaged_column("exposure", "RMS of the gondola's motion within one exposure, with the winch loop if there is one",
             "exposure"),
-    _imaged("corrected", "RMS of the gondola's motion that the correcting mirror leaves", "correction"),
-    _imaged("corrected_exposure", "RMS of the gondola's motion within one exposure that the mirror leaves",
+    imaged_column("corrected", "RMS of the gondola's motion that the correcting mirror leaves", "correction"),
+    imaged_column("corrected_exposure", "RMS of the gondola's motion within one exposure that the mirror leaves",
             "exposure, correction"),
     Column("midspan_rms", "mm", "RMS displacement at mid-span of a cable with fixed ends in the wind, in the direction "
-           "that moves most", "wind", lambda c: scaled(_of_bare_cable(c, MIDSPAN), MM), f"wind, {DIAMETER}",
+           "that moves most", "wind", lambda c: scaled(rms_of_bare_cable(c, MIDSPAN), MM), f"wind, {DIAMETER}",
            without="gondola"),
     Column("tension_rms", "N", "RMS tension of a cable with fixed ends in the wind, at the end where it is larger",
-           "wind", lambda c: _of_bare_cable(c, TENSIONS), f"wind, {DIAMETER}", without="gondola"),
+           "wind", lambda c: rms_of_bare_cable(c, TENSIONS), f"wind, {DIAMETER}", without="gondola"),
     _shedding("shedding_frequency", "frequency of vortices, 0.2 v/d at the mean wind speed", 1),
     _shedding("shedding_frequency_low",
               "frequency of vortices at three standard deviations of the speed below the mean, 0 at least", 0),
@@ -560,85 +341,3 @@ OWN = {column.name for column in COLUMNS}
 def is_own(column):
     """True if a column is one of this file, of one cable, or a key that a study solves for."""
     return column.name in OWN or column.needs == "find" or (len(column.mode) == 3 and "." not in column.name)
-
-
-def least_work_first(columns):
-    """Columns in the order in which they cost least: list.
-
-    By falling mode number, since the model of a high mode has the lower ones; and those of the loop before those of the
-    wind, which need no largest gain, but are spared another proof of stability where it is known.
-    """
-    return sorted(columns, key=lambda column: (column.needs == "wind", -column.mode[0] if column.mode else 0))
-
-
-def attribute(scene, path):
-    """Attribute of a scene, or entry of its tables, at a path with dots; None where part of the path is missing."""
-    for name in path.split("."):
-        scene = scene.get(name) if isinstance(scene, dict) else getattr(scene, name, None)
-    return scene
-
-
-def lacks(scene, column):
-    """The first key that a column needs and a scene has no value for, or an empty text."""
-    for key in column.keys:
-        values = [attribute(scene, name) for name in key.split("|")]
-        if all(value is None or (isinstance(value, tuple | dict) and not value) for value in values):
-            return written_key(key.split("|")[0])
-    return ""
-
-
-def written_key(key):
-    """The key of the file for a key of `Column.key`, which may be an attribute that the scene computes."""
-    table, _, name = key.rpartition(".")
-    return f"{table}.{WRITTEN[name]}".strip(".") if name in WRITTEN else key
-
-
-def without(scene, column):
-    """The error of a column that needs a key which its case lacks."""
-    return NoSolutionError(f"{column.name} needs the key {lacks(scene, column)}, which this case does not have")
-
-
-def shapeless(column, limp):
-    """The error of a column `determined_by` the form of a cable that is slack in part, or, if `limp`, all of it."""
-    return NoSolutionError(LIMP if limp else f"no {column.name}: {SHAPELESS}")
-
-
-def not_finite(column):
-    """The error of a column whose value is not finite."""
-    return NoSolutionError(f"{column.header} is not finite")
-
-
-def value(column, case):
-    """One number of a case whose scene has the keys that the column needs; see `value_and_error`."""
-    return value_and_error(column, case)[0]
-
-
-def value_and_error(column, case):
-    """One number of a case whose scene has the keys that the column needs, and its estimated relative error.
-
-    None where the quantity has no value, for example no limit of the gain, and where the column states no error;
-    NoSolutionError or ConvergenceError where there is no solution.
-    """
-    if column.determined_by and case.exact_statics and case.catenary.slack:
-        raise shapeless(column, case.limp)
-    result = column.compute(case)
-    number, error = result if isinstance(result, tuple) else (result, None)
-    if not isinstance(number, float | int | None):
-        number = np.asarray(number).item()
-    if number is None or isinstance(number, int):
-        return number, error
-    if not isfinite(number):
-        raise not_finite(column)
-    return float(number) + 0.0, error  # no minus before a zero
-
-
-def first_of_largest(values, apart):
-    """Index of the largest of some values, shape (m,): of those closer to it than a relative distance the first."""
-    return int(np.argmax(values >= values.max() * (1 - apart)))
-
-
-def relative(value, reference):
-    """Relative difference; 1 where only one of the two is there. [-]"""
-    if value is None or reference is None:
-        return float(value is not reference)
-    return abs(value - reference) / abs(reference) if reference else float(value != reference)

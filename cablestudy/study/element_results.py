@@ -7,7 +7,7 @@ from cablestudy.cable.dynamics import PLANAR
 from cablestudy.cable.equilibrium import refusal
 from cablestudy.cable.geometry import midspan
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study.columns import LIMP
+from cablestudy.study.column import LIMP
 from cablestudy.study.models import fixed_mesh, solve_elements
 from cablestudy.study.results import NO_MOTION, Results, along
 from cablestudy.study.statics import ElementStatics

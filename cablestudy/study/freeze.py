@@ -4,7 +4,6 @@ import numpy as np
 
 from cablestudy.scene.determinacy import STATED
 from cablestudy.study.case import Case
-from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.rigid import to_angles
 
@@ -43,6 +42,8 @@ def freeze_suspension(document, scene):
 
     Free points and bodies have the positions of the reference state, from which the search for an equilibrium starts.
     """
+    from cablestudy.study.suspension.case import SuspensionCase
+
     contents, group = document.given, SuspensionCase(_without_case(scene)).group
     equilibrium, lengths = group.reference, group.cables.reference_length[0].tolist()
     lengths = dict(zip(scene.cables, lengths, strict=True))

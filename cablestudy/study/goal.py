@@ -11,7 +11,7 @@ from cablestudy.scene.scene import quantity_of, read_scene
 from cablestudy.scene.study import Find
 from cablestudy.scene.units import common_factor, show, split
 from cablestudy.study.all_columns import find, key_column
-from cablestudy.study.columns import Column
+from cablestudy.study.column import Column
 
 SIGN = re.compile("([<>=!]+)")
 LIMITS = "limits"  # in place of COLUMN = VALUE: the values of a key for which all limits of the scene hold

@@ -14,7 +14,7 @@ from cablestudy.errors import SceneError
 from cablestudy.scene.determinacy import ROTATIONS
 from cablestudy.scene.scene import missing
 from cablestudy.scene.units import read_positive
-from cablestudy.study.columns import attribute
+from cablestudy.study.column import attribute
 from cablestudy.study.ssm import has_loss_factor, number_of
 from cablestudy.study.table import Field, Table
 from cablestudy.study.tolerances import STUDY
@@ -242,8 +242,8 @@ def time_case(document, scene, closed_loop, options, names=None, wind_keys=("win
     names = names or {}
     # name of an input for the user -> its name in the plant
     winches = {names.get(key := f"winch.{name}", key): key for name in closed_loop.scene.winches}
-    references = {names.get(key := f"reference.{name}", key): key for name in closed_loop.measured}
-    outputs = [names.get(key := f"{closed_loop.body_name}.{name}", key) for name in closed_loop.measured]
+    references = {names.get(key := f"reference.{name}", key): key for name in closed_loop.body.measured}
+    outputs = [names.get(key := f"{closed_loop.body.name}.{name}", key) for name in closed_loop.body.measured]
     kind = options.input or next(iter(winches))
     number_of("--input", kind, [*winches, *references, *OF_WIND])  # SceneError for an unknown input
     output_number = number_of("--output", options.output, outputs) if options.output else 0
@@ -255,13 +255,13 @@ def time_case(document, scene, closed_loop, options, names=None, wind_keys=("win
                 raise missing(document, key, f"loop --input {kind}")
     input_name = (winches | references).get(kind, WIND_INPUT)
     driving_input = _driving_input(closed_loop, options, scene, kind, input_name)
-    output = closed_loop.measured_outputs[output_number]
+    output = closed_loop.body.measured_outputs[output_number]
     of_unit_input = in_time(closed_loop, output, input_name, driving_input.components, options.times)
     response = of_unit_input.times(driving_input.size)
     dampings = [cable.damping for cable in closed_loop.scene.cables.values()]
     phase_right_up_to = 0.0 if closed_loop.loop.slight_delay else closed_loop.loop.right_up_to
     remarks = remarks_of(closed_loop.scene.control, phase_right_up_to, response, dampings)
-    measured = outputs[output_number], f"m{unit_of(closed_loop.measured[output_number])}"
+    measured = outputs[output_number], f"m{unit_of(closed_loop.body.measured[output_number])}"
     return TimeCase(options, driving_input, response, closed_loop.loop.gain, *measured, tuple(winches), remarks)
 
 
@@ -319,7 +319,7 @@ def unit_of(coordinate):
 
 def measured_by(closed_loop):
     """Name and unit of what the loop of a `ClosedLoop` measures: tuple."""
-    return tuple((name, unit_of(name)) for name in closed_loop.measured)
+    return tuple((name, unit_of(name)) for name in closed_loop.body.measured)
 
 
 def labelled(closed_loop, motion, names, forces, of_forces=None):

@@ -9,7 +9,7 @@ from cablestudy.control.margins_grid import by_parts
 from cablestudy.control.response import Phase
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.scene.scene import missing
-from cablestudy.study.columns import SENSITIVITY
+from cablestudy.study.motion_columns import SENSITIVITY
 from cablestudy.study.row import evaluate_named
 from cablestudy.study.table import Field, Table
 from cablestudy.study.tolerances import STUDY
@@ -90,7 +90,7 @@ def resonances(closed_loop):
     ndarray, shape (p,)
         Poles in the upper half plane, complex. [rad/s]
     """
-    measured, resonant = [closed_loop.outputs[name] for name in closed_loop.measured_outputs], []
+    measured, resonant = [closed_loop.outputs[name] for name in closed_loop.body.measured_outputs], []
     forces = closed_loop.motion.c[0][measured].real.T  # unit forces along the measured coordinates
     for loop in (None, closed_loop.loop):
         system = residues((loop or closed_loop.motion).eigen, *by_forces(closed_loop.motion, forces, loop))

@@ -227,14 +227,7 @@ def give_elements(cases, groups):
         for index, number in enumerate(numbers.tolist()):
             case = cases.get(number)
             if case is not None and not case.point_masses:
-                _set_model(case, CableElements(batch, index))
-
-
-def _set_model(case, elements):
-    """Set the model of a case, also for equal cases in its cache."""
-    case.model = elements
-    cable, key = case.key_of("model")
-    case.cache.results(cable, case.size)[key] = elements
+                case.model = CableElements(batch, index)
 
 
 def solve_models(cases):
@@ -248,12 +241,8 @@ def solve_models(cases):
     cases : list of Case
         Cases of one batch, with the same `results`.
     """
-    groups, seen = {}, set()
-    for case in cases:
-        cable_and_key = case.key_of("model")
-        if cable_and_key in case.cache or cable_and_key in seen:
-            continue
-        seen.add(cable_and_key)
+    groups, different = {}, {id(case.known): case for case in cases if "model" not in case.known}
+    for case in different.values():
         try:
             mesh = mesh_of(case)
         except (NoSolutionError, ConvergenceError):
@@ -267,7 +256,7 @@ def solve_models(cases):
         models = _solve_group(members[0].results, [case.index for case in members], mesh, level)
         for index, case in enumerate(members):
             if models.record is None or models.record.converged[index]:
-                _set_model(case, CableElements(models, index))
+                case.model = CableElements(models, index)
 
 
 def _solve_group(results, cases, mesh, level):

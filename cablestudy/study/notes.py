@@ -7,7 +7,9 @@ from cablestudy.cable.initial_length import BELOW_LEAST
 from cablestudy.scene.cable_table import LIKELY_RATIO
 from cablestudy.scene.likely_mistakes import bare_number
 from cablestudy.scene.words import first_of
-from cablestudy.study.columns import over_strength, relative, stress_of, tensions_at_peak
+from cablestudy.study.column import relative
+from cablestudy.study.columns import over_strength, stress_of
+from cablestudy.study.motion_columns import tensions_at_peak
 from cablestudy.study.status import SLACK
 from cablestudy.study.tolerances import STUDY
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 from functools import cache
 
 from cablestudy.scene.one_cable import CABLE, GONDOLA, as_suspension
-from cablestudy.study.columns import attribute, is_own, lacks
+from cablestudy.study.column import attribute, lacks
 from cablestudy.study.columns import find as find_of_one
-from cablestudy.study.gondola_on_cable import gondola_on_cable
+from cablestudy.study.columns import is_own
 from cablestudy.study.row import evaluate_cases
 from cablestudy.study.suspension import columns as of_suspensions
 
@@ -68,6 +68,8 @@ def column_of_one_cable(column, bare):
     closed_loop = column.needs == "wind" and "_open_loop" not in column.name
 
     def compute(case):
+        from cablestudy.study.gondola_on_cable import gondola_on_cable
+
         if closed_loop:
             case.check_winch_speed()
         suspension = gondola_on_cable(case)

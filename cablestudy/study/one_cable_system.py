@@ -15,7 +15,7 @@ import numpy as np
 from cablestudy.cable.assembly import IN_PLANE
 from cablestudy.errors import outcome_of
 from cablestudy.scene.one_cable import CABLE, GONDOLA, as_suspension
-from cablestudy.study.columns import GONDOLA_X, MIDSPAN
+from cablestudy.study.motion_columns import GONDOLA_X, MIDSPAN
 from cablestudy.study.suspension.airflow import Airflow
 from cablestudy.study.suspension.dynamic_analysis import DynamicAnalysis, solve_modes
 from cablestudy.study.suspension.plant import drag_of

@@ -10,7 +10,7 @@ from cablestudy.cable.state import State
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.load_tables import load_name
-from cablestudy.study.columns import SHAPELESS
+from cablestudy.study.column import SHAPELESS
 from cablestudy.study.table import Field, Table
 
 # quantity of each load in a table -> unit; 1 is the side of end 1, slopes are positive where the cable rises to end 2

@@ -3,7 +3,8 @@
 import numpy as np
 
 from cablestudy.cable.catenary import split
-from cablestudy.study.columns import COLUMNS, lacks
+from cablestudy.study.column import lacks
+from cablestudy.study.columns import COLUMNS
 from cablestudy.study.row import evaluate
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.table import Field, Table

@@ -8,11 +8,12 @@ import numpy as np
 from cablestudy.cable.catenary import solve, travel_shares
 from cablestudy.cable.element import pieces
 from cablestudy.cable.newton import UNDETERMINED
+from cablestudy.cable.span import CORES
 from cablestudy.cable.taut import lambda_squared
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study import load_cases, one_cable_conductors
-from cablestudy.study.columns import LIMP
+from cablestudy.study.column import LIMP
 from cablestudy.study.push import pushed_ends
 from cablestudy.study.reference_length import chord_strain
 from cablestudy.study.statics import ClosedStatics
@@ -178,6 +179,31 @@ class Results:
         return self.catenary.end_stiffness[..., 0, 0]
 
     # ---------------------------------------------------------------------------------------- what motion depends on
+
+    @cached_property
+    def first_alike(self):
+        """Index of the first case whose cable hangs alike and has elements alike, shape (n,): both move alike.
+
+        Compared are the numbers of the loaded cables, to the last digit, with those by which a turbulent wind acts on
+        them. A case without an equilibrium, and one in a wind that grows with the height, is alike to none.
+        """
+        count, profile = len(self.values), self.drag.profile
+        alone = np.zeros(count, dtype=bool) if profile is None else profile.exponent > 0
+        alone[list(self.failures)] = True
+        mass = np.unique(self.values.words("model.mass"), return_inverse=True)[1]
+        keys = "model.elements", "model.order", "model.accuracy", "gravity", "cable.section_diameter", "wind_diameter"
+        numbers = [self.given(key) for key in keys]
+        numbers += [mass, np.where(alone, np.arange(1, count + 1), 0), self.end_1]
+        numbers += [self.drag.normal_drag, self.drag.direction]
+        fields = {name: getattr(self.span, name) for name in CORES}
+        numbers += [
+            np.broadcast_to(array, (count, *np.shape(array)[np.ndim(array) - CORES[name] :]))
+            for name, array in fields.items()
+            if array is not None
+        ]
+        numbers = np.concatenate([array.reshape(count, -1) for array in numbers], axis=1)
+        first = {}  # numbers of a case -> its index
+        return np.array([first.setdefault(row.tobytes(), index) for index, row in enumerate(numbers)])
 
     @cached_property
     def planar(self):

@@ -1,26 +1,18 @@
 """Rows of a table: the columns of cases, to the accuracy of each, with the reason where one has no value."""
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import isnan
 
 from cablestudy.cable.damping import grows_with_modes
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
 from cablestudy.scene.scene import missing
 from cablestudy.study import models, notes
-from cablestudy.study.cache import Cache
 from cablestudy.study.case import Case
 from cablestudy.study.closed_form import ColumnRequirements, by_elements, closed_form
-from cablestudy.study.columns import (
-    DAMPING_RATIO,
-    STATUS,
-    find,
-    goes_slack,
-    is_own,
-    lacks,
-    relative,
-    value_and_error,
-)
+from cablestudy.study.column import lacks, relative, value_and_error
+from cablestudy.study.columns import STATUS, find, is_own
+from cablestudy.study.motion_columns import DAMPING_RATIO, goes_slack
 from cablestudy.study.refinement import SETTINGS, Refinement, needs_of, reference_scene, refine
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues, load_count
@@ -37,8 +29,7 @@ class Row:
     ----------
     cells : dict
         Header -> float, or None where it has no value; `status` is a text.
-    case : Case
-        With the model that was used.
+    case : Case or SuspensionCase
     notes : tuple of str
         On the model, and what it leaves out.
     errors : dict
@@ -70,18 +61,31 @@ class Row:
 
 
 @dataclass
-class _Answer:
-    """A `Row` while it is computed; `case`, `notes`, `errors` and `warnings` are those of the row."""
+class UnfinishedRow:
+    """A `Row` while it is computed.
 
-    case: Case
-    values: dict  # header -> number
-    failures: dict  # header -> CablestudyError of a column without a number
-    errors: dict
-    notes: tuple
-    over_strength: bool  # whether the stress is above the strength
-    dof: int = 0  # number of unknowns of the model
+    Attributes
+    ----------
+    case, notes, errors, warnings
+        Those of the row.
+    values : dict
+        Header -> number, or None where the case has no such number and none is missing.
+    failures : dict
+        Header -> CablestudyError of a column without a number, or name -> one that makes others doubtful.
+    doubts : tuple of str
+        See `status.status_of`.
+    dof : int
+        Number of unknowns of the model. [-]
+    """
+
+    case: object
+    values: dict = field(default_factory=dict)
+    failures: dict = field(default_factory=dict)
+    errors: dict = field(default_factory=dict)
+    notes: tuple = ()
     warnings: tuple = ()
-    slack: bool = False  # whether the tension in the wind falls below zero
+    doubts: tuple = ()
+    dof: int = 0
 
     def fail(self, columns, error):
         """Record an error as the failure of those columns that have no value yet."""
@@ -89,13 +93,17 @@ class _Answer:
             if column.header not in self.values:
                 self.failures.setdefault(column.header, error)
 
-    def compute(self, columns):
-        """Compute columns of this case alone, with the errors that they state, or their failures."""
+    def compute(self, columns, value_of=value_and_error):
+        """Compute columns of this case alone, with the errors that they state, or their failures.
+
+        `value_of` is a function: column, case -> number and its relative error: not a number where it is not known,
+        None where the column states none.
+        """
         for column in columns:
             if column.header in self.failures:
                 continue
             try:
-                number, error = value_and_error(column, self.case)
+                number, error = value_of(column, self.case)
             except CablestudyError as failure:
                 self.failures[column.header] = failure
                 continue
@@ -103,8 +111,16 @@ class _Answer:
             if error is not None:
                 self.errors[column.header] = None if isnan(error) else float(error)
 
-    def row(self, required, seconds=None):
-        """The finished `Row`; seconds is the time that it took. [s]"""
+    def finished(self, required, seconds=None):
+        """The `Row`.
+
+        Parameters
+        ----------
+        required : ColumnRequirements or suspension.rows.RequiredColumns
+            Its columns.
+        seconds : float, optional
+            Time that it took. [s]
+        """
         cells = {**required.empty, **self.values}
         errors = {name: error for name, error in self.errors.items() if name not in self.failures}
         if required.run:
@@ -112,8 +128,7 @@ class _Answer:
             run = {"dof": self.dof, "error_estimate": max(errors.values(), default=0.0) if errors_known else None}
             run["solve_time_ms"] = 1e3 * seconds if required.clock else None
             cells.update((header, number) for header, number in run.items() if header in cells)
-        doubts = (OVER_STRENGTH, self.over_strength), (SLACK, self.slack)
-        cells["status"] = status_of(self.failures, *(words for words, applies in doubts if applies))
+        cells["status"] = status_of(self.failures, *self.doubts)
         return Row(cells, self.case, tuple(self.notes), errors, self.warnings)
 
 
@@ -178,11 +193,11 @@ def evaluate_cases(scenes, columns, estimate=False):
     groups = {}
     for index, scene in enumerate(scenes):
         groups.setdefault((load_count(scene), scene.model.elements is None), []).append(index)
-    rows, cache, required = [None] * len(scenes), Cache(), ColumnRequirements(columns)
+    rows, required = [None] * len(scenes), ColumnRequirements(columns)
     for (_, to_accuracy), indices in groups.items():
         rows_at_once = len(indices) if to_accuracy else _fixed_rows_at_once([scenes[index] for index in indices])
         for piece in batched(indices, rows_at_once):
-            rows_of_piece = _rows_of_batch([scenes[index] for index in piece], required, to_accuracy, cache, estimate)
+            rows_of_piece = _rows_of_batch([scenes[index] for index in piece], required, to_accuracy, estimate)
             for index, row in zip(piece, rows_of_piece, strict=True):
                 rows[index] = row
     return rows
@@ -199,7 +214,7 @@ def _fixed_rows_at_once(scenes):
     return max(1, min(STUDY.rows_at_once, SETTINGS.numbers // max(models.numbers_of(scene.model) for scene in scenes)))
 
 
-def _rows_of_batch(scenes, required, to_accuracy, cache, estimate):
+def _rows_of_batch(scenes, required, to_accuracy, estimate):
     """Yield the rows of a batch of scenes whose cables carry equally many point loads.
 
     `to_accuracy`: no scene states the number of elements, so that models are refined to an accuracy; else all do.
@@ -211,15 +226,15 @@ def _rows_of_batch(scenes, required, to_accuracy, cache, estimate):
         closed, elements = by_elements(results, required, closed)
     solve = _solving_function(required, to_accuracy)
     if not (solve or required.run):
-        yield from _closed_rows(results, closed, required, cache)
+        yield from _closed_rows(results, closed, required)
         return
     cells = closed.cells(closed.numbers)
     closed_time = (time.perf_counter() - start_time) / len(scenes)
     rows_at_once = 1 if required.clock else STUDY.rows_at_once  # the time of each row is measured alone
     for start in range(0, len(scenes), rows_at_once):
         start_time, indices = time.perf_counter(), range(start, min(start + rows_at_once, len(scenes)))
-        answers = [_answer(Case(scenes[index], results, index, cache=cache), closed, cells[index], required)
-                   for index in indices]  # fmt: skip
+        cases = _cases(results, indices, required)
+        answers = [_answer(case, closed, cells[case.index], required) for case in cases]
         if elements:
             models.give_elements({answer.case.index: answer.case for answer in answers}, elements)
         if solve:
@@ -228,7 +243,18 @@ def _rows_of_batch(scenes, required, to_accuracy, cache, estimate):
         for index, answer in zip(indices, answers, strict=True):
             if (required.modes or required.system) and len(scenes) > 1:  # many rows drop their modes
                 answer.case = Case(scenes[index], results, index)
-            yield answer.row(required, seconds)
+            yield answer.finished(required, seconds)
+
+
+def _cases(results, indices, required):
+    """Cases of a range of rows of a batch: those that hang alike share their elements and modes."""
+    if len(indices) == 1 or not required.of_models:
+        return [Case(results.values.scenes[index], results, index) for index in indices]
+    known, cases = {}, []  # index of the first case that is alike -> results that such cases share
+    for index, first in zip(indices, results.first_alike[indices.start : indices.stop].tolist(), strict=True):
+        known_by_level = known.setdefault(first, {})
+        cases.append(Case(results.values.scenes[index], results, index, known_by_level=known_by_level))
+    return cases
 
 
 def _solving_function(required, to_accuracy):
@@ -238,7 +264,7 @@ def _solving_function(required, to_accuracy):
     return _solve_to_accuracy if to_accuracy else _solve_fixed_elements
 
 
-def _closed_rows(results, closed, required, cache):
+def _closed_rows(results, closed, required):
     """Yield the rows of cases that need nothing but closed forms."""
     note = notes.NOTHING if required.scene_only else notes.STATIC
     for index, cells in enumerate(closed.cells(required.empty)):
@@ -246,20 +272,20 @@ def _closed_rows(results, closed, required, cache):
         if failures:
             errors = {name: error for name, error in errors.items() if name not in failures}
         cells["status"] = closed.status(index)
-        case = Case(results.values.scenes[index], results, index, cache=cache)
+        case = Case(results.values.scenes[index], results, index)
         over_strength = index in closed.over_strength
         yield Row(cells, case, note, errors, () if required.scene_only else notes.of_closed_form(case, over_strength))
 
 
 def _answer(case, closed, cells, required):
-    """The `_Answer` of a case with all numbers of its closed form."""
+    """The `UnfinishedRow` of a case with all numbers of its closed form."""
     failures = dict(closed.failures.get(case.index, {}))
     values = {header: number for header, number in cells.items() if header not in failures}
     errors = dict(closed.errors_of(case.index))
     note = notes.NOTHING if required.scene_only else notes.STATIC
     over_strength = case.index in closed.over_strength
     warnings = notes.of_closed_form(case, over_strength) if case.exact_statics and not required.scene_only else ()
-    return _Answer(case, values, failures, errors, note, over_strength, warnings=warnings)
+    return UnfinishedRow(case, values, failures, errors, note, warnings, (OVER_STRENGTH,) if over_strength else ())
 
 
 # ------------------------------------------------------------------------------------------------- to an accuracy
@@ -268,7 +294,7 @@ def _answer(case, closed, cells, required):
 def _solve_to_accuracy(answers, required, _):
     """Compute the columns that no closed form of many cases gives, by models refined to the accuracy of each case.
 
-    Values, errors, failures and notes are added to the answers (list of _Answer).
+    Values, errors, failures and notes are added to the answers (list of UnfinishedRow).
     """
     searches = []
     for index, answer in enumerate(answers):
@@ -328,7 +354,7 @@ def _solve_system(answer, required):
             del answer.values[name]
         answer.errors[name] += float(model_error)  # which a finer model has too
     answer.dof = case.system_size
-    answer.slack = required.in_wind and case.moves and goes_slack(case)
+    answer.doubts += (SLACK,) if required.in_wind and case.moves and goes_slack(case) else ()
     gondola = any(column.needs == "gondola" and column.header in answer.values for column in columns)
     answer.notes = _system_notes(answer, gondola, required.damped)
 
@@ -351,10 +377,8 @@ def _gondola_notes(answer):
 
 
 def _add_found(answer, required, search):
-    """Add the frequencies, errors, failures and notes of a `Refinement` to an answer, with the case that it used."""
-    solved = {name: wind for name, wind in answer.case.__dict__.items() if name in ("in_wind", "in_cable_wind")}
-    answer.case, answer.dof = search.used, max(search.used.dof, answer.dof)
-    answer.case.__dict__.update(solved)
+    """Add the frequencies, errors, failures and notes of a `Refinement` to an answer."""
+    answer.dof = max(search.used.dof, answer.dof)
     model_error = float(search.used.results.model_error[search.used.index])
     for column in required.modes:
         name = column.header
@@ -388,7 +412,7 @@ def _solve_fixed_elements(answers, required, estimate):
 
 
 def _compute_motion(answer, required, noted):
-    """Add the columns beyond statics to the `_Answer` of a case whose scene states the number of elements.
+    """Add the columns beyond statics to the `UnfinishedRow` of a case whose scene states the number of elements.
 
     `noted`: whether to write notes.
     """
@@ -402,7 +426,7 @@ def _compute_motion(answer, required, noted):
         return
     columns = [*required.single, *required.system, *required.modes]
     answer.compute(columns)
-    answer.slack = required.in_wind and goes_slack(case)
+    answer.doubts += (SLACK,) if required.in_wind and goes_slack(case) else ()
     for column in columns:
         if column.least_error is not None and column.header in answer.values:
             answer.errors.setdefault(column.header, None)  # not known without a finer model

@@ -2,20 +2,11 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from importlib import import_module
 
-from cablestudy.scene.one_cable import as_suspension
 from cablestudy.scene.scene import CableScene
 from cablestudy.scene.suspension import SuspensionScene
-from cablestudy.study import one_cable_columns, point_loads
-from cablestudy.study.case import Case
-from cablestudy.study.closed_form import CLOSED, evaluate_table
-from cablestudy.study.freeze import freeze_cable, freeze_suspension
-from cablestudy.study.notes import reference_without_loads
-from cablestudy.study.suspension import columns as of_suspensions
-from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.study.suspension.notes import moved_note
-from cablestudy.study.suspension.rows import evaluate_suspensions
 
 
 @dataclass(frozen=True)
@@ -74,8 +65,17 @@ class SceneKind:
         return import_module(self.compared_models)
 
 
-KINDS = {
-    CableScene: SceneKind(
+@cache
+def _one_cable():
+    """`SceneKind` of scenes of one cable, whose modules are imported when the first such scene asks for it."""
+    from cablestudy.scene.one_cable import as_suspension
+    from cablestudy.study import one_cable_columns, point_loads
+    from cablestudy.study.case import Case
+    from cablestudy.study.closed_form import CLOSED, evaluate_table
+    from cablestudy.study.freeze import freeze_cable
+    from cablestudy.study.notes import reference_without_loads
+
+    return SceneKind(
         evaluate=one_cable_columns.evaluate,
         evaluate_table=evaluate_table,
         why_not=one_cable_columns.why_not,
@@ -89,12 +89,24 @@ KINDS = {
         as_suspension=as_suspension,
         loaded_cables=point_loads.of_one_cable,
         compared_models="cablestudy.study.trade_models",
-    ),
-    SuspensionScene: SceneKind(
+    )
+
+
+@cache
+def _suspension():
+    """`SceneKind` of suspensions, imported as that of one cable."""
+    from cablestudy.study import point_loads
+    from cablestudy.study.freeze import freeze_suspension
+    from cablestudy.study.suspension import columns
+    from cablestudy.study.suspension.case import SuspensionCase
+    from cablestudy.study.suspension.notes import moved_note
+    from cablestudy.study.suspension.rows import evaluate_suspensions
+
+    return SceneKind(
         evaluate=evaluate_suspensions,
         evaluate_table=lambda table, columns: None,
-        why_not=of_suspensions.why_not,
-        of_each_cable=of_suspensions.of_each_cable,
+        why_not=columns.why_not,
+        of_each_cable=columns.of_each_cable,
         is_cheap=lambda column: False,
         usual_columns=("min_tension", "max_tension", "max_utilisation"),
         notes_on_stated=lambda scene: moved_note(SuspensionCase(scene)),
@@ -104,10 +116,12 @@ KINDS = {
         as_suspension=lambda scene: scene,
         loaded_cables=point_loads.of_suspension,
         compared_models="cablestudy.study.suspension.trade",
-    ),
-}
+    )
+
+
+KINDS = {CableScene: _one_cable, SuspensionScene: _suspension}
 
 
 def kind_of(scene):
     """The `SceneKind` of a scene."""
-    return KINDS[type(scene)]
+    return KINDS[type(scene)]()

@@ -15,7 +15,7 @@ from cablestudy.scene.fields import KeyTable
 from cablestudy.scene.layers import split_key
 from cablestudy.scene.sampling import Sampled
 from cablestudy.scene.scene import CableScene, quantity_of
-from cablestudy.study.columns import attribute, lacks, without
+from cablestudy.study.column import attribute, lacks, without
 
 # names in keys of quantities that are no columns: a scene takes their sine, compares them one by one, or cables follow
 NOT_COLUMNS = ("materials", "inclination", "attitude", "ends", "loads", "forces", "moves", "stress_strain")

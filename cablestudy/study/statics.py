@@ -6,7 +6,7 @@ from cablestudy.cable.geometry import midspan, sag_and_swing
 from cablestudy.cable.state import interpolate, sag
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import NoSolutionError
-from cablestudy.study.columns import SHAPELESS
+from cablestudy.study.column import SHAPELESS
 from cablestudy.study.tolerances import STUDY
 
 

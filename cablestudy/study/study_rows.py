@@ -103,7 +103,7 @@ def evaluate_tables(tables, columns, explain=False, estimate=False):
     answers, scenes = {}, {}
     for table in tables:
         cases = table.cases.tolist()
-        closed_rows = None if explain else _by_arrays(table, columns)
+        closed_rows = None if explain else kind_of(table.scene).evaluate_table(table, columns)
         if closed_rows is None:
             scenes.update((case, table.scene_of(index)) for index, case in enumerate(cases))
         else:
@@ -112,11 +112,6 @@ def evaluate_tables(tables, columns, explain=False, estimate=False):
         numbers = [row.cells[header] for header in headers]
         answers[case] = numbers, row.cells["status"], _above_rounding(row.errors), row.notes if explain else ()
     return answers
-
-
-def _by_arrays(table, columns):
-    """Rows as of `SceneKind.evaluate_table`; None also for a single case, whose object costs less than arrays."""
-    return None if len(table.cases) == 1 else kind_of(table.scene).evaluate_table(table, columns)
 
 
 def _above_rounding(errors):

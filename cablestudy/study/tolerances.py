@@ -6,10 +6,8 @@ class StudyTolerances:
 
     __slots__ = ()  # nothing can be set on its object
 
-    # -------------------------------------------- results that are kept, and rows that are solved together
+    # -------------------------------------------- rows that are solved together
 
-    cached_cables: int = 256  # whose results are kept; a sweep solves 200 cases at once
-    cached_numbers: int = 4_000_000  # in the models of all of them, about 32 MB
     rows_at_once: int = 200  # rows whose models are solved at once: bounds the memory
     coupled_rows_at_once: int = 50  # rows whose coupled modes of gondola and cable are computed at once
     suspensions_at_once: int = 200  # cases whose equilibria are solved together,

@@ -20,7 +20,8 @@ from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
 from cablestudy.scene.scene import missing
 from cablestudy.study.all_columns import find, why_not
 from cablestudy.study.closed_form import DISCRETE
-from cablestudy.study.columns import STATUS, relative
+from cablestudy.study.column import relative
+from cablestudy.study.columns import STATUS
 from cablestudy.study.pareto import pareto_front
 from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.status import MODAL

@@ -13,7 +13,9 @@ from cablestudy.control.loop_state_space import by_forces
 from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
 from cablestudy.study.case import Case
 from cablestudy.study.closed_form import DISCRETE, SYSTEM
-from cablestudy.study.columns import GONDOLA_X, find, is_own, lacks, value, value_and_error
+from cablestudy.study.column import lacks, value, value_and_error
+from cablestudy.study.columns import find, is_own
+from cablestudy.study.motion_columns import GONDOLA_X
 from cablestudy.study.notes import strength_warning as strength_warning
 from cablestudy.study.one_cable_columns import column_of_one_cable
 from cablestudy.study.one_cable_system import in_cable_wind_of, in_wind_of
@@ -24,10 +26,10 @@ from cablestudy.study.suspension.body_mode import largest_share
 from cablestudy.study.suspension.dynamic_analysis import DynamicAnalysis
 from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.study.tolerances import STUDY
+from cablestudy.system.assemble import assemble
 from cablestudy.system.damping import damping_ratios
 from cablestudy.system.ends import Ends
 from cablestudy.system.first_order import Allocation
-from cablestudy.system.linear import assemble
 from cablestudy.system.residues import residues
 from cablestudy.system.superelement import GONDOLA, GROUND
 from cablestudy.wind.imaging import seen_weights

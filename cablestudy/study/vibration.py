@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from cablestudy.study.columns import find, first_of_largest
+from cablestudy.study.column import first_of_largest
+from cablestudy.study.columns import find
 from cablestudy.study.suspension.plant import wind_diameters
 from cablestudy.study.table import Field
 from cablestudy.study.tolerances import STUDY

@@ -8,7 +8,8 @@ import numpy as np
 from cablestudy.errors import CablestudyError
 from cablestudy.study.case import Case
 from cablestudy.study.case_modes import modes
-from cablestudy.study.columns import GONDOLA_X, find
+from cablestudy.study.columns import find
+from cablestudy.study.motion_columns import GONDOLA_X
 from cablestudy.study.notes import beyond_linear, gondola_notes, growing_damping, larger_by_loop, slack_warning
 from cablestudy.study.refinement import with_accuracy
 from cablestudy.study.row import evaluate_named

@@ -2,6 +2,7 @@
 
 import gc
 import pickle
+import re
 import time
 from dataclasses import dataclass
 from functools import lru_cache, partial
@@ -146,12 +147,14 @@ def keys_of(table, find=None):
     """Hashes of the scenes of a CaseTable, and of what a study solves for in them: list of str.
 
     They identify the rows in later runs. Each is the hash of the JSON of a scene. Only one scene is written as JSON,
-    with a number in the place of each varied one that occurs nowhere else; the numbers of the cases are put there.
+    with a number in the place of each varied one that occurs nowhere else; the numbers of the cases are put there: in
+    several places where a key is that of all cables.
     """
     placeholders = {key: np.array([-1e-300 / (i + 1)]) for i, key in enumerate(table.values)}
     template = CaseTable(table.cases[:1], table.scene, placeholders).scene_of(0).model_dump_json().encode()
     written = {key: to_json(number[0].item()) for key, number in placeholders.items()}
-    positions = sorted((template.find(written[key]), key) for key in placeholders)
+    found = {key: re.finditer(re.escape(written[key]), template) for key in placeholders}
+    positions = sorted((match.start(), key) for key, matches in found.items() for match in matches)
     pieces, numbers, end = [], [], 0  # of the template before each number; the texts of that number in all cases
     for begin, key in positions:
         pieces.append(template[end:begin])

@@ -16,7 +16,9 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.system import tangent
-from cablestudy.system.linear import ReducedSystem, assemble, dense
+from cablestudy.system.assemble import assemble
+from cablestudy.system.matrices import dense
+from cablestudy.system.reduced import ReducedSystem
 from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import GROUND, Equilibrium
 from cablestudy.system.tolerances import SYSTEM

@@ -9,8 +9,9 @@ import numpy as np
 
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.damping import damping_ratios
-from cablestudy.system.linear import ReducedSystem, compliance_shares, coupled
+from cablestudy.system.matrices import compliance_shares
 from cablestudy.system.mode_pairs import pair_modes
+from cablestudy.system.reduced import ReducedSystem, coupled
 from cablestudy.system.tolerances import SYSTEM
 
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")

@@ -61,7 +61,7 @@ def loop_margins(closed_loop, span=None):
         raise NoSolutionError(NO_LOOP)
     frequency = drawn_frequencies(closed_loop, span or _span(closed_loop))
     value, sensitivity, complementary = curves(closed_loop, frequency)
-    alone = len(closed_loop.measured) == 1
+    alone = len(closed_loop.body.measured) == 1
     heights = (2.2, 1.6, 1.8, 3.2) if alone else (2.2, 1.8, 3.2)
     figure = Figure(figsize=(WIDTH, 0.8 + sum(heights)), layout="constrained")
     grid = figure.add_gridspec(len(heights), 2, height_ratios=heights, width_ratios=(1.35, 1))
@@ -85,16 +85,16 @@ def loop_margins(closed_loop, span=None):
 
 def _title(closed_loop):
     """Title of the figure: the coordinates that the loop holds, by how many winches, and the letters of the picture."""
-    count, held = len(closed_loop.winches), ", ".join(closed_loop.measured)
-    letters = "loop gain L, S = 1/(1 + L), T = S L" if len(closed_loop.measured) == 1 else "S = (I + L)⁻¹, T = S L"
-    return f"Loop that holds {closed_loop.body_name} ({held}) by {count} winch{'es' * (count != 1)}: {letters}"
+    count, held = len(closed_loop.winches), ", ".join(closed_loop.body.measured)
+    letters = "loop gain L, S = 1/(1 + L), T = S L" if len(closed_loop.body.measured) == 1 else "S = (I + L)⁻¹, T = S L"
+    return f"Loop that holds {closed_loop.body.name} ({held}) by {count} winch{'es' * (count != 1)}: {letters}"
 
 
 def _span(closed_loop):
     """Default range of frequencies, about those that are marked, and number of points: (low [Hz], high [Hz], int)."""
-    marked = [*closed_loop.coupled_frequencies, closed_loop.loop.gain / TURN]
+    marked = [*closed_loop.body.coupled_frequencies, closed_loop.loop.gain / TURN]
     marked += [closed_loop.limit.omega / TURN] if _has_limit(closed_loop) else []
-    marked += [notch.rolloff_omega / TURN for notch in closed_loop.notches if notch]
+    marked += [notch.rolloff_omega / TURN for notch in closed_loop.body.notches if notch]
     return min(0.2 * max(marked), BELOW / ABOVE * 10 * min(marked)), ABOVE * max(marked), POINTS
 
 

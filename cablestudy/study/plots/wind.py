@@ -142,7 +142,7 @@ def _drawn(closed_loop):
     scene, outputs = closed_loop.scene, closed_loop.outputs
     owners = [name.rpartition(".")[0] for name in outputs if ".tension_" not in name]
     if scene.control:
-        body = closed_loop.body_name
+        body = closed_loop.body.name
     elif owners:
         body = owners[0] if owners[0].endswith(MIDSPAN) else owners[0].partition(".")[0]
     else:

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study.columns import first_of_largest, relative
+from cablestudy.study.column import first_of_largest, relative
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.cable_coordinates import Kept
 from cablestudy.system.coupled_solution import CoupledModes

@@ -77,7 +77,6 @@ class CableModes:
             index = list(self._scene.cables).index(name)
             scene = SimpleNamespace(model=self._scene.model, cable=self._scene.cables[name], gondola=None, winch=None)
             self._cases[name] = Case(scene, self._results, index)
-            self._cases[name]._closed_form.key = name  # results of equal keys are shared
         return self._cases[name]
 
     def modes(self, name, count, upto):

@@ -8,16 +8,14 @@ import numpy as np
 
 from cablestudy.control.gain_limits import undamped
 from cablestudy.control.law import law_from
-from cablestudy.control.loop import Loop, allocate, decay_beyond_doubt, moved_by_winches, unstable_pole
-from cablestudy.control.notch import Notch
+from cablestudy.control.loop import Loop, decay_beyond_doubt, unstable_pole
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of, result_of
-from cablestudy.scene.determinacy import MOTIONS
+from cablestudy.study.suspension.controlled_body import ControlledBody
 from cablestudy.study.suspension.driven_cables import DrivenCables
 from cablestudy.study.suspension.driven_waves import Effects
 from cablestudy.study.suspension.turbulence import Turbulence
 from cablestudy.study.tolerances import STUDY
-from cablestudy.system.suspension import AXES
 
 TURN = 2 * np.pi
 
@@ -62,135 +60,8 @@ class ClosedLoop:
 
     @cached_property
     def body(self):
-        """Number of the body that is controlled."""
-        name = self.scene.control.body
-        return list(self.scene.bodies).index(name) if name else 0
-
-    @property
-    def body_name(self):
-        """Name of the body that is controlled."""
-        return self.equilibrium.suspension.body_names[self.body]
-
-    @property
-    def free(self):
-        """Names of the free motions of the controlled body, such as x and yaw: list of str."""
-        is_free = self.equilibrium.suspension.free[self.body]
-        return [name for name, free in zip(MOTIONS, is_free, strict=True) if free]
-
-    @cached_property
-    def _measurable(self):
-        """Coordinates of the controlled body that the loop measures: stated ones, or the free ones that a winch moves.
-
-        Returns
-        -------
-        names : list of str
-            k names of displacements and rotations, such as x and yaw.
-        rows : ndarray, shape (k, m)
-            Each measured coordinate by the m coordinates of `motion`.
-        lengths : ndarray, shape (k,)
-            Length by which a rotation is multiplied to compare it with a displacement, the RMS distance of the ends of
-            cables and links from the reference point, 1 m where this is zero; 1 for displacements. [m], [-]
-        gain : ndarray, shape (k, i)
-            Static gain from the winches.
-
-        Raises
-        ------
-        NoSolutionError
-            No winch moves one of the stated coordinates; or, where none is stated, any free one.
-        """
-        control = self.scene.control
-        names = list(control.measured or self.free)
-        body_rows = self._body_displacements(self.motion.shapes)
-        rows = np.zeros((6, len(self.motion)))
-        rows[:, : body_rows.shape[1]] = body_rows  # strokes of actuators, the last ones, do not move the body
-        connection, end = np.nonzero(self.equilibrium.suspension.owner == self.body)
-        arms = self.equilibrium.arms[connection, end]
-        radius = np.sqrt((arms**2).sum(axis=-1).mean()) if len(arms) else 1.0
-        lengths = np.array([1.0, 1.0, 1.0, radius, radius, radius])
-        lengths = np.where(lengths > 0, lengths, 1.0)
-        motions = [MOTIONS.index(name) for name in names]
-        rows, lengths = rows[motions], lengths[motions]
-        is_moved, gain = moved_by_winches(self.motion, rows, lengths)
-        if not is_moved.all():
-            idle = [name for name, moved in zip(names, is_moved, strict=True) if not moved]
-            if control.measured or not is_moved.any():
-                raise NoSolutionError(f"control.measured: no winch moves {', '.join(idle)} of {self.body_name}")
-        names = [name for name, moved in zip(names, is_moved, strict=True) if moved]
-        return names, rows[is_moved], lengths[is_moved], gain[is_moved]
-
-    def _body_displacements(self, shapes):
-        """Displacements and rotations of the controlled body in r shapes of the suspension, shape (6, r)."""
-        return self.layout.displaced(self.layout.bodies(shapes))[self.body]
-
-    @property
-    def measured(self):
-        """Names of the k measured coordinates, such as x and yaw: list of str."""
-        return self._measurable[0]
-
-    @property
-    def measured_outputs(self):
-        """Names of the measured coordinates among the `outputs`, such as gondola.x: list of str."""
-        return [f"{self.body_name}.{AXES[MOTIONS.index(name)]}" for name in self.measured]
-
-    @cached_property
-    def notches(self):
-        """Notch of each measured coordinate: tuple of (Notch or None), k of them."""
-        table = self.scene.control.notch
-        if table is None:
-            return (None,) * len(self.measured)
-        if table.frequency == "coupled":
-            frequencies = self.coupled_frequencies
-        elif table.frequency == "static":
-            frequencies = self._static_frequencies()
-        else:
-            frequencies = [table.frequency] * len(self.measured)
-        rolloff = TURN * table.rolloff_frequency, table.rolloff_damping_ratio
-        return tuple(Notch(TURN * frequency, table.damping_ratio, *rolloff) for frequency in frequencies)
-
-    @cached_property
-    def _compliance_shares(self):
-        """Share of each mode of the model in the static compliance of each measured coordinate, shape (k, m). [-]"""
-        kept = self.plant.kept
-        amplitudes = self._measurable[1][:, : len(kept)] / self.modes.solution.omega[kept]
-        return amplitudes**2 / self._compliance[:, None]
-
-    @cached_property
-    def _compliance(self):
-        """Static compliance of each measured coordinate, shape (k,). [m/N], [rad/(N m)]"""
-        rows = self._measurable[1]
-        return (rows * np.linalg.solve(self.motion.static_stiffness, rows.T).T).sum(axis=1)
-
-    @property
-    def notch_frequencies_known(self):
-        """True unless a notch is `coupled` and a mode that the model lacks may be the one that it shall remove.
-
-        It removes the mode with the largest share in the compliance: none is larger if all that is missing is not.
-        """
-        table = self.scene.control and self.scene.control.notch
-        if not table or table.frequency != "coupled":
-            return True
-        largest, missing = self._compliance_shares.max(axis=1), 1 - self._compliance_shares.sum(axis=1)
-        return bool((largest > missing).all())
-
-    @property
-    def coupled_frequencies(self):
-        """Frequency of the mode with the largest share in the static compliance of each measured coordinate. [Hz]"""
-        shares = self._compliance_shares / self._compliance_shares.max(axis=1, keepdims=True)
-        decisive = np.argmax(np.round(shares, 9), axis=1)  # of equal ones the lowest mode, whatever rounding does
-        return self.modes.frequency[self.plant.kept[decisive]]
-
-    def _static_frequencies(self):
-        """Frequency of the body alone, on its static compliance, in each measured coordinate, shape (k,). [Hz]"""
-        inertia = np.diagonal(self.layout.mass[self.body])[[MOTIONS.index(name) for name in self.measured]]
-        return 1 / np.sqrt(self._compliance * inertia) / TURN
-
-    @cached_property
-    def allocation(self):
-        """`Allocation` of errors of the measured coordinates to the winches."""
-        control = self.scene.control
-        stated = control.allocation.weights if control.allocation else {}
-        weights = np.array([stated.get(name, 1.0) for name in self.scene.winches])
-        return allocate(*self._measurable[1:], weights)
+        """The `ControlledBody`."""
+        return ControlledBody(self.scene, self.plant)
 
     @cached_property
     def loop(self):
@@ -219,7 +90,7 @@ class ClosedLoop:
         law, gain = law_from(self.scene.control)
         if gain is None:
             gain = STUDY.little_gain * self.modes.solution.omega[0]
-        return Loop(self.motion, self.allocation, gain, self.notches, law)
+        return Loop(self.motion, self.body.allocation, gain, self.body.notches, law)
 
     @cached_property
     def _shared_by_gains(self):
@@ -374,7 +245,7 @@ class ClosedLoop:
         driven, resolving = self._judging, self.driven.resolving
         finer = None if resolving is driven else resolving.loop_gain
         limits = driven.gains.single_limits(self.loop.gain, finer, driven.resolved_to)
-        return dict(zip(self.measured, limits.tolist(), strict=True))
+        return dict(zip(self.body.measured, limits.tolist(), strict=True))
 
     @cached_property
     def with_critical_modes(self):

@@ -13,7 +13,8 @@ import numpy as np
 from cablestudy.cable.geometry import chord_angles, clearance
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.fields import suggestion
-from cablestudy.study.columns import COLUMNS, FAMILIES, Column, attribute, lacks, written_key
+from cablestudy.study.column import Column, attribute, lacks, written_key
+from cablestudy.study.columns import COLUMNS, FAMILIES
 from cablestudy.study.columns import find as find_of_one
 from cablestudy.study.suspension.wind_columns import (
     LOOP,

@@ -33,7 +33,8 @@ from cablestudy.study.tolerances import STUDY
 from cablestudy.system.cable_coordinates import residual_vectors
 from cablestudy.system.cables import Models
 from cablestudy.system.coupled_modes import Search
-from cablestudy.system.linear import LinearSystem, dense
+from cablestudy.system.linear import LinearSystem
+from cablestudy.system.matrices import dense
 
 MODES_TOGETHER = np.arange(5.0)  # shifts of the poles of modes that nearly coincide, over that of one alone
 TURN = 2 * np.pi
@@ -105,7 +106,7 @@ class DrivenCables:
         NoSolutionError
             The gain could drive more modes than can be computed.
         """
-        notches, law = self._closed_loop.notches, self._closed_loop.untuned_loop.law
+        notches, law = self._closed_loop.body.notches, self._closed_loop.untuned_loop.law
         return StableGains(self.loop_gain, self._poles(), notches, law, self._gain)
 
     @property
@@ -314,7 +315,7 @@ class DrivenCables:
             reeled=effects.reeled,
             lifted=with_strokes(lifted.T, strokes).T,
             measured=with_strokes(effects.measured, strokes),
-            shares=closed_loop.allocation.shares,
+            shares=closed_loop.body.allocation.shares,
             controller=closed_loop.untuned_loop.controller,
             windows=plant.accuracy > STUDY.all_modes_from,
         )

@@ -30,7 +30,7 @@ from cablestudy.control.suspension import reeled
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.scene.determinacy import MOTIONS
 from cablestudy.study.tolerances import STUDY
-from cablestudy.system.linear import dense
+from cablestudy.system.matrices import dense
 from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import outward
 
@@ -119,8 +119,8 @@ class Effects:
     def measured(self):
         """P: measured coordinates by the free displacements, shape (k, d)."""
         layout = self.closed_loop.layout
-        body = layout.displaced(np.eye(len(layout.free)))[self.closed_loop.body]
-        return body[[MOTIONS.index(name) for name in self.closed_loop.measured]]
+        body = layout.displaced(np.eye(len(layout.free)))[self.closed_loop.body.index]
+        return body[[MOTIONS.index(name) for name in self.closed_loop.body.measured]]
 
     @cached_property
     def _responses(self):
@@ -145,7 +145,7 @@ class Effects:
     def _winch_gain(self):
         """|A| |C1 N|: response of winches to what is measured, per gain, at the frequencies, shape (f, i, k). [s]"""
         controller = self.closed_loop.untuned_loop.controller(1j * self.omega)
-        return np.abs(self.closed_loop.allocation.shares) * np.abs(controller)[:, None]
+        return np.abs(self.closed_loop.body.allocation.shares) * np.abs(controller)[:, None]
 
     def shift_per_gain(self, cable, index, coupling):
         """Bound on the shift of poles per gain, |C1 N| |b| |A| |P u|/(2 W), shape (..., n).
@@ -233,7 +233,7 @@ class Effects:
     def loop_up_to(self, gain):
         """Frequency up to which the loop gain is above `broad_loop_gain` where waves do not return. [rad/s]"""
         controller = self.closed_loop.untuned_loop.controller(1j * self.omega)[:, None, :]
-        unit_gain = self._responses[2] @ self.closed_loop.allocation.shares * controller
+        unit_gain = self._responses[2] @ self.closed_loop.body.allocation.shares * controller
         size = gain * np.abs(np.linalg.eigvals(unit_gain)).max(axis=1)
         return float(self.omega[size > STUDY.broad_loop_gain].max(initial=0.0))
 

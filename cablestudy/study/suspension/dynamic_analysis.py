@@ -11,7 +11,7 @@ from cablestudy.cable.steady_drag import concatenate
 from cablestudy.control.law import law_from
 from cablestudy.errors import outcome_of, result_of
 from cablestudy.scene.words import counted
-from cablestudy.study.columns import relative
+from cablestudy.study.column import relative
 from cablestudy.study.notes import unknown_rms_error
 from cablestudy.study.suspension.closed_loop import ClosedLoop
 from cablestudy.study.suspension.gust_response import GustResponse
@@ -146,7 +146,7 @@ class DynamicAnalysis:
         for count in (*self._model_sizes, *(STUDY.more_modes if self._model is None else ())):
             closed_loop = self._closed_loop_with(count)
             enough = count >= self._usual_counts[0] or closed_loop.plant.lacked_compliance < STUDY.lacked_compliance
-            if (enough and closed_loop.notch_frequencies_known) or len(closed_loop.modes) < count:
+            if (enough and closed_loop.body.notch_frequencies_known) or len(closed_loop.modes) < count:
                 break
         return tuple(size for size in self._model_sizes if size >= count) or (count,)
 

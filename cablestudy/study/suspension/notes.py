@@ -152,14 +152,14 @@ def _of_wind(case):
 
 def _of_loop(closed_loop, wind):
     """Yield notes on the loop of the winches."""
-    law, coordinates = closed_loop.loop.law, ", ".join(closed_loop.measured)
+    law, coordinates = closed_loop.loop.law, ", ".join(closed_loop.body.measured)
     gains = "" if law.integrates_only else f": {law.described(closed_loop.loop.gain, 4)}"
     yield f"loop of {counted(len(closed_loop.winches), 'cable')} for {coordinates}{gains}"
     yield from law_notes(closed_loop.loop)
     if wind is not None and wind.mean:
         yield "displacements by the mean wind are those with the winches at rest; the loop takes them back in time"
-    if closed_loop.scene.control.measured is None and len(closed_loop.measured) < len(closed_loop.free):
-        unmeasured = [name for name in closed_loop.free if name not in closed_loop.measured]
+    if closed_loop.scene.control.measured is None and len(closed_loop.body.measured) < len(closed_loop.body.free):
+        unmeasured = [name for name in closed_loop.body.free if name not in closed_loop.body.measured]
         yield f"not measured, as no winch moves it to speak of: {', '.join(unmeasured)}"
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from cablestudy.scene.determinacy import MOTIONS, found_rotations
 from cablestudy.scene.suspension_tables import Tensions
-from cablestudy.study.columns import attribute
+from cablestudy.study.column import attribute
 from cablestudy.study.scene_values import load_arrays, places_of
 from cablestudy.system import rigid
 from cablestudy.system.suspension import GROUND, SuspendedSystem

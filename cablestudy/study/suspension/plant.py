@@ -17,7 +17,7 @@ from cablestudy.study.suspension.tension_waves import change_by_waves
 from cablestudy.study.suspension.turbulence import OWN, Turbulence
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.connected import observed
-from cablestudy.system.linear import dense
+from cablestudy.system.matrices import dense
 from cablestudy.system.residues import delayed_response, residues
 from cablestudy.wind.mean import Drag
 from cablestudy.wind.strips import midspan_shapes

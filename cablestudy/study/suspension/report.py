@@ -2,11 +2,13 @@
 
 from collections import Counter
 from dataclasses import replace
+from math import isnan
 
 import numpy as np
 
 from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
-from cablestudy.study.columns import find, relative
+from cablestudy.study.column import relative
+from cablestudy.study.columns import find
 from cablestudy.study.notes import of_comparison
 from cablestudy.study.report import STATE, modes_as_rows, shapes_table
 from cablestudy.study.suspension.columns import body_columns, cable_columns, has_key, link_columns, point_columns
@@ -154,13 +156,13 @@ def cells_of(case, columns, failures=None):
     cells, errors = {}, {}
     for name, column in columns.items():
         try:
-            cells[name], errors[name] = value(case, column)
+            cells[name], errors[name] = value(column, case)
         except NoSolutionError as error:
             if failures is None:
                 raise
             failures.append(str(error))
-            cells[name] = errors[name] = None
-    return cells, {name: error for name, error in errors.items() if error is not None}
+            cells[name] = None
+    return cells, {name: error for name, error in errors.items() if not isnan(error)}
 
 
 def _field(column, name):

@@ -16,7 +16,7 @@ from cablestudy.study.suspension.report import mode_notes
 from cablestudy.study.suspension.ssm_control import CoupledChoice, choose_controlled
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.coupled import Layout
-from cablestudy.system.linear import dense
+from cablestudy.system.matrices import dense
 from cablestudy.wind.strips import nodal_shapes
 
 

@@ -146,7 +146,7 @@ class ControlledChoice(CoupledChoice):
 
 def _of_loop(closed_loop):
     """Gain and notches of the loop: one line."""
-    pairs = zip(closed_loop.measured, closed_loop.loop.notches, strict=True)
+    pairs = zip(closed_loop.body.measured, closed_loop.loop.notches, strict=True)
     notches = [f"{name} {notch.omega / (2 * np.pi):.4g} Hz" for name, notch in pairs if notch]
     law, gain = closed_loop.loop.law, closed_loop.loop.gain
     gains = f"gain {gain:.4g} rad/s" if law.integrates_only else law.described(gain, 4)
@@ -198,7 +198,7 @@ def choose_controlled(document, scene, options, highest=None):
         full_loop = reduced_loop = _reaching(case.in_wind, full_loop, highest, STUDY.loop_response_modes)
     loop, reduced_loop = None, reduced_loop.with_all_modes
     if options.attached == "loop":
-        allocation = replace(full_loop.allocation, measured=reduced_loop.allocation.measured)
+        allocation = replace(full_loop.body.allocation, measured=reduced_loop.body.allocation.measured)
         loop = replace(full_loop.loop, motion=reduced_loop.plant.viscous_motion, allocation=allocation)
     return ControlledChoice(options, case, full_loop, reduced_loop, loop, highest)
 

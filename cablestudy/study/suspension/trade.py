@@ -1,12 +1,13 @@
 """Models that `trade` compares of a suspension: closed forms, bars, high orders and error control, for all cables."""
 
 from functools import partial
+from math import isnan
 
 import numpy as np
 
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.closed_form import DISCRETE
-from cablestudy.study.columns import least_work_first
+from cablestudy.study.column import least_work_first
 from cablestudy.study.refinement import with_accuracy
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import MODE, find
@@ -57,7 +58,7 @@ def reference_levels(case):
 def exact_value(column, case):
     """A number of a case of the reference, and its relative error by anything but its elements."""
     number, error = _value(column, case)
-    return number, error or 0.0
+    return number, 0.0 if isnan(error) else error
 
 
 def missing_key(scene, column):
@@ -115,8 +116,8 @@ def _size_limit(case):
 
 
 def _value(column, case):
-    """A number, and the relative error that its model states of it, or None."""
-    return value(case, OF_THE_WHOLE.get(column.name, column))
+    """A number, and the relative error that its model states of it, not a number where it states none."""
+    return value(OF_THE_WHOLE.get(column.name, column), case)
 
 
 def _number(column, case):
@@ -126,7 +127,8 @@ def _number(column, case):
 
 def _stated_error(column, case):
     """Relative error that the model states of a number, or None. [-]"""
-    return _value(column, case)[1]
+    error = _value(column, case)[1]
+    return None if isnan(error) else error
 
 
 def _static_value(column, case):

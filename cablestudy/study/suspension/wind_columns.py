@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from cablestudy.errors import CablestudyError, NoSolutionError
-from cablestudy.study.columns import MM, UM, Column, loop_columns, scaled, winch_columns
+from cablestudy.study.column import MM, UM, Column, scaled
+from cablestudy.study.motion_columns import loop_columns, winch_columns
 from cablestudy.study.tolerances import STUDY
 
 TURN = 2 * np.pi

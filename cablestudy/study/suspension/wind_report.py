@@ -8,7 +8,7 @@ import numpy as np
 from cablestudy.errors import SceneError
 from cablestudy.scene.scene import missing
 from cablestudy.scene.words import first_of
-from cablestudy.study.columns import lacks
+from cablestudy.study.column import lacks
 from cablestudy.study.notes import beyond_linear, larger_by_loop
 from cablestudy.study.status import SLACK
 from cablestudy.study.suspension.columns import cable_columns, has_key, linear_ranges
@@ -148,11 +148,11 @@ def coordinate_table(case, _):
     closed_loop = case.in_wind.controlled
     limits = closed_loop.single_limits if closed_loop.loop.gain and closed_loop.stable else {}
     lines = []
-    for name, notch in zip(closed_loop.measured, closed_loop.notches, strict=True):
+    for name, notch in zip(closed_loop.body.measured, closed_loop.body.notches, strict=True):
         limit = limits.get(name, np.inf)
         frequency = notch and float(notch.omega / (2 * np.pi))
         margin = float(20 * np.log10(limit)) if 0 < limit < np.inf else None
-        lines.append((f"{closed_loop.body_name}.{name}", frequency, margin))
+        lines.append((f"{closed_loop.body.name}.{name}", frequency, margin))
     fields = (
         Field("coordinate", "coordinate", label=True),
         Field("notch_frequency_Hz", "notch frequency", "Hz"),

@@ -1,0 +1,155 @@
+"""A result column: name, unit, meaning, and the function that computes it; its number in a case, or why it has none."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from math import isfinite
+
+import numpy as np
+
+from cablestudy.errors import NoSolutionError
+from cablestudy.study.table import Field, header
+from cablestudy.study.tolerances import STUDY
+
+SHAPELESS = "a part of the cable without weight is slack: it has no definite form"
+LIMP = "a slack cable without weight has no definite form"
+MM, UM = 1e3, 1e6
+# keys that columns need, as `Column.key`
+METAL, DIAMETER, STRONG = "cable.section_area", "cable.section_diameter", "cable.section_breaking_force"
+# attribute of the scene that is computed -> the key in the file by which it can be
+WRITTEN = {
+    "section_area": "area", "section_diameter": "diameter", "section_breaking_force": "breaking_force",
+    "section_elastic_modulus": "area", "section_density": "area", "forces_on_end_2": "cases.*.forces.end_2",
+    "nonzero_gravity": "gravity",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a table."""
+
+    name: str  # without its unit
+    unit: str
+    meaning: str
+    # the most expensive result that it uses: scene, statics, stiffness, modes, gondola, loop, wind or run;
+    # find: a key that a study solves for; limits: what the limits of the scene compare, in all their load cases
+    needs: str
+    compute: Callable  # Results -> ndarray, or Case -> float
+    key: str = ""  # keys of the scene without which it has no value, separated by commas; one|another: either
+    each: bool = False  # computed case by case, although it is a closed form
+    mode: tuple = ()  # of a mode's frequency: number (from 1), kind, and symmetry or None
+    without: str = ""  # key that a scene must not have
+    text: bool = False  # whether its cells are texts
+    # "form": by how the cable hangs between its ends, which a slack part without weight leaves open: refused there;
+    # "sag": by its sag, whose estimated error counts too; empty: by neither
+    determined_by: str = ""
+
+    @property
+    def least_error(self):
+        """Estimated relative error of the closed form, by rounding; None of a column without an error. [-]"""
+        if self.needs in ("run", "find") or self.text or self.name == "iterations":
+            return None
+        return 0.0 if self.needs == "scene" else STUDY.rounding
+
+    @cached_property
+    def header(self):
+        """Name with its unit, as in CSV and JSON."""
+        return header(self.name, self.unit)
+
+    @property
+    def field(self):
+        """Its `Field` in a table."""
+        return Field(self.header, self.name.replace("_", " "), self.unit, text=self.text)
+
+    @cached_property
+    def keys(self):
+        """The keys of `key`, a tuple."""
+        return tuple(filter(None, self.key.split(", ")))
+
+
+def scaled(value_and_error, factor):
+    """A number and its relative error, times a factor."""
+    value, error = value_and_error
+    return factor * value, error
+
+
+def least_work_first(columns):
+    """Columns in the order in which they cost least: list.
+
+    By falling mode number, since the model of a high mode has the lower ones; and those of the loop before those of the
+    wind, which need no largest gain, but are spared another proof of stability where it is known.
+    """
+    return sorted(columns, key=lambda column: (column.needs == "wind", -column.mode[0] if column.mode else 0))
+
+
+def attribute(scene, path):
+    """Attribute of a scene, or entry of its tables, at a path with dots; None where part of the path is missing."""
+    for name in path.split("."):
+        scene = scene.get(name) if isinstance(scene, dict) else getattr(scene, name, None)
+    return scene
+
+
+def lacks(scene, column):
+    """The first key that a column needs and a scene has no value for, or an empty text."""
+    for key in column.keys:
+        values = [attribute(scene, name) for name in key.split("|")]
+        if all(value is None or (isinstance(value, tuple | dict) and not value) for value in values):
+            return written_key(key.split("|")[0])
+    return ""
+
+
+def written_key(key):
+    """The key of the file for a key of `Column.key`, which may be an attribute that the scene computes."""
+    table, _, name = key.rpartition(".")
+    return f"{table}.{WRITTEN[name]}".strip(".") if name in WRITTEN else key
+
+
+def without(scene, column):
+    """The error of a column that needs a key which its case lacks."""
+    return NoSolutionError(f"{column.name} needs the key {lacks(scene, column)}, which this case does not have")
+
+
+def shapeless(column, limp):
+    """The error of a column `determined_by` the form of a cable that is slack in part, or, if `limp`, all of it."""
+    return NoSolutionError(LIMP if limp else f"no {column.name}: {SHAPELESS}")
+
+
+def not_finite(column):
+    """The error of a column whose value is not finite."""
+    return NoSolutionError(f"{column.header} is not finite")
+
+
+def value(column, case):
+    """One number of a case whose scene has the keys that the column needs; see `value_and_error`."""
+    return value_and_error(column, case)[0]
+
+
+def value_and_error(column, case):
+    """One number of a case whose scene has the keys that the column needs, and its estimated relative error.
+
+    None where the quantity has no value, for example no limit of the gain, and where the column states no error;
+    NoSolutionError or ConvergenceError where there is no solution.
+    """
+    if column.determined_by and case.exact_statics and case.catenary.slack:
+        raise shapeless(column, case.limp)
+    result = column.compute(case)
+    number, error = result if isinstance(result, tuple) else (result, None)
+    if not isinstance(number, float | int | None):
+        number = np.asarray(number).item()
+    if number is None or isinstance(number, int):
+        return number, error
+    if not isfinite(number):
+        raise not_finite(column)
+    return float(number) + 0.0, error  # no minus before a zero
+
+
+def first_of_largest(values, apart):
+    """Index of the largest of some values, shape (m,): of those closer to it than a relative distance the first."""
+    return int(np.argmax(values >= values.max() * (1 - apart)))
+
+
+def relative(value, reference):
+    """Relative difference; 1 where only one of the two is there. [-]"""
+    if value is None or reference is None:
+        return float(value is not reference)
+    return abs(value - reference) / abs(reference) if reference else float(value != reference)

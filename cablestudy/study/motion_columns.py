@@ -1,0 +1,188 @@
+"""Columns of the motion of a gondola, or of a cable with fixed ends, in the wind and under control: their functions.
+
+Those of the loop and its winches are the same for one cable and for suspensions.
+"""
+
+from functools import partial
+from math import hypot
+
+import numpy as np
+
+from cablestudy.errors import CablestudyError
+from cablestudy.study.column import DIAMETER, MM, UM, Column, scaled
+from cablestudy.study.load_cases import wind_direction
+from cablestudy.wind.peak import peak_factor
+
+WINCH = "gondola.mass, winch.controller"
+DAMPING_RATIO = "gondola_damping_ratio"
+GONDOLA_X = "gondola.x"  # outputs of `as_suspension`, with a gondola and without
+MIDSPAN, TENSIONS = [f"cable.midspan.{axis}" for axis in "xyz"], ["cable.tension_from", "cable.tension_to"]
+DRAG = "gondola.area, gondola.drag_coefficient, wind"
+BODY = f"gondola.mass, {DRAG}"
+ON_CABLE = f"gondola.mass, wind, {DIAMETER}"
+# numbers of `control.margins.Margins` of one loop and of several -> unit, meaning
+SENSITIVITY = {
+    "sensitivity_peak": ("", "largest singular value of the sensitivity S = (I + L)^-1 over frequency; |1/(1 + L)| of "
+                         "one loop"),
+    "sensitivity_frequency": ("Hz", "frequency of the largest sensitivity"),
+    "bandwidth": ("Hz", "first frequency at which the largest singular value of T = L (I + L)^-1 falls below "
+                  "1/sqrt(2); empty where it never does"),
+    "disk_margin": ("", "alpha: stable with each factor (1 + d/2)/(1 - d/2) of the loop gain, |d| < alpha; at most 2. "
+                    "Of several loops a lower bound: with such factors of all, coupled ones too"),
+    "disk_gain_margin": ("dB", "gains may grow or fall by less than this, those of several loops independently; empty "
+                         "where by any factor"),
+    "disk_phase_margin": ("deg", "phases may turn by less than this, those of several loops independently"),
+}  # fmt: skip
+
+
+def mean_displacement(results):
+    """Displacement of each gondola along x by the mean wind: rho/2 C_d A v^2 over the static stiffness. [m]
+
+    By the steady wind of the load case where it has one; else zero where `wind.mean` leaves it out.
+    """
+    wind, gondola = (lambda key: results.given(f"wind.{key}")), (lambda key: results.given(f"gondola.{key}"))
+    steady = results.given("load_case.wind.dynamic_pressure")
+    by_wind = np.where(wind("mean"), wind("air_density") / 2 * wind("speed") ** 2, 0.0)
+    along_x = wind_direction(results.given("load_case.wind.direction"))[..., 0]
+    pressure = np.where(np.isnan(steady), by_wind, steady * along_x * results.pressure_on_gondola)
+    with np.errstate(divide="ignore"):  # of cases that have no equilibrium
+        return pressure * gondola("drag_coefficient") * gondola("area") / results.end_stiffness_along(0)
+
+
+def peak_of_gondola(case):
+    """Expected largest displacement of a gondola [mm], and its estimated relative error."""
+    case.check_winch_speed()
+    return scaled(case.in_wind.peak([GONDOLA_X], float(mean_displacement(case))), MM)
+
+
+def tensions_at_peak(case):
+    """Least tension at an end, and largest one of the cable, expected within `wind.duration`. [N]
+
+    With a gondola by its largest displacement: linear and quasi-static, towards either side, since a scene of one cable
+    does not say whether its wind blows towards end 1 or away from it. With fixed ends by `tension_rms`, with as many
+    crossings as cycles of the lowest mode.
+    """
+    tension, change = _change_at_peak(case)
+    return float((tension - change).min()), float(case.statics.max_tension + np.max(change))
+
+
+def _change_at_peak(case):
+    """Tension at both ends, shape (2,), and its largest change as of `tensions_at_peak`, shape (2,) or a number. [N]"""
+    force = case.equilibrium.end_forces[0] if case.exact_statics else case.state.end_forces("global")
+    tension = np.sqrt((force**2).sum(axis=-1))
+    if case.scene.gondola is None:
+        lowest = float(case.in_cable_wind.sides[0].closed_loop.modes.frequency[0])
+        change = peak_factor(lowest, case.scene.wind.duration) * rms_of_bare_cable(case, TENSIONS)[0]
+    else:
+        # force on end 2 per displacement along x; in closed form, since elements would have to be those of both planes
+        stiffness = np.array([case.results.end_stiffness_along(axis, 0)[case.index] for axis in range(3)])
+        change = np.abs(force @ stiffness) / np.where(tension > 0, tension, 1.0) * peak_of_gondola(case)[0] / MM
+    return tension, change
+
+
+def goes_slack(case):
+    """True if the least tension of a `Case` in the wind is below zero; False where its RMS was not computed."""
+    solved = case.moves_in_wind and (case.scene.gondola is None or case.__dict__.get("in_wind") in case.solved_winds)
+    try:
+        tension, change = _change_at_peak(case) if solved else (np.zeros(2), 0.0)
+        return bool((tension < change).any())
+    except CablestudyError:  # a winch that would be too fast, for example: the columns of the wind say why
+        return False
+
+
+def imaged_column(name, meaning, keys):
+    """Column of the gondola's motion in a telescope's image, with exposure time or correction as `name` says."""
+
+    def compute(case):
+        case.check_winch_speed()
+        return scaled(case.in_wind.rms([GONDOLA_X], name, open_loop=False), UM)
+
+    return Column(name, "um", meaning, "wind", compute, f"{BODY}, {keys}")
+
+
+def loop_columns(keys):
+    """The columns of the winch loop, of one cable or of a suspension: list of Column, each with `keys` as `Column.key`.
+
+    Their functions take a case with `in_wind`, and return a number and its estimated relative error.
+    """
+    properties = {
+        "gain": ("rad/s", "integral gain of the loop of the winches, as stated or as it follows from a margin"),
+        "largest_gain": ("rad/s", "integral gain below which the loop is stable, proportional and derivative gain in "
+                         "proportion; empty when it always is"),
+        "gain_margin": ("dB", "largest stable gain over the gain, of all winches together; empty when there is no "
+                        "limit"),
+        "phase_crossover": ("Hz", "frequency at which the largest gain puts a pole of the loop on the axis: that of "
+                            "the gain margin"),
+    }  # fmt: skip
+    margins = {
+        "phase_margin": ("deg", "least angle to instability where the loop gain is one: of several coordinates where "
+                         "one of its eigenvalues has the size 1"),
+        "gain_crossover": ("Hz", "frequency at which the loop gain is one: that of the phase margin"),
+        "delay_margin": ("s", "least further delay in the loop of all winches that makes it unstable"),
+        **SENSITIVITY,
+    }  # fmt: skip
+
+    return [
+        *(Column(name, unit, meaning, "loop", lambda case, name=name: getattr(case.in_wind, name), keys)
+          for name, (unit, meaning) in properties.items()),
+        *(Column(name, unit, meaning, "loop", lambda case, name=name: case.in_wind.margin(name), keys)
+          for name, (unit, meaning) in margins.items()),
+    ]  # fmt: skip
+
+
+def winch_columns(keys):
+    """The columns of the speed of the winches in the wind, as `loop_columns`."""
+
+    def speed(case, index):
+        return scaled(case.in_wind.winch_speeds[index], MM)
+
+    meanings = {
+        "winch_rms_speed": "RMS of the speed of the winches in the wind, that of the fastest one",
+        "winch_peak_speed": "largest speed of any winch expected within wind.duration",
+    }
+    return [
+        Column(name, "mm/s", meaning, "wind", partial(speed, index=index), keys)
+        for index, (name, meaning) in enumerate(meanings.items())
+    ]
+
+
+def rms_columns(suffix, wind, key, compute):
+    """Yield the columns of the gondola's RMS in one wind: of displacement and velocity, with loop and winch at rest.
+
+    `suffix` and `wind` are the parts of their names and meanings for the wind. `compute` is a function of a `Case`,
+    "value" or "rate", and whether the winch is at rest, for the RMS [m] or [m/s] and its relative error.
+    """
+    loops = (False, "with the winch loop", f"{key}, winch.controller"), (True, "the winch at rest", key)
+    for at_rest, loop, keys in loops:
+        for quantity, variance, unit in (("displacement", "value", "mm"), ("velocity", "rate", "mm/s")):
+
+            def rms_in_mm(case, at_rest=at_rest, variance=variance):
+                if not at_rest:
+                    case.check_winch_speed()
+                return scaled(compute(case, variance, at_rest), MM)
+
+            name = "gondola_rms" + ("_velocity" if unit == "mm/s" else "") + ("_open_loop" if at_rest else "") + suffix
+            meaning = f"RMS {quantity} of the gondola along x {wind}, {loop}"
+            yield Column(name, unit, meaning, "wind", rms_in_mm, keys)
+
+
+def by_wind_on_gondola(case, variance, at_rest):
+    """RMS of the gondola along x and its relative error, as `compute` of `rms_columns`; also the two following."""
+    return case.in_wind.rms([GONDOLA_X], variance, at_rest)
+
+
+def by_wind_on_cable(case, variance, at_rest):
+    return case.in_cable_wind.rms([GONDOLA_X], variance, at_rest)
+
+
+def rms_of_bare_cable(case, names):
+    """Largest RMS of some outputs of a bare cable over the directions of the wind, and its relative error."""
+    return case.in_cable_wind.rms_to(case.scene.model.accuracy or np.inf, names)
+
+
+def by_wind_on_both(case, variance, at_rest):
+    """RMS and error by the winds on gondola and cable together: they are independent, so that variances add."""
+    winds = case.in_wind_that_damps, case.in_cable_wind
+    (on_gondola, gondola_error), (on_cable, cable_error) = (wind.rms([GONDOLA_X], variance, at_rest) for wind in winds)
+    total = hypot(on_gondola, on_cable)
+    return total, (gondola_error * (on_gondola / total) ** 2 + cable_error * (on_cable / total) ** 2) if total else 0.0

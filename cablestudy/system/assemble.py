@@ -1,0 +1,108 @@
+"""Assembly of superelements of cables and of bodies into one `LinearSystem`, dense or sparse."""
+
+import numpy as np
+
+from cablestudy.system.linear import LinearSystem
+
+
+def assemble(cables, connection, bodies, imposed=None, stiffness=0.0):
+    """Assemble the `LinearSystem` of cables between bodies, winches and the ground from their superelements.
+
+    Its coordinates are the modal amplitudes of one cable after the other, then the displacements of the bodies; its
+    inputs are the movements of the winches.
+
+    Parameters
+    ----------
+    cables : sequence of Superelement
+        One of each of the c cables.
+    connection : ndarray or sparse array, shape (6 c, b)
+        G: displacements of the six ends of one cable after the other, per displacement of the bodies. Where it is
+        sparse, the matrices of the system are.
+    bodies : ndarray or sparse array, shape (b, b)
+        Mass matrix of the b displacements of the bodies.
+    imposed : ndarray, shape (6 c, i), optional
+        H: displacements of the ends per movement of the winches.
+    stiffness : ndarray or sparse array, shape (b, b), optional
+        Of the bodies, without that of the cables.
+
+    Returns
+    -------
+    LinearSystem
+    """
+    imposed = np.zeros((connection.shape[0], 0)) if imposed is None else imposed
+    matrices = [cable.matrices() for cable in cables]
+    if not isinstance(connection, np.ndarray):
+        return _assemble_sparse(cables, matrices, connection, bodies, imposed, stiffness)
+    modal, b = sum(len(cable.omega) for cable in cables), len(bodies)
+    hysteretic = any(cable.strain is not None and cable.strain.law == "hysteretic" for cable in cables)
+    # M, C, K, and what they make of the movements of the winches: minus B2, B1, B0
+    systems = np.zeros((3, modal + b, modal + b), dtype=complex if hysteretic else float)
+    of_winches = np.zeros((3, modal + b, imposed.shape[1]), dtype=systems.dtype)
+    systems[0, modal:, modal:], systems[2, modal:, modal:] = bodies, stiffness
+    begin, body = 0, slice(modal, None)
+    for cable, (element, of_cable) in enumerate(zip(cables, matrices, strict=True)):
+        n = len(element.omega)
+        modes, ends = slice(begin, begin + n), slice(6 * cable, 6 * cable + 6)
+        g, h = connection[ends], imposed[ends]
+        for system, by_winches, matrix in zip(systems, of_winches, of_cable, strict=True):
+            system[modes, modes] = matrix[:n, :n]
+            system[modes, body] = matrix[:n, n:] @ g
+            system[body, modes] = system[modes, body].T
+            system[body, body] += g.T @ matrix[n:, n:] @ g
+            by_winches[modes] += matrix[:n, n:] @ h
+            by_winches[body] += g.T @ matrix[n:, n:] @ h
+        begin += n
+    mass, damping, total_stiffness = systems
+    return LinearSystem(mass.real, damping.real, total_stiffness, tuple(-of_winches[::-1]), b)
+
+
+def _assemble_sparse(cables, matrices, connection, bodies, imposed, stiffness):
+    """`assemble` for a sparse G: block-diagonal matrices A of all modes and cable ends, reduced to T^T A T.
+
+    T gives modes and ends by the coordinates of the system: the ends move with the bodies. `matrices` has M, C and K of
+    each cable; the other arguments are those of `assemble`.
+    """
+    from scipy.sparse import block_array, csc_array, eye_array
+
+    modal = sum(len(cable.omega) for cable in cables)
+    bodies, stiffness = csc_array(bodies), csc_array(stiffness) if np.ndim(stiffness) else 0 * csc_array(bodies)
+    blocks = [[eye_array(modal), None], [None, connection]]
+    by_system = block_array(blocks, format="csr") if modal else csc_array(connection)  # T
+    by_winches = np.concatenate([np.zeros((modal, imposed.shape[1])), imposed])  # modes and ends by the winches
+    systems, of_winches = [], []
+    for matrix, of_bodies in zip(_block_diagonal(cables, matrices), (bodies, 0 * bodies, stiffness), strict=True):
+        if modal:
+            of_bodies = block_array([[csc_array((modal, modal)), None], [None, of_bodies]], format="csc")
+        systems.append((by_system.T @ matrix @ by_system + of_bodies).tocsc())
+        # sorts the indices too: whoever sorted those of a copy that shares the values would put these in disorder
+        systems[-1].sum_duplicates()
+        of_winches.append(by_system.T @ (matrix @ by_winches))
+    mass, damping, total_stiffness = systems
+    inputs = tuple(-matrix for matrix in of_winches[::-1])
+    return LinearSystem(mass.real, damping.real, total_stiffness, inputs, bodies.shape[0])
+
+
+def _block_diagonal(cables, matrices):
+    """M, C and K of all cables, rows first of all modes and then of the six ends of each cable: list of sparse arrays.
+
+    Arguments are those of `_assemble_sparse`. Entries are collected for cables with equal numbers of modes together.
+    """
+    from scipy.sparse import coo_array
+
+    sizes = np.array([len(cable.omega) for cable in cables])
+    modal, first_mode = int(sizes.sum()), np.cumsum(sizes) - sizes
+    shape = (modal + 6 * len(cables),) * 2
+    rows, columns, values = [], [], ([], [], [])  # of the entries; values of M, C and K
+    for size in np.unique(sizes):
+        alike = np.flatnonzero(sizes == size)
+        modes, ends = first_mode[alike, None] + np.arange(size), modal + 6 * alike[:, None] + np.arange(6)
+        index = np.concatenate([modes, ends], axis=1)  # row in the whole matrix of each row of a cable's matrix
+        rows.append(np.repeat(index, size + 6, axis=1).ravel())
+        columns.append(np.tile(index, (1, size + 6)).ravel())
+        for kind, entries in enumerate(values):
+            entries.append(np.stack([matrices[cable][kind] for cable in alike.tolist()]).ravel())
+    rows, columns, sparse = np.concatenate(rows), np.concatenate(columns), []
+    for entries in map(np.concatenate, values):
+        nonzero = entries != 0
+        sparse.append(coo_array((entries[nonzero], (rows[nonzero], columns[nonzero])), shape=shape).tocsr())
+    return sparse

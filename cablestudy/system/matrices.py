@@ -1,0 +1,135 @@
+"""Functions of matrices of coupled systems: factors, modes by Lanczos iteration, shares of modes in a compliance."""
+
+import numpy as np
+
+from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.system.tolerances import SYSTEM
+
+UNSTABLE = "the equilibrium is not stable: it has no modes"
+
+
+def polynomial(coefficients, s):
+    """Values a + s b + s^2 c of three arrays of one shape (...), for each s of shape (f,): shape (f, ...)."""
+    a, b, c = coefficients
+    s = np.reshape(s, (-1, *[1] * np.ndim(a)))
+    return a + s * b + s**2 * c
+
+
+def solved(matrices, right):
+    """Solutions of linear systems, not a number where one is singular, shapes (m, n, n) and (m, n, 1)."""
+    try:
+        return np.linalg.solve(matrices, right)
+    except np.linalg.LinAlgError:
+        if len(matrices) == 1:
+            return np.full(right.shape, np.nan, dtype=complex)
+        half = len(matrices) // 2
+        return np.concatenate([solved(matrices[:half], right[:half]), solved(matrices[half:], right[half:])])
+
+
+def compliance_shares(displacement, compliance):
+    """Share of each mode in the static compliance of a displacement: all of them add up to one. [-]
+
+    Parameters
+    ----------
+    displacement : ndarray, shape (..., k)
+        In each mode of unit strain energy, phi/w of a mass-normalised one.
+    compliance : float or ndarray, shape (..., 1)
+        Displacement per force there.
+    """
+    return displacement**2 / compliance
+
+
+def shares(values):
+    """Values over their sum, zeros where that is zero, shape (n,). [-]"""
+    total = values.sum()
+    return values / (total if total > 0 else 1.0)
+
+
+def massive_modes(shapes, compliance):
+    """Mass-normalised shapes of the modes of finite frequency, (n, m), and their W^2, shape (m,) [rad^2/s^2].
+
+    From the shapes of unit strain energy and the compliance of some of the `LinearSystem.strain_modes`.
+    """
+    massive = compliance > SYSTEM.massless * compliance.max(initial=0.0)
+    square = 1 / compliance[massive]
+    return shapes[:, massive] * np.sqrt(square), square
+
+
+def normalised_modes(shapes, compliance):
+    """Frequencies [rad/s], ascending, infinite where a motion has no mass, and mass-normalised shapes, zero there.
+
+    Parameters
+    ----------
+    shapes : ndarray, shape (..., n, k)
+        Of unit strain energy.
+    compliance : ndarray, shape (..., k)
+        Their quotients x^T M x, which have all digits of the high modes too. [s^2]
+    """
+    massive = compliance > SYSTEM.massless * compliance.max(axis=-1, keepdims=True, initial=0.0)
+    omega = 1 / np.sqrt(np.where(massive, compliance, np.inf))
+    shapes = shapes * omega[..., None, :]
+    omega = np.where(massive, omega, np.inf)
+    order = np.argsort(omega, axis=-1, kind="stable")
+    return np.take_along_axis(omega, order, axis=-1), np.take_along_axis(shapes, order[..., None, :], axis=-1)
+
+
+def dense(matrix):
+    """A matrix, sparse or not, as an array."""
+    return matrix if isinstance(matrix, np.ndarray) else matrix.toarray()
+
+
+def only_dissipates(losses):
+    """True if a damping matrix is symmetric and has no negative eigenvalue, but for rounding."""
+    rounding = SYSTEM.loss_rounding * np.abs(losses).max(initial=0.0)
+    if np.abs(losses - losses.T).max(initial=0.0) > rounding:
+        return False
+    return np.linalg.eigvalsh(losses).min(initial=0.0) >= -rounding
+
+
+def cholesky(stiffness):
+    """Cholesky factor L of a stiffness L L^T; NoSolutionError where it is not positive definite."""
+    try:
+        return np.linalg.cholesky(stiffness)
+    except np.linalg.LinAlgError:
+        raise NoSolutionError(UNSTABLE) from None
+
+
+def sparse_factors(stiffness):
+    """Sparse L U factors (`SuperLU`) of a stiffness; NoSolutionError where it is not positive definite."""
+    from scipy.sparse import csc_array
+    from scipy.sparse.linalg import splu
+
+    symmetric, matrix = {"SymmetricMode": True, "DiagPivotThresh": 0.0}, csc_array(stiffness)
+    matrix.data = np.ascontiguousarray(matrix.data)  # which the real part of a complex matrix is not
+    try:
+        factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", options=symmetric)
+    except RuntimeError:  # exactly singular
+        raise NoSolutionError(UNSTABLE) from None
+    if not (factors.U.diagonal() > 0).all():
+        raise NoSolutionError(UNSTABLE)
+    return factors
+
+
+def lanczos_modes(size, solve, weigh, count):
+    """Shapes of the lowest modes, (size, count), by shift-invert Lanczos iteration about zero from a fixed vector.
+
+    Parameters
+    ----------
+    size : int
+    solve, weigh : callable
+        K^-1 and M times a vector.
+    count : int
+    """
+    from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
+
+    inverse, mass = (LinearOperator((size, size), matvec=product, dtype=float) for product in (solve, weigh))
+    start = 1 + np.modf(np.arange(1, size + 1) * (np.sqrt(5) - 1) / 2)[0]  # without symmetry, reproducible
+    try:
+        return eigsh(inverse, count, M=mass, sigma=0.0, OPinv=inverse, v0=start, ncv=2 * count + 10)[1]
+    except ArpackNoConvergence as error:
+        raise ConvergenceError(f"modes: {error}") from None
+
+
+def upper(values):
+    """The values in the upper half plane and on the real axis."""
+    return values[values.imag >= 0]
