@@ -107,10 +107,9 @@ $(VENV)/.study: $(VENV)/bin/python pyproject.toml constraints.txt
 	$(INSTALL) --editable .
 	touch $@
 
-# one installation is enough for both, since that of the program alone takes as long as that of all
-$(VENV)/.test: $(VENV)/bin/python pyproject.toml constraints.txt
+$(VENV)/.test: $(VENV)/.study
 	$(INSTALL) --editable ".[test]"
-	touch $(VENV)/.study $@
+	touch $@
 
 $(VENV)/.site: $(VENV)/.study
 	$(INSTALL) --editable ".[site]"
