@@ -7,10 +7,9 @@ chapters 2 and 1.
 
 import numpy as np
 
-from cablestudy.cable.segment import LEAST_DIVISOR, ONE, TWO, extension, flexibility, solve_symmetric
+from cablestudy.cable.segment import extension, flexibility, solve_symmetric
+from cablestudy.cable.tolerances import CABLE
 from cablestudy.cable.vectors import dot
-
-THREE, FOUR = np.array(3.0), np.array(4.0)  # without dimension, as those of `segment`
 
 
 class EquilibriumResidual:
@@ -86,8 +85,8 @@ class EquilibriumResidual:
         (q, n, y), (along, across, out) = unknown * unknown, step * step
         tension = np.sqrt(q + n + y) + self._share_of_load
         transverse_tension = np.sqrt(n + y) + self._share_of_transverse_load
-        whole_change = np.sqrt(along + across + out) / np.maximum(tension, LEAST_DIVISOR)
-        transverse_change = np.sqrt(across + out) / np.maximum(transverse_tension, LEAST_DIVISOR)
+        whole_change = np.sqrt(along + across + out) / np.maximum(tension, CABLE.least_divisor)
+        transverse_change = np.sqrt(across + out) / np.maximum(transverse_tension, CABLE.least_divisor)
         return np.maximum(whole_change, transverse_change)
 
     def rounding(self, step):
@@ -150,12 +149,12 @@ class EquilibriumResidual:
         excess = 2 * slack_length * q + q * q + n * n + y * y  # distance^2 - slack_length^2
         distance = np.sqrt(np.maximum(slack_length**2 + excess, 0.0))
         # a tension along that distance stretches the slack segments, and takes the taut ones with it
-        u = np.stack([component / np.maximum(distance, LEAST_DIVISOR) for component in (slack_length + q, n, y)])
+        u = np.stack([component / np.maximum(distance, CABLE.least_divisor) for component in (slack_length + q, n, y)])
         entries = flexibility(tension, self.segments.weight, self.stiffness, *self.angles, kernel)
         qq, nn, yy, qn, qy, ny = ((entry * taut_fraction).sum(axis=-1) for entry in entries)
         compliance = slack_length / self.stiffness[..., 0] + qq * u[0] ** 2 + nn * u[1] ** 2 + yy * u[2] ** 2
         compliance = compliance + 2 * (qn * u[0] * u[1] + qy * u[0] * u[2] + ny * u[1] * u[2])
-        force = np.maximum(excess, 0.0) / (distance + slack_length) / np.maximum(compliance, LEAST_DIVISOR)
+        force = np.maximum(excess, 0.0) / (distance + slack_length) / np.maximum(compliance, CABLE.least_divisor)
         return excess <= 0, kink, kink + force * u
 
 
@@ -168,7 +167,7 @@ def _first_tension(span):
     load_vector = span.load_forces.sum(axis=-2) - np.asarray(span.weight)[..., None] * span.up
     load = np.sqrt((load_vector**2).sum(axis=-1))
     largest = np.maximum(load, np.sqrt((span.load_forces**2).sum(axis=-1)).max(axis=-1, initial=0.0))
-    up = -load_vector / np.maximum(load, LEAST_DIVISOR)[..., None]  # unit vector against the load
+    up = -load_vector / np.maximum(load, CABLE.least_divisor)[..., None]  # unit vector against the load
     along = up[..., 0]  # components of `up` along the chord and across it
     across = np.sqrt(up[..., 1] ** 2 + up[..., 2] ** 2)
     taut = _taut_tension(span, np.where(load > 0, across * load, largest))
@@ -181,7 +180,7 @@ def _first_tension(span):
     parameter = _sinhc_inverse(np.where(slack, length_over_run, 1.0))
     # tension across the load and along it
     horizontal = largest * across / (2 * parameter * np.maximum(ratio, 1.0))
-    vertical = largest * along / np.maximum(2 * ratio * np.tanh(np.minimum(parameter, 300.0)), LEAST_DIVISOR)
+    vertical = largest * along / np.maximum(2 * ratio * np.tanh(np.minimum(parameter, 300.0)), CABLE.least_divisor)
     inverse_across = 1.0 / np.maximum(across, 1e-8)
     q = np.where(slack, horizontal * across + vertical * along, taut)
     n, y = (np.where(slack, (-horizontal * along * inverse_across + vertical) * up[..., i], 0.0) for i in (1, 2))
@@ -195,16 +194,13 @@ def _taut_tension(span, transverse_load):
     tension = np.maximum(np.maximum(strain, 0.0) * stiffness, np.cbrt(constant * stiffness))
     slack = strain < 0
     tension = np.where(slack, np.minimum(tension, np.sqrt(constant / np.where(slack, -strain, 1.0))), tension)
-    tension, twice_strain = np.maximum(tension, LEAST_DIVISOR), TWO * strain
+    tension, twice_strain = np.maximum(tension, CABLE.least_divisor), 2 * strain
     for _ in range(8):
         value = tension**2 * (tension / stiffness - strain) - constant
-        slope = tension * (THREE * tension / stiffness - twice_strain)
+        slope = tension * (3 * tension / stiffness - twice_strain)
         rising = slope > 0
-        if np.count_nonzero(rising) == rising.size:
-            step = value / slope
-        else:
-            step = np.where(rising, value / np.where(rising, slope, ONE), 0.0)
-        tension = np.minimum(np.maximum(tension - step, tension / FOUR), tension * FOUR)
+        step = np.where(rising, value / np.where(rising, slope, 1.0), 0.0)
+        tension = np.minimum(np.maximum(tension - step, tension / 4), tension * 4)
     return tension
 
 

@@ -16,7 +16,6 @@ import numpy as np
 
 from cablestudy.cable.tolerances import CABLE
 
-HALF = np.array(0.5)  # without dimension: numpy takes twice as long for a number of Python
 CONVERGED, STALLED, SLACK, UNDETERMINED = range(4)
 REASONS = (
     "converged",
@@ -99,7 +98,7 @@ def newton(problem, unknown, active):
     for _ in range(CABLE.newton_steps):
         step = problem.step(gap, point)
         slope = (gap * step).sum(axis=0)
-        least_slope = -HALF * slope - problem.rounding(step)
+        least_slope = -0.5 * slope - problem.rounding(step)
         previous_change, change = change, np.where(active, problem.relative(step, unknown, point), change)
         share, large = active.astype(float), active & (change > CABLE.whole_correction)
         for _ in range(CABLE.newton_halvings):
@@ -107,17 +106,17 @@ def newton(problem, unknown, active):
             trial_gap, trial_point = problem.residual(trial)
             trial_slope = (trial_gap * step).sum(axis=0)
             overshoots = large & (trial_slope < least_slope)
-            if not np.count_nonzero(overshoots):
+            if not overshoots.any():
                 break
             share = np.where(overshoots, share / 2, share)
         trace.append((gap, change, np.where(active, share, np.nan)))
         unknown, gap, point = trial, trial_gap, trial_point
         # a cable is done where its step is small, or rounding keeps it from falling further
-        stalled = (change < problem.stalled) & (change >= HALF * previous_change)
+        stalled = (change < problem.stalled) & (change >= 0.5 * previous_change)
         small = (change < problem.tolerance) | stalled
         settled |= active & small & (share == 1)
         active = active & ~small & ~overshoots & np.isfinite(change)
-        if not np.count_nonzero(active):
+        if not active.any():
             break
     gaps, changes, shares = (np.array(steps) for steps in zip(*trace, strict=True))
     step_taken = np.isfinite(shares)

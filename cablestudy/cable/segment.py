@@ -24,10 +24,7 @@ from cablestudy.cable.tolerances import CABLE
 from cablestudy.cable.vectors import largest
 
 GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(8)
-# arrays without dimension: numpy takes twice as long for numbers of Python, and arrays here are small
-ONE, TWO, LEAST_DIVISOR = np.array(1.0), np.array(2.0), np.array(CABLE.least_divisor)
-# of atanh(beta)/beta - 1 in beta^2, from its highest power on
-SERIES = [np.array(1.0 / (2 * k + 1)) for k in range(10, 0, -1)]
+SERIES = [1.0 / (2 * k + 1) for k in range(10, 0, -1)]  # of atanh(beta)/beta - 1 in beta^2, from its highest power on
 
 
 @dataclass(frozen=True)
@@ -61,29 +58,28 @@ def evaluate(tension, weight, cosine, sine):
     vertical = q * sine + n * cosine
     horizontal = q * cosine - n * sine
     h2 = horizontal**2 + y**2
-    half_weight = weight / TWO
+    half_weight = weight / 2
     v0, v1 = vertical - half_weight, vertical + half_weight
     t0, t1 = np.sqrt(h2 + v0**2), np.sqrt(h2 + v1**2)
-    total = np.maximum(t0 + t1, LEAST_DIVISOR)
+    total = np.maximum(t0 + t1, CABLE.least_divisor)
     beta = weight / total
     # T + |V| and T - |V| = H^2/(T + |V|) at the ends: S + W and S - W are sums of these, without cancellation
     larger0, larger1 = t0 + np.abs(v0), t1 + np.abs(v1)
-    smaller0, smaller1 = (h2 / np.maximum(larger, LEAST_DIVISOR) for larger in (larger0, larger1))
+    smaller0, smaller1 = (h2 / np.maximum(larger, CABLE.least_divisor) for larger in (larger0, larger1))
     upwards0, upwards1 = v0 >= 0, v1 >= 0
     plus = np.where(upwards1, larger1, smaller1) + np.where(upwards0, smaller0, larger0)
     minus = np.where(upwards1, smaller1, larger1) + np.where(upwards0, larger0, smaller0)
-    minus = np.maximum(minus, LEAST_DIVISOR)
+    minus = np.maximum(minus, CABLE.least_divisor)
     small = beta < CABLE.series_below
     return Kernel(horizontal, beta, total, _excess(beta, small, plus, minus), t0 * t1 * plus * minus, (t0, t1))
 
 
 def _excess(beta, small, plus, minus):
     """atanh(beta)/beta - 1, by its power series where beta is small, else by the logarithm of S + W over S - W."""
-    number = np.count_nonzero(small)
-    if number == small.size:
+    if small.all():
         return _excess_by_series(beta)
-    by_logarithm = 0.5 * np.log(np.maximum(plus, LEAST_DIVISOR) / minus) / np.where(small, 1.0, beta) - 1.0
-    return np.where(small, _excess_by_series(np.where(small, beta, 0.0)), by_logarithm) if number else by_logarithm
+    by_logarithm = 0.5 * np.log(np.maximum(plus, CABLE.least_divisor) / minus) / np.where(small, 1.0, beta) - 1.0
+    return np.where(small, _excess_by_series(np.where(small, beta, 0.0)), by_logarithm) if small.any() else by_logarithm
 
 
 def _excess_by_series(beta):
@@ -104,20 +100,19 @@ def extension(tension, weight, axial_stiffness, cosine, sine):
     q, n, y = tension
     kernel = evaluate(tension, weight, cosine, sine)
     t0, t1 = kernel.tensions
-    total, by_sag = kernel.sum_of_tensions, TWO * kernel.excess / kernel.sum_of_tensions
-    half_weight, by_lean = weight / TWO, by_sag * kernel.horizontal
+    total, by_sag = kernel.sum_of_tensions, 2 * kernel.excess / kernel.sum_of_tensions
+    half_weight, by_lean = weight / 2, by_sag * kernel.horizontal
     half_q, half_n = half_weight * sine, half_weight * cosine  # of the weight along the chord and across it
     shortfall = _less_component(t0, q - half_q, n - half_n, y) + _less_component(t1, q + half_q, n + half_n, y)
     along = q / axial_stiffness - shortfall / total + by_lean * cosine
-    across = n / axial_stiffness + TWO * n / total - by_lean * sine
-    out = y / axial_stiffness + TWO * y / total + by_sag * y
+    across = n / axial_stiffness + 2 * n / total - by_lean * sine
+    out = y / axial_stiffness + 2 * y / total + by_sag * y
     return (along, across, out), kernel
 
 
 def _less_component(tension, q, n, y):
     """Tension T = |(q, n, y)| less its component q along the chord, without cancellation."""
-    pulls, less = q > 0, (n**2 + y**2) / np.maximum(tension + np.abs(q), LEAST_DIVISOR)
-    return less if np.count_nonzero(pulls) == pulls.size else np.where(pulls, less, tension - q)
+    return np.where(q > 0, (n**2 + y**2) / np.maximum(tension + np.abs(q), CABLE.least_divisor), tension - q)
 
 
 def flexibility(tension, weight, axial_stiffness, cosine, sine, kernel):
@@ -131,16 +126,15 @@ def flexibility(tension, weight, axial_stiffness, cosine, sine, kernel):
     in horizontal and vertical components: each form is free of cancellation where the other is not.
     """
     small = kernel.beta < CABLE.series_below
-    number = np.count_nonzero(small)
-    if number == small.size:
+    if small.all():
         by_turning = _shallow(tension, weight, cosine, sine, kernel)
     else:
         by_turning = _deep(tension, cosine, sine, kernel)
-        if number:
+        if small.any():
             shallow = _shallow(tension, weight, cosine, sine, kernel)
             by_turning = tuple(np.where(small, *pair) for pair in zip(shallow, by_turning, strict=True))
     qq, nn, yy, *mixed = by_turning
-    axial = ONE / axial_stiffness
+    axial = 1 / axial_stiffness
     return (axial + qq, axial + nn, axial + yy, *mixed)
 
 
@@ -152,23 +146,23 @@ def _shallow(tension, weight, cosine, sine, kernel):
     last one by quadrature. Arguments as for `flexibility`.
     """
     q, n, y = tension
-    total, product = kernel.sum_of_tensions, np.maximum(kernel.product, LEAST_DIVISOR)
-    i0 = TWO * total / product
-    i1 = -TWO * (q * sine + n * cosine) * weight / np.maximum(total * product, LEAST_DIVISOR)
+    total, product = kernel.sum_of_tensions, np.maximum(kernel.product, CABLE.least_divisor)
+    i0 = 2 * total / product
+    i1 = -2 * (q * sine + n * cosine) * weight / np.maximum(total * product, CABLE.least_divisor)
     wq, wn = weight * sine, weight * cosine  # w
     q2, n2, y2, wq2, wn2 = q * q, n * n, y * y, wq * wq, wn * wn
-    twice_along, twice_across = TWO * q * wq, TWO * n * wn
+    twice_along, twice_across = 2 * q * wq, 2 * n * wn
     tau, share = _gauss_rule(np.ndim(i0))
     square = q2 + n2 + y2 + tau * (twice_along + twice_across + tau * (wq2 + wn2))  # T^2
     # summed point by point, so that the digits of a cable do not depend on its batch
-    i2 = reduce(np.add, [*(share / np.maximum(square * np.sqrt(square), LEAST_DIVISOR))])
+    i2 = reduce(np.add, [*(share / np.maximum(square * np.sqrt(square), CABLE.least_divisor))])
     qq = q2 * i0 + twice_along * i1 + wq2 * i2
     nn = n2 * i0 + twice_across * i1 + wn2 * i2
     yy = y2 * i0
     return (
         nn + yy,
         qq + yy,
-        TWO * (ONE + kernel.excess) / total - yy,
+        2 * (1 + kernel.excess) / total - yy,
         -(q * n * i0 + (q * wn + n * wq) * i1 + wq * wn * i2),
         -(q * y * i0 + y * wq * i1),
         -(n * y * i0 + y * wn * i1),
@@ -194,15 +188,15 @@ def _deep(tension, cosine, sine, kernel):
     """
     q, n, y = tension
     h, total, (t0, t1) = kernel.horizontal, kernel.sum_of_tensions, kernel.tensions
-    i0 = TWO * total / np.maximum(kernel.product, LEAST_DIVISOR)
-    i1 = TWO * (q * sine + n * cosine) / np.maximum(total * (t0 * t1), LEAST_DIVISOR)
+    i0 = 2 * total / np.maximum(kernel.product, CABLE.least_divisor)
+    i1 = 2 * (q * sine + n * cosine) / np.maximum(total * (t0 * t1), CABLE.least_divisor)
     h2, y2 = h * h, y * y
     vv = (h2 + y2) * i0
-    i2 = TWO * (ONE + kernel.excess) / total - vv
+    i2 = 2 * (1 + kernel.excess) / total - vv
     hh, hv = i2 + y2 * i0, -h * i1
     hy, vy = -h * y * i0, -y * i1
     cc, ss = cosine**2, sine**2
-    mixed = TWO * cosine * sine * hv
+    mixed = 2 * cosine * sine * hv
     return (
         cc * hh + mixed + ss * vv,
         ss * hh - mixed + cc * vv,
@@ -276,11 +270,11 @@ def _scaled_cofactors(matrix):
     determinant are those of the scaled matrix [[1, d, e], [d, 1, f], [e, f, 1]].
     """
     qq, nn, yy, qn, qy, ny = matrix
-    a, b, c = (ONE / np.sqrt(np.maximum(diagonal, LEAST_DIVISOR)) for diagonal in (qq, nn, yy))
+    a, b, c = (1 / np.sqrt(np.maximum(diagonal, CABLE.least_divisor)) for diagonal in (qq, nn, yy))
     d, e, f = qn * a * b, qy * a * c, ny * b * c
-    c11, c12, c13 = ONE - f * f, e * f - d, d * f - e
+    c11, c12, c13 = 1 - f * f, e * f - d, d * f - e
     determinant = np.maximum(c11 + d * c12 + e * c13, 1e-30)
-    return (a, b, c), (c11, ONE - e * e, ONE - d * d, c12, c13, d * e - f), determinant
+    return (a, b, c), (c11, 1 - e * e, 1 - d * d, c12, c13, d * e - f), determinant
 
 
 def solve_symmetric(matrix, right):
