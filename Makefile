@@ -18,7 +18,8 @@
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
-INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
+# python compiles what it imports when it first does: pip would compile thousands of modules that nothing imports
+INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --constraint constraints.txt
 # the trade tables hold times, which no two runs agree on: tests/test_trade.py compares their errors;
 # tests/test_docs.py has checked those whose name does not begin with carlina- when `make test` comes to them
 STUDIES := $(filter-out results/trade-%,$(wildcard results/*.csv))
@@ -107,10 +108,9 @@ $(VENV)/.study: $(VENV)/bin/python pyproject.toml constraints.txt
 	$(INSTALL) --editable .
 	touch $@
 
-# one installation is enough for both, since that of the program alone takes as long as that of all
-$(VENV)/.test: $(VENV)/bin/python pyproject.toml constraints.txt
+$(VENV)/.test: $(VENV)/.study
 	$(INSTALL) --editable ".[test]"
-	touch $(VENV)/.study $@
+	touch $@
 
 $(VENV)/.site: $(VENV)/.study
 	$(INSTALL) --editable ".[site]"
