@@ -100,7 +100,7 @@ def _row(case, required, seconds, noted):
     overloaded = list(case.over_strength) if case.solved else []
     slack_cables = slackened(case) if required.in_wind and case.moves else []
     doubts = (OVER_STRENGTH, overloaded), (SLACK, slack_cables), (FALLEN, fallen(case) if case.solved else [])
-    row.doubts = [f"{words}: {first_of(names, STUDY.listed_parts)}" for words, names in doubts if names]
+    row.doubts = tuple(f"{words}: {first_of(names, STUDY.listed_parts)}" for words, names in doubts if names)
     row.notes, row.warnings = notes_of(case) if noted else (), strength_warning(case) if overloaded else ()
     row.dof = case.size
     return row.finished(required, seconds + time.perf_counter() - start)
