@@ -37,9 +37,7 @@ class EquilibriumResidual:
         self.load = np.asarray(span.weight) + np.abs(span.load_forces).sum(axis=(-1, -2))
         self.transverse_load = span.transverse_load
         # a vertical cable without horizontal loads has no horizontal tension: that is no unknown
-        self.vertical = (np.abs(span.cosine) == 0) & (self.transverse_load == 0)
-        self.any_vertical = bool(np.any(self.vertical))
-        self._share_of_load, self._share_of_transverse_load = 1e-3 * self.load, 1e-3 * self.transverse_load
+        self.vertical = (np.abs(span.cosine) == 0) & (span.transverse_load == 0)
 
     def tension(self, unknown):
         """Tension vectors at mid-segment, 3 arrays of shape (..., k + 1). [N]"""
@@ -72,8 +70,7 @@ class EquilibriumResidual:
     def step(self, gap, point):
         """Newton step of the tension vector, shape (3, ...). [N]"""
         step = np.array(solve_symmetric(self.flexibility(point), gap))
-        if self.any_vertical:
-            step[1:] = np.where(self.vertical, 0.0, step[1:])
+        step[1:] = np.where(self.vertical, 0.0, step[1:])
         return step
 
     def relative(self, step, unknown, _):
@@ -83,8 +80,8 @@ class EquilibriumResidual:
         its small transverse tension.
         """
         (q, n, y), (along, across, out) = unknown * unknown, step * step
-        tension = np.sqrt(q + n + y) + self._share_of_load
-        transverse_tension = np.sqrt(n + y) + self._share_of_transverse_load
+        tension = np.sqrt(q + n + y) + 1e-3 * self.load
+        transverse_tension = np.sqrt(n + y) + 1e-3 * self.transverse_load
         whole_change = np.sqrt(along + across + out) / np.maximum(tension, CABLE.least_divisor)
         transverse_change = np.sqrt(across + out) / np.maximum(transverse_tension, CABLE.least_divisor)
         return np.maximum(whole_change, transverse_change)
@@ -98,14 +95,10 @@ class EquilibriumResidual:
 
         H is not zero: where such a cable is slack and folded, its stiffness is H^2 over a number that goes as H^2.
         """
-        tension = np.empty((3, *self.shape))
-        for component, first in enumerate(_first_tension(span)):
-            tension[component] = first
-        if self.any_vertical:  # the chord is vertical: across it is horizontal
-            almost_nothing = -1e-100 * np.sign(span.sine) * (np.abs(tension[0]) + self.load)
-            tension[1] = np.where(self.vertical, almost_nothing, tension[1])
-            tension[2] = np.where(self.vertical, 0.0, tension[2])
-        return tension
+        q, n, y = (np.broadcast_to(component, self.shape).astype(float) for component in _first_tension(span))
+        almost_nothing = -1e-100 * np.sign(span.sine) * (np.abs(q) + self.load)
+        # the chord is vertical: across it is horizontal
+        return np.stack([q, np.where(self.vertical, almost_nothing, n), np.where(self.vertical, 0.0, y)])
 
     def start_near(self, span, tension):
         """First tension vectors, shape (3, ...), near known ones of shape (..., 3), global axes; else of `start`. [N]
@@ -194,13 +187,12 @@ def _taut_tension(span, transverse_load):
     tension = np.maximum(np.maximum(strain, 0.0) * stiffness, np.cbrt(constant * stiffness))
     slack = strain < 0
     tension = np.where(slack, np.minimum(tension, np.sqrt(constant / np.where(slack, -strain, 1.0))), tension)
-    tension, twice_strain = np.maximum(tension, CABLE.least_divisor), 2 * strain
+    tension = np.maximum(tension, CABLE.least_divisor)
     for _ in range(8):
         value = tension**2 * (tension / stiffness - strain) - constant
-        slope = tension * (3 * tension / stiffness - twice_strain)
-        rising = slope > 0
-        step = np.where(rising, value / np.where(rising, slope, 1.0), 0.0)
-        tension = np.minimum(np.maximum(tension - step, tension / 4), tension * 4)
+        slope = tension * (3 * tension / stiffness - 2 * strain)
+        step = np.where(slope > 0, value / np.where(slope > 0, slope, 1.0), 0.0)
+        tension = np.clip(tension - step, tension / 4, tension * 4)
     return tension
 
 

@@ -112,7 +112,7 @@ def newton(problem, unknown, active):
         trace.append((gap, change, np.where(active, share, np.nan)))
         unknown, gap, point = trial, trial_gap, trial_point
         # a cable is done where its step is small, or rounding keeps it from falling further
-        stalled = (change < problem.stalled) & (change >= 0.5 * previous_change)
+        stalled = (change < problem.stalled) & (change >= previous_change / 2)
         small = (change < problem.tolerance) | stalled
         settled |= active & small & (share == 1)
         active = active & ~small & ~overshoots & np.isfinite(change)

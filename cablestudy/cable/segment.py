@@ -16,7 +16,7 @@ Source: Irvine (1981), Cable Structures, section 1.3, rewritten.
 """
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache, reduce
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -84,9 +84,8 @@ def _excess(beta, small, plus, minus):
 
 def _excess_by_series(beta):
     """atanh(beta)/beta - 1 by its power series."""
-    square = beta**2
-    series = square * SERIES[0]
-    for coefficient in SERIES[1:]:
+    square, series = beta**2, 0.0
+    for coefficient in SERIES:
         series = square * (coefficient + series)
     return series
 
@@ -134,7 +133,7 @@ def flexibility(tension, weight, axial_stiffness, cosine, sine, kernel):
             shallow = _shallow(tension, weight, cosine, sine, kernel)
             by_turning = tuple(np.where(small, *pair) for pair in zip(shallow, by_turning, strict=True))
     qq, nn, yy, *mixed = by_turning
-    axial = 1 / axial_stiffness
+    axial = 1.0 / axial_stiffness
     return (axial + qq, axial + nn, axial + yy, *mixed)
 
 
@@ -155,7 +154,7 @@ def _shallow(tension, weight, cosine, sine, kernel):
     tau, share = _gauss_rule(np.ndim(i0))
     square = q2 + n2 + y2 + tau * (twice_along + twice_across + tau * (wq2 + wn2))  # T^2
     # summed point by point, so that the digits of a cable do not depend on its batch
-    i2 = reduce(np.add, [*(share / np.maximum(square * np.sqrt(square), CABLE.least_divisor))])
+    i2 = sum(share / np.maximum(square * np.sqrt(square), CABLE.least_divisor))
     qq = q2 * i0 + twice_along * i1 + wq2 * i2
     nn = n2 * i0 + twice_across * i1 + wn2 * i2
     yy = y2 * i0
