@@ -7,6 +7,7 @@ import numpy as np
 
 from cablestudy.cable.catenary import solve, travel_shares
 from cablestudy.cable.element import pieces
+from cablestudy.cable.equal_rows import row_keys
 from cablestudy.cable.newton import UNDETERMINED
 from cablestudy.cable.span import CORES
 from cablestudy.cable.taut import lambda_squared
@@ -192,18 +193,12 @@ class Results:
         alone[list(self.failures)] = True
         mass = np.unique(self.values.words("model.mass"), return_inverse=True)[1]
         keys = "model.elements", "model.order", "model.accuracy", "gravity", "cable.section_diameter", "wind_diameter"
-        numbers = [self.given(key) for key in keys]
-        numbers += [mass, np.where(alone, np.arange(1, count + 1), 0), self.end_1]
-        numbers += [self.drag.normal_drag, self.drag.direction]
-        fields = {name: getattr(self.span, name) for name in CORES}
-        numbers += [
-            np.broadcast_to(array, (count, *np.shape(array)[np.ndim(array) - CORES[name] :]))
-            for name, array in fields.items()
-            if array is not None
-        ]
-        numbers = np.concatenate([array.reshape(count, -1) for array in numbers], axis=1)
-        first = {}  # numbers of a case -> its index
-        return np.array([first.setdefault(row.tobytes(), index) for index, row in enumerate(numbers)])
+        number_alone = np.where(alone, np.arange(1, count + 1), 0)
+        of_span = [array for name in CORES if (array := getattr(self.span, name)) is not None]
+        of_cable = self.end_1, self.drag.normal_drag, self.drag.direction, *of_span
+        first = {}  # key of a case -> its index
+        cases = row_keys([number_alone, mass, *map(self.given, keys), *of_cable])
+        return np.array([first.setdefault(key, index) for index, key in enumerate(cases)])
 
     @cached_property
     def planar(self):

@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.catenary import Catenary
+from cablestudy.cable.equal_rows import row_keys
 from cablestudy.cable.vectors import times
 from cablestudy.system import stability, tangent, uncertainty
 from cablestudy.system.descent import take_rows
@@ -146,8 +147,7 @@ class SuspendedSystem:
         arrays = self.broadcast()._arrays
         names = self.body_names, self.junctions, self.cable_names, self.given, self.link_names, tuple(arrays)
         common = *names, self.free.tobytes(), self.owner.tobytes(), *(array.shape[1:] for array in arrays.values())
-        numbers = np.concatenate([array.reshape(len(array), -1) for array in arrays.values()], axis=1)
-        return common, [row.tobytes() for row in numbers]
+        return common, row_keys(arrays.values())
 
     @property
     def cable_gravity(self):
