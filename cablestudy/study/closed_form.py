@@ -19,13 +19,34 @@ SYSTEM = ("gondola", "loop", "wind")  # of gondola and cable as one linear syste
 DISCRETE = ("modes", *SYSTEM)
 
 
-class ColumnRequirements:
-    """Columns of a table by the computation that they need, found once for all rows.
+class TableColumns:
+    """Columns of a table, and which of them describe the computation, found once for all rows.
 
     Attributes
     ----------
     physical : list of Column
-        All but those that describe the computation, such as its time; the next four lists are parts of it.
+        All but those that describe the computation, such as its time.
+    in_wind : bool
+        True if any column is of the motion in the wind.
+    empty : dict
+        Header of every column -> None.
+    estimate, clock, run : bool
+        True if a column is the estimated error; the time; anything that describes the computation but the status.
+    """
+
+    def __init__(self, columns):
+        self.physical = [column for column in columns if column.needs != "run"]
+        self.in_wind = any(column.needs == "wind" for column in self.physical)
+        self.empty = {column.header: None for column in columns}
+        names = {column.name for column in columns if column.needs == "run"}
+        self.estimate, self.clock, self.run = "error_estimate" in names, "solve_time" in names, bool(names - {"status"})
+
+
+class ColumnRequirements(TableColumns):
+    """Columns of a table of one cable by the computation that they need; the four lists are parts of `physical`.
+
+    Attributes
+    ----------
     closed, single : list of Column
         Closed forms of many cases at once, and closed forms computed case by case.
     system, modes : list of Column
@@ -34,14 +55,10 @@ class ColumnRequirements:
         Headers of the physical columns that need more than the keys of the scene.
     scene_only : bool
         True if there are none of these.
-    gondola, damped, in_wind, driven : bool
-        True if any column is of the gondola's mode; its damping ratio; of the wind; of the loop or the wind.
+    gondola, damped, driven : bool
+        True if any column is of the gondola's mode; its damping ratio; of the loop or the wind.
     least_errors : dict
         Header -> relative error of a closed form, by rounding. [-]
-    empty : dict
-        Header of every column -> None.
-    estimate, clock, run : bool
-        True if a column is the estimated error; the time; anything that describes the computation but the status.
     waves, sagging_waves : int
         Most half-waves of the modes along a taut cable; of those in the plane of a sagging cable, where a mode has up
         to two more; 0 without modes.
@@ -50,7 +67,7 @@ class ColumnRequirements:
     """
 
     def __init__(self, columns):
-        self.physical = [column for column in columns if column.needs != "run"]
+        super().__init__(columns)
         closed = _columns_needing(self.physical, *CLOSED)
         self.closed = [column for column in closed if not column.each]
         self.single = [column for column in closed if column.each]
@@ -60,12 +77,8 @@ class ColumnRequirements:
         self.scene_only = not self.of_equilibrium
         self.gondola = bool(_columns_needing(self.system, "gondola"))
         self.damped = any(column.name == DAMPING_RATIO for column in self.system)
-        self.in_wind = bool(_columns_needing(self.system, "wind"))
         self.driven = self.in_wind or bool(_columns_needing(self.system, "loop"))
         self.least_errors = {c.header: c.least_error for c in self.physical if c.least_error is not None}
-        self.empty = {column.header: None for column in columns}
-        names = {column.name for column in columns if column.needs == "run"}
-        self.estimate, self.clock, self.run = "error_estimate" in names, "solve_time" in names, bool(names - {"status"})
         self._planes = _by_plane(self.modes)
         self.waves = max(map(_half_waves, self.modes), default=0)
         self.sagging_waves = max((_half_waves(c) + (2 if c.mode[2] else 1) for c in self._planes[0]), default=0)

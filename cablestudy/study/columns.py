@@ -259,10 +259,10 @@ COLUMNS = (
            each=True),
     *winch_columns(f"{BODY}, winch.controller"),
     imaged_column("exposure", "RMS of the gondola's motion within one exposure, with the winch loop if there is one",
-            "exposure"),
+                  "exposure"),
     imaged_column("corrected", "RMS of the gondola's motion that the correcting mirror leaves", "correction"),
     imaged_column("corrected_exposure", "RMS of the gondola's motion within one exposure that the mirror leaves",
-            "exposure, correction"),
+                  "exposure, correction"),
     Column("midspan_rms", "mm", "RMS displacement at mid-span of a cable with fixed ends in the wind, in the direction "
            "that moves most", "wind", lambda c: scaled(rms_of_bare_cable(c, MIDSPAN), MM), f"wind, {DIAMETER}",
            without="gondola"),

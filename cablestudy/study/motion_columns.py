@@ -167,11 +167,12 @@ def rms_columns(suffix, wind, key, compute):
 
 
 def by_wind_on_gondola(case, variance, at_rest):
-    """RMS of the gondola along x and its relative error, as `compute` of `rms_columns`; also the two following."""
+    """RMS of the gondola along x by the wind on it, and its relative error: `compute` of `rms_columns`."""
     return case.in_wind.rms([GONDOLA_X], variance, at_rest)
 
 
 def by_wind_on_cable(case, variance, at_rest):
+    """RMS and error, as `by_wind_on_gondola`, by the wind on the cable."""
     return case.in_cable_wind.rms([GONDOLA_X], variance, at_rest)
 
 

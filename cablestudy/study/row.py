@@ -116,8 +116,7 @@ class UnfinishedRow:
 
         Parameters
         ----------
-        required : ColumnRequirements or suspension.rows.RequiredColumns
-            Its columns.
+        required : TableColumns
         seconds : float, optional
             Time that it took. [s]
         """

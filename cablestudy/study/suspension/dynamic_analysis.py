@@ -42,7 +42,8 @@ class DynamicAnalysis:
         Cables of this equilibrium, with damping.
     modes : dict, optional
         Number of modes -> `CoupledModes` of this equilibrium, or the error that says why there are none; to be filled,
-        by `solve_modes` for many cases at once. Cases of this equilibrium in other winds share the dict too.
+        by `solve_modes` for many cases at once. The key (number, "shaped") is that of modes for mid-spans, `shaped` of
+        `Search`. Cases of this equilibrium in other winds share the dict too.
     """
 
     def __init__(self, scene, without_wind, equilibrium, airflow, model, known, cables=None, modes=None):

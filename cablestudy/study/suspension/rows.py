@@ -7,7 +7,7 @@ import numpy as np
 
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.scene.words import first_of
-from cablestudy.study.closed_form import DISCRETE, SYSTEM
+from cablestudy.study.closed_form import DISCRETE, SYSTEM, TableColumns
 from cablestudy.study.column import least_work_first, not_finite, relative
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.row import UnfinishedRow, batched
@@ -22,31 +22,22 @@ from cablestudy.study.tolerances import STUDY
 OF_THE_WHOLE = {column.name: column for column in WHOLE}
 
 
-class RequiredColumns:
-    """Columns of a table of suspensions, as `closed_form.ColumnRequirements` of one cable.
+class RequiredColumns(TableColumns):
+    """Columns of a table of suspensions by the computation that they need.
 
     Attributes
     ----------
     computed : list of Column
-        Those of the suspensions, in the order in which they cost least; the others describe the computation.
-    in_wind, in_motion, of_equilibrium, discrete : bool
-        True if any column is of the motion in the wind; of loop or wind; needs more than the keys of the scene; depends
-        on the elements.
-    empty : dict
-        Header of every column -> None.
-    estimate, clock, run : bool
-        True if a column is the estimated error; the time; anything that describes the computation but the status.
+        `physical` in the order in which they cost least.
+    in_motion, of_equilibrium, discrete : bool
+        True if any column is of loop or wind; needs more than the keys of the scene; depends on the elements.
     """
 
     def __init__(self, columns):
-        columns = [OF_THE_WHOLE.get(column.name, column) for column in columns]
-        self.computed = [column for column in least_work_first(columns) if column.needs != "run"]
-        needs = {column.needs for column in self.computed}
-        self.in_wind, self.in_motion = "wind" in needs, not needs.isdisjoint(SYSTEM)
-        self.of_equilibrium, self.discrete = bool(needs - {"scene"}), not needs.isdisjoint(DISCRETE)
-        self.empty = {column.header: None for column in columns}
-        names = {column.name for column in columns if column.needs == "run"}
-        self.estimate, self.clock, self.run = "error_estimate" in names, "solve_time" in names, bool(names - {"status"})
+        super().__init__([OF_THE_WHOLE.get(column.name, column) for column in columns])
+        self.computed, needs = least_work_first(self.physical), {column.needs for column in self.physical}
+        self.in_motion, self.discrete = not needs.isdisjoint(SYSTEM), not needs.isdisjoint(DISCRETE)
+        self.of_equilibrium = bool(needs - {"scene"})
 
 
 def evaluate_suspensions(scenes, columns, estimate=False):
