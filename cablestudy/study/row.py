@@ -240,6 +240,8 @@ def _rows_of_batch(scenes, required, to_accuracy, estimate):
             solve(answers, required, estimate or required.estimate)
         seconds = closed_time + time.perf_counter() - start_time
         for index, answer in zip(indices, answers, strict=True):
+            if required.in_wind and goes_slack(answer.case):
+                answer.doubts += (SLACK,)
             if (required.modes or required.system) and len(scenes) > 1:  # many rows drop their modes
                 answer.case = Case(scenes[index], results, index)
             yield answer.finished(required, seconds)
@@ -353,7 +355,6 @@ def _solve_system(answer, required):
             del answer.values[name]
         answer.errors[name] += float(model_error)  # which a finer model has too
     answer.dof = case.system_size
-    answer.doubts += (SLACK,) if required.in_wind and case.moves and goes_slack(case) else ()
     gondola = any(column.needs == "gondola" and column.header in answer.values for column in columns)
     answer.notes = _system_notes(answer, gondola, required.damped)
 
@@ -425,7 +426,6 @@ def _compute_motion(answer, required, noted):
         return
     columns = [*required.single, *required.system, *required.modes]
     answer.compute(columns)
-    answer.doubts += (SLACK,) if required.in_wind and goes_slack(case) else ()
     for column in columns:
         if column.least_error is not None and column.header in answer.values:
             answer.errors.setdefault(column.header, None)  # not known without a finer model
