@@ -128,7 +128,7 @@ class Gusts:
     @property
     def force_on_cables(self):
         """Upper bound of the root mean square force of the gusts on all cables together. [N]"""
-        return max(self.wind.turbulence) * sum(strip.largest_force for strip in self.strips)
+        return max(self.wind.turbulence) * sum(group.largest_force for group in self.strips)
 
     def edges(self, low, high):
         """Edges from low to high, ascending, of panels of frequency on each of which `noise` is smooth. [Hz]"""
@@ -176,7 +176,7 @@ class Gusts:
     @cached_property
     def _extent(self):
         """Size of the suspension that the wind acts on. [m]"""
-        points = np.concatenate([*(strip.places.reshape(-1, 3) for strip in self.strips), self.places])
+        points = np.concatenate([*(group.places.reshape(-1, 3) for group in self.strips), self.places])
         return size(np.ptp(points, axis=0)) if len(points) else 0.0
 
     @cached_property
@@ -203,7 +203,7 @@ class Gusts:
     def uniform(self):
         """Forces on the coordinates by a unit speed along x, y, z that is the same everywhere, shape (3, m)."""
         count, cables = self.forces.shape[-1], zip(self.strips, self.amplitudes, strict=True)
-        on_cables = (strip.forces.sum(axis=2) @ amplitudes[..., :count] for strip, amplitudes in cables)
+        on_cables = (group.forces.sum(axis=2) @ amplitudes[..., :count] for group, amplitudes in cables)
         return self.forces.sum(axis=0) + sum(of_group.sum(axis=0) for of_group in on_cables)
 
     def _computed_covariance(self, kappa):
@@ -244,10 +244,10 @@ class Gusts:
         rms, count, bodies = np.array(self.wind.turbulence), self._cable_inputs, np.arange(len(self.areas))
         nonzero, inputs = np.flatnonzero(rms), np.eye(count + 3 * len(bodies))
         components = (rms[:, None] * self.directions)[nonzero]
-        for strip, amplitudes in zip(self.strips, self.amplitudes, strict=True):
-            work = components @ np.moveaxis(strip.point_forces, 1, 2)
+        for group, amplitudes in zip(self.strips, self.amplitudes, strict=True):
+            work = components @ np.moveaxis(group.point_forces, 1, 2)
             yield from zip(
-                strip.points, work, amplitudes @ inputs[:count], strip.coherent(components, kappa), strict=True
+                group.points, work, amplitudes @ inputs[:count], group.coherent(components, kappa), strict=True
             )
         if len(bodies):
             speeds = np.zeros((len(bodies), len(nonzero), 3 * len(bodies)))

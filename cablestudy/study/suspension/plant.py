@@ -350,7 +350,7 @@ class Plant:
         gusts = self.gusts
         direct = np.zeros((len(self.outputs), gusts.input_matrix.shape[1]))
         first_tension = len(direct) - 2 * len(self.layout.equilibrium.suspension.cable_names)
-        cables = np.array([cable for strip in gusts.strips for cable in strip.cables], dtype=int)
+        cables = np.array([cable for group in gusts.strips for cable in group.cables], dtype=int)
         rows = (first_tension + 2 * cables[:, None] + np.arange(2)).ravel()
         direct[rows, len(gusts.input_matrix) + np.arange(len(rows))] = -1.0
         return direct
