@@ -1,9 +1,11 @@
 """What is measured: a thousand cables, the paper's scene with them in it, the truth about them; and the stopwatch."""
 
 import functools
+import json
 import math
 import os
 import sys
+import tempfile
 import time
 from dataclasses import dataclass
 
@@ -73,6 +75,29 @@ def scene_of(cable, accuracy):
     """One of the thousand as a scene."""
     where = {"ends": None, "chord": CHORD, "inclination": cable.inclination}
     return changed(paper(), accuracy, **where, unstretched_length=cable.length, strength=None)
+
+
+def study_of(cables, accuracy, columns):
+    """A study whose rows are some of the thousand, as the file of a study states them: `StudyFile`."""
+    from cablestudy.scene.study import read_study
+
+    inclinations = [f"{math.degrees(cable.inclination)!r} deg" for cable in cables]
+    lengths = [f"{cable.length!r} m" for cable in cables]
+    content = {
+        "base": os.path.join(HERE, os.pardir, "configs", "carlina.yaml"),
+        "set": {
+            "cable.chord": f"{CHORD} m",
+            "cable.strength": None,
+            "model": {"accuracy": accuracy},
+        },
+        "vary": [{"cable.inclination": inclinations, "cable.unstretched_length": lengths}],
+        "columns": list(columns),
+    }
+    with tempfile.TemporaryDirectory(prefix="cablestudy-bench-") as folder:
+        path = os.path.join(folder, "study.yaml")
+        with open(path, "w", encoding="utf-8") as file:
+            json.dump(content, file)  # which is YAML too
+        return read_study(path)
 
 
 def exact(cable):

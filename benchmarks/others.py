@@ -3,7 +3,7 @@
 import gc
 
 from cables import cables as all_cables
-from cables import continuous, exact, median, scene_of, seconds, verdict
+from cables import continuous, exact, median, scene_of, seconds, study_of, verdict
 from peers import BARS, NoAnswerError, found
 
 REPEATED = 4  # how often ours solves each cable in a round, in one call as a sweep makes it
@@ -28,17 +28,23 @@ def relative(value, truth):
 
 def statics(cables, peers):
     """Lines: static columns."""
-    from cablestudy.study.row import evaluate_cases
+    from cablestudy.study.scene_values import tables_of
+    from cablestudy.study.status import has_answer
+    from cablestudy.study.study_rows import evaluate_tables
 
-    wanted = columns("horizontal_tension", "max_tension", "preload", "sag", "end_stiffness")
-    scenes = [scene_of(cable, ACCURACY) for cable in cables]
-    many = scenes * REPEATED
+    names = "horizontal_tension", "max_tension", "preload", "sag", "end_stiffness"
+    wanted, study = columns(*names), study_of(cables * REPEATED, ACCURACY, names)
     truth = [exact(cable) for cable in cables]
-    rows = evaluate_cases(scenes, wanted)
+
+    def own_rows():
+        """Rows of the study, as a sweep computes those of a chunk: number of a row -> numbers, status and errors."""
+        return evaluate_tables(tables_of(study, range(study.count))[0], wanted)
+
+    rows = list(own_rows().values())[: len(cables)]
     errors = [
-        max(relative(row.cells[column.header], value) for column, value in zip(wanted, values, strict=False))
-        for row, values in zip(rows, truth, strict=True)
-        if not row.failed
+        max(map(relative, numbers, values))
+        for (numbers, status, *_), values in zip(rows, truth, strict=True)
+        if has_answer(status)
     ]
     answers = {peer.name: [] for peer in peers}
 
@@ -51,13 +57,13 @@ def statics(cables, peers):
 
     own, theirs = [], {peer.name: [] for peer in peers}
     for turn in range(ROUNDS):
-        own.append(len(many) / seconds(lambda: evaluate_cases(many, wanted)))
+        own.append(study.count / seconds(own_rows))
         part = range(turn, len(cables), ROUNDS)
         for peer in peers:
             theirs[peer.name].append(len(part) / seconds(lambda peer=peer, part=part: solve(peer, part)))
     yield "| program | cables/s | ours over it | median error | largest error | said no | wrong |"
     yield "|---|---:|---:|---:|---:|---:|---:|"
-    failed, wrong = sum(row.failed for row in rows), sum(error > WRONG for error in errors)
+    failed, wrong = len(rows) - len(errors), sum(error > WRONG for error in errors)
     yield f"| cablestudy | {median(own):.0f} | | {median(errors):.1e} | {max(errors):.1e} | {failed} | {wrong} |"
     ratios = []
     for peer in peers:

@@ -7,7 +7,10 @@ import pytest
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.study import read_study
-from cablestudy.study.scene_values import tables_of
+from cablestudy.study.columns import find
+from cablestudy.study.results import Results
+from cablestudy.study.scene_values import SceneValues, tables_of
+from cablestudy.study.study_rows import evaluate_tables
 
 SCENE = """\
 cable:
@@ -57,7 +60,11 @@ STUDIES = {
     "materials beside a grid": ("vary:\n- {cable.material: [steel, nylon]}\n" + GRID, 2),
     "tables inside tables": ("vary: [{winch.controller.notch.damping_ratio: [0.1, 0.2], gondola.area: [1, 2]}]", 1),
     "a load's place": ("vary: [{cable.loads.0.at: [1 m, 2 m]}]", 2),
-    "an angle": ("vary: [{cable.inclination: [1 deg, 2 deg]}]", 2),
+    "an angle": ("vary: [{cable.inclination: [1 deg, 2 deg, 90 deg, -90 deg]}]", 1),
+    "a load's mass and force": ("vary: [{cable.loads.0.mass: [1 kg, 2 kg]}, {cable.loads.0.force.2: [-3, 4]}]", 1),
+    "coordinates of an end": (
+        "set: {cable.loads: [], cable.ends: [[0, 0, 0], [180 m, 0, 0]]}\n"
+        "vary: [{cable.ends.1.2: [0, 9 m, 700 m]}, {cable.ends.1.0: [0, 175 m]}]", 1),
     "points": ("set: {cable.loads: []}\nvary: [{cable.ends: [[[0, 0, 0], [180, 0, 9]], [[0, 0, 0], [181, 0, 9]]]}]", 2),
     "words and mappings": (
         "vary: [{winch.controller.notch.frequency: [1 Hz, coupled, 2 Hz]}, "
@@ -103,6 +110,36 @@ def test_properties_of_a_scene_of_arrays_are_those_of_each_case():
         assert getattr(table.scene.cable, name).tolist() == each, name
     assert table.scene.wind.turbulence.tolist() == [study.case(k)[1].wind.turbulence for k in table.cases.tolist()]
     assert table.scene.cable.density == 1440.0
+
+
+@pytest.mark.parametrize("what", ["an angle", "a load's mass and force", "coordinates of an end"])
+def test_arrays_of_a_table_are_those_of_its_scenes(what):
+    study = study_of(STUDIES[what][0])
+    (table,), _ = tables_of(study, range(study.count))
+    alone = SceneValues([study.case(case)[1] for case in table.cases.tolist()])
+    pairs = [(table.ends, alone.ends)] + [(table.loads(of_case), alone.loads(of_case)) for of_case in (False, True)]
+    for arrays, expected in pairs:
+        for array, other in zip(arrays, expected, strict=True):
+            assert np.array_equal(array, other, equal_nan=True)
+    assert np.array_equal(table.given("cable.chord_length"), alone.given("cable.chord_length"))
+
+
+def test_cases_unlike_others_are_solved_together(monkeypatch):
+    study = study_of("set: {gondola: null}\nvary: [{cable.loads.0.at: {from: 10 m, to: 170 m, count: 9}}]")
+    batches = []
+
+    class Counted(Results):
+        def __init__(self, values, *arguments):
+            batches.append(len(values))
+            super().__init__(values, *arguments)
+
+    monkeypatch.setattr("cablestudy.study.row.Results", Counted)
+    monkeypatch.setattr("cablestudy.study.closed_form.Results", Counted)
+    tables, _ = tables_of(study, range(study.count))
+    rows = evaluate_tables(tables, [find("sag")])
+    assert batches == [study.count]
+    monkeypatch.undo()
+    assert rows == {case: row for table in tables for case, row in evaluate_tables([table], [find("sag")]).items()}
 
 
 def test_the_diameter_of_areas_is_rounded_as_that_of_one():

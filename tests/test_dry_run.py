@@ -11,6 +11,7 @@ from command import CONFIGS, LONGEST, rows_of, run, study_file, table_of
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.study import read_study
+from cablestudy.study.prepare import check_cases
 from cablestudy.study.table import Field, Table
 from cablestudy.sweeps.rows import cases_table
 
@@ -113,7 +114,7 @@ def test_a_reader_that_has_had_enough_ends_it_quietly(style):
 
 def varied(*vary, text="columns: [mass, sag]\n", sets=()):
     study = read_study(study_file(".", text), sets, vary)
-    study.check()
+    check_cases(study)
     return [study.overrides(i) for i in range(study.count)]
 
 

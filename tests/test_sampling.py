@@ -13,6 +13,7 @@ from command import CARLINA, run, study_file
 from cablestudy.errors import SceneError
 from cablestudy.scene.sampling import Sample
 from cablestudy.scene.study import read_study
+from cablestudy.study.prepare import check_cases
 
 OVER = "{cable.preload: {from: 100 N, to: 2 kN, spacing: log}, gondola.mass: {from: 10 kg, to: 50 kg}}"
 COLUMNS = "columns: [mass, sag]\n"
@@ -123,8 +124,8 @@ def test_a_sample_multiplies_with_vary_and_with_options():
 def test_the_check_of_a_large_sample_looks_at_its_ends():
     text = "sample: {method: sobol, count: 4096, over: {cable.area: {from: 2 mm^2, to: -0.001 mm^2}}}\n"
     with pytest.raises(SceneError, match=r"cable\.area: must be positive"):
-        study_of(COLUMNS + text).check()
-    sampled("saltelli", 1024).check()
+        check_cases(study_of(COLUMNS + text))
+    check_cases(sampled("saltelli", 1024))
 
 
 def test_reading_a_study_imports_no_numpy():
@@ -222,7 +223,7 @@ WHOLE = "sample.{}: expected a whole number from {}, got "
 def test_a_mistake_is_reported_at_its_place(text, message):
     Path("study.yaml").write_text(f"base: {CARLINA}\n{COLUMNS}{text}\n", encoding="utf-8")
     with pytest.raises(SceneError) as caught:
-        read_study("study.yaml").check()
+        check_cases(read_study("study.yaml"))
     assert str(caught.value).splitlines()[0].startswith(f"study.yaml:{message}")
     outcome = run("sweep", "study.yaml", "--dry-run", code=2)
     assert outcome.out == ""

@@ -9,6 +9,7 @@ from cablestudy.errors import SceneError
 from cablestudy.scene.document import read_file
 from cablestudy.scene.scene import is_study
 from cablestudy.scene.study import read_study
+from cablestudy.study.prepare import check_cases
 
 SCENE = """\
 cable:
@@ -37,7 +38,7 @@ def study_of(text, *sets):
 
 def mistakes_of(text, *sets):
     with pytest.raises(SceneError) as caught:
-        study_of(text, *sets).check()
+        check_cases(study_of(text, *sets))
     return str(caught.value).splitlines()
 
 
@@ -116,7 +117,7 @@ def test_cases_are_reached_one_by_one_and_lazily():
     entries = "- gravity: {from: 1, to: 10, count: 1000}\n- gondola.mass: {from: 1, to: 9, count: 9000}\n"
     study = study_of(f"{HEAD}vary:\n{entries}")
     assert study.count == 9_000_000
-    study.check()
+    check_cases(study)
     assert study.overrides(study.count - 1) == {"gravity": 10, "gondola.mass": 9}
     assert study.case(1)[0]["gravity"] == 1
     assert len(list(islice(study.cases(), 3))) == 3

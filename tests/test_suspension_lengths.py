@@ -216,11 +216,13 @@ def test_cases_of_a_batch():
 
 def test_the_smallest_of_equally_balanced_tensions():
     """Two equal cables against each other, without load: all tensions are balanced, the least is that of the bound."""
-    matrix = np.array([[1.0, -1.0]])
-    none = np.zeros((1, 0))
-    bounds = np.full(2, 70.0), np.full(2, np.inf)
-    found = distribute(matrix, none, np.zeros(1), "balanced", np.zeros(2), *bounds)
-    np.testing.assert_allclose(found.tension, 70, rtol=1e-9)
+    matrix = np.array([[[1.0, -1.0]]])
+    none = np.zeros((1, 1, 0))
+    bounds = np.full((1, 2), 70.0), np.full((1, 2), np.inf)
+    found = distribute(
+        matrix, none, np.zeros((1, 1)), "balanced", np.zeros((1, 2)), *bounds, np.zeros(1), np.ones((1, 2))
+    )
+    np.testing.assert_allclose(found.tension, [[70, 70]], rtol=1e-9)
 
 
 @pytest.mark.crossed

@@ -22,6 +22,7 @@ from cablestudy.scene.scene import load_scene, quantity_of, read_scene
 from cablestudy.scene.schema import suspension_schema
 from cablestudy.scene.study import read_study
 from cablestudy.scene.suspension import SUSPENSION_TABLES
+from cablestudy.study.prepare import check_cases
 from cablestudy.study.scene_values import tables_of
 from cablestudy.study.suspension.numbers import distribution_of, numbers_of
 from cablestudy.system.suspension import CORES
@@ -193,7 +194,7 @@ columns: [preload]
 """
         )
     )
-    study.check()
+    check_cases(study)
     scenes = [scene for _, scene in study.cases()]
     assert [scene.points["north"].at[2] for scene in scenes] == [50] * 4 + [60] * 4
     assert [scene.points["south"].at[1] for scene in scenes] == [-100] * 4 + [-90] * 4

@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 
 from cablestudy.scene.fields import LEAST, KeyTable, Quantity
 from cablestudy.scene.load_tables import MAX_LOADS, Load, ReferenceTable
-from cablestudy.scene.section import Section, Tension, limited, within
+from cablestudy.scene.section import Section, Tension, limited, of_each, within
 
 # Unstretched length over distance of the ends, and what of it is likely when a unit was mistaken.
 LENGTH_RATIO = (0.2, 200.0)
@@ -122,15 +122,15 @@ class Cable(CableProperties):
         """Tuple of x, y, z of end 2; in the plane y = 0 when the chord is given. [m]"""
         if self.ends:
             return self.ends[1]
-        angle = self.inclination or 0.0
-        # the cosine of the double nearest to 90 degrees is 6e-17, and a vertical cable shall be vertical
-        cosine = 0.0 if abs(angle) == math.pi / 2 else math.cos(angle)
-        return (self.chord * cosine, 0.0, self.chord * math.sin(angle))
+        angle = 0.0 if self.inclination is None else self.inclination
+        return (self.chord * of_each(_cosine, angle), 0.0, self.chord * of_each(math.sin, angle))
 
     @property
     def chord_length(self):
         """Distance of the ends, exactly as given when it is given. [m]"""
-        return self.chord if self.chord is not None else math.dist(*self.ends)
+        if self.chord is not None:
+            return self.chord
+        return of_each(lambda *ends: math.dist(ends[:3], ends[3:]), *self.end_1, *self.end_2)
 
     @property
     def rise(self):
@@ -152,6 +152,11 @@ class Cable(CableProperties):
         yield relations
         if length is not None:
             yield beyond_the_end(("loads",), self.loads, length)
+
+
+def _cosine(angle):
+    """Cosine of an angle [rad], 0 of the double nearest to a right angle, as a vertical cable shall be vertical."""
+    return 0.0 if abs(angle) == math.pi / 2 else math.cos(angle)
 
 
 def beyond_the_end(path, loads, length):

@@ -40,6 +40,15 @@ def _check_material(name, info: ValidationInfo):
     return name
 
 
+def of_each(function, *numbers):
+    """Value of a function of floats; where some are arrays, shape (n,), that of each of their entries, as if alone."""
+    if all(isinstance(number, float) for number in numbers):
+        return function(*numbers)
+    import numpy as np
+
+    return np.vectorize(function, otypes=[float])(*numbers)
+
+
 def within(value, limits):
     """True if a number, or each of an array, is between two limits, both allowed."""
     return (limits[0] <= value) & (value <= limits[1])

@@ -4,7 +4,6 @@ import math
 import os
 from contextlib import suppress
 from functools import cache, partial
-from itertools import islice
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, StrictBool, StrictStr, ValidationError
@@ -15,7 +14,7 @@ from cablestudy.scene.entries import ALTERNATIVE, clash, entries_of, entries_of_
 from cablestudy.scene.fields import Either, KeyTable, Name, Quantity, tables_of, wrong
 from cablestudy.scene.layers import replaced_by, split_key
 from cablestudy.scene.likely_mistakes import likely_mistakes
-from cablestudy.scene.mistakes import at_most, collect, located
+from cablestudy.scene.mistakes import collect, located
 from cablestudy.scene.sampling import Sample
 from cablestudy.scene.scene import CableScene, read_scene
 from cablestudy.scene.strict_yaml import mistake, refuse
@@ -150,9 +149,10 @@ class StudyFile:
     def likely_mistakes(self):
         """Likely mistakes of the first cases, so far as they can be set, each once; see `likely_mistakes`."""
         lines = {}
-        for steps in islice(self._steps_to_check(), LOOKED_AT):
+        for case in self.cases_to_check()[:LOOKED_AT]:
             with suppress(SceneError):
-                lines.update(dict.fromkeys(likely_mistakes(self.document.with_sets(self._settings(steps)))))
+                settings = self._settings(self._steps(case))
+                lines.update(dict.fromkeys(likely_mistakes(self.document.with_sets(settings))))
         return (*list(lines)[:TOLD], *([f"and {len(lines) - TOLD} more like these"] if len(lines) > TOLD else []))
 
     def _notes_on_unused_cases(self):
@@ -242,34 +242,18 @@ class StudyFile:
         """Yield (overrides, scene) of every case, in order; see `case`."""
         return map(self.case, range(self.count))
 
-    def check(self):
-        """Check the cases before anything is computed.
+    def cases_to_check(self):
+        """Numbers of the cases that are checked before anything is computed: list of int.
 
-        All of them up to 1000; beyond, each step of each entry beside the first step of the others.
-
-        Raises
-        ------
-        SceneError
-            The mistakes of all cases checked, each once; at most 100.
+        All of them up to CHECK_ALL; beyond, each step of each entry beside the first step of the others.
         """
-        mistakes = {}
-        for steps in self._steps_to_check():
-            try:
-                self._scene_at(steps)
-            except SceneError as error:
-                for found in error.mistakes:
-                    mistakes.setdefault((found.key, found.message), found)
-        if mistakes:
-            raise SceneError(*at_most(list(mistakes.values()), self.name))
-
-    def _steps_to_check(self):
-        """Yield the steps of the entries, a tuple as of `_steps`, of each case that `check` looks at."""
         if self.count <= CHECK_ALL:
-            yield from map(self._steps, range(self.count))
-            return
-        for number, entry in enumerate(self.entries):
-            for step in entry.steps():
-                yield tuple(step if i == number else 0 for i in range(len(self.entries)))
+            return list(range(self.count))
+        stride, cases = self.count, {}
+        for entry in self.entries:
+            stride //= len(entry)
+            cases.update((step * stride, None) for step in entry.steps())
+        return list(cases)
 
     def _steps(self, index):
         """Step of each entry in a case, from 0: tuple of int; the last entry runs fastest."""

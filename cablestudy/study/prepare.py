@@ -4,12 +4,14 @@ from dataclasses import replace
 from difflib import get_close_matches
 
 from cablestudy.errors import Mistake, Mistakes, SceneError
+from cablestudy.scene.mistakes import at_most
 from cablestudy.scene.study import ALL_COLUMNS, CHECK_ALL
 from cablestudy.study.all_columns import find, find_header, key_column, why_not
 from cablestudy.study.columns import STATUS
 from cablestudy.study.find import check_goal, column_named, field_of_key
 from cablestudy.study.goal import goal_of_study
 from cablestudy.study.limits import limits_of
+from cablestudy.study.scene_values import tables_of
 from cablestudy.study.table import Field, number, read_csv
 from cablestudy.study.varied_keys import varied_key, varied_keys
 
@@ -44,7 +46,7 @@ def prepare(study):
         All mistakes of the first check that finds one, in this order: cases, goal, limits, columns, tolerances, plot,
         printed values.
     """
-    study.check()
+    check_cases(study)
     if study.find:
         check_goal(goal_of_study(study), study.document_of(0))
     limits_of(study.case(0)[1], study.document_of(0))
@@ -52,6 +54,16 @@ def prepare(study):
     tolerances_of(study)
     _check_plot(study)
     return columns, _printed_values(study, columns)
+
+
+def check_cases(study):
+    """Raise the mistakes of `cases_to_check`, each once, at most 100: SceneError."""
+    mistakes = {}
+    for _, error in sorted(tables_of(study, study.cases_to_check())[1].items()):
+        for found in error.mistakes:
+            mistakes.setdefault((found.key, found.message), found)
+    if mistakes:
+        raise SceneError(*at_most(list(mistakes.values()), study.name))
 
 
 def _check_plot(study):

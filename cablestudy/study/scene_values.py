@@ -6,6 +6,7 @@ for all of them.
 
 from dataclasses import dataclass
 from functools import cached_property
+from operator import add
 
 import numpy as np
 from pydantic_core import PydanticCustomError
@@ -18,7 +19,8 @@ from cablestudy.scene.scene import CableScene, quantity_of
 from cablestudy.study.column import attribute, lacks, without
 
 # names in keys of quantities that are no columns: a scene takes their sine, compares them one by one, or cables follow
-NOT_COLUMNS = ("materials", "inclination", "attitude", "ends", "loads", "forces", "moves", "stress_strain")
+NOT_COLUMNS = ("materials", "attitude", "forces", "moves", "stress_strain")
+POSITIONS = ("at", "fraction")  # of point loads, which a scene compares with each other
 NO_LOAD = np.nan, np.nan, (0.0, 0.0, 0.0), 0.0  # an entry of `merged_loads` where a cable has fewer loads than others
 
 
@@ -137,10 +139,11 @@ def merged_loads(loads):
     merged = {}
     for load in loads:
         position = np.nan if load.at is None else load.at, np.nan if load.fraction is None else load.fraction
-        key = load.at, load.fraction
-        force, mass = np.array((0.0, 0.0, 0.0) if load.force is None else load.force), load.mass or 0.0
+        key, force = (load.at, load.fraction), load.force or (0.0, 0.0, 0.0)
+        mass = 0.0 if load.mass is None else load.mass
         if key in merged:
-            force, mass = merged[key][2] + force, merged[key][3] + mass
+            *_, other_force, other_mass = merged[key]
+            force, mass = tuple(map(add, other_force, force)), other_mass + mass
         merged[key] = (*position, force, mass)
     return sorted(merged.values(), key=lambda load: load[:2])
 
@@ -188,8 +191,7 @@ class CaseTable:
     @property
     def ends(self):
         """Positions of both ends, see `SceneValues.ends`."""
-        ends = self.scene.cable.end_1, self.scene.cable.end_2
-        return tuple(np.stack([self._array(coordinate) for coordinate in end], axis=-1) for end in ends)
+        return self._arrays(self.scene.cable.end_1), self._arrays(self.scene.cable.end_2)
 
     @property
     def moves(self):
@@ -208,7 +210,16 @@ class CaseTable:
 
     def loads(self, of_case):
         """Point loads, see `SceneValues.loads`."""
-        return tuple(np.repeat(array, len(self), axis=0) for array in SceneValues([self.scene]).loads(of_case))
+        merged = merged_loads(self.scene.loads if of_case else self.scene.cable.loads)
+        if not merged:
+            return load_arrays([()] * len(self))
+        positions, fractions, forces, masses = zip(*merged, strict=True)
+        forces = np.stack([self._arrays(force) for force in forces], axis=1)
+        return self._arrays(positions), self._arrays(fractions), forces, self._arrays(masses)
+
+    def _arrays(self, values):
+        """Some numbers of the scene for each case, shape (n, m)."""
+        return np.stack([self._array(value) for value in values], axis=-1)
 
     def _array(self, value):
         """A number of the scene, or None, for each case, shape (n,)."""
@@ -263,7 +274,9 @@ def tables_of(study, cases):
 
 def _is_column(key):
     """True if a key is a quantity that can be an array in one scene for many cases."""
-    return quantity_of(key) is not None and not set(split_key(key)).intersection(NOT_COLUMNS)
+    path = split_key(key)
+    is_position = "loads" in path and path[-1] in POSITIONS
+    return quantity_of(key) is not None and not is_position and not set(path).intersection(NOT_COLUMNS)
 
 
 def _numbers(entry, steps):
@@ -295,10 +308,11 @@ def _table(study, cases, values):
         return None
     table = _table_of_cases(scene, cases, values, valid)
     valid_together = np.ones(len(table.cases), dtype=bool)
-    for table_of_keys in _tables_in(table.scene):
-        for relations in table_of_keys.relations():
-            for _, valid_relation, _ in relations:
-                valid_together &= valid_relation
+    with np.errstate(all="ignore"):  # of cases that another relation refuses, such as a distance of zero
+        for table_of_keys in _tables_in(table.scene):
+            for relations in table_of_keys.relations():
+                for _, valid_relation, _ in relations:
+                    valid_together &= valid_relation
     if valid_together.all():
         return table
     return _table_of_cases(scene, table.cases, table.values, valid_together) if valid_together.any() else None

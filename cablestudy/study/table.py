@@ -22,6 +22,7 @@ from cablestudy.study.tolerances import STUDY
 
 REMOVED = str.maketrans("", "", "^ ")  # of a unit in a name
 NO_TABLE = "not a table of comma-separated values"
+LINES_AT_ONCE = 1000  # of a file that are written in one call
 
 
 @dataclass(frozen=True)
@@ -169,7 +170,8 @@ class Table:
         yield line.text
         lines = self.rows.csv_lines(names) if hasattr(self.rows, "csv_lines") else None
         if lines is not None:
-            yield from lines
+            while block := "".join(islice(lines, LINES_AT_ONCE)):
+                yield block
             return
         for row in self.rows:
             writer.writerow([row.get(name) for name in names])  # csv writes floats by repr, None as nothing

@@ -18,7 +18,7 @@ from cablestudy.study.scene_values import CaseTable, tables_of
 from cablestudy.study.status import has_answer
 from cablestudy.study.study_rows import evaluate_tables
 from cablestudy.sweeps.fingerprint import versions
-from cablestudy.sweeps.record import pack
+from cablestudy.sweeps.record import pack_all
 
 SECONDS = 1.0  # of computing that a chunk should take
 MAX_CASES = 5000  # in a chunk: bounds the memory that rows in flight take
@@ -42,7 +42,7 @@ class Done:
     """Result that a worker returns."""
 
     headers: list  # of the cells that were computed
-    records: list  # one for each case, from `record.pack`
+    records: list  # one for each case, from `record.pack_all`
     failed: int  # how many of them have no answer
     seconds: float  # of computing
 
@@ -111,15 +111,15 @@ def compute(chunk):
         keys.update(zip(table.cases.tolist(), keys_of(table, study.find), strict=True))
     evaluate = partial(evaluate_found, study) if study.find else evaluate_tables
     rows = evaluate(tables, columns, chunk.explain, chunk.estimate)
-    records, failed = [], len(errors_of_scenes)
+    computed = []
     for case in chunk.cases:
         if case in errors_of_scenes:  # of many cases only some are checked before the sweep begins
-            records.append(pack(case, "", errors_of_scenes[case].without_places, [None] * len(headers)))
-            continue
-        cells, status, errors, notes = rows[case]
-        failed += not has_answer(status)
-        records.append(pack(case, keys[case], status, cells, errors, notes))
-    return Done(headers, records, failed, time.perf_counter() - begin)
+            computed.append((case, "", errors_of_scenes[case].without_places, [None] * len(headers), (), ()))
+        else:
+            cells, status, errors, notes = rows[case]
+            computed.append((case, keys[case], status, cells, errors, notes))
+    failed = sum(not has_answer(status) for _, _, status, *_ in computed)
+    return Done(headers, pack_all(computed), failed, time.perf_counter() - begin)
 
 
 def _check_versions(expected):

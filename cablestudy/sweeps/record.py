@@ -1,15 +1,20 @@
 """One row of a table as it is stored: a tuple of plain values with a check sum."""
 
 import json
+import re
+from itertools import chain
 from typing import Annotated, NamedTuple
 from zlib import crc32
 
 from pydantic import Field, FiniteFloat, Strict, StrictInt, StrictStr, TypeAdapter
+from pydantic_core import to_json
 
 from cablestudy.study.columns import TEXTS
 from cablestudy.study.status import OK
 
 EXACT = 2**53  # beyond, a float does not hold an integer exactly
+# a number below 1e-4 as pydantic writes it: 0.00001 and 1e-7, where `repr` has 1e-05 and 1e-07
+UNLIKE_REPR = re.compile(r"0\.0000|e-\d(?!\d)")
 
 Number = Annotated[StrictInt, Field(gt=-EXACT, lt=EXACT)] | Annotated[FiniteFloat, Strict()]
 CELLS, ERRORS = TypeAdapter(list[Number | None]), TypeAdapter(dict[str, Number | None])
@@ -29,29 +34,49 @@ class RowRecord(NamedTuple):
 
 
 def pack(case, key, status, cells, errors=(), notes=()):
-    """A row, given as in `RowRecord`, as it is stored.
+    """A row, given as in `RowRecord`, as it is stored: an item of `pack_all`."""
+    return pack_all([(case, key, status, cells, errors, notes)])[0]
+
+
+def pack_all(rows):
+    """Many rows, each a tuple of the fields of `RowRecord`, as they are stored.
 
     Returns
     -------
-    tuple
+    list of tuple
         Row from 1, key, status, JSON of cells, errors and notes ("" of an empty one), check sum.
     """
-    if status != OK and status is not None:  # a message may quote a file name that is no valid text
-        status = status.encode(errors="backslashreplace").decode()
-    stored = (
-        case + 1,
-        key,
-        status,
-        "[" + ",".join(map(_json, cells)) + "]",
-        json.dumps(errors, allow_nan=False) if errors else "",
-        json.dumps(notes) if notes else "",
-    )
-    return (*stored, check_sum(*stored))
+    packed = []
+    for (case, key, status, _, errors, notes), cells in zip(rows, _json([row[3] for row in rows]), strict=True):
+        if status != OK and status is not None:  # a message may quote a file name that is no valid text
+            status = status.encode(errors="backslashreplace").decode()
+        stored = (
+            case + 1,
+            key,
+            status,
+            cells,
+            json.dumps(errors, allow_nan=False) if errors else "",
+            json.dumps(notes) if notes else "",
+        )
+        packed.append((*stored, check_sum(*stored)))
+    return packed
 
 
-def _json(cell):
-    """A cell as json writes it, but numbers faster."""
-    return "null" if cell is None else json.dumps(cell) if isinstance(cell, str) else repr(cell)
+def _json(lists):
+    """JSON of each of many lists of cells, with numbers as `repr` writes them.
+
+    Lists of numbers are written by pydantic in one call, ten times as fast as by json, but for numbers that it writes
+    otherwise.
+    """
+    if not lists or str in set(map(type, chain.from_iterable(lists))):
+        return list(map(_json_of_one, lists))
+    texts = [f"[{cells}]" for cells in to_json(lists).decode()[2:-2].split("],[")]
+    return [_json_of_one(cells) if UNLIKE_REPR.search(text) else text for cells, text in zip(lists, texts, strict=True)]
+
+
+def _json_of_one(cells):
+    """JSON of one list of cells."""
+    return json.dumps(cells, separators=(",", ":"))
 
 
 def check_sum(row, key, status, cells, errors, notes):

@@ -323,14 +323,18 @@ def search(suspension, which, moving, method, low, high, reference, least_ratio)
     # `active`, `state` and `iterates` are of the cases still searched for, the others of all cases
     active, state, iterates = first_iterates(suspension, which, low, high, least_ratio)
     cases = len(iterates.index)
-    states, possible, answers = copy_record(state), iterates.possible.copy(), np.full(cases, None, dtype=object)
+    states, possible = copy_record(state), iterates.possible.copy()
     record = SearchRecord(
         np.zeros(cases, dtype=int), np.zeros(cases), np.full(cases, np.inf), np.full(cases, TOO_MANY)
     )  # fmt: skip
     for number in range(SYSTEM.lengths_steps + 1):
         index, linear = iterates.index, linearised(active, state, which, moving)
-        solutions = distributions(linear, iterates, method, reference[index], high[index])
-        answers[index] = solutions
+        right = (linear.by_tension @ iterates.tension[..., None])[..., 0] - linear.net
+        bounds = iterates.possible, high[index], iterates.damping, iterates.tension
+        solutions = distribute(linear.by_tension, linear.by_motion, right, method, reference[index], *bounds)
+        if number == 0:
+            answers = copy_record(solutions)
+        assign_rows(answers, index, solutions)
         step, tension, turn = limited(active, state, iterates, solutions, moving)
         change = sizes_of(step, tension, iterates)
         iterates = with_infeasible(iterates, solutions, high[index], least_ratio)
@@ -347,11 +351,11 @@ def search(suspension, which, moving, method, low, high, reference, least_ratio)
         bounds = low[index], high[index], least_ratio
         active, iterates = with_tensions(active, state, iterates, which, tension, *bounds)
         state = with_stated(active, state)
-    problems = [
-        describe_failure(suspension, which, *case)
-        for case in zip(answers, record.converged, low, possible, high, strict=True)
-    ]
-    return states, record, np.array(problems, dtype=object)
+    problems = np.full(cases, "", dtype=object)
+    for case in np.flatnonzero(~(answers.held & answers.within & record.converged)).tolist():
+        answer = take_rows(answers, case)
+        problems[case] = describe_failure(suspension, which, answer, low[case], possible[case], high[case])
+    return states, record, problems
 
 
 def first_iterates(suspension, which, low, high, least_ratio):
@@ -371,16 +375,6 @@ def first_iterates(suspension, which, low, high, least_ratio):
     )  # fmt: skip
 
 
-def distributions(linear, iterates, method, reference, high):
-    """`Distribution` of each case: tensions that solve its linear problem."""
-    solutions = []
-    for k, tension in enumerate(iterates.tension):
-        right = linear.by_tension[k] @ tension - linear.net[k]
-        limits = reference[k], iterates.possible[k], high[k], iterates.damping[k], tension
-        solutions.append(distribute(linear.by_tension[k], linear.by_motion[k], right, method, *limits))
-    return solutions
-
-
 def limited(suspension, state, iterates, solutions, moving):
     """Steps towards the solutions of the linear problems, no longer than a search allows.
 
@@ -394,12 +388,11 @@ def limited(suspension, state, iterates, solutions, moving):
         Largest rotation asked for, before the step is shortened. [rad]
     """
     step = np.zeros((*state.position.shape[:-1], 6))
-    step[:, moving] = [solution.unbounded for solution in solutions]
+    step[:, moving] = solutions.unbounded
     step = step / body_units(suspension)
     turn = largest(step[..., 3:]).max(axis=-1)
     share = allowed_share(suspension, state, step)
-    tension = np.array([solution.tension for solution in solutions])
-    tension = iterates.tension + share[:, None] * (tension - iterates.tension)
+    tension = iterates.tension + share[:, None] * (solutions.tension - iterates.tension)
     return step * share[:, None, None], np.maximum(tension, SYSTEM.least_tension_share * iterates.tension), turn
 
 
@@ -418,9 +411,7 @@ def with_infeasible(iterates, solutions, high, least_ratio):
     A step counts where nothing holds the loads, where cables would have to push or are too heavy for their bounds, and
     where it comes no closer to the bounds than those before.
     """
-    tension = np.array([solution.tension for solution in solutions])
-    held = np.array([solution.held for solution in solutions])
-    within = np.array([solution.within for solution in solutions])
+    tension, held, within = solutions.tension, solutions.held, solutions.within
     outside = np.maximum(np.maximum(iterates.possible - tension, tension - high), 0.0).sum(axis=-1)
     too_heavy = (iterates.possible > least_ratio * high).any(axis=-1)
     no_closer = outside >= SYSTEM.lengths_progress * iterates.outside
@@ -443,7 +434,7 @@ def with_reasons(iterates, linear, solutions, change, last):
         stalled=np.where(falling, 0, iterates.stalled + 1),
         least_change=np.minimum(change, iterates.least_change),
     )
-    balanced = np.array([solution.held and solution.within for solution in solutions])
+    balanced = solutions.held & solutions.within
     settled = change <= linear.tension_rounding
     converged = (linear.over_least <= 1) & settled
     stuck = (iterates.stalled >= np.where(settled, 1, SYSTEM.lengths_patience)) | last
@@ -525,16 +516,15 @@ def with_stated(suspension, state):
     return replace(state, strain=strain, length=size(state.chord) / (1 + strain), tension=tension)
 
 
-def describe_failure(suspension, which, answer, converged, low, possible, high):
-    """Reason why a case has no answer; an empty string where it has one.
+def describe_failure(suspension, which, answer, low, possible, high):
+    """Reason why a case has no answer: its search has not converged, or its loads are not held within the bounds.
 
     Parameters
     ----------
     suspension, which
         As for `search`.
     answer : Distribution
-        The last one of the case.
-    converged : bool
+        The last one of the case, without its axis of cases.
     low, possible, high : ndarray, shape (m,)
         Bounds of the tensions, and what they are at least by the cables' own weight. [N]
     """
@@ -543,8 +533,6 @@ def describe_failure(suspension, which, answer, converged, low, possible, high):
     if not answer.held:
         body, motion = np.argwhere(suspension.free)[int(np.argmax(np.abs(answer.left)))]
         return f"no tensions hold {held} here: nothing balances {suspension.body_names[body]} {MOTIONS[motion]}"
-    if answer.within and converged:
-        return ""
     excess = np.maximum(possible - answer.tension, answer.tension - high)  # beyond the nearer bound
     if answer.within or excess.max() <= 0:
         return (

@@ -21,136 +21,170 @@ METHODS = ("balanced", "least", "closest")
 
 @dataclass(frozen=True)
 class Distribution:
-    """Tensions that balance given loads, or come nearest to it.
+    """Tensions that balance given loads, or come nearest to it, of n cases.
 
     Attributes
     ----------
-    tension : ndarray, shape (m,)
+    tension : ndarray, shape (n, m)
         Where none that balance the loads are within the bounds, those that exceed the bounds by the least sum. [N]
-    unbounded : ndarray, shape (f,)
+    unbounded : ndarray, shape (n, f)
         The unknowns y.
-    left : ndarray, shape (e,)
+    left : ndarray, shape (n, e)
         Net forces left over, which no tensions balance: zero where the loads can be held. [N]
-    held, within : bool
+    held, within : ndarray of bool, shape (n,)
         True if any tensions hold the loads, and if tensions within the bounds do.
     """
 
     tension: np.ndarray
     unbounded: np.ndarray
     left: np.ndarray
-    held: bool
-    within: bool
+    held: np.ndarray
+    within: np.ndarray
 
 
-def distribute(by_tension, by_unbounded, right, method, reference, low, high, damping=0.0, current=None):
-    """Solve the problem of the module's docstring: tensions within bounds that balance loads, chosen by a method.
+def distribute(by_tension, by_unbounded, right, method, reference, low, high, damping, current):
+    """Solve n problems of the module's docstring: tensions within bounds that balance loads, chosen by a method.
 
     Parameters
     ----------
-    by_tension, by_unbounded : ndarray, shape (e, m), (e, f)
+    by_tension, by_unbounded : ndarray, shape (n, e, m), (n, e, f)
         A and E, rows in comparable units.
-    right : ndarray, shape (e,)
+    right : ndarray, shape (n, e)
         b. [N]
     method : {"balanced", "least", "closest"}
-    reference : ndarray, shape (m,)
+    reference : ndarray, shape (n, m)
         Tensions that those of the method `closest` shall be close to. [N]
-    low, high : ndarray, shape (m,)
+    low, high : ndarray, shape (n, m)
         Bounds; infinite where there is none. [N]
-    damping : float
+    damping : ndarray, shape (n,)
         Weight, beside the objective, of the forces of the unknowns y and of the changes of tensions, for steps of an
         iteration; the changes of small tensions, whose forces are the least linear, weigh more. [-]
-    current : ndarray, shape (m,), optional
-        Present tensions, changes from which are damped; needed with `damping`. [N]
+    current : ndarray, shape (n, m)
+        Present tensions, above zero, changes from which are damped. [N]
 
     Returns
     -------
     Distribution
     """
-    count = by_tension.shape[1]
-    matrix = np.hstack([by_tension, by_unbounded])
-    norms = np.sqrt((matrix**2).sum(axis=0))
-    column_scales = np.where(norms > 0, norms, 1.0)
-    column_scales[:count] = column_scales[:count].max(initial=0.0) or 1.0  # the tensions stay comparable
-    particular, null_space = _solutions(matrix, column_scales, right)
-    left = right - matrix @ particular
-    largest_load = np.abs(right).max(initial=0.0)
-    held = bool(np.abs(left).max(initial=0.0) <= SYSTEM.unbalanced * max(largest_load, np.finfo(float).tiny))
-    tensions = particular[:count], reference, low[np.isfinite(low)]
-    unit = max(np.abs(values).max(initial=1e-300) for values in tensions)  # tensions are solved for in this unit
-    objective, target = _objective(method, count, len(particular)), np.zeros(len(particular))
-    target[:count] = reference if method == "closest" else 0.0
-    target_value = objective @ target
-    if damping:
-        weights = damping * np.append(np.sqrt(current.max() / current), norms[count:])
-        objective = np.vstack([objective, np.diag(weights)])
-        target_value = np.concatenate([target_value, weights[:count] * current, np.zeros(len(norms) - count)])
-    coordinates = _least_distance(particular, null_space, count, objective, target_value, low, high, unit)
-    within = coordinates is not None
-    if not within:
-        coordinates = _least_excess(particular, null_space, count, low, high, unit)
-    solution = particular + null_space @ coordinates
-    return Distribution(solution[:count], solution[count:], left, held, within)
+    count = by_tension.shape[-1]
+    matrix = np.concatenate([by_tension, by_unbounded], axis=-1)
+    norms = np.sqrt((matrix**2).sum(axis=-2))
+    scales = np.where(norms > 0, norms, 1.0)
+    largest_norm = scales[:, :count].max(axis=-1, keepdims=True, initial=0.0)
+    scales[:, :count] = np.where(largest_norm > 0, largest_norm, 1.0)  # the tensions stay comparable
+    particular, null_space = _solutions(matrix, scales, right)
+    left = right - _product(matrix, particular)
+    largest_load = np.maximum(np.abs(right).max(axis=-1, initial=0.0), np.finfo(float).tiny)
+    held = np.abs(left).max(axis=-1, initial=0.0) <= SYSTEM.unbalanced * largest_load
+    weights = damping[:, None] * np.concatenate(
+        [np.sqrt(current.max(axis=-1, keepdims=True) / current), norms[:, count:]], axis=-1
+    )
+    objective, target = _objective(method, count, weights, reference, current)
+    optimum, basis = _least_squares(particular, null_space, objective, target)
+    solution = particular + _product(null_space, optimum)
+    slopes, within = null_space[:, :count] @ basis, np.ones(len(right), dtype=bool)
+    tensions = particular[:, :count], reference, np.where(np.isfinite(low), low, 0.0)
+    units = np.max([np.abs(values).max(axis=-1, initial=1e-300) for values in tensions], axis=0)
+    outside = np.maximum(low - solution[:, :count], solution[:, :count] - high).max(axis=-1, initial=-np.inf)
+    for case in np.flatnonzero(outside > SYSTEM.outside_bounds * units).tolist():  # solved for in this unit
+        limits = low[case], high[case], units[case]
+        shift = _shift_within(solution[case, :count], slopes[case], *limits)
+        within[case] = shift is not None
+        if within[case]:
+            solution[case] += null_space[case] @ (basis[case] @ shift)
+        else:
+            solution[case] = particular[case] + _least_excess(particular[case], null_space[case], *limits)
+    return Distribution(solution[:, :count], solution[:, count:], left, held, within)
 
 
-def _solutions(matrix, column_scales, right):
+def _product(matrices, vectors):
+    """Products of n matrices and n vectors, shape (n, ...)."""
+    return (matrices @ vectors[..., None])[..., 0]
+
+
+def _solutions(matrix, scales, right):
     """All solutions t_0 + Z z of the equations with a matrix, by singular value decomposition: t_0, and null space Z.
 
-    Where the equations contradict each other their error is least. Columns are divided by their scales, shape (m + f,).
+    Where the equations contradict each other their error is least. Columns are divided by their `scales`, shape
+    (n, m + f). Z has the shape (n, m + f, m + f), with columns of zeros where it has fewer dimensions.
     """
-    left_vectors, values, right_vectors = np.linalg.svd(matrix / column_scales)
-    rank = int((values > SYSTEM.rank * values.max(initial=0.0)).sum())
-    particular = right_vectors[:rank].T @ ((left_vectors[:, :rank].T @ right) / values[:rank]) / column_scales
-    return particular, right_vectors[rank:].T / column_scales[:, None]
+    left_vectors, values, right_vectors = np.linalg.svd(matrix / scales[:, None])
+    count = values.shape[-1]
+    decisive = values > SYSTEM.rank * values.max(axis=-1, keepdims=True, initial=0.0)
+    load = _product(left_vectors.swapaxes(-1, -2), right)[:, :count]
+    amplitudes = np.where(decisive, load / np.where(decisive, values, 1.0), 0.0)
+    particular = (amplitudes[:, None] @ right_vectors[:, :count])[:, 0] / scales
+    null_space = right_vectors.swapaxes(-1, -2) / scales[..., None]
+    null_space[:, :, :count] *= ~decisive[:, None]
+    return particular, null_space
 
 
-def _objective(method, count, unknowns):
-    """S of a method, shape (m or 2 m, m + f)."""
+def _objective(method, count, weights, reference, current):
+    """S with the damping below it, shape (n, p, m + f), and its product with the target, shape (n, p).
+
+    `weights`, shape (n, m + f), are those of the damping; the other parameters are as for `distribute`.
+    """
+    cases, unknowns = weights.shape
     tensions = np.eye(count, unknowns)
-    if method != "balanced":
-        return tensions
-    deviations = tensions.copy()
-    deviations[:, :count] -= 1.0 / count
-    return np.vstack([deviations, SYSTEM.tensions_themselves * tensions])
+    if method == "balanced":
+        deviations = tensions.copy()
+        deviations[:, :count] -= 1.0 / count
+        tensions = np.concatenate([deviations, SYSTEM.tensions_themselves * tensions])
+    objective = np.zeros((cases, len(tensions) + unknowns, unknowns))
+    objective[:, : len(tensions)] = tensions
+    objective[:, len(tensions) + np.arange(unknowns), np.arange(unknowns)] = weights
+    target = np.zeros(objective.shape[:2])
+    if method == "closest":
+        target[:, :count] = reference
+    target[:, len(tensions) :][:, :count] = weights[:, :count] * current
+    return objective, target
 
 
-def _least_distance(particular, null_space, count, objective, target_value, low, high, unit):
-    """Coordinates z of the solution t_0 + Z z of the equations with the least objective, or None if none is in bounds.
+def _least_squares(particular, null_space, objective, target):
+    """Coordinates z of the solutions t_0 + Z z with the least |S (t_0 + Z z) - d|^2, shape (n, q), and a basis of z.
+
+    By the singular value decomposition S Z = U s V^T this is z = V (w + U^T (d - S t_0))/s with w = 0: within bounds
+    the w of least size is wanted, a least-distance problem. The basis is V/s, shape (n, q, q), with columns of zeros
+    for motions that change no tension.
 
     Parameters
     ----------
-    particular, null_space : ndarray, shapes (m + f,), (m + f, q)
-        t_0 and Z; the first m = `count` unknowns are tensions.
-    count : int
-    objective, target_value : ndarray, shapes (p, m + f), (p,)
+    particular, null_space : ndarray, shapes (n, m + f), (n, m + f, q)
+        t_0 and Z; the first m unknowns are tensions.
+    objective, target : ndarray, shapes (n, p, m + f), (n, p)
         S, and its product d with the target.
-    low, high : ndarray, shape (m,)
-        Bounds of the tensions. [N]
-    unit : float
-        Tension of about the size of the solution. [N]
-
-    Notes
-    -----
-    The objective is |S (t_0 + Z z) - d|^2. By the singular value decomposition S Z = U s V^T the solution is
-    z = V (w + U^T (d - S t_0))/s with the w of least size within the bounds: a least-distance problem.
     """
     left_vectors, values, right_vectors = np.linalg.svd(objective @ null_space, full_matrices=False)
-    kept = values > SYSTEM.rank * values.max(initial=0.0)  # motions that change no tension are left out
-    basis = right_vectors[kept].T / values[kept]
-    optimum = basis @ (left_vectors[:, kept].T @ (target_value - objective @ particular))
-    tension, slopes = particular[:count] + null_space[:count] @ optimum, null_space[:count] @ basis
+    kept = values > SYSTEM.rank * values.max(axis=-1, keepdims=True, initial=0.0)
+    basis = right_vectors.swapaxes(-1, -2) * np.where(kept, 1 / np.where(kept, values, 1.0), 0.0)[:, None]
+    amplitudes = _product(left_vectors.swapaxes(-1, -2), target - _product(objective, particular))
+    return _product(basis, amplitudes), basis
+
+
+def _shift_within(tension, slopes, low, high, unit):
+    """Shift w of least size that brings the tensions t + D w of one case into their bounds; None where none does.
+
+    Parameters
+    ----------
+    tension, slopes : ndarray, shapes (m,), (m, q)
+        t [N], and D, whose columns of zeros change nothing.
+    low, high : ndarray, shape (m,)
+        [N]
+    unit : float
+        Tension of about the size of the solution. [N]
+    """
     lower, upper = np.isfinite(low), np.isfinite(high)
-    rows = np.vstack([slopes[lower], -slopes[upper]])  # rows @ w >= bounds
+    moving = slopes.any(axis=0)
+    rows = np.vstack([slopes[lower], -slopes[upper]])[:, moving]  # rows @ w >= bounds
     bounds = np.concatenate([(low - tension)[lower], (tension - high)[upper]]) / unit
     bounds = np.maximum(bounds, -SYSTEM.farthest_bound)
-    if not np.any(bounds > SYSTEM.outside_bounds):
-        return optimum
-    if not kept.any():
+    if not moving.any():
         return None
     from scipy.optimize import nnls
 
     # Lawson and Hanson, algorithm LDP: the residual of this problem is w up to a factor, or zero if none is in bounds
     matrix, right = np.vstack([rows.T, bounds]), np.append(np.zeros(rows.shape[1]), 1.0)
-    multipliers, _ = nnls(matrix, right, maxiter=100 * count)
+    multipliers, _ = nnls(matrix, right, maxiter=100 * len(tension))
     residual = matrix @ multipliers - right
     if -residual[-1] <= SYSTEM.outside_bounds**2:
         return None
@@ -161,14 +195,20 @@ def _least_distance(particular, null_space, count, objective, target_value, low,
         shift = -residual[:-1] / residual[-1]
         if np.any(rows @ shift < bounds - 1e3 * SYSTEM.outside_bounds):
             return None
-    return optimum + basis @ (shift * unit)
+    shifts = np.zeros(slopes.shape[1])
+    shifts[moving] = shift * unit
+    return shifts
 
 
-def _least_excess(particular, null_space, count, low, high, unit):
-    """Coordinates z for which the sum of the tensions outside the bounds is least, by a linear program."""
+def _least_excess(particular, null_space, low, high, unit):
+    """Change Z z of the solution t_0 of one case for which the sum of the tensions outside the bounds is least.
+
+    By a linear program; the parameters are as for `_least_squares` and `_shift_within`.
+    """
+    null_space, count = null_space[:, null_space.any(axis=0)], len(low)
     size = null_space.shape[1]
     if size == 0:
-        return np.zeros(0)
+        return np.zeros(len(particular))
     slopes, excess = null_space[:count], np.eye(count)  # unknowns: z, and by how much each tension is outside
     lower, upper = np.isfinite(low), np.isfinite(high)
     rows = np.vstack([np.hstack([-slopes, -excess])[lower], np.hstack([slopes, -excess])[upper]])
@@ -178,4 +218,4 @@ def _least_excess(particular, null_space, count, low, high, unit):
     from scipy.optimize import linprog
 
     result = linprog(cost, A_ub=rows, b_ub=right / unit, bounds=limits, method="highs")
-    return result.x[:size] * unit if result.success else np.zeros(size)
+    return null_space @ result.x[:size] * unit if result.success else np.zeros(len(particular))
