@@ -2,7 +2,7 @@
 
 import pytest
 from campaign import campaign
-from command import CARLINA, SLACK
+from command import CARLINA, CONFIGS, SLACK
 from random_scenes import scene_data
 from scenes import scene
 
@@ -16,6 +16,10 @@ from cablestudy.study.columns import COLUMNS, find
 from cablestudy.study.row import evaluate, evaluate_cases
 from cablestudy.study.scene_values import tables_of
 from cablestudy.study.study_rows import evaluate_tables
+from cablestudy.study.suspension import columns as suspension_columns
+from cablestudy.study.suspension import plant
+from cablestudy.study.suspension.rows import evaluate_suspensions
+from cablestudy.study.suspension.tension_waves import change_by_waves
 from cablestudy.study.tolerances import STUDY
 
 STATIC = [column for column in COLUMNS if column.needs in ("scene", "statics", "stiffness")]
@@ -52,6 +56,20 @@ def counts(monkeypatch):
 
 def vary(path, key, values, *sets):
     return [load_scene(path, (*sets, f"{key}={value}"))[1] for value in values]
+
+
+def test_a_cable_that_goes_slack_is_told_without_the_errors_of_tensions(monkeypatch):
+    """Errors of tensions by waves along cables cost as much as their RMS: they are for columns of tensions alone."""
+    _, wind = load_scene(CONFIGS / "suspensions" / "fast-wind.yaml", ())
+    calls = []
+    monkeypatch.setattr(
+        plant, "change_by_waves", lambda *arguments: calls.append(arguments) or change_by_waves(*arguments)
+    )
+    body, tension = (suspension_columns.find(name) for name in ("cabin.rms", "c1.rms_tension"))
+    evaluate_suspensions([wind], [body])
+    assert not calls
+    evaluate_suspensions([wind], [body, tension])
+    assert len(calls) == 1
 
 
 @pytest.mark.parametrize("path", [CARLINA, SLACK])

@@ -340,6 +340,22 @@ def test_the_size_of_chunks_and_the_number_of_processes_change_no_digit(folder, 
     assert len(set(tables)) == 1
 
 
+def test_chunks_have_as_many_cases_on_a_busy_machine(folder, monkeypatch):
+    """Cases that share an equilibrium are computed together however long a process waits for a processor."""
+    monkeypatch.setattr("cablestudy.sweeps.chunks.SECONDS", 4.0)
+    monkeypatch.setattr("cablestudy.sweeps.chunks.MAX_GROWTH", 4)
+    study = read_study(study_file(folder, LONG, SLACK))
+    for waiting in (0.0, 30.0):
+        handed_out = chunks.Chunks(study, [(range(study.count), ("sag",))], study.count)
+        sizes = []
+        for _ in range(4):
+            cases = handed_out.next().cases
+            sizes.append(len(cases))
+            seconds = 0.25 * len(cases)
+            handed_out.measure(chunks.Done([], list(cases), 0, seconds + waiting, seconds))
+        assert sizes == [1, 4, 16, 16]
+
+
 def test_a_process_that_dies_is_replaced(folder):
     study_file(folder, LONG, SLACK)
     sweep = start_paused(3, "study.yaml", "--jobs", "2")

@@ -1,4 +1,4 @@
-"""The cases of a sweep in chunks of about one second: how they are cut, and how one is computed."""
+"""The cases of a sweep in chunks of a few seconds: how they are cut, and how one is computed."""
 
 import gc
 import pickle
@@ -20,7 +20,9 @@ from cablestudy.study.study_rows import evaluate_tables
 from cablestudy.sweeps.fingerprint import versions
 from cablestudy.sweeps.record import pack_all
 
-SECONDS = 1.0  # of computing that a chunk should take
+# that a chunk should take: its rows share what they have in common, such as an equilibrium; what is not stored is lost
+# where a run ends
+SECONDS = 4.0  # of the processor
 MAX_CASES = 5000  # in a chunk: bounds the memory that rows in flight take
 MAX_GROWTH = 4  # of the size from one chunk to the next: the first cases may be the cheap ones
 
@@ -45,6 +47,7 @@ class Done:
     records: list  # one for each case, from `record.pack_all`
     failed: int  # how many of them have no answer
     seconds: float  # of computing
+    processor: float  # seconds of it, less where a busy machine makes the process wait
 
 
 class Chunks:
@@ -83,7 +86,8 @@ class Chunks:
     def measure(self, done):
         """Adapt the size of the next chunks to the time that this one took."""
         self.seconds_per_case = max(done.seconds / len(done.records), 1e-9)
-        self.size = int(max(1, min(SECONDS / self.seconds_per_case, MAX_GROWTH * self.size, MAX_CASES)))
+        wanted = SECONDS * len(done.records) / max(done.processor, 1e-9)
+        self.size = int(max(1, min(wanted, MAX_GROWTH * self.size, MAX_CASES)))
 
     def put_back(self, chunk):
         """Take back a chunk that was not computed."""
@@ -99,7 +103,7 @@ def compute(chunk):
     SceneError
         This process has other versions of the program or its libraries than the sweep, so that digits would differ.
     """
-    begin = time.perf_counter()
+    begin, processor_begin = time.perf_counter(), time.process_time()
     _freeze()
     _check_versions(chunk.versions)
     study = _study(chunk.study)
@@ -119,7 +123,8 @@ def compute(chunk):
             cells, status, errors, notes = rows[case]
             computed.append((case, keys[case], status, cells, errors, notes))
     failed = sum(not has_answer(status) for _, _, status, *_ in computed)
-    return Done(headers, pack_all(computed), failed, time.perf_counter() - begin)
+    records, processor = pack_all(computed), time.process_time() - processor_begin
+    return Done(headers, records, failed, time.perf_counter() - begin, processor)
 
 
 def _check_versions(expected):

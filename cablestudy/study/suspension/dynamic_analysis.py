@@ -429,12 +429,7 @@ class DynamicAnalysis:
         as "value" or "rate". The error is 0 of outputs that are held; it is not a number for an exact choice of
         elements, whose own error is not known, nor with modal damping.
         """
-        response = self.response_of(open_loop)
-        variances = response.variances if variance in OWN else response.seen
-        names = [name for name in names if name in variances.rows]
-        response.check_damped(names)
-        rows = [variances.rows[name] for name in names]
-        total = variances.weighted[variance][rows].sum()
+        response, variances, names, total = self._variance_of(names, variance, open_loop)
         if not total > 0:
             return np.sqrt(total), 0.0 if self._model is None else np.nan
         error, accuracy = variances.error_of(variance, names) / (2 * total), self._accuracy
@@ -444,6 +439,24 @@ class DynamicAnalysis:
         least = STUDY.resolved_by_fewest if fewest else STUDY.resolved
         error = max(error, min(STUDY.one_model_safety * error, accuracy), least * accuracy)
         return np.sqrt(total), error if self._error_known else np.nan
+
+    def _variance_of(self, names, variance, open_loop):
+        """Sum of the variances of some outputs, as for `rms`, with the `GustResponse` and `Variances` that it is of.
+
+        Returns
+        -------
+        response : GustResponse
+        variances : Variances
+        names : list of str
+            Those outputs that the model has.
+        total : float
+        """
+        response = self.response_of(open_loop)
+        variances = response.variances if variance in OWN else response.seen
+        names = [name for name in names if name in variances.rows]
+        response.check_damped(names)
+        rows = [variances.rows[name] for name in names]
+        return response, variances, names, variances.weighted[variance][rows].sum()
 
     def largest_rms(self, names, variance="value", open_loop=False):
         """Largest RMS of some outputs, each by itself, and its estimated relative error, see `rms`."""
@@ -471,6 +484,14 @@ class DynamicAnalysis:
         rms_rate, rate_error = self.rms(names, "rate", open_loop=False)
         peak, error = self._expected_peak(rms, rms_rate / (2 * np.pi * rms), error, rate_error, crossings)
         return abs(mean) + peak, error
+
+    def peak_of_change(self, names):
+        """Largest change from their mean that some outputs are expected to have in the wind, g RMS of `peak`.
+
+        Its error, which costs much for tensions, is not computed.
+        """
+        rms, rms_rate = (np.sqrt(self._variance_of(names, variance, False)[-1]) for variance in ("value", "rate"))
+        return peak_factor(rms_rate / (2 * np.pi * rms), self.scene.wind.duration) * rms if rms else rms
 
     @cached_property
     def winch_speeds(self):

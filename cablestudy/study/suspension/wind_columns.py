@@ -154,9 +154,15 @@ def slackened(case):
     if case.scene.wind is None:
         return []
     try:
-        return [name for name in case.scene.cables if tension_at_peak(case, name, -1)[0] < 0]
+        return [name for name in case.scene.cables if _goes_slack(case.in_wind, name)]
     except CablestudyError:  # the columns of the wind say why
         return []
+
+
+def _goes_slack(analysis, name):
+    """True if the least tension of a cable by a `DynamicAnalysis`, mean less peak of change, is below zero."""
+    means = zip(analysis.mean_tensions(name), ENDS, strict=True)
+    return any(mean < analysis.peak_of_change([f"{name}.{end}"]) for mean, end in means)
 
 
 def _max_peak_utilisation(case):
