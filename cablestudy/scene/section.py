@@ -42,11 +42,13 @@ def _check_material(name, info: ValidationInfo):
 
 def of_each(function, *numbers):
     """Value of a function of floats; where some are arrays, shape (n,), that of each of their entries, as if alone."""
-    if all(isinstance(number, float) for number in numbers):
+    arrays = [number for number in numbers if not isinstance(number, float)]
+    if not arrays:
         return function(*numbers)
-    import numpy as np
-
-    return np.vectorize(function, otypes=[float])(*numbers)
+    values = arrays[0] + 0.0  # a copy
+    entries = [[number] * len(values) if isinstance(number, float) else number.tolist() for number in numbers]
+    values[:] = list(map(function, *entries))
+    return values
 
 
 def within(value, limits):

@@ -139,8 +139,8 @@ def merged_loads(loads):
     merged = {}
     for load in loads:
         position = np.nan if load.at is None else load.at, np.nan if load.fraction is None else load.fraction
-        key, force = (load.at, load.fraction), load.force or (0.0, 0.0, 0.0)
-        mass = 0.0 if load.mass is None else load.mass
+        key, mass = (load.at, load.fraction), 0.0 if load.mass is None else load.mass
+        force = (0.0, 0.0, 0.0) if load.force is None else load.force
         if key in merged:
             *_, other_force, other_mass = merged[key]
             force, mass = tuple(map(add, other_force, force)), other_mass + mass

@@ -22,7 +22,6 @@ from cablestudy.study.tolerances import STUDY
 
 REMOVED = str.maketrans("", "", "^ ")  # of a unit in a name
 NO_TABLE = "not a table of comma-separated values"
-LINES_AT_ONCE = 1000  # of a file that are written in one call
 
 
 @dataclass(frozen=True)
@@ -170,7 +169,7 @@ class Table:
         yield line.text
         lines = self.rows.csv_lines(names) if hasattr(self.rows, "csv_lines") else None
         if lines is not None:
-            while block := "".join(islice(lines, LINES_AT_ONCE)):
+            while block := "".join(islice(lines, STUDY.lines_at_once)):
                 yield block
             return
         for row in self.rows:
