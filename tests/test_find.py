@@ -11,8 +11,13 @@ from scipy.optimize import brentq
 
 from cablestudy.scene.scene import load_scene
 from cablestudy.scene.schema import study_schema
+from cablestudy.scene.study import read_study
+from cablestudy.study import find as find_module
+from cablestudy.study.all_columns import column_named
 from cablestudy.study.columns import find as column
+from cablestudy.study.find_rows import evaluate_found
 from cablestudy.study.row import evaluate
+from cablestudy.study.scene_values import tables_of
 
 SPAN, MODULUS, AREA, DENSITY, GRAVITY = 200.0, 160e9, 1e-4, 7850.0, 9.81
 STIFFNESS, WEIGHT = MODULUS * AREA, DENSITY * AREA * GRAVITY  # N; N/m of unstretched length
@@ -322,6 +327,31 @@ def test_each_row_of_a_study_is_solved():
         assert row["cable.preload_N"] == pytest.approx(level.mean_tension, rel=1e-9)
         assert row["max_tension_N"] == pytest.approx(level.max_tension, rel=1e-9)
     assert sweep("--check")[0].lines == ["results/study.csv: agrees"]
+
+
+def test_rows_of_a_study_are_solved_in_step_as_each_is_alone(monkeypatch):
+    """Rows of numbers and of words, some without a solution, some with two: the same digits, in a few calls for all."""
+    vary = "[{cable.density: {from: 500, to: 9000, count: 6}}, {winch: [null, {location: ground}]}]"
+    text = TENSION % "500 N, by: cable.unstretched_length, between: [190 m, 2 km]"
+    study(text.replace("[{cable.density: [1000, 7850]}]", vary))
+    cases, calls = read_study("study.yaml"), []
+    columns = [column_named(cases, name) for name in ("cable.unstretched_length", *cases.columns)]
+    evaluate_tables = find_module.evaluate_tables
+    monkeypatch.setattr(
+        find_module, "evaluate_tables", lambda *arguments: calls.append(arguments) or evaluate_tables(*arguments)
+    )
+
+    def found(numbers):
+        return evaluate_found(cases, tables_of(cases, numbers)[0], columns)
+
+    together = found(range(cases.count))
+    in_step = len(calls)
+    alone = [found([case])[case] for case in range(cases.count)]
+    assert [together[case] for case in range(cases.count)] == alone
+    assert in_step < (len(calls) - in_step) / 4
+    statuses = {" ".join(status.split()[:2]) for _, status, *_ in alone}
+    assert len(statuses) > 1
+    assert sum(status == "ok" for _, status, *_ in alone) > 1
 
 
 def test_a_case_without_solution_fails_alone():

@@ -27,6 +27,15 @@ def key_column(key):
     return Column(key, quantity.unit, "solved for", "find", None)
 
 
+def column_named(study, name):
+    """The column of a name in a study: of the key that it solves for, by the key or its header, or any other."""
+    if study.find and quantity_of(study.find.by):
+        key = key_column(study.find.by)
+        if name in (key.name, key.header):
+            return key
+    return find(name)
+
+
 def find_header(header):
     """The column of a header of a stored table: as of `find`, or of the key that its study solved for."""
     try:

@@ -10,18 +10,17 @@ from cablestudy.activity import doing
 from cablestudy.errors import CablestudyError, Mistake, Mistakes, NoSolutionError, SceneError
 from cablestudy.scene.entries import Entry
 from cablestudy.scene.layers import split_key
-from cablestudy.scene.scene import quantity_of, read_scene
+from cablestudy.scene.scene import read_scene
 from cablestudy.scene.section import Share
 from cablestudy.scene.units import common_factor
 from cablestudy.scene.words import counted
-from cablestudy.study.all_columns import find, key_column, why_not
+from cablestudy.study.all_columns import find, why_not
 from cablestudy.study.closed_form import CLOSED
 from cablestudy.study.columns import STATUS
-from cablestudy.study.goal import goal_of_study
 from cablestudy.study.limits import limits_by_case, limits_of, unanswered
 from cablestudy.study.roots import Effort, points_between, ranges_about, zeros
 from cablestudy.study.scene_kind import kind_of
-from cablestudy.study.scene_values import CaseTable, tables_of
+from cablestudy.study.scene_values import tables_of
 from cablestudy.study.status import has_answer
 from cablestudy.study.study_rows import checks_of, evaluate, evaluate_tables
 from cablestudy.study.table import Field, Table
@@ -50,21 +49,40 @@ class Solutions:
 # --------------------------------------------------------------------------------------------------------- the search
 
 
-class _KeyStudy:
-    """A scene with several values of one key, with the methods of a study that `tables_of` uses."""
+class KeyValues:
+    """Scenes with several values of one key, with the properties and methods of a study that `tables_of` uses.
 
-    def __init__(self, document, goal, values):
-        self._document, self._key, self._location = document, goal.key.name, goal.locations["by"][0]
-        self._values = [float(value) for value in values]
-        self.entries = (Entry(((self._key, self._values, lambda _: self._location),)),)
+    Parameters
+    ----------
+    document_of : callable
+        Number of a case of a study, 0 for a scene by itself -> its document.
+    goal : Goal
+        With the key.
+    values : sequence of float
+        Values of the key, in SI, the last of the entries.
+    entries : tuple of Entry
+        Those of the study.
+    """
+
+    def __init__(self, document_of, goal, values, entries=()):
+        self._document_of, self._key, self._location = document_of, goal.key.name, goal.locations["by"][0]
+        self.values = [float(value) for value in values]
+        self.entries = (*entries, Entry(((self._key, self.values, lambda _: self._location),)))
+
+    @classmethod
+    def of_scene(cls, document, goal, values):
+        """`KeyValues` of one scene alone."""
+        return cls(lambda _: document, goal, values)
 
     def case(self, index):
         """Overrides (key -> value), and the scene of one case."""
-        value = self._values[index]
-        return {self._key: value}, read_scene(self._document.with_sets([(self._key, value, self._location)]))
+        case, step = divmod(index, len(self.values))
+        value = self.values[step]
+        document = self._document_of(case)
+        return {self._key: value}, read_scene(document.with_sets([(self._key, value, self._location)]))
 
 
-def solve(goal, document):
+def solve(goal, document, column_at=None):
     """Find all values of a key for which a column of a scene takes the value of the goal: `Solutions`.
 
     The range is the one that the goal states; without one, growing ranges are searched until there is a solution.
@@ -75,6 +93,8 @@ def solve(goal, document):
         The column, its value, and the key that is varied.
     document : Document
         File of the scene; it may state another value of the key, or a key that excludes it.
+    column_at : callable, optional
+        Values of the key, shape (n,) -> the column there, as of `column_values`, which is used without it.
 
     Raises
     ------
@@ -83,7 +103,7 @@ def solve(goal, document):
     NoSolutionError
         There is no value of the key.
     """
-    zeros_found, statuses, notes = search(goal, document)
+    zeros_found, statuses, notes = search(goal, document, column_at=column_at)
     jump = f"{goal.column.name} jumps over {goal.value:.6g} at {goal.key.name} ="
     jumps = [f"{jump} {goal.of_key(x)}" for x in zeros_found.jumps]
     if not zeros_found.roots:
@@ -92,12 +112,12 @@ def solve(goal, document):
     return Solutions(zeros_found.roots, scenes_at(goal, document, zeros_found.roots), notes + jumps)
 
 
-def search(goal, document, enclose=False):
+def search(goal, document, enclose=False, column_at=None):
     """Search for the zeros of the column less the value of the goal, as a function of the key.
 
     Parameters
     ----------
-    goal, document
+    goal, document, column_at
         See `solve`.
     enclose : bool
         Whether to search on until the difference is negative, or has no value, at both ends of the range tried.
@@ -122,7 +142,10 @@ def search(goal, document, enclose=False):
     def difference(values):
         """Column less the value of the goal at values of the key, shape (n,); NaN without a value of the column."""
         doing(f"{counted(len(statuses) + len(values), 'value')} of {goal.key.name} tried for {goal}")
-        numbers, row_statuses = _column_values(goal, document, values)
+        if column_at:
+            numbers, row_statuses = column_at(values)
+        else:
+            numbers, row_statuses = column_values(goal, KeyValues.of_scene(document, goal, values), range(len(values)))
         statuses.update(zip(values.tolist(), row_statuses, strict=True))
         return numbers - goal.value
 
@@ -183,7 +206,7 @@ def _margin_function(goal, document, low, high):
 
 def scenes_at(goal, document, values):
     """List of the scenes with some values of the key; SceneError for one that is no scene."""
-    return [_KeyStudy(document, goal, [value]).case(0)[1] for value in values]
+    return [KeyValues.of_scene(document, goal, [value]).case(0)[1] for value in values]
 
 
 def check_goal(goal, document):
@@ -238,7 +261,7 @@ def _valid_scene(goal, document, start):
     error = None
     for value in [start, *candidates] if start is not None and low <= start <= high else candidates:
         try:
-            return _KeyStudy(document, goal, [value]).case(0)[1]
+            return KeyValues.of_scene(document, goal, [value]).case(0)[1]
         except SceneError as refused:
             error = error or refused
     mistakes_of_key = [mistake for mistake in error.mistakes if mistake.where == goal.locations["by"][0]]
@@ -259,17 +282,14 @@ def _search_effort(goal, scene):
     return Effort(40, 40, scale=size)
 
 
-def _column_values(goal, document, values):
-    """The column at values of the key, shape (n,), NaN where it has none, and status texts of the rows."""
-    numbers, statuses = np.full(len(values), np.nan), [""] * len(values)
-    tables, refused = tables_of(_KeyStudy(document, goal, values), range(len(values)))
+def column_values(goal, key_values, cases):
+    """The column of the goal in n cases of `KeyValues`, shape (n,), NaN where it has none, and their status texts."""
+    tables, refused = tables_of(key_values, cases)
     rows = evaluate_tables(tables, [goal.column]) if tables else {}
-    for case, (cells, status, *_) in rows.items():
-        statuses[case] = status
-        numbers[case] = np.nan if cells[0] is None else cells[0]
-    for case, error in refused.items():
-        statuses[case] = error.without_places
-    return numbers, statuses
+    found = {case: (cells[0], status) for case, (cells, status, *_) in rows.items()}
+    found |= {case: (None, error.without_places) for case, error in refused.items()}
+    numbers, statuses = zip(*(found[int(case)] for case in cases), strict=True)
+    return np.array([np.nan if number is None else number for number in numbers]), list(statuses)
 
 
 def _no_solution_message(goal, zeros_found, statuses):
@@ -342,51 +362,3 @@ def shown_columns(goal, document, names=None):
                 if column.name not in ("status", *(other.name for other in columns)):
                     columns.append(column)
     return columns
-
-
-def column_named(study, name):
-    """The column of a name in a study: of the key that it solves for, by the key or its header, or any other."""
-    if study.find and quantity_of(study.find.by):
-        key = key_column(study.find.by)
-        if name in (key.name, key.header):
-            return key
-    return find(name)
-
-
-def evaluate_found(study, tables, columns, explain=False, estimate=False):
-    """Compute the columns of cases of a study that states a goal (`find`): in each case its key is solved for first.
-
-    A case without exactly one solution has empty cells, and the reason as its status. Other columns are computed by
-    `study_rows.evaluate_tables`, which describes the other parameters and the result, a dict of case -> row.
-    """
-    goal = goal_of_study(study)
-    others = [column for column in columns if column.needs != "find"]
-    index_of_key = next((k for k, column in enumerate(columns) if column.needs == "find"), None)
-    empty = [None] * sum(column.name != "status" for column in columns)
-    values, solved, rows = {}, [], {}  # a row: cells, status, errors, notes
-    for case in (case for table in tables for case in table.cases.tolist()):
-        try:
-            values[case], scene = _only_solution(goal, study.document_of(case))
-            solved.append(CaseTable(np.array([case]), scene, {}))
-        except SceneError as error:
-            rows[case] = empty, error.without_places, {}, ()
-        except CablestudyError as error:
-            rows[case] = empty, " ".join(str(error).split()), {}, ()
-    evaluated = evaluate_tables(solved, others, explain, estimate) if solved else {}
-    for case, (cells, *status_errors_notes) in evaluated.items():
-        if index_of_key is not None:
-            cells = [*cells[:index_of_key], values[case], *cells[index_of_key:]]
-        rows[case] = cells, *status_errors_notes
-    return rows
-
-
-def _only_solution(goal, document):
-    """The only value of the key of a case, and its scene; NoSolutionError where there are several."""
-    solutions = solve(goal, document)
-    count = len(solutions.values)
-    if count > 1:
-        listed = ", ".join(goal.of_key(value) for value in solutions.values[: STUDY.shown_values])
-        listed += f" and {count - STUDY.shown_values} more" if count > STUDY.shown_values else ""
-        values = f"{counted(count, 'value')} of {goal.key.name}"
-        raise NoSolutionError(f"{goal}: {values}: {listed} (find.between chooses one)")
-    return solutions.values[0], solutions.scenes[0]

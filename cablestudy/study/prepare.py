@@ -6,9 +6,9 @@ from difflib import get_close_matches
 from cablestudy.errors import Mistake, Mistakes, SceneError
 from cablestudy.scene.mistakes import at_most
 from cablestudy.scene.study import ALL_COLUMNS, CHECK_ALL
-from cablestudy.study.all_columns import find, find_header, key_column, why_not
+from cablestudy.study.all_columns import column_named, find, find_header, key_column, why_not
 from cablestudy.study.columns import STATUS
-from cablestudy.study.find import check_goal, column_named, field_of_key
+from cablestudy.study.find import check_goal, field_of_key
 from cablestudy.study.goal import goal_of_study
 from cablestudy.study.limits import limits_of
 from cablestudy.study.scene_values import tables_of

@@ -1,0 +1,112 @@
+"""Rows of a study that states a goal (`find`): in each case its key is solved for first."""
+
+from functools import partial
+
+import numpy as np
+
+from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
+from cablestudy.scene.words import counted
+from cablestudy.study.find import KeyValues, column_values, solve
+from cablestudy.study.goal import goal_of_study
+from cablestudy.study.in_step import in_step
+from cablestudy.study.row import batched
+from cablestudy.study.scene_kind import kind_of
+from cablestudy.study.scene_values import CaseTable
+from cablestudy.study.study_rows import evaluate_tables
+from cablestudy.study.tolerances import STUDY
+
+
+def evaluate_found(study, tables, columns, explain=False, estimate=False):
+    """Compute the columns of cases of a study that states a goal (`find`): in each case its key is solved for first.
+
+    A case without exactly one solution has empty cells, and the reason as its status. Other columns are computed by
+    `study_rows.evaluate_tables`, which describes the other parameters and the result, a dict of case -> row.
+    """
+    goal = goal_of_study(study)
+    others = [column for column in columns if column.needs != "find"]
+    index_of_key = next((k for k, column in enumerate(columns) if column.needs == "find"), None)
+    empty = [None] * sum(column.name != "status" for column in columns)
+    values, solved, rows = {}, [], {}  # a row: cells, status, errors, notes
+    cases = [case for table in tables for case in table.cases.tolist()]
+    for case, solution in zip(cases, _solutions(study, goal, tables, cases), strict=True):
+        if isinstance(solution, SceneError):
+            rows[case] = empty, solution.without_places, {}, ()
+        elif isinstance(solution, CablestudyError):
+            rows[case] = empty, " ".join(str(solution).split()), {}, ()
+        else:
+            values[case], scene = solution
+            solved.append(CaseTable(np.array([case]), scene, {}))
+    evaluated = evaluate_tables(solved, others, explain, estimate) if solved else {}
+    for case, (cells, *status_errors_notes) in evaluated.items():
+        if index_of_key is not None:
+            cells = [*cells[:index_of_key], values[case], *cells[index_of_key:]]
+        rows[case] = cells, *status_errors_notes
+    return rows
+
+
+def _solutions(study, goal, tables, cases):
+    """Value of the key and scene of each case, or the CablestudyError that says why there is none: list.
+
+    Searches of a column that costs little go in step: the values that all of them try next are one table of cases.
+    """
+    searches = [partial(_only_solution, study, goal, case) for case in cases]
+    if not tables or not kind_of(tables[0].scene).is_cheap(goal.column):
+        return [_outcome(search) for search in searches]
+    solutions = []
+    for batch in batched(range(len(cases)), STUDY.rows_at_once):
+        values_of = partial(_values_in_cases, study, goal, [cases[index] for index in batch])
+        solutions += in_step([searches[index] for index in batch], values_of)
+    for solution in solutions:
+        if isinstance(solution, Exception) and not isinstance(solution, CablestudyError):
+            raise solution
+    return solutions
+
+
+def _outcome(search):
+    """The result of a search by itself, or its CablestudyError."""
+    try:
+        return search(None)
+    except CablestudyError as error:
+        return error
+
+
+def _only_solution(study, goal, case, column_at):
+    """The only value of the key of a case, and its scene; NoSolutionError where there are several.
+
+    `column_at` is as for `find.solve`.
+    """
+    solutions = solve(goal, study.document_of(case), column_at)
+    count = len(solutions.values)
+    if count > 1:
+        listed = ", ".join(goal.of_key(value) for value in solutions.values[: STUDY.shown_values])
+        listed += f" and {count - STUDY.shown_values} more" if count > STUDY.shown_values else ""
+        values = f"{counted(count, 'value')} of {goal.key.name}"
+        raise NoSolutionError(f"{goal}: {values}: {listed} (find.between chooses one)")
+    return solutions.values[0], solutions.scenes[0]
+
+
+def _values_in_cases(study, goal, cases, values_of_searches):
+    """The column of the goal at values of the key in many cases.
+
+    Parameters
+    ----------
+    study : StudyFile
+    goal : Goal
+    cases : list of int
+        Number of the case in the study of each search.
+    values_of_searches : dict
+        Number of a search -> values of the key that it tries, shape (k,).
+
+    Returns
+    -------
+    list of (ndarray, list of str)
+        Of each search the column, shape (k,), and the status texts, as of `find.column_values`.
+    """
+    counts = [len(values) for values in values_of_searches.values()]
+    key_values = KeyValues(study.document_of, goal, np.concatenate(list(values_of_searches.values())), study.entries)
+    steps = np.arange(len(key_values.values))
+    case_of_step = np.repeat([cases[number] for number in values_of_searches], counts)
+    numbers, statuses = column_values(goal, key_values, case_of_step * len(steps) + steps)
+    ends = np.cumsum(counts).tolist()
+    parts = [slice(end - count, end) for count, end in zip(counts, ends, strict=True)]
+    return [(numbers[part], statuses[part]) for part in parts]
