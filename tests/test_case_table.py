@@ -1,11 +1,14 @@
 """Cases as tables: the same scenes, and the same refusals, as each case read as a document."""
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
+from command import CONFIGS
 
 from cablestudy.errors import SceneError
+from cablestudy.scene.scene import load_scene
 from cablestudy.scene.study import read_study
 from cablestudy.study.columns import find
 from cablestudy.study.results import Results
@@ -122,6 +125,47 @@ def test_arrays_of_a_table_are_those_of_its_scenes(what):
         for array, other in zip(arrays, expected, strict=True):
             assert np.array_equal(array, other, equal_nan=True)
     assert np.array_equal(table.given("cable.chord_length"), alone.given("cable.chord_length"))
+
+
+def numbers_in(value, path=()):
+    """Path and value of each number in nested mappings and lists."""
+    if isinstance(value, float):
+        yield path, value
+    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list | tuple) else ()
+    for name, inner in items:
+        yield from numbers_in(inner, (*path, str(name)))
+
+
+def contents(scenes_or_refusals):
+    """Case -> all that a scene says, or the refusal."""
+    return {case: found if isinstance(found, str) else found.model_dump() for case, found in scenes_or_refusals.items()}
+
+
+@pytest.mark.parametrize("name", ["zipline.yaml", "point-load.yaml", "guy.yaml", "suspensions/trifilar.yaml"])
+def test_any_number_of_a_scene_may_vary(name):
+    """Each number larger and smaller by a thousandth, and of the other sign: scenes, refusals and rows as alone."""
+    columns, varied = [find("max_tension"), find("sag")], 0
+    for path, value in numbers_in(load_scene(CONFIGS / name)[1].model_dump()):
+        values = [value * factor for factor in (1, 1.001, 0.999, -1)] if value else [0.0, 1e-3, -1e-3]
+        text = {"base": str(CONFIGS / name), "vary": [{".".join(path): values}], "columns": ["max_tension"]}
+        Path("study.yaml").write_text(json.dumps(text), encoding="utf-8")
+        try:
+            study = read_study("study.yaml")
+        except SceneError:  # no key of a file, such as what a material implies
+            continue
+        varied += 1
+        tables, refused = tables_of(study, range(study.count))
+        found = {case: str(error) for case, error in refused.items()}
+        for table in tables:
+            found |= {int(case): table.scene_of(index) for index, case in enumerate(table.cases)}
+        assert contents(found) == contents(one_by_one(study)), path
+        if "suspensions" not in name:
+            alone = {}
+            for table in tables:
+                for index in range(len(table)):
+                    alone |= evaluate_tables([table.take(np.array([index]))], columns)
+            assert evaluate_tables(tables, columns) == alone, path
+    assert varied > 20
 
 
 def test_cases_unlike_others_are_solved_together(monkeypatch):
