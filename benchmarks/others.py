@@ -6,7 +6,7 @@ from cables import cables as all_cables
 from cables import continuous, exact, median, scene_of, seconds, study_of, verdict
 from peers import BARS, NoAnswerError, found
 
-REPEATED = 4  # how often ours solves each cable in a round, in one call as a sweep makes it
+REPEATED = 4  # how often ours solves each cable in a round: a sweep's chunk of static rows has some thousand
 ROUNDS = 5  # the other programs solve every cable once in all, ours every cable in every round, as a sweep's chunk
 WRONG = 1e-2  # relative error of the mean tension beyond which an answer counts as wrong: bars explain a tenth of it
 MODES = 10
@@ -154,9 +154,10 @@ def section():
     yield from (f"* {peer.name} {peer.version}: {peer.setup}." for peer in peers)
     yield from (f"* {line}" for line in missing)
     yield (
-        "* cablestudy: `evaluate_cases` of `study/row.py`, the inner loop of a sweep, on scenes that are read already; "
-        f"for statics {REPEATED * len(cables)} in one call, with modes {len(cables)}; modules are frozen for the "
-        "garbage collector, as a sweep does."
+        f"* cablestudy, statics: rows of a study of {REPEATED * len(cables)} cases in one call, from the numbers that "
+        "vary to those of the table, as a sweep computes them (`tables_of` and `evaluate_tables`), without its store; "
+        f"with modes: `evaluate_cases` of `study/row.py` on {len(cables)} scenes that are read already. Modules are "
+        "frozen for the garbage collector, as a sweep does."
     )
     yield ""
     yield (
