@@ -14,6 +14,7 @@ from random_scenes import ACCURACIES, examine, replay
 from references.scene_truth import Cable, Truth
 
 from cablestudy.scene.study import read_study
+from cablestudy.study.case import Case
 from cablestudy.study.columns import find
 from cablestudy.study.row import evaluate
 
@@ -140,3 +141,20 @@ def test_scenes_that_once_were_wrong_or_warned(seed):
     assert not [cell.note for cell in cells if cell.note.startswith("crash")]
     assert [(cell.column, cell.error, cell.estimate) for cell in cells if cell.excess > 1] == []
     assert sum(cell.error is not None for cell in cells) > 5
+
+
+# almost inextensible cables (EA 1e10 to 1e20 times the weight) that fold back on themselves, next to no tension there
+@pytest.mark.parametrize(
+    ("seed", "column"),
+    [(9200228, "gondola_frequency"), (9200063, "gondola_frequency"), (9200045, "outofplane_frequency_1"),
+     (9200096, "cable_frequency")],
+)  # fmt: skip
+def test_modes_of_almost_inextensible_loops_have_numbers(seed, column):
+    data = random_scenes.scene_data(seed)
+    row = evaluate(random_scenes.scene_of(data, 1e-8), [find(column)])
+    header = find(column).header
+    truth, doubt = random_scenes.expected(
+        random_scenes.truth_of(data, Case(random_scenes.scene_of(data, 1e-4)).span), data, column
+    )
+    assert row.cells["status"] == "ok"
+    assert abs(row.cells[header] - truth) <= (row.errors[header] + 3 * doubt) * truth

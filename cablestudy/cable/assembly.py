@@ -228,18 +228,38 @@ class System:
         stiffness = flatten_components((self.weights[:, None] ** 2 / self.weighted_flexibility)[..., None])
         return np.linalg.eigh(gradient.swapaxes(-1, -2) @ (stiffness * gradient))[1]
 
-    def highest_energy(self, shapes):
+    def tension_vectors(self, forces, shapes):
+        """Tension vectors at the Gauss points, c - S f, of displacement shapes and the forces f that hold them.
+
+        EA times the strain would be the same, but of an almost inextensible cable rounding is all that is left of it.
+
+        Parameters
+        ----------
+        forces : ndarray, shape (..., nodes, d, r)
+            K u at the inner nodes; what is at the ends is not used.
+        shapes : ndarray, shape (..., nodes, d, r)
+            Displacements u, those of the ends among them.
+
+        Returns
+        -------
+        ndarray, shape (..., n q, d, r)
+        """
+        inner = flatten_components(forces[..., 1:-1, :, :])
+        accumulated = static_force_transfer_of_axes(self.state.mesh, len(self.axes), inner)  # S f
+        by_forces = _small_products(self.compliance, accumulated).sum(axis=-3)
+        between_ends = shapes[..., -1, :, :] - shapes[..., 0, :, :]
+        return (self.end_stiffness @ (between_ends + by_forces))[..., None, :, :] - accumulated
+
+    def highest_energy(self, shapes, tensions):
         """Energy of the two highest polynomials of each element in displacement shapes, for error estimates.
 
-        The larger one of twice the complementary energy of that part of the tensions and twice the geometric energy of
-        that part of the gradient; EA amplifies neither. Shapes are (..., nodes, d, r), energies (..., r).
+        The larger one of twice the complementary energy of that part of their `tension_vectors` and twice the geometric
+        energy of that part of the gradient; EA amplifies neither. Shapes are (..., nodes, d, r), energies (..., r).
         """
-        gradient, frame = self._gradient(shapes), self.frame
-        stiffness = (self.weights[:, None] / self.weighted_flexibility)[..., None]
-        force = frame.swapaxes(-1, -2) @ (stiffness * (frame @ gradient))
-        highest_force, highest_gradient = frame @ self._project_highest(force), self._project_highest(gradient)
+        highest_tension = self.frame @ self._project_highest(tensions)
+        highest_gradient = self._project_highest(self._gradient(shapes))
         across = self.weights / np.sqrt(self.weighted_flexibility[..., -1])
-        complementary_root = np.sqrt(self.weighted_flexibility)[..., None] * highest_force
+        complementary_root = np.sqrt(self.weighted_flexibility)[..., None] * highest_tension
         geometric_root = across[..., None, None] * highest_gradient
         roots = complementary_root, geometric_root
         return np.maximum(*((flatten_components(root) ** 2).sum(axis=-2) for root in roots))

@@ -69,11 +69,13 @@ class PlaneModes:
         A share of the energy in the two highest polynomials of the elements, and at least rounding; compared with
         random scenes by tests/test_extremes.py.
         """
-        share = unresolved_share(self.system.state.mesh.order)
-        unresolved = share * self.system.highest_energy(self.shapes) / (2 * self.square)
+        system, shapes = self.system, self.shapes
+        tensions = system.tension_vectors(self.square[..., None, None, :] * system.inertia(shapes), shapes)
+        share = unresolved_share(system.state.mesh.order)
+        unresolved = share * system.highest_energy(shapes, tensions) / (2 * self.square)
         over_lowest = self.square / self.square[..., :1]
         rounding = CABLE.lowest_frequency * np.sqrt(over_lowest)
-        if self.system.state.mesh.point_masses:  # their mode may lie far below all others, and hide these
+        if system.state.mesh.point_masses:  # their mode may lie far below all others, and hide these
             rounding = np.maximum(rounding, (CABLE.lowest_frequency * over_lowest) ** 2)
         return np.maximum(unresolved, rounding)
 

@@ -8,6 +8,7 @@ from cablestudy.errors import CablestudyError
 from cablestudy.study.column import least_work_first, not_finite, shapeless
 from cablestudy.study.columns import is_own, over_strength
 from cablestudy.study.element_results import element_results
+from cablestudy.study.load_cases import bounded
 from cablestudy.study.motion_columns import DAMPING_RATIO
 from cablestudy.study.results import Results
 from cablestudy.study.status import OK, OVER_STRENGTH, status_of
@@ -188,7 +189,7 @@ def closed_form(results, required):
             for case in np.flatnonzero(results.catenary.slack).tolist():
                 _add_failure(failures, case, column.header, shapeless(column, results.limp[case]))
         _refuse_infinite(failures, column, numbers[column.header], results.failures if column.name == "chord" else {})
-    errors = {} if required.scene_only else _coarse_errors(results, required)
+    errors = {} if required.scene_only else _coarse_errors(results, required, numbers)
     return ClosedForm(len(results.values), numbers, failures, over_strength_cases, errors, required.least_errors)
 
 
@@ -289,8 +290,22 @@ def _errors_of_column(failures, column):
     return {case: errors[column.header] for case, errors in failures.items() if column.header in errors}
 
 
-def _coarse_errors(results, required):
-    """Case -> {header: estimated relative error}, of the cases in which an error exceeds `STUDY.rounding`."""
+def error_by_drag(column, results, numbers):
+    """Relative error of a column by drag that is taken as uniform along each cable, shape (n,). [-]
+
+    `numbers` are those of the column, shape (n,), or one for all.
+    """
+    change = STUDY.second_order * np.abs(column.by_drag(results))
+    size = np.abs(numbers)
+    ratio = np.divide(change, size, out=np.where(change > 0, np.inf, 0.0), where=size > 0)
+    return np.where(results.drag.normal_drag > 0, bounded(ratio), 0.0)
+
+
+def _coarse_errors(results, required, numbers):
+    """Case -> {header: estimated relative error}, of the cases in which an error exceeds `STUDY.rounding`.
+
+    `numbers` are those of the columns, header -> ndarray of shape (n,).
+    """
     statics_error = np.maximum(results.statics_rounding, results.model_error)
     sag_headers = [column.header for column in required.closed if column.determined_by == "sag"]
     pushed_headers = [column.header for column in required.closed if column.name == "force_displacement"]
@@ -304,6 +319,12 @@ def _coarse_errors(results, required):
         errors[case] = {name: max(least, by_statics if least else 0.0) for name, least in required.least_errors.items()}
         for headers, error in ((sag_headers, sag_error), (pushed_headers, push_error)):
             errors[case].update((header, max(errors[case][header], float(error[case]))) for header in headers)
+    for column in required.closed if results.drag_errors is not None else ():
+        if column.by_drag is None:
+            continue
+        by_drag = error_by_drag(column, results, numbers[column.header])
+        for case in errors:
+            errors[case][column.header] = max(errors[case][column.header], float(by_drag[case]))
     return errors
 
 

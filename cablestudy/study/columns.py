@@ -107,6 +107,16 @@ def _reaction(end, component):
     return compute
 
 
+def _reaction_by_drag(end, component):
+    """Function of the error of `_reaction` by drag taken as uniform. [N]"""
+
+    def compute(results):
+        change = results.drag_errors.end_forces[:, end]
+        return change[:, 2] if component == "vertical" else np.hypot(change[:, 0], change[:, 1])
+
+    return compute
+
+
 def _coupling_stiffness(results):
     """Force along x by a movement along z, 0 where it is rounding of the stiffness along both. [N/m]"""
     direct = np.sqrt(np.abs(results.end_stiffness_along(0) * results.end_stiffness_along(2)))
@@ -114,14 +124,47 @@ def _coupling_stiffness(results):
     return np.where(np.abs(coupling) > STUDY.rounding * direct, coupling, 0.0)
 
 
+def _coupling_by_drag(results):
+    """Error of `_coupling_stiffness` by drag taken as uniform: relative to the stiffness along both. [N/m]"""
+    return results.drag_error * np.sqrt(np.abs(results.end_stiffness_along(0) * results.end_stiffness_along(2)))
+
+
+def _below_horizontal(force):
+    """Angle of forces on a support below the horizontal. [deg]"""
+    return np.degrees(np.arctan2(-force[..., 2], np.hypot(force[..., 0], force[..., 1])))
+
+
 def _angle(end):
     """Function of the angle of a cable below the horizontal where it leaves an end. [deg]"""
+    return lambda results: _below_horizontal(results.form.end_forces("global")[..., end, :])
+
+
+def _angle_by_drag(end):
+    """Function of the error of `_angle` by drag taken as uniform. [deg]"""
 
     def compute(results):
-        force = results.form.end_forces("global")[..., end, :]
-        return np.degrees(np.arctan2(-force[..., 2], np.hypot(force[..., 0], force[..., 1])))
+        force, change = results.form.end_forces("global")[:, end], results.drag_errors.end_forces[:, end]
+        return _below_horizontal(force + change) - _below_horizontal(force)
 
     return compute
+
+
+def _lowering_by_drag(results):
+    """Largest vertical movement of a point of each cable by what the uniform drag leaves out. [m]"""
+    return np.abs(results.drag_errors.displacement[..., 2]).max(axis=1)
+
+
+def _swing_by_drag(results):
+    """Error of the swing by drag taken as uniform: by the largest movements of any point. [deg]"""
+    movement = results.drag_errors.displacement
+    sag, swing = sag_and_swing(results.form, results.middle)
+    chord = results.span.frame[:, :1]
+    run = np.maximum(np.hypot(chord[..., 0], chord[..., 1]), STUDY.tiny)
+    sideways = np.abs(movement[..., 1] * chord[..., 0] - movement[..., 0] * chord[..., 1]) / run
+    # of the angle atan(s/v): (v ds + s dv)/(v^2 + s^2)
+    distance = np.maximum(np.abs(sag) / np.cos(swing), STUDY.tiny)
+    change = sideways.max(axis=1) * np.cos(swing) + _lowering_by_drag(results) * np.sin(swing)
+    return np.degrees(change / distance)
 
 
 def _lowest_point(results):
@@ -135,13 +178,14 @@ def _support_columns():
         yield Column(f"tension_{end}", "N", f"tension at end {end}", "statics", _tension_at(end - 1))
     for end in (1, 2):
         yield Column(f"reaction_{end}_horizontal", "N", f"horizontal part of the force of the support at end {end}",
-                     "statics", _reaction(end - 1, "horizontal"))  # fmt: skip
+                     "statics", _reaction(end - 1, "horizontal"),
+                     by_drag=_reaction_by_drag(end - 1, "horizontal"))  # fmt: skip
         yield Column(f"reaction_{end}_vertical", "N", f"vertical part of the force of the support at end {end}, "
                      "upwards: negative where it holds the end down", "statics",
-                     _reaction(end - 1, "vertical"))  # fmt: skip
+                     _reaction(end - 1, "vertical"), by_drag=_reaction_by_drag(end - 1, "vertical"))  # fmt: skip
     for end in (1, 2):
         yield Column(f"angle_{end}", "deg", f"angle of the cable below the horizontal where it leaves end {end}",
-                     "statics", _angle(end - 1), determined_by="form")  # fmt: skip
+                     "statics", _angle(end - 1), determined_by="form", by_drag=_angle_by_drag(end - 1))  # fmt: skip
 
 
 def _linear_range(case):
@@ -212,14 +256,15 @@ COLUMNS = (
     Column("nonlinearity", "", "linear over full deflection, less one", "statics", _nonlinearity, LOADED,
            each=True),
     Column("load_sag", "m", "vertical distance from chord to the point load that hangs lowest below it", "statics",
-           lambda c: load_sag(c.form), LOADED, each=True),
+           lambda c: load_sag(c.form), LOADED, each=True, by_drag=_lowering_by_drag),
     *_support_columns(),
     Column("lowest_point", "m", "level of the lowest point of the cable, its ends included", "statics", _lowest_point,
-           determined_by="form"),
+           determined_by="form", by_drag=_lowering_by_drag),
     Column("clearance", "m", "least vertical distance from the cable down to the ground", "statics",
-           lambda c: clearance(c.form, c.end_1, c.scene.ground), "ground", each=True, determined_by="form"),
+           lambda c: clearance(c.form, c.end_1, c.scene.ground), "ground", each=True, determined_by="form",
+           by_drag=_lowering_by_drag),
     Column("swing", "deg", "angle out of the vertical plane of the chord, at mid-span", "statics",
-           lambda r: np.degrees(sag_and_swing(r.form, r.middle)[1]), determined_by="form"),
+           lambda r: np.degrees(sag_and_swing(r.form, r.middle)[1]), determined_by="form", by_drag=_swing_by_drag),
     Column("inclination_from_plumb", "deg", "angle of the chord from the vertical", "statics",
            lambda r: np.degrees(chord_angles(r.span)[1])),
     Column("end_stiffness", "N/m", "static stiffness of end 2 along x, interior condensed", "stiffness",
@@ -229,7 +274,7 @@ COLUMNS = (
     Column("end_stiffness_yy", "N/m", "static stiffness of end 2 along y", "stiffness",
            lambda r: r.end_stiffness_along(1)),
     Column("end_stiffness_xz", "N/m", "force along x by a static movement of end 2 along z", "stiffness",
-           _coupling_stiffness),
+           _coupling_stiffness, by_drag=_coupling_by_drag),
     Column("end_stiffness_along", "N/m", "static stiffness of end 2 along the chord", "stiffness",
            lambda r: r.end_stiffness_chord),
     _frequency("cable_frequency", "lowest in-plane frequency, ends fixed", 1, "in-plane"),

@@ -9,7 +9,7 @@ grows with the height, with the mean of q along the cable.
 shape (...) of what follows from them is (n,) or (n, c).
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -205,6 +205,28 @@ def drag_width(values):
     return values.given("load_case.wind.cable_drag_coefficient") * values.given("wind_diameter")
 
 
+@dataclass(frozen=True)
+class DragErrors:
+    """Errors of n equilibria in which the drag of a steady wind is taken as uniform along each cable.
+
+    Attributes
+    ----------
+    error : ndarray, shape (n,)
+        Relative, of tension and form. [-]
+    sag : ndarray, shape (n,)
+        Relative, of the sag, not less than `error`. [-]
+    end_forces : ndarray, shape (n, 2, 3)
+        Change of the forces of each cable on its two supports by the actual drag, global axes. [N]
+    displacement : ndarray, shape (n, k, 3)
+        Movement of points along each cable by the actual drag, the middle one at mid-length, global axes. [m]
+    """
+
+    error: np.ndarray
+    sag: np.ndarray
+    end_forces: np.ndarray
+    displacement: np.ndarray
+
+
 def uneven_drag_errors(drag, catenary, stretched=False):
     """Estimate the errors of n equilibria in which the drag of a steady wind is taken as uniform along each cable.
 
@@ -220,12 +242,7 @@ def uneven_drag_errors(drag, catenary, stretched=False):
 
     Returns
     -------
-    error : ndarray, shape (n,)
-        Relative error of the equilibrium. [-]
-    sag_error : ndarray, shape (n,)
-        Relative error of the sag, not less than `error`. [-]
-    end_forces : ndarray, shape (n, 2, 3)
-        Change of the forces of each cable on its two supports by the actual drag, global axes, to first order. [N]
+    DragErrors
 
     Notes
     -----
@@ -237,16 +254,18 @@ def uneven_drag_errors(drag, catenary, stretched=False):
     the height, `profile_error` finds the changes, which are larger, to all orders.
     """
     if drag.profile is None:
-        error, sag_error, end_changes = _first_order_errors(drag, catenary, stretched)
+        error, sag_error, end_changes, displacement = _first_order_errors(drag, catenary, stretched)
     else:
         growing = drag.profile.exponent > 0
-        error, sag_error, end_changes = *np.zeros((2, len(growing))), np.zeros((len(growing), 2, 3))
+        (error, sag_error), end_changes = np.zeros((2, len(growing))), np.zeros((len(growing), 2, 3))
+        displacement = np.zeros((len(growing), CABLE.drag_points, 3))
         for mask, method in ((growing, profile_error.changes), (~growing, _first_order_errors)):
             if mask.any():
-                error[mask], sag_error[mask], end_changes[mask] = method(drag.take(mask), catenary.take(mask))
+                changes = method(drag.take(mask), catenary.take(mask))
+                error[mask], sag_error[mask], end_changes[mask], displacement[mask] = changes
     errors = np.stack([error, np.fmax(sag_error, error)])
-    errors = STUDY.second_order * bounded(errors)
-    return *np.where(drag.normal_drag > 0, errors, 0.0), end_changes * np.array([1.0, -1.0])[:, None]
+    errors = np.where(drag.normal_drag > 0, STUDY.second_order * bounded(errors), 0.0)
+    return DragErrors(*errors, end_changes * np.array([1.0, -1.0])[:, None], displacement)
 
 
 def bounded(error):
@@ -266,6 +285,8 @@ def _first_order_errors(drag, catenary, stretched=False):
         Relative errors of the equilibrium and of the sag. [-]
     ends : ndarray, shape (n, 2, 3)
         Change of the tension vector at both ends, global axes. [N]
+    displacement : ndarray, shape (n, k, 3)
+        Movement of k points along each cable. [m]
     """
     span, length = catenary.span, catenary.span.unstretched_length
     nodes, weights = np.polynomial.legendre.leggauss(CABLE.drag_points)
@@ -291,10 +312,12 @@ def _first_order_errors(drag, catenary, stretched=False):
     ends = constant - np.stack([0 * accumulated[:, 0], (weights[:, None] / 2 * difference).sum(axis=1)], axis=1)
     along_cable = (np.concatenate([change, ends], axis=1) * tangent[:, nearest]).sum(axis=-1)
     tension_change = np.abs(along_cable) / tension[:, nearest, 0]
-    at_middle = (running_integral(nodes) @ (compliance @ change[..., None])[..., 0])[:, CABLE.drag_points // 2]
+    displacement = running_integral(nodes) @ (compliance @ change[..., None])[..., 0]  # over the length
+    at_middle = displacement[:, CABLE.drag_points // 2]
     distance = np.hypot(np.hypot(at_middle[:, 0], at_middle[:, 1]), at_middle[:, 2])
     shape_error, sag_error = profile_error.shares_at_middle(distance, np.abs(at_middle[:, 2]), catenary)
-    return np.maximum(tension_change.max(axis=-1), shape_error), sag_error, ends
+    error = np.maximum(tension_change.max(axis=-1), shape_error)
+    return error, sag_error, ends, length[:, None, None] * displacement
 
 
 def wind_direction(angle):

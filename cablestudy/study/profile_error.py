@@ -35,6 +35,8 @@ def changes(drag, catenary):
         Vertical movement at mid-length over the vertical distance from the chord there. [-]
     ends : ndarray, shape (n, 2, 3)
         Change of the tension vector at both ends, global axes. [N]
+    displacement : ndarray, shape (n, k, 3)
+        Movement of Gauss's points. [m]
 
     Notes
     -----
@@ -67,7 +69,7 @@ def changes(drag, catenary):
     tension_change = ((size(change) + size(step)) / force_size).max(axis=-1)
     middle = np.stack([displacement, displacement - previous])[:, :, CABLE.drag_points // 2]
     shape_error, sag_error = shares_at_middle(size(middle).sum(axis=0), np.abs(middle[..., 2]).sum(axis=0), catenary)
-    return np.maximum(tension_change, shape_error), sag_error, ends
+    return np.maximum(tension_change, shape_error), sag_error, ends, length * displacement
 
 
 def _newton_step(slope_change, tension, tangent, weights, stiffness):

@@ -257,19 +257,17 @@ class Results:
     @cached_property
     def drag_error(self):
         """Relative error of all results in a steady wind, as drag is taken as uniform along a cable, shape (n,). [-]"""
-        return self._drag_errors[0]
+        return np.zeros(len(self.values)) if self.drag_errors is None else self.drag_errors.error
 
     @cached_property
     def sag_drag_error(self):
         """Relative error of the sag for the same reason as `drag_error`, shape (n,). [-]"""
-        return self._drag_errors[1]
+        return np.zeros(len(self.values)) if self.drag_errors is None else self.drag_errors.sag
 
     @cached_property
-    def _drag_errors(self):
-        """Relative errors of all results and of the sag by drag taken as uniform, each of shape (n,). [-]"""
-        if not self.drag.normal_drag.any():
-            return self.drag.normal_drag, self.drag.normal_drag
-        return load_cases.uneven_drag_errors(self.drag, self.catenary)[:2]
+    def drag_errors(self):
+        """`DragErrors` of the equilibria, as drag is taken as uniform along each cable; None without a steady wind."""
+        return load_cases.uneven_drag_errors(self.drag, self.catenary) if self.drag.normal_drag.any() else None
 
     @cached_property
     def model_error(self):

@@ -9,7 +9,7 @@ from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
 from cablestudy.scene.scene import missing
 from cablestudy.study import models, notes
 from cablestudy.study.case import Case
-from cablestudy.study.closed_form import ColumnRequirements, by_elements, closed_form
+from cablestudy.study.closed_form import ColumnRequirements, by_elements, closed_form, error_by_drag
 from cablestudy.study.column import lacks, relative, value_and_error
 from cablestudy.study.columns import STATUS, find, is_own
 from cablestudy.study.motion_columns import DAMPING_RATIO, goes_slack
@@ -110,6 +110,14 @@ class UnfinishedRow:
             self.values[column.header] = number
             if error is not None:
                 self.errors[column.header] = None if isnan(error) else float(error)
+
+    def add_errors_by_drag(self, columns):
+        """Let the errors of columns of statics be no less than those by drag that is taken as uniform."""
+        results, index = self.case.results, self.case.index
+        for column in columns if results.drag_errors is not None else ():
+            if column.by_drag is not None and column.header in self.values:
+                by_drag = error_by_drag(column, results, self.values[column.header])[index]
+                self.errors[column.header] = max(self.errors[column.header], float(by_drag))
 
     def finished(self, required, seconds=None):
         """The `Row`.
@@ -302,6 +310,7 @@ def _solve_to_accuracy(answers, required, _):
         if required.system and index % STUDY.coupled_rows_at_once == 0:
             _prepare_systems(answers[index : index + STUDY.coupled_rows_at_once], required)
         answer.compute(required.single)
+        answer.add_errors_by_drag(required.single)
         if required.system:
             _solve_system(answer, required)
         columns = [column for column in required.modes if column.header not in answer.failures]

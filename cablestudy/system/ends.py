@@ -99,7 +99,7 @@ class Ends:
         """
         in_chord_frame = self._rotation @ ends
         shapes = self._basis[1]
-        displacements = (flatten_components(shapes) @ amplitudes).reshape(*shapes.shape[:-1], amplitudes.shape[-1])
+        displacements = _combined(shapes, amplitudes)
         for system, columns, static in self._static_shapes:
             displacements[..., list(system.axes), :] += static @ in_chord_frame[..., None, columns, :]
         return displacements
@@ -124,10 +124,33 @@ class Ends:
         amplitudes, ends
             As for `motion`.
         """
-        displacements, dynamics = self.motion(amplitudes, ends), self._dynamics
-        energy = sum(system.highest_energy(displacements[..., system.axes, :]) for system in dynamics.systems)
+        displacements, forces = self.motion(amplitudes, ends), self._holding_forces(amplitudes)
+        dynamics, energy = self._dynamics, 0.0
+        for system in dynamics.systems:
+            shapes = displacements[..., system.axes, :]
+            energy += system.highest_energy(shapes, system.tension_vectors(forces[..., system.axes, :], shapes))
         scale = unresolved_share(self.state.mesh.order) * np.asarray(self.state.force / dynamics.length)
         return scale[..., None] * energy
+
+    def _holding_forces(self, amplitudes):
+        """Forces on the nodes that hold the amplitudes of modes, W^2 M psi of each; shape (..., nodes, 3, r).
+
+        Chord frame, over `State.force`; static shapes need none. See `motion`.
+        """
+        omega, shapes = self._basis
+        return self._inertia(_combined(shapes, (omega / self._unit_frequency[..., None])[..., None] ** 2 * amplitudes))
+
+    def _inertia(self, movements):
+        """M u of movements of the nodes, shape (..., nodes, 3, r), for cables of unit mass; chord frame."""
+        forces = np.zeros(movements.shape)
+        for system in self._dynamics.systems:
+            forces[..., system.axes, :] = system.inertia(movements[..., system.axes, :])
+        return forces
+
+    @property
+    def _unit_frequency(self):
+        """Angular frequency of the eigenvalue 1, shape (...). [rad/s]"""
+        return 2 * np.pi * self._dynamics.unit_frequency
 
     @property
     def state(self):
@@ -247,18 +270,33 @@ class EndsOfLarge(Ends):
         """The cable itself: there is only one."""
         return self
 
-    @cached_property
+    @property
     def _basis(self):
         """Angular frequencies [rad/s] and shapes of the modes computed, and of the vectors for the others."""
+        return self._basis_and_forces[:2]
+
+    def _holding_forces(self, amplitudes):
+        omega, shapes, forces = self._basis_and_forces
+        count = omega.shape[-1] - forces.shape[-1]
+        square = (omega[..., :count] / self._unit_frequency[..., None]) ** 2
+        by_modes = self._inertia(_combined(shapes[..., :count], square[..., None] * amplitudes[..., :count, :]))
+        return by_modes + _combined(forces, amplitudes[..., count:, :])
+
+    @cached_property
+    def _basis_and_forces(self):
+        """`_basis`, and the forces on the nodes that hold the vectors, shape (1, nodes, 3, k)."""
         # a model of its own: what the eigen-solution leaves in it is ten times as large as the modes
         modes = Dynamics(self.state, self._dynamics.planes).modes(self._count).first(self._count)
         omega, shapes = 2 * np.pi * modes.frequency[0], modes.shapes[0]
-        vectors = [self._vectors_of_plane(system, static[0], shapes) for system, _, static in self._static_shapes]
-        vector_omega, vector_shapes = zip(*vectors, strict=True)
-        return np.concatenate([omega, *vector_omega])[None], np.concatenate([shapes, *vector_shapes], axis=-1)[None]
+        vectors = [
+            self._vectors_of_plane(system, static[0], omega, shapes) for system, _, static in self._static_shapes
+        ]
+        vector_omega, vector_shapes, forces = (np.concatenate(arrays, axis=-1) for arrays in zip(*vectors, strict=True))
+        basis = np.concatenate([omega, vector_omega]), np.concatenate([shapes, vector_shapes], axis=-1)
+        return tuple(array[None] for array in (*basis, forces))
 
-    def _vectors_of_plane(self, system, static, shapes):
-        """Angular frequencies and shapes, mass-normalised, of the residual vectors in one plane of motion.
+    def _vectors_of_plane(self, system, static, omega, shapes):
+        """Angular frequencies, shapes and holding forces of the residual vectors in one plane of motion.
 
         Parameters
         ----------
@@ -266,31 +304,40 @@ class EndsOfLarge(Ends):
             Equations of the plane, from `Dynamics.systems`.
         static : ndarray, shape (nodes, axes, 2 axes)
             Static shapes of its end movements, see `_static_shapes`.
-        shapes : ndarray, shape (nodes, 3, n)
-            Shapes of the computed modes.
+        omega, shapes : ndarray, shapes (n,) and (nodes, 3, n)
+            Of the computed modes. [rad/s], [1/sqrt(kg)]
 
         Returns
         -------
-        tuple of ndarray, shapes (k,), (nodes, 3, k)
-            Frequencies [rad/s] and shapes of k independent vectors.
+        tuple of ndarray, shapes (k,), (nodes, 3, k), (nodes, 3, k)
+            Frequencies [rad/s] and mass-normalised shapes of k independent vectors, and the forces that hold these, as
+            of `_holding_forces`.
         """
         dynamics, axes = self._dynamics, list(system.axes)
-        cable_mass = (dynamics.mass * dynamics.length).item()
+        cable_mass, unit = (dynamics.mass * dynamics.length).item(), self._unit_frequency.item()
         plane = system.take(0)
-        momentum = plane.inertia(static)[1:-1].reshape(plane.dof, -1)
+        forces = plane.inertia(static)[1:-1].reshape(plane.dof, -1)
         modes = np.sqrt(cable_mass) * shapes[1:-1, axes].reshape(plane.dof, -1)
-        vectors = response = plane.solve(momentum)
+        vectors = response = plane.solve(forces)
         for _ in range(2):  # the second time for what rounding left
-            vectors = vectors - modes @ (modes.T @ (plane.mass @ vectors))
+            amplitudes = modes.T @ (plane.mass @ vectors)
+            vectors = vectors - modes @ amplitudes
+            forces = forces - plane.mass @ (modes @ ((omega / unit)[:, None] ** 2 * amplitudes))
         size, response_size = (np.sqrt((v * (plane.mass @ v)).sum(axis=0)) for v in (vectors, response))
         independent = size > SYSTEM.left_by_modes * response_size
-        vectors = vectors[:, independent] / size[independent]
+        vectors, forces = (columns[:, independent] / size[independent] for columns in (vectors, forces))
         modal_mass, directions = np.linalg.eigh(vectors.T @ (plane.mass @ vectors))
         definite = modal_mass > SYSTEM.dependent_unit
-        vectors = vectors @ (directions[:, definite] / np.sqrt(modal_mass[definite]))
-        nodal = np.zeros((*shapes.shape[:2], vectors.shape[1]))
-        nodal[1:-1, axes] = vectors.reshape(len(nodal) - 2, len(axes), -1)
-        nodal = nodal @ plane.principal(nodal[:, axes])
-        square = sum(plane.modal_energies(nodal[:, axes]))
-        unit = 2 * np.pi * dynamics.unit_frequency.item()
-        return unit * np.sqrt(square), nodal / np.sqrt(cable_mass)
+        combinations = directions[:, definite] / np.sqrt(modal_mass[definite])
+        nodal = np.zeros((2, *shapes.shape[:2], combinations.shape[1]))  # shapes and forces
+        nodal[:, 1:-1, axes] = [
+            (columns @ combinations).reshape(len(shapes) - 2, len(axes), -1) for columns in (vectors, forces)
+        ]
+        nodal = nodal @ plane.principal(nodal[0][:, axes])
+        square = sum(plane.modal_energies(nodal[0][:, axes]))
+        return unit * np.sqrt(square), *(nodal / np.sqrt(cable_mass))
+
+
+def _combined(fields, amplitudes):
+    """Sum of vector fields at nodes, shape (..., nodes, 3, n), times amplitudes, (..., n, r): (..., nodes, 3, r)."""
+    return (flatten_components(fields) @ amplitudes).reshape(*fields.shape[:-1], amplitudes.shape[-1])

@@ -119,7 +119,9 @@ def drag_change(equilibrium, drag):
     cable_error, forces = np.zeros(shape), np.zeros((*shape, 2, 3))
     if len(case):
         cables_in_wind = drag_of_cables.take((case, cable)), equilibrium.catenary.take((case, cable)), drag.stretched
-        cable_error[case, cable], sag_error[case, cable], forces[case, cable] = uneven_drag_errors(*cables_in_wind)
+        of_cables = uneven_drag_errors(*cables_in_wind)
+        cable_error[case, cable], sag_error[case, cable] = of_cables.error, of_cables.sag
+        forces[case, cable] = of_cables.end_forces
     for row in np.unique(case).tolist():
         tension_change, displacement[row] = _movement_of_bodies(equilibrium, row, forces[row])
         largest_error[row] = bounded(cable_error[row] + STUDY.second_order * tension_change).max()
