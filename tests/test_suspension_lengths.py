@@ -1,6 +1,7 @@
 """Lengths from tensions (`system/lengths.py`, `tension_distribution.py`), and what cables state (`stated.py`)."""
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -223,6 +224,47 @@ def test_the_smallest_of_equally_balanced_tensions():
         matrix, none, np.zeros((1, 1)), "balanced", np.zeros((1, 2)), *bounds, np.zeros(1), np.ones((1, 2))
     )
     np.testing.assert_allclose(found.tension, [[70, 70]], rtol=1e-9)
+
+
+def least_by_enumeration(matrix, right, target, low, high):
+    """Tensions t with A t = b and bounds, nearest to a target: the best of all choices of the tensions at a bound."""
+    best, count = None, len(low)
+    for choice in product((None, low, high), repeat=count):
+        held = np.array([bound is not None for bound in choice])
+        t = np.array([target[k] if bound is None else bound[k] for k, bound in enumerate(choice)])
+        if not np.isfinite(t).all():
+            continue
+        free = matrix[:, ~held]  # of those that are free the nearest ones to their targets that balance the rest
+        t[~held] += np.linalg.pinv(free) @ (right - matrix @ t)
+        balanced = np.abs(matrix @ t - right).max() < 1e-9 * np.abs(right).max()
+        within = (t >= low - 1e-9).all() and (t <= high + 1e-9).all()
+        if balanced and within and (best is None or ((t - target) ** 2).sum() < ((best - target) ** 2).sum()):
+            best = t
+    return best
+
+
+def test_distributions_of_many_cases_against_all_choices_of_active_bounds():
+    """Some with a bound that holds, some that no tensions within the bounds balance; each the same as alone."""
+    rng, cases, cables = np.random.default_rng(5), 60, 4
+    matrix, reference = rng.normal(size=(cases, 2, cables)), rng.uniform(0, 100, (cases, cables))
+    right = (matrix @ rng.uniform(5, 90, (cases, cables, 1)))[..., 0]
+    low, high = np.full((cases, cables), 20.0), np.where(rng.random((cases, cables)) < 0.5, 60.0, np.inf)
+    none, damping, current = np.zeros((cases, 2, 0)), np.zeros(cases), np.ones((cases, cables))
+    for method, target in (("least", 0 * reference), ("closest", reference)):
+        arguments = matrix, none, right, method, reference, low, high, damping, current
+        found = distribute(*arguments)
+        assert found.held.all()
+        at_bounds = 0
+        for case in range(cases):
+            expected = least_by_enumeration(matrix[case], right[case], target[case], low[case], high[case])
+            assert found.within[case] == (expected is not None)
+            if expected is not None:
+                np.testing.assert_allclose(found.tension[case], expected, rtol=1e-8)
+                at_bounds += bool((np.isclose(expected, low[case]) | np.isclose(expected, high[case])).any())
+            one = [part if isinstance(part, str) else part[case : case + 1] for part in arguments]
+            assert np.array_equal(distribute(*one).tension[0], found.tension[case])
+        assert at_bounds > 10
+        assert 0 < np.count_nonzero(found.within) < cases
 
 
 @pytest.mark.crossed

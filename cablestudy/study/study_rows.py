@@ -103,8 +103,9 @@ def evaluate_tables(tables, columns, explain=False, estimate=False):
     answers, scenes = {}, {}
     for table in tables:
         cases = table.cases.tolist()
-        alone = explain or len(cases) == 1  # a scene that is like no other one is solved with others that are not
-        closed_rows = None if alone else kind_of(table.scene).evaluate_table(table, columns)
+        # scenes of which each is a table by itself are solved together below
+        by_arrays = len(cases) > 1 and not explain
+        closed_rows = kind_of(table.scene).evaluate_table(table, columns) if by_arrays else None
         if closed_rows is None:
             scenes.update((case, table.scene_of(index)) for index, case in enumerate(cases))
         else:
