@@ -111,8 +111,8 @@ def _reaction_by_drag(end, component):
     """Function of the error of `_reaction` by drag taken as uniform. [N]"""
 
     def compute(results):
-        change = results.drag_errors.end_forces[:, end]
-        return change[:, 2] if component == "vertical" else np.hypot(change[:, 0], change[:, 1])
+        change = results.drag_errors.end_forces[..., end, :]
+        return change[..., 2] if component == "vertical" else np.hypot(change[..., 0], change[..., 1])
 
     return compute
 
@@ -143,27 +143,36 @@ def _angle_by_drag(end):
     """Function of the error of `_angle` by drag taken as uniform. [deg]"""
 
     def compute(results):
-        force, change = results.form.end_forces("global")[:, end], results.drag_errors.end_forces[:, end]
+        force = results.form.end_forces("global")[..., end, :]
+        change = results.drag_errors.end_forces[..., end, :]
         return _below_horizontal(force + change) - _below_horizontal(force)
 
     return compute
 
 
-def _lowering_by_drag(results):
+def lowering_by_drag(results):
     """Largest vertical movement of a point of each cable by what the uniform drag leaves out. [m]"""
-    return np.abs(results.drag_errors.displacement[..., 2]).max(axis=1)
+    return np.abs(results.drag_errors.displacement[..., 2]).max(axis=-1)
+
+
+def _lowest_by_drag(results):
+    """Error of the level of the lowest point by drag taken as uniform: by its end, where that is the lowest. [m]"""
+    rise = results.span.chord * results.span.frame[..., 0, 2]
+    of_lower_end = np.where(rise < 0, results.drag_errors.ends[..., 1, 2], results.drag_errors.ends[..., 0, 2])
+    at_end = lowest_point(results.form) >= np.minimum(rise, 0.0)
+    return np.where(at_end, of_lower_end, lowering_by_drag(results))
 
 
 def _swing_by_drag(results):
     """Error of the swing by drag taken as uniform: by the largest movements of any point. [deg]"""
     movement = results.drag_errors.displacement
     sag, swing = sag_and_swing(results.form, results.middle)
-    chord = results.span.frame[:, :1]
+    chord = results.span.frame[..., :1, :]
     run = np.maximum(np.hypot(chord[..., 0], chord[..., 1]), STUDY.tiny)
     sideways = np.abs(movement[..., 1] * chord[..., 0] - movement[..., 0] * chord[..., 1]) / run
     # of the angle atan(s/v): (v ds + s dv)/(v^2 + s^2)
     distance = np.maximum(np.abs(sag) / np.cos(swing), STUDY.tiny)
-    change = sideways.max(axis=1) * np.cos(swing) + _lowering_by_drag(results) * np.sin(swing)
+    change = sideways.max(axis=-1) * np.cos(swing) + lowering_by_drag(results) * np.sin(swing)
     return np.degrees(change / distance)
 
 
@@ -256,13 +265,13 @@ COLUMNS = (
     Column("nonlinearity", "", "linear over full deflection, less one", "statics", _nonlinearity, LOADED,
            each=True),
     Column("load_sag", "m", "vertical distance from chord to the point load that hangs lowest below it", "statics",
-           lambda c: load_sag(c.form), LOADED, each=True, by_drag=_lowering_by_drag),
+           lambda c: load_sag(c.form), LOADED, each=True, by_drag=lowering_by_drag),
     *_support_columns(),
     Column("lowest_point", "m", "level of the lowest point of the cable, its ends included", "statics", _lowest_point,
-           determined_by="form", by_drag=_lowering_by_drag),
+           determined_by="form", by_drag=_lowest_by_drag),
     Column("clearance", "m", "least vertical distance from the cable down to the ground", "statics",
            lambda c: clearance(c.form, c.end_1, c.scene.ground), "ground", each=True, determined_by="form",
-           by_drag=_lowering_by_drag),
+           by_drag=lowering_by_drag),
     Column("swing", "deg", "angle out of the vertical plane of the chord, at mid-span", "statics",
            lambda r: np.degrees(sag_and_swing(r.form, r.middle)[1]), determined_by="form", by_drag=_swing_by_drag),
     Column("inclination_from_plumb", "deg", "angle of the chord from the vertical", "statics",

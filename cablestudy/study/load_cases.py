@@ -219,12 +219,15 @@ class DragErrors:
         Change of the forces of each cable on its two supports by the actual drag, global axes. [N]
     displacement : ndarray, shape (n, k, 3)
         Movement of points along each cable by the actual drag, the middle one at mid-length, global axes. [m]
+    ends : ndarray, shape (n, 2, 3)
+        Movement of the two ends of each cable: zero of one cable, whose ends are held. [m]
     """
 
     error: np.ndarray
     sag: np.ndarray
     end_forces: np.ndarray
     displacement: np.ndarray
+    ends: np.ndarray
 
 
 def uneven_drag_errors(drag, catenary, stretched=False):
@@ -265,7 +268,7 @@ def uneven_drag_errors(drag, catenary, stretched=False):
                 error[mask], sag_error[mask], end_changes[mask], displacement[mask] = changes
     errors = np.stack([error, np.fmax(sag_error, error)])
     errors = np.where(drag.normal_drag > 0, STUDY.second_order * bounded(errors), 0.0)
-    return DragErrors(*errors, end_changes * np.array([1.0, -1.0])[:, None], displacement)
+    return DragErrors(*errors, end_changes * np.array([1.0, -1.0])[:, None], displacement, np.zeros(end_changes.shape))
 
 
 def bounded(error):

@@ -290,14 +290,20 @@ class SuspensionCase:
         """Estimated relative errors of the frequencies of `CoupledModes`, with that by the drag, shape (k,). [-]"""
         return modes.error + self.group.drag_error(self.index)
 
-    def statics_error(self, column):
-        """Estimated relative error of a column that needs no motion; zero of one that the scene states. [-]"""
+    def statics_error(self, column, number=None):
+        """Estimated relative error of a column that needs no motion; zero of one that the scene states. [-]
+
+        `number` is that of the column, where it may state an error of its own by the drag of a steady wind.
+        """
         if column is not None and column.needs == "scene":
             return 0.0
         largest = self.group.statics_errors[self.index]
-        if column is None or column.determined_by != "sag":
+        if column is None or not (column.determined_by == "sag" or column.by_drag):
             return largest
-        return max(largest, self.group.sag_error(self.index, self.cable(column.name.rpartition(".")[0])))
+        cable = self.cable(column.name.rpartition(".")[0])
+        if column.determined_by == "sag":
+            return max(largest, self.group.sag_error(self.index, cable))
+        return max(largest, self.group.error_by_drag(self.index, cable, column, number))
 
     def coordinate(self, name, axis):
         """A coordinate of a body or free point, 0 where it is rounding, and its estimated relative error.

@@ -14,7 +14,7 @@ from cablestudy.cable.geometry import chord_angles, clearance
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.fields import suggestion
 from cablestudy.study.column import Column, attribute, lacks, written_key
-from cablestudy.study.columns import COLUMNS, FAMILIES
+from cablestudy.study.columns import COLUMNS, FAMILIES, lowering_by_drag
 from cablestudy.study.columns import find as find_of_one
 from cablestudy.study.suspension.wind_columns import (
     LOOP,
@@ -125,7 +125,7 @@ def _clearance(name):
         return clearance(equilibrium.catenary.take(cable), equilibrium.ends[cable, 0], case.scene.ground)
 
     meaning = "least vertical distance from the cable down to the ground"
-    return Column(f"{name}.clearance", "m", meaning, "statics", compute, "ground")
+    return Column(f"{name}.clearance", "m", meaning, "statics", compute, "ground", by_drag=lowering_by_drag)
 
 
 def cable_columns(name):

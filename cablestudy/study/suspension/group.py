@@ -9,6 +9,7 @@ import numpy as np
 from cablestudy.cable.catenary import Catenary
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import utilisation_of
+from cablestudy.study.load_cases import bounded
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.suspension.conductors import conductors_of
 from cablestudy.study.suspension.load_cases import (
@@ -45,11 +46,13 @@ class CableResults(CableValues):
         Of these cases, shape (n,).
     reference_length : ndarray, shape (n, c)
         Unstretched lengths in the reference state. [m]
+    drag_errors : callable
+        Function without arguments -> `DragErrors` of all cables, or None without a steady wind.
     """
 
-    def __init__(self, scenes, equilibrium, reference_length):
+    def __init__(self, scenes, equilibrium, reference_length, drag_errors):
         super().__init__(scenes)
-        self._equilibrium, self._values = equilibrium, {}
+        self._equilibrium, self._values, self._drag_errors = equilibrium, {}, drag_errors
         self.reference_length = reference_length
         self.form = equilibrium.catenary
         self.span = self.form.span
@@ -58,6 +61,11 @@ class CableResults(CableValues):
     def statics(self):
         """`ClosedStatics`, fields of shape (n, c)."""
         return ClosedStatics(self.form)
+
+    @property
+    def drag_errors(self):
+        """`DragErrors` of all cables, fields of shape (n, c, ...); None without a steady wind."""
+        return self._drag_errors()
 
     @property
     def middle(self):
@@ -197,7 +205,8 @@ class Group:
             raise NoSolutionError(f"{self._lost}{error}") from None
         unstretched = self.reference.lengths if self._of_case is None else self._of_case.lengths
         present = cables_left(self.reference, self._scenes[0])
-        self.cables = CableResults(self._scenes, self.equilibrium, unstretched[:, present])
+        lengths_of_case = unstretched[:, present]
+        self.cables = CableResults(self._scenes, self.equilibrium, lengths_of_case, lambda: self._drag_change.cables)
         self.cable_indices = {name: index for index, name in enumerate(self._scenes[0].cables)}
         self.body_indices = {name: index for index, name in enumerate(self.reference.suspension.body_names)}
 
@@ -294,6 +303,17 @@ class Group:
     def sag_error(self, index, cable):
         """Error as of `drag_error` of the sag of a cable, relative. [-]"""
         return float(self._drag_change.sag[index, cable])
+
+    def error_by_drag(self, index, cable, column, number):
+        """Relative error of a number of a cable by drag that is taken as uniform, of a `Column` that states its own.
+
+        Zero of a column that does not, which has `drag_error` alone.
+        """
+        if column.by_drag is None or self.cables.drag_errors is None:
+            return 0.0
+        quantity = column.name.rpartition(".")[2]
+        change = STUDY.second_order * abs(self.cables.column(f"{quantity} by drag", column.by_drag)[index, cable])
+        return float(bounded(change / abs(number) if number else np.inf)) if change else 0.0
 
     @cached_property
     def statics_errors(self):

@@ -11,8 +11,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cablestudy.cable.steady_drag import Profile, SteadyDrag
+from cablestudy.cable.tolerances import CABLE
 from cablestudy.cable.vectors import size
 from cablestudy.study.load_cases import (
+    DragErrors,
     bounded,
     drag_width,
     elongation,
@@ -27,6 +29,7 @@ from cablestudy.study.suspension.numbers import CableValues, loads_of, numbers_o
 from cablestudy.study.suspension.plant import drag_areas_of_bodies
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system import stated, tangent
+from cablestudy.system.descent import assign_rows
 from cablestudy.system.equilibria import pose
 from cablestudy.system.suspension import Equilibrium
 from cablestudy.wind.mean import Drag, equilibrium_in_wind
@@ -89,11 +92,14 @@ class DragChange:
         Relative error of the sag of each cable. [-]
     displacement : ndarray, shape (n, b, 6)
         Errors of the positions of bodies and points along x, y, z [m], and of their attitudes about these axes [rad].
+    cables : DragErrors or None
+        Of each cable, fields of shape (n, c, ...), with what the movement of its ends adds; None without drag.
     """
 
     error: np.ndarray
     sag: np.ndarray
     displacement: np.ndarray
+    cables: DragErrors | None = None
 
 
 def drag_change(equilibrium, drag):
@@ -116,17 +122,21 @@ def drag_change(equilibrium, drag):
         return DragChange(largest_error, sag_error, displacement)
     drag_of_cables = drag_on_cables(drag, equilibrium)
     case, cable = np.nonzero((drag_of_cables.normal_drag > 0) & equilibrium.record.converged[:, None])
-    cable_error, forces = np.zeros(shape), np.zeros((*shape, 2, 3))
+    (error, sag), (forces, ends) = np.zeros((2, *shape)), np.zeros((2, *shape, 2, 3))
+    cables = DragErrors(error, sag, forces, np.zeros((*shape, CABLE.drag_points, 3)), ends)
     if len(case):
         cables_in_wind = drag_of_cables.take((case, cable)), equilibrium.catenary.take((case, cable)), drag.stretched
-        of_cables = uneven_drag_errors(*cables_in_wind)
-        cable_error[case, cable], sag_error[case, cable] = of_cables.error, of_cables.sag
-        forces[case, cable] = of_cables.end_forces
+        assign_rows(cables, (case, cable), uneven_drag_errors(*cables_in_wind))
+    along = (np.polynomial.legendre.leggauss(CABLE.drag_points)[0][:, None] + 1) / 2  # points: share of the length
     for row in np.unique(case).tolist():
-        tension_change, displacement[row] = _movement_of_bodies(equilibrium, row, forces[row])
-        largest_error[row] = bounded(cable_error[row] + STUDY.second_order * tension_change).max()
-        sag_error[row] = bounded(sag_error[row] + STUDY.second_order * tension_change)
-    return DragChange(largest_error, sag_error, bounded(STUDY.second_order * np.abs(displacement)))
+        moved = _movement_of_bodies(equilibrium, row, cables.end_forces[row])
+        tension_change, displacement[row], cables.ends[row], force_change = moved
+        largest_error[row] = bounded(cables.error[row] + STUDY.second_order * tension_change).max()
+        cables.sag[row] = bounded(cables.sag[row] + STUDY.second_order * tension_change)
+        cables.end_forces[row] += force_change
+        from_end, to_end = cables.ends[row, :, :1], cables.ends[row, :, 1:]
+        cables.displacement[row] += from_end + along * (to_end - from_end)
+    return DragChange(largest_error, cables.sag, bounded(STUDY.second_order * np.abs(displacement)), cables)
 
 
 def _movement_of_bodies(equilibrium, row, forces):
@@ -150,6 +160,8 @@ def _movement_of_bodies(equilibrium, row, forces):
         Of the tension at an end of each cable, relative. [-]
     movement : ndarray, shape (b, 6)
         Displacements [m] and rotations [rad].
+    ends, end_forces : ndarray, shape (c, 2, 3)
+        Displacements of the ends of the cables [m], and changes of their forces on what holds them by that [N].
     """
     suspension, arms = equilibrium.suspension.take(row), equilibrium.arms[row, equilibrium.suspension.of_cables]
     owner = suspension.owner[suspension.of_cables]  # body that holds each end, shape (c, 2)
@@ -158,7 +170,7 @@ def _movement_of_bodies(equilibrium, row, forces):
     if suspension.free.any():
         factors = tangent.factorised(tangent.sparse(equilibrium.blocks.of(row), suspension))
     if factors is None:  # nothing moves, or the equilibrium is not stable and no answer
-        return np.zeros(len(forces)), movement
+        return np.zeros(len(forces)), movement, *np.zeros((2, *forces.shape))
     wrenches = tangent.wrenches(arms, forces)[None]
     movement[suspension.free] = factors.solve(tangent.by_body(suspension, cables, wrenches)[0].sum(axis=0))
     end_movements = movement[owner, :3] + np.cross(movement[owner, 3:], arms)
@@ -167,7 +179,8 @@ def _movement_of_bodies(equilibrium, row, forces):
     end_stiffness, force = equilibrium.end_stiffness[of_cables], equilibrium.end_forces[of_cables]
     force_change = (end_stiffness @ (end_movements[:, 1] - end_movements[:, 0])[..., None])[:, None, :, 0]
     square = np.maximum((force**2).sum(axis=-1), np.finfo(float).tiny)
-    return np.abs((force_change * force).sum(axis=-1) / square).max(axis=-1), movement
+    tension_change = np.abs((force_change * force).sum(axis=-1) / square).max(axis=-1)
+    return tension_change, movement, end_movements, force_change * np.array([1.0, -1.0])[:, None]
 
 
 @dataclass(frozen=True)
