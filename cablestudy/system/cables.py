@@ -267,6 +267,11 @@ class Models:
             self._on_other_meshes[key] = Models(self.cables, meshes, most_modes=most_displacements)
         return self._on_other_meshes[key]
 
+    def in_drag(self, drag):
+        """`Models` on the same meshes whose elements are in their own equilibrium under a `SteadyDrag`, shape (c,)."""
+        cables = Cables(self.cables.catenary, self.cables.damping, drag=drag)
+        return Models(cables, self.meshes, True, self._most_modes)
+
     @cached_property
     def groups(self):
         """Cables on equal meshes: list of MeshGroup."""

@@ -138,15 +138,16 @@ class SuspensionCase:
             for name in self.with_all_cables.winches:
                 self.refuse_lost(name, "the loop needs the winch of {0}, which is lost in the load case {1}")
         (equilibrium, drag), linear_models = self.group.in_mean_wind, self.group.linear_models[self.index]
-        models, modes = (self._exact_model, linear_models), self.group.modes_in_wind[self.index]
+        models = self._exact_model, linear_models
+        others = {"modes": self.group.modes_in_wind[self.index], "mean_drag": self.group.mean_drag(self.index)}
         if drag is None:
-            return DynamicAnalysis(self.scene, self.without_wind, self.equilibrium, None, *models, modes=modes)
+            return DynamicAnalysis(self.scene, self.without_wind, self.equilibrium, None, *models, **others)
         if not equilibrium.record.converged[self.index]:
             raise ConvergenceError(f"no equilibrium in the mean wind: {explain(equilibrium.take(self.index))}")
         if reason := equilibrium.stability.reason(self.index):
             raise NoSolutionError(f"in the mean wind: {reason}")
         in_mean_wind, airflow = equilibrium.take(self.index), Airflow(self.scene, drag.take(self.index))
-        return DynamicAnalysis(self.scene, self.without_wind, in_mean_wind, airflow, *models, modes=modes)
+        return DynamicAnalysis(self.scene, self.without_wind, in_mean_wind, airflow, *models, **others)
 
     @property
     def moves(self):

@@ -294,11 +294,11 @@ class DrivenCables:
             raise too_many(self._gain_in_words, count, self._highest_driven.max(initial=0.0))
         return needed
 
-    def _loop_gain(self, kept):
+    def _loop_gain(self, kept, models=None):
         """Loop gain over the gain, from the bodies without cables and the kept modes of each cable: `LoopGain`.
 
         Where rounding spoils the response of a cable, the loop gain of the coupled modes is returned, a function of s.
-        `kept` is a list of Kept, one for each cable.
+        `kept` is a list of Kept, one for each cable, of some `models`: by default those of this object.
         """
         closed_loop, effects = self._closed_loop, self._effects
         layout, plant = closed_loop.layout, closed_loop.plant
@@ -310,7 +310,7 @@ class DrivenCables:
         lifted = winch_loads(layout, closed_loop.winches)
         loop_gain = LoopGain(
             bodies,
-            elements=[in_air.element for in_air in plant.in_air(self.models, kept)],
+            elements=[in_air.element for in_air in plant.in_air(models or self.models, kept)],
             moved=with_strokes(effects.moved, strokes),
             reeled=effects.reeled,
             lifted=with_strokes(lifted.T, strokes).T,
@@ -390,6 +390,15 @@ class DrivenCables:
             loop_gains.append(self._loop_gain(self.models.with_modes(fewer)))
         return loop_gains
 
+    @cached_property
+    def _in_drag(self):
+        """Loop gain of cables that follow the drag of the mean wind, ends where they are: list of one, or none."""
+        drag = self._closed_loop.plant.mean_drag
+        if drag is None or not drag.normal_drag.any():
+            return []
+        models = self.models.in_drag(drag)
+        return [self._loop_gain(models.with_modes(self._in_loop), models)]
+
     def _mesh_errors(self, cable, ends):
         """Relative errors, by the mesh, of the frequencies of the kept modes and vectors of a cable, shape (n,).
 
@@ -427,18 +436,28 @@ class DrivenCables:
 
     @cached_property
     def errors(self):
-        """Estimated relative errors of the factor and the frequency of `limit`; not numbers where not known. [-]"""
+        """Relative errors of the factor and the frequency of `limit` by models; not numbers where not known. [-]"""
+        of_limit = np.array(self._errors_by("_perturbed"))
+        return tuple((of_limit + self.resolving.simplification_error).tolist())
+
+    @cached_property
+    def drag_errors(self):
+        """`errors` by the drag of the mean wind, which the models take as uniform along each cable. [-]"""
+        return self._errors_by("_in_drag")
+
+    def _errors_by(self, others):
+        """Relative errors of `limit`, as `errors`, by the loop gains that an attribute of `resolving` names."""
         limit, resolving = self.limit, self.resolving
         if limit is None or not limit.omega <= resolving.resolved_to or self._fixed_elements or resolving._spoilt:
             return np.nan, np.nan
-        perturbed = resolving._perturbed
+        perturbed = getattr(resolving, others)
         if resolving is not self:  # at the few frequencies of a local search poles cost more than they spare
             perturbed = [replace(loop_gain, near=None) for loop_gain in perturbed]
         limits = [limit_near(loop_gain, limit) for loop_gain in perturbed]
         if None in limits:
             return np.nan, np.nan
         changes = [(abs(other.factor / limit.factor - 1), abs(other.omega / limit.omega - 1)) for other in limits]
-        error = STUDY.largest_gain_safety * np.sum(changes, axis=0) + resolving.simplification_error
+        error = STUDY.largest_gain_safety * np.sum(changes, axis=0) if changes else np.zeros(2)
         return tuple(map(float, error))
 
     def perturbed_margins(self, margins, gain):
@@ -448,7 +467,9 @@ class DrivenCables:
         omega, near = margins.omega, margins.deciding
         chosen = (np.abs(omega[:, None] - near) < STUDY.margin_window * near).any(axis=1)
         chosen[0] = True
-        return [Margins(partial(_times, gain, loop_gain), omega[chosen]) for loop_gain in self._perturbed]
+        return [
+            Margins(partial(_times, gain, loop_gain), omega[chosen]) for loop_gain in (*self._perturbed, *self._in_drag)
+        ]
 
 
 def _times(gain, loop_gain, s):

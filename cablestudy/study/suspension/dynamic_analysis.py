@@ -44,14 +44,18 @@ class DynamicAnalysis:
         Number of modes -> `CoupledModes` of this equilibrium, or the error that says why there are none; to be filled,
         by `solve_modes` for many cases at once. The key (number, "shaped") is that of modes for mid-spans, `shaped` of
         `Search`. Cases of this equilibrium in other winds share the dict too.
+    mean_drag : SteadyDrag, optional
+        As of `Plant`.
     """
 
-    def __init__(self, scene, without_wind, equilibrium, airflow, model, known, cables=None, modes=None):
+    def __init__(
+        self, scene, without_wind, equilibrium, airflow, model, known, cables=None, modes=None, mean_drag=None
+    ):
         self.scene, self.airflow, self._model = scene, airflow, model
         self._without_wind, self._equilibrium = without_wind, equilibrium
         self._shared, self._cables, self._modes = known, cables, {} if modes is None else modes
         self._accuracy = scene.model.accuracy or STUDY.fixed_model_accuracy
-        self._midspans, self._fewest_modes = False, 0
+        self._midspans, self._fewest_modes, self._mean_drag = False, 0, mean_drag
 
     def closed_loop_of(self, count, responses=False, among=0):
         """`ClosedLoop`, stable or not, with a number of modes; cases that agree in all that it depends on share it.
@@ -77,7 +81,8 @@ class DynamicAnalysis:
         if plant_key not in self._shared:
             modes = self._modes_of(computed).first(count)
             arguments = scene, self._equilibrium, self.airflow, modes, self._accuracy, self._model
-            self._shared[plant_key] = Plant(*arguments, loops=loops, responses=responses, midspans=self._midspans)
+            others = {"midspans": self._midspans, "mean_drag": self._mean_drag}
+            self._shared[plant_key] = Plant(*arguments, loops=loops, responses=responses, **others)
         plant_in_wind_key = *plant_key, self.airflow and self.airflow.side
         if plant_in_wind_key not in self._shared:
             self._shared[plant_in_wind_key] = self._shared[plant_key].blown_by(self.airflow)
@@ -358,15 +363,21 @@ class DynamicAnalysis:
     def _with_scene(self, **update):
         """`DynamicAnalysis` of the scene with some keys changed that the equilibrium does not depend on."""
         states = self._without_wind, self._equilibrium, self.airflow
-        shared = self._model, self._shared, self._cables, self._modes
+        shared = self._model, self._shared, self._cables, self._modes, self._mean_drag
         other = DynamicAnalysis(self.scene.model_copy(update=update), *states, *shared)
         other._midspans, other._fewest_modes = self._midspans, self._fewest_modes
         return other
 
     @property
     def loop_error(self):
-        """Estimated relative error of the largest gain; not a number for an exact choice of elements. [-]"""
+        """Estimated relative error of the largest gain by models; not a number for an exact choice of elements. [-]"""
         return self.controlled.driven.errors[0]
+
+    @property
+    def _limit_errors(self):
+        """Estimated relative errors of the largest gain and of its frequency, by models and by the mean drag. [-]"""
+        driven = self.controlled.driven
+        return tuple(np.add(driven.errors, driven.drag_errors).tolist())
 
     @property
     def loop_doubt(self):
@@ -392,12 +403,12 @@ class DynamicAnalysis:
         gain = self.controlled.loop.gain
         if isinstance(self.scene.control.gain, int | float):
             return gain, 0.0
-        return gain, max(self.loop_error, self.margin("sensitivity_peak")[1])
+        return gain, max(self._limit_errors[0], self.margin("sensitivity_peak")[1])
 
     @property
     def largest_gain(self):
         """Gain below which the loop is stable [rad/s], None where there is none; and its estimated relative error."""
-        return self.controlled.largest_gain, self.loop_error
+        return self.controlled.largest_gain, self._limit_errors[0]
 
     @property
     def gain_margin(self):
@@ -405,9 +416,9 @@ class DynamicAnalysis:
         gain = self.controlled.loop.gain
         limit = self.controlled.largest_gain if gain else None
         if not limit:
-            return None, self.loop_error if gain else 0.0
-        margin = float(20 * np.log10(limit / gain))
-        return margin, 20 * np.log10(1 + self.loop_error) / abs(margin) if margin else self.loop_error
+            return None, self._limit_errors[0] if gain else 0.0
+        margin, error = float(20 * np.log10(limit / gain)), self._limit_errors[0]
+        return margin, 20 * np.log10(1 + error) / abs(margin) if margin else error
 
     @property
     def phase_crossover(self):
@@ -415,8 +426,8 @@ class DynamicAnalysis:
         gain = self.controlled.loop.gain
         limit = self.controlled.limit if gain else None
         if limit is None:
-            return None, self.loop_error if gain else 0.0
-        return limit.omega / (2 * np.pi), self.controlled.driven.errors[1]
+            return None, self._limit_errors[0] if gain else 0.0
+        return limit.omega / (2 * np.pi), self._limit_errors[1]
 
     def response_of(self, open_loop):
         """`GustResponse` with the winches at rest, or with the loop; raises as `response`."""

@@ -272,6 +272,16 @@ class Group:
         return self._steady_drag and self._steady_drag.take(index)
 
     @cached_property
+    def _mean_drag(self):
+        """`drag_on_cables` of all cases in the wind about which they move; None where there is none."""
+        equilibrium, drag = self.in_mean_wind
+        return self._steady_drag if equilibrium is self.equilibrium else drag_on_cables(drag, equilibrium)
+
+    def mean_drag(self, index):
+        """Drag on the cables of a case of its mean or steady wind: `SteadyDrag` of shape (c,), or None."""
+        return self._mean_drag and self._mean_drag.take(index)
+
+    @cached_property
     def _drag_change(self):
         """`drag_change` of the steady wind of load cases."""
         return drag_change(self.equilibrium, self._loaded and self._loaded.drag)

@@ -146,6 +146,8 @@ class Plant:
         True if the model has modes too that no output depends on.
     midspans : bool
         True if the displacements of the cables at mid-span are outputs.
+    mean_drag : SteadyDrag, optional
+        Drag of the mean wind on the cables, shape (c,), which the equilibrium takes as uniform along each.
     """
 
     def __init__(
@@ -161,6 +163,7 @@ class Plant:
         responses=False,
         complete=False,
         midspans=False,
+        mean_drag=None,
     ):
         self.scene, self.equilibrium, self.accuracy, self.model = scene, equilibrium, accuracy, model
         self.airflow, self.drag = airflow, airflow and airflow.drag
@@ -168,7 +171,7 @@ class Plant:
         self.responses, self._complete = responses, complete
         self.layout = modes.layout
         suspension = equilibrium.suspension
-        self.midspans = midspans
+        self.midspans, self.mean_drag = midspans, mean_drag
         self.winches, self.markers = winches_of(scene, suspension.cable_names), markers_of(scene)
         self.actuators = actuators_of(scene)
 
@@ -176,7 +179,7 @@ class Plant:
         """Copy with other `CoupledModes`, of which the loop could drive the last ones, `driven` in number."""
         state = self.scene, self.equilibrium, self.airflow
         model = modes, self.accuracy, self.model, driven, self.loops, self.responses
-        return Plant(*state, *model, midspans=self.midspans)
+        return Plant(*state, *model, midspans=self.midspans, mean_drag=self.mean_drag)
 
     @cached_property
     def with_all_modes(self):
@@ -185,7 +188,8 @@ class Plant:
             return self
         state = self.scene, self.equilibrium, self.airflow
         model = self.modes, self.accuracy, self.model, self.driven
-        return Plant(*state, *model, responses=self.responses, complete=True, midspans=self.midspans)
+        others = {"midspans": self.midspans, "mean_drag": self.mean_drag}
+        return Plant(*state, *model, responses=self.responses, complete=True, **others)
 
     @cached_property
     def outputs(self):
