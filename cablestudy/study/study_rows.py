@@ -103,8 +103,8 @@ def evaluate_tables(tables, columns, explain=False, estimate=False):
     answers, scenes = {}, {}
     for table in tables:
         cases = table.cases.tolist()
-        # scenes of which each is a table by itself are solved together below
-        by_arrays = len(cases) > 1 and not explain
+        # several scenes, each a table by itself, are solved together below
+        by_arrays = not explain and (len(cases) > 1 or len(tables) == 1)
         closed_rows = kind_of(table.scene).evaluate_table(table, columns) if by_arrays else None
         if closed_rows is None:
             scenes.update((case, table.scene_of(index)) for index, case in enumerate(cases))
