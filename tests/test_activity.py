@@ -51,7 +51,7 @@ SEARCH = ("find", CARLINA, "sag = 0.2 m", "--by", "cable.preload", "--columns", 
 @pytest.fixture
 def written(monkeypatch):
     """The first line is written at once, and no search goes on before it is."""
-    seen, search = threading.Event(), find._column_values
+    seen, search = threading.Event(), find.column_values
 
     class AtOnce(activity.ActivityDisplay):
         def __init__(self, *arguments):
@@ -65,7 +65,7 @@ def written(monkeypatch):
 
     monkeypatch.setenv(activity.OFF, "on")
     monkeypatch.setattr(error_handling, "ActivityDisplay", AtOnce)
-    monkeypatch.setattr(find, "_column_values", numbers)
+    monkeypatch.setattr(find, "column_values", numbers)
     return seen
 
 

@@ -3,8 +3,9 @@
 import threading
 
 import pytest
+from command import LONGEST
 
-from cablestudy.study.in_step import in_step
+from cablestudy.study.in_step import NAME, in_step
 
 
 def halvings(low, high):
@@ -55,10 +56,9 @@ def test_a_search_that_fails_leaves_the_others():
 
 
 def test_no_search_waits_where_its_answers_cannot_be_computed():
-    before = threading.active_count()
     with pytest.raises(KeyboardInterrupt):
         in_step([halvings(0.0, 2.0)] * 3, lambda questions: (_ for _ in ()).throw(KeyboardInterrupt))
     for thread in threading.enumerate():
-        if thread.daemon and thread is not threading.current_thread():
-            thread.join(timeout=5)
-    assert threading.active_count() <= before
+        if thread.name == NAME:
+            thread.join(timeout=LONGEST)
+            assert not thread.is_alive()

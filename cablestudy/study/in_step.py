@@ -8,6 +8,8 @@ from functools import partial
 from queue import SimpleQueue
 from threading import Thread
 
+NAME = "search"  # of the threads
+
 
 class _EndedError(Exception):
     """The caller answers no more."""
@@ -31,7 +33,9 @@ def in_step(searches, answers_to):
     arrivals = SimpleQueue()  # (number of a search, whether it asks, its question or result)
     replies = [SimpleQueue() for _ in searches]
     threads = [
-        Thread(target=_run, args=(search, partial(_ask, arrivals, reply, number), arrivals, number), daemon=True)
+        Thread(
+            target=_run, args=(search, partial(_ask, arrivals, reply, number), arrivals, number), name=NAME, daemon=True
+        )
         for number, (search, reply) in enumerate(zip(searches, replies, strict=True))
     ]
     for thread in threads:

@@ -427,6 +427,8 @@ class DrivenCables:
     @property
     def simplification_error(self):
         """Relative error of margins, at least, by vectors for other modes or poles found in windows; 0 without. [-]"""
+        if self._spoilt:  # the loop gain is that of the coupled modes
+            return 0.0
         return STUDY.by_other_modes if self._vectors_used or self.loop_gain.windowed else 0.0
 
     @property
