@@ -14,8 +14,10 @@ from cablestudy.scene.words import counted
 
 MAX_SHOWN = 100
 EMPTY_NAME = "no value (an empty mapping is written {})"
+UNKNOWN, MISSING = "unknown key", "missing key"  # beginnings of messages
+DID_YOU_MEAN, WORD = re.compile(r"did you mean (.+)\?"), re.compile(r"\w+")
 # How messages begin that are about a key rather than about its value.
-ABOUT_KEYS = ("unknown key", "unknown cable", "no winch", "given together", "a name ", EMPTY_NAME)
+ABOUT_KEYS = (UNKNOWN, "unknown cable", "no winch", "given together", "a name ", EMPTY_NAME)
 
 
 def collect(error, document, tables):
@@ -36,7 +38,20 @@ def collect(error, document, tables):
 def findings(error, value, tables):
     """Mistakes that `collect` reports, as (path, message) pairs; `value` is what was read, as plain values."""
     of_pydantic = [pair for detail in error.errors(include_url=False) for pair in _paths_and_messages(detail, tables)]
-    return of_pydantic + _key_mistakes(value, tables)
+    return _without_misspelt(of_pydantic + _key_mistakes(value, tables))
+
+
+def _without_misspelt(found):
+    """Findings without the keys that are missing as they are misspelt: the unknown key of their table says so."""
+    meant = {}  # path of a table -> keys that its unknown ones may mean
+    for path, message in found:
+        if message.startswith(UNKNOWN) and (hint := DID_YOU_MEAN.search(message)):
+            meant.setdefault(path[:-1], set()).update(hint[1].split(" or "))
+    return [
+        (path, message)
+        for path, message in found
+        if not (message.startswith(MISSING) and meant.get(path, set()).intersection(WORD.findall(message)))
+    ]
 
 
 def located(found, document):
