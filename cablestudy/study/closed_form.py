@@ -8,7 +8,7 @@ from cablestudy.errors import CablestudyError
 from cablestudy.study.column import least_work_first, not_finite, shapeless
 from cablestudy.study.columns import is_own, over_strength
 from cablestudy.study.element_results import element_results
-from cablestudy.study.load_cases import bounded
+from cablestudy.study.load_cases import relative_change
 from cablestudy.study.motion_columns import DAMPING_RATIO
 from cablestudy.study.results import Results
 from cablestudy.study.status import OK, OVER_STRENGTH, status_of
@@ -290,17 +290,6 @@ def _errors_of_column(failures, column):
     return {case: errors[column.header] for case, errors in failures.items() if column.header in errors}
 
 
-def error_by_drag(column, results, numbers):
-    """Relative error of a column by drag that is taken as uniform along each cable, shape (n,). [-]
-
-    `numbers` are those of the column, shape (n,), or one for all.
-    """
-    change = STUDY.second_order * np.abs(column.by_drag(results))
-    size = np.abs(numbers)
-    ratio = np.divide(change, size, out=np.where(change > 0, np.inf, 0.0), where=size > 0)
-    return np.where(results.drag.normal_drag > 0, bounded(ratio), 0.0)
-
-
 def _coarse_errors(results, required, numbers):
     """Case -> {header: estimated relative error}, of the cases in which an error exceeds `STUDY.rounding`.
 
@@ -322,7 +311,7 @@ def _coarse_errors(results, required, numbers):
     for column in required.closed if results.drag_errors is not None else ():
         if column.by_drag is None:
             continue
-        by_drag = error_by_drag(column, results, numbers[column.header])
+        by_drag = relative_change(column.by_drag(results), numbers[column.header])
         for case in errors:
             errors[case][column.header] = max(errors[case][column.header], float(by_drag[case]))
     return errors

@@ -138,14 +138,12 @@ def search(goal, document, enclose=False, column_at=None):
     """
     start, scene = check_goal(goal, document)
     statuses = {}
+    column_at = column_at or partial(_column_of_scene, goal, document)
 
     def difference(values):
         """Column less the value of the goal at values of the key, shape (n,); NaN without a value of the column."""
         doing(f"{counted(len(statuses) + len(values), 'value')} of {goal.key.name} tried for {goal}")
-        if column_at:
-            numbers, row_statuses = column_at(values)
-        else:
-            numbers, row_statuses = column_values(goal, KeyValues.of_scene(document, goal, values), range(len(values)))
+        numbers, row_statuses = column_at(values)
         statuses.update(zip(values.tolist(), row_statuses, strict=True))
         return numbers - goal.value
 
@@ -280,6 +278,11 @@ def _search_effort(goal, scene):
     if model.elements is not None:
         return Effort(25, 20, 1e-3 * STUDY.found_value, STUDY.costly_reach, STUDY.found_value * size, size)
     return Effort(40, 40, scale=size)
+
+
+def _column_of_scene(goal, document, values):
+    """`column_values` of one scene at values of the key."""
+    return column_values(goal, KeyValues.of_scene(document, goal, values), range(len(values)))
 
 
 def column_values(goal, key_values, cases):

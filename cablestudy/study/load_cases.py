@@ -267,8 +267,17 @@ def uneven_drag_errors(drag, catenary, stretched=False):
                 changes = method(drag.take(mask), catenary.take(mask))
                 error[mask], sag_error[mask], end_changes[mask], displacement[mask] = changes
     errors = np.stack([error, np.fmax(sag_error, error)])
-    errors = np.where(drag.normal_drag > 0, STUDY.second_order * bounded(errors), 0.0)
-    return DragErrors(*errors, end_changes * np.array([1.0, -1.0])[:, None], displacement, np.zeros(end_changes.shape))
+    windy = drag.normal_drag > 0
+    errors = np.where(windy, STUDY.second_order * bounded(errors), 0.0)
+    end_forces = np.where(windy[:, None, None], end_changes * np.array([1.0, -1.0])[:, None], 0.0)
+    displacement = np.where(windy[:, None, None], displacement, 0.0)
+    return DragErrors(*errors, end_forces, displacement, np.zeros(end_forces.shape))
+
+
+def relative_change(change, number):
+    """Relative error of numbers by the changes, to first order, that drag taken as uniform leaves out, shape (...)."""
+    change, size = STUDY.second_order * np.abs(change), np.abs(number)
+    return bounded(np.divide(change, size, out=np.where(change > 0, np.inf, 0.0), where=size > 0))
 
 
 def bounded(error):

@@ -9,9 +9,10 @@ from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
 from cablestudy.scene.scene import missing
 from cablestudy.study import models, notes
 from cablestudy.study.case import Case
-from cablestudy.study.closed_form import ColumnRequirements, by_elements, closed_form, error_by_drag
+from cablestudy.study.closed_form import ColumnRequirements, by_elements, closed_form
 from cablestudy.study.column import lacks, relative, value_and_error
 from cablestudy.study.columns import STATUS, find, is_own
+from cablestudy.study.load_cases import relative_change
 from cablestudy.study.motion_columns import DAMPING_RATIO, goes_slack
 from cablestudy.study.refinement import SETTINGS, Refinement, needs_of, reference_scene, refine
 from cablestudy.study.results import Results
@@ -110,14 +111,6 @@ class UnfinishedRow:
             self.values[column.header] = number
             if error is not None:
                 self.errors[column.header] = None if isnan(error) else float(error)
-
-    def add_errors_by_drag(self, columns):
-        """Let the errors of columns of statics be no less than those by drag that is taken as uniform."""
-        results, index = self.case.results, self.case.index
-        for column in columns if results.drag_errors is not None else ():
-            if column.by_drag is not None and column.header in self.values:
-                by_drag = error_by_drag(column, results, self.values[column.header])[index]
-                self.errors[column.header] = max(self.errors[column.header], float(by_drag))
 
     def finished(self, required, seconds=None):
         """The `Row`.
@@ -310,7 +303,6 @@ def _solve_to_accuracy(answers, required, _):
         if required.system and index % STUDY.coupled_rows_at_once == 0:
             _prepare_systems(answers[index : index + STUDY.coupled_rows_at_once], required)
         answer.compute(required.single)
-        answer.add_errors_by_drag(required.single)
         if required.system:
             _solve_system(answer, required)
         columns = [column for column in required.modes if column.header not in answer.failures]
@@ -321,9 +313,25 @@ def _solve_to_accuracy(answers, required, _):
                 searches.append((answer, needed, search))
             except CablestudyError as error:
                 answer.fail(columns, error)
+    _add_errors_by_drag(answers, required.single)
     refine([search for _, _, search in searches], models.solve_models)
     for answer, needed, search in searches:
         _add_found(answer, needed, search)
+
+
+def _add_errors_by_drag(answers, columns):
+    """Let the errors of columns of statics be no less than those by drag that is taken as uniform.
+
+    The answers are those of one batch.
+    """
+    results = answers[0].case.results
+    for column in columns if results.drag_errors is not None else ():
+        if column.by_drag is None:
+            continue
+        changes, header = column.by_drag(results), column.header
+        for answer in (answer for answer in answers if header in answer.values):
+            by_drag = relative_change(changes[answer.case.index], answer.values[header])
+            answer.errors[header] = max(answer.errors[header], float(by_drag))
 
 
 def _prepare_systems(answers, required):

@@ -9,7 +9,7 @@ import numpy as np
 from cablestudy.cable.catenary import Catenary
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import utilisation_of
-from cablestudy.study.load_cases import bounded
+from cablestudy.study.load_cases import relative_change
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.suspension.conductors import conductors_of
 from cablestudy.study.suspension.load_cases import (
@@ -322,8 +322,8 @@ class Group:
         if column.by_drag is None or self.cables.drag_errors is None:
             return 0.0
         quantity = column.name.rpartition(".")[2]
-        change = STUDY.second_order * abs(self.cables.column(f"{quantity} by drag", column.by_drag)[index, cable])
-        return float(bounded(change / abs(number) if number else np.inf)) if change else 0.0
+        change = self.cables.column(f"{quantity} by drag", column.by_drag)[index, cable]
+        return float(relative_change(change, number))
 
     @cached_property
     def statics_errors(self):

@@ -116,10 +116,9 @@ def drag_change(equilibrium, drag):
         The wind; without it all errors are 0.
     """
     shape = equilibrium.lengths.shape
-    largest_error, sag_error = np.zeros(shape[0]), np.zeros(shape)
-    displacement = np.zeros((*equilibrium.position.shape[:2], 6))
+    largest_error, displacement = np.zeros(shape[0]), np.zeros((*equilibrium.position.shape[:2], 6))
     if drag is None:
-        return DragChange(largest_error, sag_error, displacement)
+        return DragChange(largest_error, np.zeros(shape), displacement)
     drag_of_cables = drag_on_cables(drag, equilibrium)
     case, cable = np.nonzero((drag_of_cables.normal_drag > 0) & equilibrium.record.converged[:, None])
     (error, sag), (forces, ends) = np.zeros((2, *shape)), np.zeros((2, *shape, 2, 3))
