@@ -9,11 +9,12 @@ from campaign import campaign
 from scipy.optimize import minimize_scalar
 from test_loop import spring_loop
 
-from cablestudy.control.gain_limits import StableGains
+from cablestudy.control.curves import curves
+from cablestudy.control.gain_limits import StableGains, limits_of
 from cablestudy.control.law import INTEGRATOR
 from cablestudy.control.margins import Margins
 from cablestudy.control.margins_crossings import crossings, refined
-from cablestudy.control.margins_grid import curve, frequencies
+from cablestudy.control.margins_grid import frequencies
 from cablestudy.errors import NoSolutionError
 
 NAMES = ("phase_margin", "gain_crossover", "delay_margin", "sensitivity_peak", "bandwidth", "disk_margin")
@@ -162,8 +163,9 @@ def test_crossings_are_the_gains_at_which_eigenvalues_cross(seed, k):
     """Each at the gain, to the side and at the frequency at which an eigenvalue of the closed loop does."""
     loop = Chain(seed, k)
     poles = loop.poles(0.0)
-    omega, _, values = curve(loop.unit_gain, frequencies(poles[np.abs(poles) > 1e-9]))
-    found = refined(loop.unit_gain, crossings(omega[None], values[None]))
+    omega = frequencies(poles[np.abs(poles) > 1e-9])
+    curve = curves([loop.unit_gain], np.zeros(len(omega), dtype=int), omega)
+    found = refined([loop.unit_gain], crossings(curve.row, curve.omega, curve.values))
     if loop.limit:
         assert found.factor[found.outward].min() == pytest.approx(loop.limit, rel=1e-9)
     for gain, place, outward in zip(found.factor, found.frequency, found.outward, strict=True):
@@ -171,6 +173,23 @@ def test_crossings_are_the_gains_at_which_eigenvalues_cross(seed, k):
         before, at, after = (one[np.argmin(np.abs(one - 1j * place))] for one in sides)
         assert abs(at - 1j * place) < 1e-9 * place
         assert (after.real > before.real) == outward
+
+
+@pytest.mark.parametrize("k", [1, 3])
+def test_limits_of_many_loops_are_those_that_eigenvalues_give_and_those_of_each_alone(k):
+    """At once, in another order and alone they have the same digits."""
+
+    def gains_of(loop):
+        poles = loop.poles(0.0)
+        poles = poles[(np.abs(poles) > 1e-9) & (poles.imag >= 0)]
+        return StableGains(loop.unit_gain, poles, (None,) * k, INTEGRATOR)
+
+    loops = [Chain(seed, k) for seed in range(4)]
+    together, backwards = (limits_of([gains_of(loop) for loop in order]) for order in (loops, loops[::-1]))
+    assert together == backwards[::-1] == [gains_of(loop).limits for loop in loops]
+    assert any(loop.limit for loop in loops)
+    for loop, limits in zip(loops, together, strict=True):
+        assert (limits[0].factor if limits else None) == (loop.limit and pytest.approx(loop.limit, rel=1e-9))
 
 
 def test_an_integrator_in_closed_form():
@@ -278,7 +297,7 @@ def test_a_crossing_beside_a_narrow_pole_is_found_where_rounding_blurs_the_loop_
         return (-strength * s / (s**2 + 2 * ratio * natural * s + natural**2) * noise)[:, None, None]
 
     omega = natural * (1 + ratio * np.array([-6, -2, -0.6, 0.1, 0.6, 2, 6]))
-    found = crossings(omega[None], blurred(1j * omega)[None, :, :, 0])
-    found = refined(blurred, found)
+    found = crossings(np.zeros(len(omega), dtype=int), omega, blurred(1j * omega)[:, :, 0])
+    found = refined([blurred], found)
     assert len(found) == 1
     assert found.factor[0] == pytest.approx(2 * ratio * natural / strength, rel=1e-4)

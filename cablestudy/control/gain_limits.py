@@ -12,18 +12,10 @@ from functools import cache, cached_property, partial
 
 import numpy as np
 
+from cablestudy.control.curves import at_frequencies, curve_beside, curves, eigenvalues
 from cablestudy.control.margins import Margins, gain_of_peak, largest, sensitivity
-from cablestudy.control.margins_crossings import crossing_near, crossings, refined
-from cablestudy.control.margins_grid import (
-    by_parts,
-    curve,
-    curve_beside,
-    distinct,
-    eigenvalues,
-    frequencies,
-    near_poles,
-    with_more,
-)
+from cablestudy.control.margins_crossings import Crossings, crossing_near, crossings, refined
+from cablestudy.control.margins_grid import distinct, frequencies, near_poles
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import NoSolutionError
 
@@ -60,25 +52,6 @@ class Limit:
         pairs = (self.factor, other.factor), (self.omega, other.omega)
         return all(abs(theirs / own - 1) < CONTROL.same_pole for own, theirs in pairs)
 
-    def of(self, loop_gain):
-        """`Limit` of this crossing in another loop gain, which is similar or the same.
-
-        For a mode as good as undamped it is where the mode grows by `CONTROL.negligible_growth` times its frequency;
-        the factor is infinite if the mode never does.
-        """
-        if not self.undamped:
-            return limit_near(loop_gain, self) or self
-
-        def damped(s):
-            """The loop gain on the line of poles that grow so much; crossings of this line are looked for."""
-            return loop_gain(s + CONTROL.negligible_growth * np.abs(s))
-
-        step = max(self.rate, CONTROL.negligible_growth) * self.omega * ASIDE
-        omega = self.omega + np.concatenate([-step[::-1], [0.0], step])
-        beside = crossings(omega[None], eigenvalues(by_parts(damped, omega))[None])
-        outward = refined(damped, beside.take(beside.outward))
-        return replace(self, factor=float(outward.factor.min(initial=np.inf)) if len(outward) else np.inf)
-
 
 class StableGains:
     """Gains with which a loop is stable, its margins and limits, from its loop gain over frequency.
@@ -96,28 +69,23 @@ class StableGains:
     """
 
     def __init__(self, loop_gain, poles, notches, law, most=np.inf):
-        self.loop_gain, self.law, self.poles, self._most = loop_gain, law, poles, most
-        self._first_frequencies = frequencies(self.poles, notches, law)
+        self.loop_gain, self.law, self.poles, self.most = loop_gain, law, poles, most
+        self.first_frequencies = frequencies(self.poles, notches, law)
 
     @cached_property
     def curve(self):
-        """Frequencies that show where eigenvalues of L cross the negative real axis, and L over the gain there.
+        """L over the gain at frequencies that show where its eigenvalues cross the negative real axis: `Curves`."""
+        return curves_of([self])[0]
 
-        Returns
-        -------
-        omega : ndarray, shape (f,)
-            [rad/s]
-        matrices : ndarray, shape (f, k, k)
-        values : ndarray, shape (f, k)
-            Eigenvalues of these.
-        """
-        return curve(self.loop_gain, self._first_frequencies, upto=self.law.judged_up_to, most=self._most)
+    @cached_property
+    def limits(self):
+        """`Limit` of the smallest gains at which poles cross to the right: list, ascending; see `limits_of`."""
+        return limits_of([self])[0]
 
     @cached_property
     def _crossings(self):
         """`Crossings` of the curve up to the highest gain that is judged, by ascending gain."""
-        omega, _, values = self.curve
-        on_curve = crossings(omega[None], values[None])
+        on_curve = crossings(self.curve.row, self.curve.omega, self.curve.values)
         highest = CONTROL.highest_judged_gain * np.abs(self.poles).min(initial=np.inf)
         return on_curve.take(on_curve.factor < highest).sorted()
 
@@ -125,30 +93,6 @@ class StableGains:
     def limit(self):
         """`Limit` of the smallest gain at which a pole crosses to the right; None where none does."""
         return self.limits[0] if self.limits else None
-
-    @cached_property
-    def limits(self):
-        """`Limit` of the smallest gains at which poles cross to the right: list, ascending.
-
-        Notes
-        -----
-        With l the eigenvalue of L, 1 + g l(s) = 0, so that the pole moves by 1/(g dl/ds) per relative change of g. A
-        mode as good as undamped is called unstable only from the gain on with which its growth over its frequency is
-        `CONTROL.negligible_growth`.
-        """
-        remaining, limits = self._crossings, []
-        while len(remaining) and (not limits or remaining.factor[0] < limits[0].factor):
-            first, remaining = _split_first(self.loop_gain, remaining)
-            limits += [limit for limit, outward in self._limits_of(first) if outward and limit.factor < np.inf]
-            limits.sort(key=lambda limit: limit.factor)
-        return limits
-
-    def _limits_of(self, crossings):
-        """Each of some `Crossings` as a `Limit`, and whether its pole crosses to the right: list of pairs."""
-        limits = zip(_as_limits(crossings), crossings.outward.tolist(), strict=True)
-        return [
-            (limit.of(self.loop_gain) if outward and limit.undamped else limit, outward) for limit, outward in limits
-        ]
 
     def open_ratio(self, omega):
         """Damping ratio, without control, of the mode whose pole is nearest to a frequency [rad/s]. [-]"""
@@ -168,7 +112,7 @@ class StableGains:
         self.check_delay(gain)
         candidates = self._crossings.take(self._crossings.factor < CONTROL.refined_together * gain)
         count = 0
-        for limit, outward in self._limits_of(refined(self.loop_gain, candidates)) if len(candidates) else ():
+        for _, limit, outward in _limits_at([self.loop_gain], refined([self.loop_gain], candidates)):
             if limit.factor < gain:
                 count += 2 if outward else -2
         return max(count, 0)
@@ -190,40 +134,41 @@ class StableGains:
     @cached_property
     def _largest(self):
         """Size of the largest eigenvalue of L over the gain at the frequencies of the curve, shape (f,). [s]"""
-        return np.nan_to_num(np.abs(self.curve[2])).max(axis=1)
+        return np.abs(self.curve.values).max(axis=1)
 
     def large_up_to(self, size):
         """Frequency above which no eigenvalue of L over the gain is larger than a size [s]. [rad/s]"""
-        return float(self.curve[0][self._largest >= size].max(initial=0.0))
+        return float(self.curve.omega[self._largest >= size].max(initial=0.0))
 
     def largest_beyond(self, omega):
         """Size of the largest eigenvalue of L over the gain above a frequency [rad/s]. [s]"""
-        return float(self._largest[self.curve[0] > omega].max(initial=0.0))
+        return float(self._largest[self.curve.omega > omega].max(initial=0.0))
 
     def frequencies(self, gain):
         """Frequencies of the curve, and beside poles of the loop with a gain [rad/s], ascending, shape (f,). [rad/s]"""
-        return self._closed_loop_curve(gain)[0]
+        return self._closed_loop_curve(gain).omega
 
     def _closed_loop_curve(self, gain):
-        """`frequencies`, and L over the gain there, shape (f, k, k).
+        """L over the gain at `frequencies`: `Curves`.
 
         A pole that crosses the axis near this gain is extrapolated from its crossing; the integrator has one at -gain.
         The least frequency is that of a loop as good as at rest.
         """
-        omega, matrices, values = self.curve
+        curve, first = self.curve, self.curve.omega[0]
         if not gain:
-            return omega, matrices
+            return curve
         near = self._crossings_near(gain, CONTROL.closed_poles_gain)
         poles = 1j * near.frequency + 1j / (near.factor * near.slope) * (gain / near.factor - 1)
-        added = near_poles(np.append(poles, [-gain, -min(gain / 2, omega[0])]))  # a small gain is below all of them
+        added = near_poles(np.append(poles, [-gain, -min(gain / 2, first)]))  # a small gain is below all of them
         added = np.append(added, gain / CONTROL.gain_at_rest)
-        omega, matrices = curve_beside(self.loop_gain, gain, omega, matrices, values)
-        return with_more(self.loop_gain, omega, matrices, added[added < omega[-1]])
+        curve = curve_beside(self.loop_gain, gain, curve)
+        added = np.setdiff1d(distinct(np.append(curve.omega, added[added < curve.omega[-1]])), curve.omega)
+        return curve.with_more([self.loop_gain], np.zeros(len(added), dtype=int), added)
 
     def margins(self, gain):
         """`Margins` of the loop with a gain. [rad/s]"""
-        omega, matrices = self._closed_loop_curve(gain)
-        return Margins(lambda s: gain * self.loop_gain(s), omega, self._check_peak, gain * matrices)
+        curve = self._closed_loop_curve(gain)
+        return Margins(lambda s: gain * self.loop_gain(s), curve.omega, self._check_peak, gain * curve.matrices)
 
     def _check_peak(self, omega):
         """Refuse a peak of the sensitivity, at a frequency [rad/s], of a mode as good as undamped: NoSolutionError."""
@@ -239,8 +184,8 @@ class StableGains:
         With fewer winches than coordinates, compared in metres and radians, they correct by a projection P that is not
         orthogonal; I - P remains.
         """
-        omega, matrices, _ = self.curve
-        return float(largest(sensitivity(CONTROL.gain_at_rest * omega[0] * matrices[:1]))[0])
+        at_rest = CONTROL.gain_at_rest * self.curve.omega[0] * self.curve.matrices[:1]
+        return float(largest(sensitivity(at_rest))[0])
 
     def gain_of_peak(self, peak, most):
         """Largest stable gain with which the sensitivity nowhere exceeds `peak`, for a gain set by a margin. [rad/s]
@@ -268,7 +213,7 @@ class StableGains:
                 f"not correct all that is measured, is {at_rest:.4g}"
             )
         gain = most or CONTROL.highest_sensitive_gain * np.abs(self.poles).max()
-        omega, bounded_by_peak = self.curve[0], False
+        omega, bounded_by_peak = self.curve.omega, False
         for _ in range(2):  # at frequencies near the poles of the open loop, then also near those of the closed loop
             gain, peak_omega = gain_of_peak(self.loop_gain, omega, peak, gain)
             omega = distinct(np.append(omega, self.frequencies(gain)))
@@ -294,22 +239,100 @@ class StableGains:
         -----
         With the other loops closed the loop gain of coordinate j is 1/S_jj - 1, S = (I + L)^-1.
         """
-        omega, matrices = self._closed_loop_curve(gain)
-        sensitivity_matrices, factors = sensitivity(gain * matrices), []
-        for coordinate in range(sensitivity_matrices.shape[-1]):
-            entry = np.s_[:, coordinate : coordinate + 1, coordinate : coordinate + 1]
+        curve = self._closed_loop_curve(gain)
+        closed, size, count = sensitivity(gain * curve.matrices), curve.matrices.shape[-1], len(curve.omega)
 
-            def single(loop_gain, s, entry=entry):
-                """Loop gain of this coordinate with the other loops closed, shape (f, 1, 1)."""
-                return 1 / sensitivity(gain * loop_gain(s))[entry] - 1
+        def single(coordinate, loop_gain, s):
+            """Loop gain of this coordinate with the other loops closed, shape (f, 1, 1)."""
+            return 1 / sensitivity(gain * loop_gain(s))[:, coordinate, coordinate, None, None] - 1
 
-            own = partial(single, self.loop_gain)
-            curve_omega, _, values = curve(own, omega, 1 / sensitivity_matrices[entry] - 1, self.law.judged_up_to)
-            limit = _growth_allowed(own, crossings(curve_omega[None], values[None]).sorted())
+        own = [partial(single, coordinate, self.loop_gain) for coordinate in range(size)]
+        row, omega = np.repeat(np.arange(size), count), np.tile(curve.omega, size)
+        matrices = 1 / np.diagonal(closed, axis1=1, axis2=2).T.reshape(-1, 1, 1) - 1
+        of_all = curves(own, row, omega, matrices, self.law.judged_up_to)
+        remaining, factors = crossings(of_all.row, of_all.omega, of_all.values).sorted(), []
+        for coordinate in range(size):
+            limit = _growth_allowed(own, remaining.take(remaining.row == coordinate))
             if finer and limit.omega > beyond and not limit.undamped:
-                limit = limit_near(partial(single, finer), limit) or limit
+                limit = limit_near(partial(single, coordinate, finer), limit) or limit
             factors.append(limit.factor)
         return np.array(factors)
+
+
+def curves_of(loops):
+    """`StableGains.curve` of many `StableGains` with as many measured coordinates, computed together: list."""
+    grids = [loop.first_frequencies for loop in loops]
+    row = np.repeat(np.arange(len(loops)), [len(grid) for grid in grids])
+    bounds = {"upto": [loop.law.judged_up_to for loop in loops], "most": [loop.most for loop in loops]}
+    of_all = curves([loop.loop_gain for loop in loops], row, np.concatenate(grids), **bounds)
+    return [of_all.of_loop(number) for number in range(len(loops))]
+
+
+def limits_of(loops):
+    """`StableGains.limits` of many `StableGains` with as many measured coordinates, computed together: list of lists.
+
+    Notes
+    -----
+    With l the eigenvalue of L, 1 + g l(s) = 0, so that the pole moves by 1/(g dl/ds) per relative change of g. A mode
+    as good as undamped is called unstable only from the gain on with which its growth over its frequency is
+    `CONTROL.negligible_growth`.
+    """
+    functions, limits = [loop.loop_gain for loop in loops], [[] for _ in loops]
+    remaining = Crossings.concatenate([loop._crossings for loop in loops])
+    while len(remaining):
+        first, remaining = _split_first(functions, remaining)
+        for row, limit, outward in _limits_at(functions, first):
+            if outward and limit.factor < np.inf:
+                limits[row].append(limit)
+                limits[row].sort(key=lambda limit: limit.factor)
+        least = np.array([of_loop[0].factor if of_loop else np.inf for of_loop in limits])
+        remaining = remaining.take(remaining.least < least[remaining.row])
+    return limits
+
+
+def _limits_at(functions, crossings):
+    """Each of some `Crossings` of n loop gains as a `Limit`: list of (number of the loop, Limit, bool).
+
+    The last tells whether its pole crosses to the right. For a mode as good as undamped the limit is where the mode
+    grows by `CONTROL.negligible_growth` times its frequency; the factor is infinite if the mode never does.
+    """
+    limits, outward = _as_limits(crossings), crossings.outward.tolist()
+    undamped = [index for index, limit in enumerate(limits) if outward[index] and limit.undamped]
+    if undamped:
+        row = crossings.row[undamped]
+        factors = _undamped_factors(functions, row, [limits[index] for index in undamped])
+        for index, factor in zip(undamped, factors.tolist(), strict=True):
+            limits[index] = replace(limits[index], factor=factor)
+    return list(zip(crossings.row.tolist(), limits, outward, strict=True))
+
+
+def _undamped_factors(functions, row, limits):
+    """Gain from which on each of some modes as good as undamped grows by `negligible_growth`, shape (l,). [rad/s]
+
+    Parameters
+    ----------
+    functions : sequence of callable
+        Loop gains of n loops.
+    row : ndarray of int, shape (l,)
+        Number of the loop of each mode, ascending.
+    limits : list of Limit
+        Where the pole of each mode crosses the axis.
+    """
+
+    def damped(function, s):
+        """A loop gain on the line of poles that grow so much; crossings of this line are looked for."""
+        return function(s + CONTROL.negligible_growth * np.abs(s))
+
+    own = [partial(damped, functions[index]) for index in row.tolist()]  # one function for each mode
+    place = np.array([limit.omega for limit in limits])[:, None]
+    width = np.array([max(limit.rate, CONTROL.negligible_growth) for limit in limits])[:, None] * place
+    omega = (place + width * np.concatenate([-ASIDE[::-1], [0.0], ASIDE])).ravel()
+    mode = np.repeat(np.arange(len(limits)), 2 * len(ASIDE) + 1)
+    beside = crossings(mode, omega, eigenvalues(at_frequencies(own, mode, omega)))
+    outward = refined(own, beside.take(beside.outward))
+    factors = np.full(len(limits), np.inf)
+    np.minimum.at(factors, outward.row, outward.factor)
+    return factors
 
 
 def _as_limits(crossings):
@@ -318,15 +341,15 @@ def _as_limits(crossings):
     return [Limit(*row) for row in np.stack([crossings.factor, crossings.frequency, rate], axis=1).tolist()]
 
 
-def _growth_allowed(loop_gain, remaining):
+def _growth_allowed(functions, remaining):
     """`Limit` with the factor above 1 at which a pole first crosses to the right; infinite where none does.
 
-    `remaining` are the sorted `Crossings` of the loop gain. The loop is stable with the factor 1: it is unstable
-    without the gain, and the factor 0, if below that factor more poles cross to the left than to the right.
+    `remaining` are the sorted `Crossings` of one of some loop gains. The loop is stable with the factor 1: it is
+    unstable without the gain, and the factor 0, if below that factor more poles cross to the left than to the right.
     """
     net = 0
     while len(remaining):
-        first, remaining = _split_first(loop_gain, remaining)
+        first, remaining = _split_first(functions, remaining)
         if len(first):
             net += np.where(first.outward, 1, -1)[first.factor < 1].sum()
             above = first.take(first.outward & (first.factor > 1))
@@ -335,11 +358,10 @@ def _growth_allowed(loop_gain, remaining):
     return Limit(np.inf if net >= 0 else 0.0, 0.0)
 
 
-def _split_first(loop_gain, remaining):
-    """The first of sorted `Crossings`, those with about the least factor, located to rounding; and the others."""
-    near = remaining.factor <= CONTROL.refined_together * remaining.factor[0]
-    first = refined(loop_gain, remaining.take(near))
-    return first if len(first) else remaining.take(slice(0)), remaining.take(~near)
+def _split_first(functions, remaining):
+    """Of sorted `Crossings` the first of each loop, those with about the least factor, to rounding; and the others."""
+    near = remaining.factor <= CONTROL.refined_together * remaining.least
+    return refined(functions, remaining.take(near)), remaining.take(~near)
 
 
 def limit_near(loop_gain, similar):

@@ -18,7 +18,8 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from cablestudy.control.margins_grid import by_parts, eigenvalues, finite, highest, passages
+from cablestudy.control.curves import by_parts, eigenvalues
+from cablestudy.control.margins_grid import highest, passages
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import NoSolutionError
 
@@ -54,7 +55,8 @@ class Margins:
     def _curve(self):
         """Frequencies at which L is finite [rad/s], and L there, shape (f, k, k)."""
         matrices = by_parts(self.loop_gain, self.omega) if self.matrices is None else self.matrices
-        return finite(self.omega, matrices)
+        finite = np.isfinite(matrices).all(axis=(-2, -1))
+        return self.omega[finite], matrices[finite]
 
     @cached_property
     def _sensitivity(self):

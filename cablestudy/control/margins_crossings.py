@@ -1,31 +1,34 @@
-"""Gains at which a pole of a loop of k coordinates crosses the imaginary axis; k = 1 for one cable.
+"""Gains at which poles of loops of k coordinates cross the imaginary axis, of many loops at once; k = 1 for one cable.
 
 A pole of the closed loop lies at i w for the gain g where an eigenvalue l of the loop gain L(i w) over the gain is real
 and negative, g = -1/l. With l(s(g)) = -1/g along the pole, ds/dg = 1/(g^2 l'(s)), so that it crosses to the right where
 the imaginary part of l grows with w, to the left where it falls.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control.margins_grid import by_parts, eigenvalues, paired
+from cablestudy.control.curves import at_frequencies, eigenvalues, paired
 from cablestudy.control.tolerances import CONTROL
 
 
 @dataclass(frozen=True)
 class Crossings:
-    """Pairs of frequencies between which an eigenvalue of the loop gain crosses the negative real axis.
+    """Pairs of frequencies between which an eigenvalue of a loop gain crosses the negative real axis.
 
     Attributes
     ----------
+    row : ndarray of int, shape (c,)
+        Number of the loop, ascending.
     omega : ndarray, shape (c, 2)
         [rad/s]
     values : ndarray, shape (c, 2)
         The eigenvalue at these frequencies, complex. [s]
     """
 
+    row: np.ndarray
     omega: np.ndarray
     values: np.ndarray
 
@@ -34,9 +37,16 @@ class Crossings:
 
     def take(self, chosen):
         """Crossings that are `chosen` by numbers or bool, with the properties already computed."""
-        taken = Crossings(self.omega[chosen], self.values[chosen])
+        taken = Crossings(self.row[chosen], self.omega[chosen], self.values[chosen])
         vars(taken).update({name: value[chosen] for name, value in vars(self).items()})
         return taken
+
+    @classmethod
+    def concatenate(cls, of_loops):
+        """`Crossings` of n loops, from those of each: a list."""
+        row = np.repeat(np.arange(len(of_loops)), [len(of_loop) for of_loop in of_loops])
+        pairs = ([getattr(of_loop, name) for of_loop in of_loops] for name in ("omega", "values"))
+        return cls(row, *map(np.concatenate, pairs))
 
     @cached_property
     def slope(self):
@@ -58,81 +68,85 @@ class Crossings:
             return -1 / (self.values[:, 0] + self.slope * (self.frequency - self.omega[:, 0])).real
 
     @property
+    def least(self):
+        """Least factor of the crossings of the same loop, shape (c,); of `sorted` ones."""
+        return self.factor[np.searchsorted(self.row, self.row)]
+
+    @property
     def outward(self):
         """True where the pole crosses to the right with more gain, shape (c,)."""
         return self.slope.imag > 0
 
     def sorted(self):
-        """`Crossings` by ascending factor, without repetitions."""
-        order = np.argsort(self.factor, kind="stable")
-        ordered = self.take(order)
-        factor, frequency = ordered.factor, ordered.frequency
-        repeated = (np.diff(factor) <= CONTROL.same_crossing * factor[1:]) & (
-            np.abs(np.diff(frequency)) <= CONTROL.same_crossing * frequency[1:]
-        )
-        return ordered.take(np.append(True, ~repeated)) if len(ordered) else ordered
+        """`Crossings` by loop, those of each by ascending factor, without repetitions."""
+        ordered = self.take(np.lexsort([self.factor, self.row]))
+        row, factor, frequency = ordered.row, ordered.factor, ordered.frequency
+        repeated = row[1:] == row[:-1]
+        repeated &= np.diff(factor) <= CONTROL.same_crossing * factor[1:]
+        repeated &= np.abs(np.diff(frequency)) <= CONTROL.same_crossing * frequency[1:]
+        return ordered.take(np.append(True, ~repeated)) if repeated.any() else ordered
 
 
-def crossings(omega, values):
-    """`Crossings` of each eigenvalue of the loop gain.
+def crossings(row, omega, values):
+    """`Crossings` of each eigenvalue of some loop gains.
 
     Parameters
     ----------
-    omega : ndarray, shape (m, f)
-        Ascending along the second axis. [rad/s]
-    values : ndarray, shape (m, f, k)
-        Eigenvalues of the loop gain; not a number where it is infinite.
+    row : ndarray of int, shape (f,)
+        Number of the loop, or of a part of its frequencies, ascending: no crossing is looked for from one to the next.
+    omega : ndarray, shape (f,)
+        Ascending within each row. [rad/s]
+    values : ndarray, shape (f, k)
+        Eigenvalues of the loop gains; not a number where one is infinite.
     """
     before, after = paired(values)
-    rounding = CONTROL.zero_eigenvalue * np.abs(values).max(axis=-1)[:, :-1, None]
-    crosses = (before.imag * after.imag <= 0) & (before.imag != after.imag)
+    rounding = CONTROL.zero_eigenvalue * np.abs(values).max(axis=-1)[:-1, None]
+    crosses = (before.imag * after.imag <= 0) & (before.imag != after.imag) & (row[1:] == row[:-1])[:, None]
     crosses &= (np.minimum(before.real, after.real) < 0) & (np.abs(before) > rounding)
-    row, index, pair = np.nonzero(crosses)
-    omega = np.stack([omega[row, index], omega[row, index + 1]], axis=1)
-    all_crossings = Crossings(omega, np.stack([before[row, index, pair], after[row, index, pair]], axis=1))
+    index, pair = np.nonzero(crosses)
+    omega = np.stack([omega[index], omega[index + 1]], axis=1)
+    all_crossings = Crossings(row[index], omega, np.stack([before[index, pair], after[index, pair]], axis=1))
     factor = all_crossings.factor
     return all_crossings.take((factor > 0) & (factor < np.inf))
 
 
-def refined(function, brackets):
-    """Locate crossings to rounding: `Crossings` by ascending factor.
+def refined(functions, brackets):
+    """Locate crossings to rounding: `Crossings` by loop, those of each by ascending factor.
 
-    The loop gain is first computed at more frequencies within each bracket, which separates several crossings in one
+    A loop gain is first computed at more frequencies within each bracket, which separates several crossings in one
     bracket; the secant method follows. A bracket that then shows no crossing is dropped: two eigenvalues had been
     mistaken for one.
 
     Parameters
     ----------
-    function : callable
-        The loop gain: s, shape (f,) -> shape (f, k, k).
+    functions : sequence of callable
+        The loop gains of n loops, as of `curves`.
     brackets : Crossings
         Pairs of frequencies with at least one crossing between them.
     """
-
-    def eigenvalues_at(omega):
-        return eigenvalues(by_parts(function, omega.ravel()))
-
     is_single = False
     for _ in range(CONTROL.crossing_zooms if len(brackets) else 0):
         low, high = brackets.omega.T
-        omega = low[:, None] + (high - low)[:, None] * np.linspace(0, 1, CONTROL.crossing_points)
-        values = eigenvalues_at(omega)
+        omega = (low[:, None] + (high - low)[:, None] * np.linspace(0, 1, CONTROL.crossing_points)).ravel()
+        bracket = np.repeat(np.arange(len(brackets)), CONTROL.crossing_points)
+        values = eigenvalues(at_frequencies(functions, brackets.row[bracket], omega))
         is_single = values.shape[-1] == 1
-        brackets = crossings(omega, values.reshape(*omega.shape, -1)).sorted()
+        within = crossings(bracket, omega, values)
+        brackets = replace(within, row=brackets.row[within.row]).sorted()
         if not len(brackets):
             break
-    return _by_secant(eigenvalues_at, brackets, is_single).sorted() if len(brackets) else brackets
+    return _by_secant(functions, brackets, is_single).sorted() if len(brackets) else brackets
 
 
-def _by_secant(eigenvalues_at, brackets, is_single):
+def _by_secant(functions, brackets, is_single):
     """Locate crossings to rounding by the secant method: `Crossings`, from `brackets` with one crossing each.
 
     Of several eigenvalues the one nearest to the line through the last two values is followed.
 
     Parameters
     ----------
-    eigenvalues_at : callable
-        Frequencies, shape (f,) [rad/s] -> eigenvalues of the loop gain, shape (f, k).
+    functions : sequence of callable
+        The loop gains of n loops.
     brackets : Crossings
     is_single : bool
         True for k = 1: no eigenvalue can be mistaken for another.
@@ -146,17 +160,17 @@ def _by_secant(eigenvalues_at, brackets, is_single):
         if not unsettled.any():
             break
         expected = pairs.values[:, 1] + pairs.slope * step
-        candidates = eigenvalues_at(estimate[unsettled])
+        candidates = eigenvalues(at_frequencies(functions, brackets.row[unsettled], estimate[unsettled]))
         nearest = np.abs(candidates - expected[unsettled, None]).argmin(axis=1)
         eigenvalue = candidates[np.arange(len(candidates)), nearest]
         omega, values = pairs.omega.copy(), pairs.values.copy()
         omega[unsettled] = np.stack([pairs.omega[unsettled, 1], estimate[unsettled]], axis=1)
         values[unsettled] = np.stack([pairs.values[unsettled, 1], eigenvalue], axis=1)
-        pairs = Crossings(omega, values)
+        pairs = Crossings(brackets.row, omega, values)
     # with the slope of the bracket, which has the sign of the crossing: that of the last two values may be rounding
     omega, value, width = pairs.omega[:, 1], pairs.values[:, 1], high - low
     values = np.stack([value, value + brackets.slope * width], axis=1)
-    located = Crossings(np.stack([omega, omega + width], axis=1), values)
+    located = Crossings(brackets.row, np.stack([omega, omega + width], axis=1), values)
     if is_single:  # beside a narrow pole the rounding of the loop gain may be all that is left of its imaginary part
         return located
     rounding = 2 * last_step * np.abs(brackets.slope)

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from cablestudy.control.curves import by_parts
 from cablestudy.control.loop_state_space import by_forces
-from cablestudy.control.margins_grid import by_parts
 from cablestudy.control.response import Phase
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.scene.scene import missing

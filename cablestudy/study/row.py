@@ -343,7 +343,7 @@ def _prepare_systems(answers, required):
     ]
     if not required.gondola:
         cases = [case for case in cases if not (case.exact_statics and _modal_gondola(case.scene))]
-    prepare([case for case in cases if case.scene.gondola is not None])
+    prepare([case for case in cases if case.scene.gondola is not None], required.largest_gain)
     prepare([case for case in cases if case.scene.gondola is None])
 
 

@@ -1,12 +1,12 @@
 """One suspension in the mean wind with the control loop of its winches."""
 
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from math import ceil, log2
 
 import numpy as np
 
-from cablestudy.control.gain_limits import undamped
+from cablestudy.control.gain_limits import curves_of, limits_of, undamped
 from cablestudy.control.law import law_from
 from cablestudy.control.loop import Loop, decay_beyond_doubt, unstable_pole
 from cablestudy.control.tolerances import CONTROL
@@ -18,6 +18,26 @@ from cablestudy.study.suspension.turbulence import Turbulence
 from cablestudy.study.tolerances import STUDY
 
 TURN = 2 * np.pi
+
+
+def find_first_limits(closed_loops):
+    """Find where poles of many loops cross the imaginary axis in the trials with which `driven` begins, all together.
+
+    Each loop keeps what is found of its own; one without such a trial raises its error when it is asked for `driven`.
+
+    Parameters
+    ----------
+    closed_loops : sequence of ClosedLoop
+    """
+    by_size = {}  # number of measured coordinates -> {id: StableGains}; loops of other exposures share theirs
+    for closed_loop in closed_loops:
+        if not isinstance(gains := outcome_of(partial(getattr, closed_loop, "first_gains")), Exception):
+            by_size.setdefault(len(closed_loop.body.measured), {})[id(gains)] = gains
+    for loops in map(list, map(dict.values, by_size.values())):
+        for loop, curve in zip(loops, curves_of(loops), strict=True):
+            loop.curve = curve
+        for loop, limits in zip(loops, limits_of(loops), strict=True):
+            loop.limits = limits
 
 
 class ClosedLoop:
@@ -133,9 +153,9 @@ class ClosedLoop:
         """
         _, driven_cables, first_gains = self._shared_by_gains
         self.check_open()
-        gain = self.untuned_loop.gain or STUDY.little_gain
+        gain = self.untuned_loop.gain
         if gain not in first_gains:
-            first_gains[gain] = self._first_gain(gain)
+            first_gains[gain] = self._first_gain()
         gain = first_gains[gain]
         # exponents of the gains tried, powers of two, and their `DrivenCables`
         powers, driven_of_gain = [], None
@@ -153,27 +173,32 @@ class ClosedLoop:
             gain = needed_gain
         return driven_of_gain
 
-    def _first_gain(self, gain):
-        """Gain for the first `DrivenCables` of a loop with a `gain`. [rad/s]
-
-        One near the largest stable gain, if it is larger than `gain` and drives few waves, which spares a second trial;
-        else the one up to which `_far_from_unstable` judges the loop; where these drive too many modes `gain` itself.
-        Of an exact choice of elements, whose modes are all there, rather one far above the largest.
-        """
-        safety, effects, trials = STUDY.first_gain_safety, self.effects, [gain / STUDY.nearly_largest_gain]
-        for factor in (safety,) if self.plant.model is None else (STUDY.element_gain_safety, safety):
-            near_largest = max(gain, factor * (self.untuned_loop.limit_by_modes or 0.0))
-            waves = effects.driven_up_to(near_largest) * effects.travel_time / np.pi
-            if waves.max(initial=0.0) <= STUDY.first_gain_waves:
-                trials.insert(0, near_largest)
-                break
-        for trial in trials:
+    def _first_gain(self):
+        """Gain for the first `DrivenCables` of the loop, the first of `_trial_gains` that can be judged. [rad/s]"""
+        for trial in self._trial_gains:
             try:
                 _ = self._driven_cables_of(trial).limit
             except (NoSolutionError, ConvergenceError):  # that gain may be far above the largest one
                 continue
             return trial
-        return gain
+        return self.untuned_loop.gain or STUDY.little_gain
+
+    @cached_property
+    def _trial_gains(self):
+        """Gains with which the search for the largest stable one may begin: list, best first. [rad/s]
+
+        One near the largest stable gain, if it is larger than that of the loop and drives few waves, which spares a
+        second trial; and the one up to which `_far_from_unstable` judges the loop. Of an exact choice of elements,
+        whose modes are all there, rather one far above the largest.
+        """
+        gain, safety, effects = self.untuned_loop.gain or STUDY.little_gain, STUDY.first_gain_safety, self.effects
+        trials = [gain / STUDY.nearly_largest_gain]
+        for factor in (safety,) if self.plant.model is None else (STUDY.element_gain_safety, safety):
+            near_largest = max(gain, factor * (self.untuned_loop.limit_by_modes or 0.0))
+            waves = effects.driven_up_to(near_largest) * effects.travel_time / np.pi
+            if waves.max(initial=0.0) <= STUDY.first_gain_waves:
+                return [near_largest, *trials]
+        return trials
 
     def _driven_cables_of(self, gain):
         """`DrivenCables` of a gain [rad/s] raised to the next power of two, shared by loops of other gains."""
@@ -181,6 +206,12 @@ class ClosedLoop:
         if power not in driven_cables:
             driven_cables[power] = DrivenCables(self, 2.0**power, list(driven_cables.values()))
         return driven_cables[power]
+
+    @property
+    def first_gains(self):
+        """`StableGains` of the first trial of `driven`, by which its search begins; raises as `driven`."""
+        self.check_open()
+        return self._driven_cables_of(self._trial_gains[0]).gains
 
     @property
     def gains(self):

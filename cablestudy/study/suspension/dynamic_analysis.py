@@ -13,7 +13,7 @@ from cablestudy.errors import outcome_of, result_of
 from cablestudy.scene.words import counted
 from cablestudy.study.column import relative
 from cablestudy.study.notes import unknown_rms_error
-from cablestudy.study.suspension.closed_loop import ClosedLoop
+from cablestudy.study.suspension.closed_loop import ClosedLoop, find_first_limits
 from cablestudy.study.suspension.gust_response import GustResponse
 from cablestudy.study.suspension.plant import Plant
 from cablestudy.study.suspension.turbulence import OWN
@@ -590,3 +590,17 @@ def solve_modes(analyses, equilibrium):
             # the modes with damping, or the error that says why there are none
             result = modes if isinstance(modes, Exception) else outcome_of(lambda modes=modes: modes.damped)
             analysis._modes[count] = result
+
+
+def find_limits(analyses):
+    """Compute in advance what the search for the largest stable gain of each analysis begins with, all together.
+
+    An analysis without such a loop raises its error when it is asked for its numbers.
+
+    Parameters
+    ----------
+    analyses : sequence of DynamicAnalysis
+        With control.
+    """
+    outcomes = [analysis._controlled_outcome for analysis in analyses]
+    find_first_limits([closed_loop for closed_loop in outcomes if isinstance(closed_loop, ClosedLoop)])

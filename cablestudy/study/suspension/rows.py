@@ -69,7 +69,7 @@ def evaluate_suspensions(scenes, columns, estimate=False):
         for block in batched(cases, block_size):  # models of cables computed together
             start = time.perf_counter()
             if required.in_motion:
-                prepare(block)
+                prepare(block, required.largest_gain)
             seconds_of_row = seconds + (time.perf_counter() - start) / len(block)
             rows += [_row(case, required, seconds_of_row, estimate) for case in block]
     return rows

@@ -1,0 +1,168 @@
+"""Loop gains over frequency, of many loops at once: enough frequencies to show where poles cross the imaginary axis.
+
+A loop gain is a function of s, shape (f,) [rad/s], with values of shape (f, k, k); k = 1 for one cable. Those of n
+loops are a sequence of n such functions, all of the same k. Loops are numbered by `row`: what is at hand of all of them
+stands one loop after the other, and no digit of one depends on the others.
+"""
+
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from cablestudy.control.tolerances import CONTROL
+
+
+def by_parts(function, omega):
+    """Values of a function of s at frequencies [rad/s], few at a time, whose matrices stay in the processor's cache."""
+    block = CONTROL.frequencies_at_once
+    if len(omega) <= block:
+        return function(1j * omega)
+    return np.concatenate([function(1j * omega[begin : begin + block]) for begin in range(0, len(omega), block)])
+
+
+def eigenvalues(matrices):
+    """Eigenvalues of matrices, shape (f, k, k) -> (f, k); not a number where a matrix is not finite."""
+    if matrices.shape[-1] == 1:
+        return np.where(np.isfinite(matrices), matrices, np.nan)[..., 0]
+    finite = np.isfinite(matrices).all(axis=(-2, -1))
+    values = np.full(matrices.shape[:-1], np.nan, dtype=complex)
+    values[finite] = np.linalg.eigvals(matrices[finite])
+    return values
+
+
+def paired(values):
+    """Pairs of eigenvalues at neighbouring frequencies: those before, and those after, shape (..., f - 1, 2 k) both.
+
+    Each eigenvalue is paired with the nearest one at the next frequency, and with the nearest one at the frequency
+    before. `values` has the shape (..., f, k); the pairs of k = 1 have the shape (..., f - 1, 1).
+    """
+    before, after = values[..., :-1, :], values[..., 1:, :]
+    if values.shape[-1] == 1:
+        return before, after
+    distance = np.abs(before[..., :, None] - after[..., None, :])
+    nearest_after = np.take_along_axis(after, distance.argmin(axis=-1), axis=-1)
+    nearest_before = np.take_along_axis(before, distance.argmin(axis=-2), axis=-1)
+    return np.concatenate([before, nearest_before], axis=-1), np.concatenate([nearest_after, after], axis=-1)
+
+
+@dataclass(frozen=True)
+class Curves:
+    """Loop gains of n loops, each at frequencies of its own.
+
+    Attributes
+    ----------
+    row : ndarray of int, shape (f,)
+        Number of the loop, ascending.
+    omega : ndarray, shape (f,)
+        Frequencies, ascending within each loop. [rad/s]
+    matrices : ndarray, shape (f, k, k)
+        The loop gain there, finite.
+    values : ndarray, shape (f, k)
+        Its eigenvalues.
+    """
+
+    row: np.ndarray
+    omega: np.ndarray
+    matrices: np.ndarray
+    values: np.ndarray
+
+    @classmethod
+    def of(cls, row, omega, matrices):
+        """`Curves` of known loop gains, without the frequencies at which these are infinite."""
+        finite = np.isfinite(matrices).all(axis=(-2, -1))
+        return cls(row[finite], omega[finite], matrices[finite], eigenvalues(matrices[finite]))
+
+    def of_loop(self, number):
+        """`Curves` of one loop, whose number is then 0."""
+        part = slice(*np.searchsorted(self.row, [number, number + 1]).tolist())
+        return Curves(self.row[part] - number, self.omega[part], self.matrices[part], self.values[part])
+
+    def with_more(self, functions, row, omega):
+        """`Curves` with those of the n loop gains `functions` at further frequencies, `row` and `omega` of these."""
+        added = Curves.of(row, omega, at_frequencies(functions, row, omega))
+        order = np.lexsort([np.append(self.omega, added.omega), np.append(self.row, added.row)])
+        pairs = ((getattr(curves, name) for curves in (self, added)) for name in ("row", "omega", "matrices", "values"))
+        return Curves(*(np.concatenate(list(pair))[order] for pair in pairs))
+
+
+def at_frequencies(functions, row, omega):
+    """Loop gains of n loops, `functions`, at frequencies [rad/s] of the loops `row`, ascending: shape (f, k, k)."""
+    edges = np.searchsorted(row, np.arange(len(functions) + 1)).tolist()
+    parts = zip(functions, edges[:-1], edges[1:], strict=True)
+    return np.concatenate([by_parts(function, omega[begin:end]) for function, begin, end in parts if end > begin])
+
+
+def curves(functions, row, omega, matrices=None, upto=np.inf, most=np.inf):
+    """Loop gains at enough frequencies to show where their eigenvalues cross the negative real axis: `Curves`.
+
+    Stability follows from these crossings, see `margins_crossings`.
+
+    Parameters
+    ----------
+    functions : sequence of callable
+        The loop gains of n loops.
+    row, omega : ndarray, shape (f,)
+        Frequencies to begin with, as of `Curves`.
+    matrices : ndarray, shape (f, k, k), optional
+        The loop gains there.
+    upto : float or ndarray, shape (n,)
+        Frequency above which no more are taken. [rad/s]
+    most : float or ndarray, shape (n,)
+        Gain up to which no crossing may be missed, or the least one with a crossing where that is larger. [rad/s]
+    """
+    first = Curves.of(row, omega, at_frequencies(functions, row, omega) if matrices is None else matrices)
+    most, upto = (np.broadcast_to(bound, len(functions)) for bound in (most, upto))
+    return _subdivided(functions, first, partial(_may_cross_twice, most=most), upto)
+
+
+def curve_beside(function, gain, curve):
+    """A `Curves` of one loop with closer frequencies where the sensitivity with a gain [rad/s] changes fast."""
+
+    def changes_fast(curve):
+        before, after = (1 + gain * eigenvalue for eigenvalue in paired(curve.values))  # distances from -1, complex
+        near = np.minimum(np.abs(before), np.abs(after))
+        fast = np.abs(after - before) > CONTROL.followed_change * near
+        return ((near < CONTROL.followed_distance) & fast).any(axis=1)
+
+    return _subdivided([function], curve, changes_fast, np.array([np.inf]))
+
+
+def _subdivided(functions, curves, divides, upto):
+    """`Curves` with more frequencies where intervals are divided; `functions` and `upto` as of `curves`.
+
+    `divides` is a function: `Curves` of f frequencies -> which intervals between them, array of bool, shape (f - 1,).
+    """
+    fractions = np.arange(1, CONTROL.interval_parts) / CONTROL.interval_parts
+    for _ in range(CONTROL.interval_rounds):
+        row, low, high = curves.row[1:], curves.omega[:-1], curves.omega[1:]
+        wide = (high - low > CONTROL.close_frequencies * high) & (high < upto[row]) & (row == curves.row[:-1])
+        divided = divides(curves) & wide
+        if not divided.any():
+            break
+        new_omega = low[divided, None] + (high - low)[divided, None] * fractions
+        curves = curves.with_more(functions, np.repeat(row[divided], len(fractions)), new_omega.ravel())
+    return curves
+
+
+def _may_cross_twice(curves, most):
+    """Intervals in which an eigenvalue may cross the negative real axis and come back, array of bool, shape (f - 1,).
+
+    `most`, shape (n,), is that of `curves`; smaller eigenvalues cross with larger gains.
+    """
+    before, after = paired(curves.values)
+    row, inside = curves.row[1:], curves.row[1:] == curves.row[:-1]
+    sizes = np.abs(before), np.abs(after)
+    crosses = (before.imag * after.imag <= 0) & (before.real < 0) & (after.real < 0) & inside[:, None]
+    least_gain = np.full(len(most), np.inf)  # of each loop, with a crossing
+    with np.errstate(divide="ignore"):
+        np.minimum.at(least_gain, row, np.where(crosses, 1 / np.minimum(*sizes), np.inf).min(axis=1))
+    turn = np.abs(np.angle(after * before.conj()))
+    to_axis = np.minimum(np.abs(np.angle(-before)), np.abs(np.angle(-after)))
+    with np.errstate(divide="ignore", invalid="ignore"):  # an eigenvalue of zero
+        growth = np.abs(np.log(sizes[1] / sizes[0]))
+    changes = (turn > CONTROL.angle_change * to_axis) | ~(growth < CONTROL.size_change)
+    may_cross = (turn > CONTROL.eigenvalue_turn) | ((to_axis < CONTROL.near_axis) & changes)
+    highest_gain = np.maximum(most, least_gain)[row, None]
+    matters = np.maximum(*sizes) * highest_gain * CONTROL.closely_looked_above >= 1
+    return (may_cross & matters).any(axis=1)
