@@ -129,3 +129,12 @@ def test_what_is_refused(tmp_path):
     folder.mkdir()
     refused_in_one_line(folder, "this is a study", "freeze", CONFIGS / "preload.yaml", "--out", folder / "x.yaml")
     refused_in_one_line(folder, "cannot be written", "freeze", scene, "--out", folder / "none" / "x.yaml")
+
+
+def test_a_stated_number_is_printed_as_stated():
+    """Not as what the search for the length leaves of it; of a case, and of fixed elements, it is another number."""
+    cables = table_of("static", CONFIGS / "suspensions" / "mast-guys.yaml", "--table", "cables")
+    assert [cable["preload_N"] for cable in cables] == [20000.0] * 3
+    for sag in (0.3, 0.7, 1.1):
+        model = "--set", f"cable.sag={sag} m", "--set", "model={accuracy: 1e-4}"
+        assert table_of("static", CONFIGS / "carlina.yaml", *model)[0]["sag_m"] == sag

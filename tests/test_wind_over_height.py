@@ -147,7 +147,7 @@ def test_stated_errors_of_supports_and_heights_are_those_against_400_pieces(made
         apart[column] = row.errors[header] / general
     assert min(apart.values()) >= 1
     if name == "leeward guy":
-        assert apart["swing"] > 1.5
+        assert apart["swing"] > 1.1
 
 
 @pytest.mark.parametrize("name", campaign(SCENES, PART))
@@ -176,7 +176,7 @@ def test_a_cable_of_a_suspension_is_that_cable(made):
         expected = cells(alone, "tension_1", "tension_2", "sag", "swing")
         found, _ = row(beside, "c.tension_from", "c.tension_to", "c.sag", "c.swing")
         assert list(found.values()) == pytest.approx(list(expected.values()), rel=2e-7)
-        error = evaluate(alone, [find("sag")]).errors["sag_m"]
+        error = evaluate(alone, [find("tension_1")]).errors["tension_1_N"]
         assert SuspensionCase(beside).group.drag_error(0) == pytest.approx(error, rel=1e-4)
         own = [f"{what}_{end}" for what in ("angle", "reaction") for end in (1, 2)]
         own = [name.replace("reaction_1", "reaction_1_vertical").replace("reaction_2", "reaction_2_horizontal")

@@ -66,7 +66,9 @@ class CableTolerances:
 
     # ----------------------------------------------------------------------- drag and stress-strain curves
 
-    drag_points: int = 9  # along a cable, at which the drag that it has is compared with the uniform one
+    drag_points: int = 9  # along a cable, of the mean pressure of a wind that grows with the height
+    # between two loads, and on each side of mid-length, at which the drag there is compared with the uniform one
+    drag_points_of_piece: int = 6
     curve_steps: int = 100  # of the search for a tension on a curve
     curve_tension: float = 1e-12  # relative error of that tension
     curve_rounding: float = 4e-16  # rounding of one number

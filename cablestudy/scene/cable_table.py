@@ -69,6 +69,11 @@ class CableProperties(Section):
 
     damping: DampingTable = Field(DampingTable(), description="How the cable loses energy")
 
+    @property
+    def stated_preload(self):
+        """The preload, given in newtons or as a share of the breaking force; or None. [N]"""
+        return self.force_of(self.preload)
+
 
 class TensionAt(KeyTable):
     """A tension at a named place of the cable."""
@@ -101,11 +106,6 @@ class Cable(CableProperties):
         None, description="Vertical distance from chord to cable at mid-span (instead of unstretched_length or preload)"
     )
     loads: tuple[Load, ...] = Field((), max_length=MAX_LOADS, description="Point loads on the cable")
-
-    @property
-    def stated_preload(self):
-        """The preload, given in newtons or as a share of the breaking force; or None. [N]"""
-        return self.force_of(self.preload)
 
     @property
     def stated_tension(self):

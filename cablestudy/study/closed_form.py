@@ -300,7 +300,7 @@ def _coarse_errors(results, required, numbers):
     sag_headers = [column.header for column in required.closed if column.determined_by == "sag"]
     pushed_headers = [column.header for column in required.closed if column.name == "force_displacement"]
     none = np.zeros(len(statics_error))
-    sag_error = np.maximum(results.sag_rounding, results.sag_drag_error) if sag_headers else none
+    sag_error = results.sag_rounding if sag_headers else none
     push_error = results.pushed[1] if pushed_headers else none
     errors = {}
     largest = np.maximum(np.maximum(statics_error, sag_error), push_error)

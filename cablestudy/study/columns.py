@@ -58,7 +58,13 @@ def over_strength(results):
 
 def _mean_tension(results):
     """Mean tension of each cable, 0 where no part of it has any tension. [N]"""
-    return np.where(results.statics.max_tension > 0, results.statics.mean_tension, 0.0)
+    tension = np.where(results.statics.max_tension > 0, results.statics.mean_tension, 0.0)
+    return _as_stated(tension, results.given("cable.stated_preload"))
+
+
+def _as_stated(numbers, stated):
+    """Numbers of cables, and stated ones, NaN where there are none, in place of those that differ by rounding."""
+    return np.where(np.abs(numbers - stated) <= STUDY.rounding * np.abs(stated), stated, numbers)
 
 
 def _catenary_constant(results):
@@ -163,17 +169,53 @@ def _lowest_by_drag(results):
     return np.where(at_end, of_lower_end, lowering_by_drag(results))
 
 
+def _load_sag_by_drag(results):
+    """Largest vertical movement of a point of each cable against the point of the chord above it. [m]"""
+    chord = results.span.frame[..., 0, :]
+    run, _, slope = _along_and_across(chord, chord)
+    movement = results.drag_errors.from_chord
+    along, _, vertical = _along_and_across(movement, chord[..., None, :])
+    return np.abs(vertical - along * (slope / np.maximum(run, STUDY.tiny))[..., None]).max(axis=-1)
+
+
+def _midspan_by_drag(results):
+    """Movement of mid-span, across the vertical plane of the chord and vertically, each of shape (...). [m]
+
+    At mid-span is another point of the cable then: as far from both ends, horizontally.
+    """
+    points, from_chord = results.drag_errors.points, results.drag_errors.from_chord
+    middle, chord = results.middle[..., None], results.span.frame[..., 0, :]
+    index = np.clip((points < middle).sum(axis=-1, keepdims=True), 1, points.shape[-1] - 1)
+    before, beyond = (np.take_along_axis(points, index - k, axis=-1) for k in (1, 0))
+    start, end = (np.take_along_axis(from_chord, (index - k)[..., None], axis=-2)[..., 0, :] for k in (1, 0))
+    movement = start + (end - start) * (middle - before) / np.maximum(beyond - before, STUDY.tiny)
+    tangent = results.span.in_frame(results.form.at(middle)[1], "global")[..., 0, :]
+    along, across, vertical = _along_and_across(movement, chord)
+    of_tangent = _along_and_across(tangent, chord)
+    passed = np.divide(along, of_tangent[0], out=np.zeros_like(along), where=of_tangent[0] != 0)
+    return across - passed * of_tangent[1], vertical - passed * of_tangent[2]
+
+
+def _along_and_across(vectors, chord):
+    """Parts of vectors, horizontally along a chord (zero if it is vertical) and across it, and upwards: each (...)."""
+    run = np.hypot(chord[..., 0], chord[..., 1])
+    east, north = (chord[..., axis] / np.where(run > STUDY.rounding, run, np.inf) for axis in (0, 1))
+    x, y, z = np.moveaxis(vectors, -1, 0)
+    return x * east + y * north, y * east - x * north, z
+
+
+def sag_by_drag(results):
+    """Error of the sag by drag taken as uniform. [m]"""
+    return _midspan_by_drag(results)[1]
+
+
 def _swing_by_drag(results):
-    """Error of the swing by drag taken as uniform: by the largest movements of any point. [deg]"""
-    movement = results.drag_errors.displacement
+    """Error of the swing by drag taken as uniform. [deg]"""
     sag, swing = sag_and_swing(results.form, results.middle)
-    chord = results.span.frame[..., :1, :]
-    run = np.maximum(np.hypot(chord[..., 0], chord[..., 1]), STUDY.tiny)
-    sideways = np.abs(movement[..., 1] * chord[..., 0] - movement[..., 0] * chord[..., 1]) / run
+    across, vertical = map(np.abs, _midspan_by_drag(results))
     # of the angle atan(s/v): (v ds + s dv)/(v^2 + s^2)
     distance = np.maximum(np.abs(sag) / np.cos(swing), STUDY.tiny)
-    change = sideways.max(axis=-1) * np.cos(swing) + lowering_by_drag(results) * np.sin(swing)
-    return np.degrees(change / distance)
+    return np.degrees((across * np.cos(swing) + vertical * np.sin(swing)) / distance)
 
 
 def _lowest_point(results):
@@ -233,9 +275,10 @@ COLUMNS = (
            _unstretched_length),
     Column("stretched_length", "m", "length under tension", "statics", lambda r: r.statics.stretched_length),
     Column("chord", "m", "distance between the ends", "scene", lambda r: r.chord),
-    Column("sag", "m", "vertical distance from chord to cable at mid-span", "statics", lambda r: r.statics.sag,
-           determined_by="sag"),
-    Column("sag_ratio", "", "sag over chord", "statics", lambda r: r.statics.sag / r.chord, determined_by="sag"),
+    Column("sag", "m", "vertical distance from chord to cable at mid-span", "statics",
+           lambda r: _as_stated(r.statics.sag, r.given("cable.sag")), determined_by="sag", by_drag=sag_by_drag),
+    Column("sag_ratio", "", "sag over chord", "statics", lambda r: r.statics.sag / r.chord, determined_by="sag",
+           by_drag=lambda r: sag_by_drag(r) / r.chord),
     Column("mass", "kg", "mass of the cable, mass per length x unstretched length", "statics",
            lambda r: r.given("cable.section_mass") * r.reference_length),
     Column("diameter", "mm", "outer diameter of the cross-section", "scene",
@@ -265,7 +308,7 @@ COLUMNS = (
     Column("nonlinearity", "", "linear over full deflection, less one", "statics", _nonlinearity, LOADED,
            each=True),
     Column("load_sag", "m", "vertical distance from chord to the point load that hangs lowest below it", "statics",
-           lambda c: load_sag(c.form), LOADED, each=True, by_drag=lowering_by_drag),
+           lambda c: load_sag(c.form), LOADED, each=True, by_drag=_load_sag_by_drag),
     *_support_columns(),
     Column("lowest_point", "m", "level of the lowest point of the cable, its ends included", "statics", _lowest_point,
            determined_by="form", by_drag=_lowest_by_drag),
@@ -303,7 +346,8 @@ COLUMNS = (
     Column("mean_displacement", "mm", "displacement of the gondola along x by the mean wind on it, the winch at rest; "
            "linear", "stiffness", lambda r: 1e3 * mean_displacement(r), STEADY),
     Column("force_displacement", "mm", "displacement of the gondola along x by the force of the load case on it",
-           "statics", lambda r: 1e3 * r.pushed[0], "gondola.mass, forces_on_end_2"),
+           "statics", lambda r: 1e3 * r.pushed[0], "gondola.mass, forces_on_end_2",
+           by_drag=lambda r: 1e3 * r.drag_errors.ends[:, 1, 0]),
     Column("peak", "mm", "largest displacement of the gondola expected within wind.duration: mean_displacement, and "
            "Davenport's factor times the RMS with the winch loop, if there is one", "wind", peak_of_gondola, BODY),
     Column("peak_utilisation", "", "largest tension over breaking force at the gondola's peak, towards either side; "

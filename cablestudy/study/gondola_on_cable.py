@@ -29,8 +29,7 @@ class OneCableGroup(Group):
         results, index = case.results, case.index
         self._rounding_errors = [float(max(results.statics_rounding[index], results.model_error[index]))]
         self._rounding_movement = np.zeros((1, 1, 6))
-        sag = results.sag_drag_error[index].reshape(1, 1)
-        self._drag_change = self._drag_change_in_wind = DragChange(np.zeros(1), sag, self._rounding_movement)
+        self._drag_change = self._drag_change_in_wind = DragChange(np.zeros(1), self._rounding_movement)
 
     def failure(self, _):
         """None, since the case has an equilibrium."""

@@ -9,15 +9,13 @@ grows with the height, with the mean of q along the cable.
 shape (...) of what follows from them is (n,) or (n, c).
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from cablestudy.cable.span import Span
-from cablestudy.cable.steady_drag import Profile, SteadyDrag, across
-from cablestudy.cable.tolerances import CABLE
-from cablestudy.study import profile_error
-from cablestudy.study.profile_error import running_integral
+from cablestudy.cable.steady_drag import Profile, SteadyDrag
+from cablestudy.study import uneven_drag
 from cablestudy.study.tolerances import STUDY
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -213,21 +211,58 @@ class DragErrors:
     ----------
     error : ndarray, shape (n,)
         Relative, of tension and form. [-]
-    sag : ndarray, shape (n,)
-        Relative, of the sag, not less than `error`. [-]
     end_forces : ndarray, shape (n, 2, 3)
         Change of the forces of each cable on its two supports by the actual drag, global axes. [N]
-    displacement : ndarray, shape (n, k, 3)
-        Movement of points along each cable by the actual drag, the middle one at mid-length, global axes. [m]
+    displacement : ndarray, shape (n, j, 3)
+        Movement of points along each cable by the actual drag, global axes. [m]
+    points : ndarray, shape (n, j)
+        These points, shares of the unstretched length. [-]
     ends : ndarray, shape (n, 2, 3)
-        Movement of the two ends of each cable: zero of one cable, whose ends are held. [m]
+        Movement of the two ends of each cable: zero where they are held. [m]
     """
 
     error: np.ndarray
-    sag: np.ndarray
     end_forces: np.ndarray
     displacement: np.ndarray
+    points: np.ndarray
     ends: np.ndarray
+
+    @property
+    def from_chord(self):
+        """Movement of the points against those of the moved chord, at the same shares of the length; (n, j, 3). [m]"""
+        from_end, to_end = self.ends[..., :1, :], self.ends[..., 1:, :]
+        return self.displacement - (from_end + self.points[..., None] * (to_end - from_end))
+
+    def take(self, index):
+        """`DragErrors` of some cables."""
+        return DragErrors(*(getattr(self, field.name)[index] for field in fields(self)))
+
+    def with_moved_ends(self, ends, end_stiffness, end_forces):
+        """`DragErrors` with what movements of the ends of the cables add, to first order.
+
+        A cable of stiffness k whose ends move apart by e pulls with k e more: that is (k e) . t/|t|^2 of its end force
+        t.
+
+        Parameters
+        ----------
+        ends : ndarray, shape (n, 2, 3)
+            Movements. [m]
+        end_stiffness : ndarray, shape (n, 3, 3)
+            Static stiffness of one end, the other end held, global axes. [N/m]
+        end_forces : ndarray, shape (n, 2, 3)
+            Forces of the cables on their ends, global axes. [N]
+        """
+        force_change = (end_stiffness @ (ends[:, 1] - ends[:, 0])[..., None])[:, None, :, 0]
+        square = np.maximum((end_forces**2).sum(axis=-1), np.finfo(float).tiny)
+        tension_change = STUDY.second_order * np.abs((force_change * end_forces).sum(axis=-1) / square).max(axis=-1)
+        from_end, to_end = ends[:, :1], ends[:, 1:]
+        return DragErrors(
+            bounded(self.error + tension_change),
+            self.end_forces + force_change * np.array([1.0, -1.0])[:, None],
+            self.displacement + from_end + self.points[..., None] * (to_end - from_end),
+            self.points,
+            ends,
+        )
 
 
 def uneven_drag_errors(drag, catenary, stretched=False):
@@ -240,8 +275,7 @@ def uneven_drag_errors(drag, catenary, stretched=False):
     catenary : Catenary
         Their equilibria under the uniform drag, shape (n,).
     stretched : bool
-        Whether the uniform drag was computed for the stretched length, not for the unstretched one; not used for a
-        wind that grows with the height.
+        Whether the uniform drag was computed for the stretched length, not for the unstretched one.
 
     Returns
     -------
@@ -249,87 +283,31 @@ def uneven_drag_errors(drag, catenary, stretched=False):
 
     Notes
     -----
-    The drag of the cable where it hangs, by its own tangent t and stretched length, differs from the uniform one by
-    d(s). To first order the tension vector changes by N = c - integral of d, with the constant c for which the ends
-    stay where they are: integral of A N = 0, A = (I - t t^T)/T + t t^T/EA. The error is the larger one of the change of
-    the tension over the tension and of the movement at mid-length over the distance from the chord there; that of the
-    sag is the same vertically, where a cable that the wind carries aside may hang little. In a wind that grows with
-    the height, `profile_error` finds the changes, which are larger, to all orders.
+    The drag of the cable where it hangs, by its own tangent and stretched length and by the wind there, differs from
+    the uniform one: `uneven_drag`. The error is the larger one of the change of the tension vector over the tension and
+    of the movement at mid-length over its distance from the chord.
     """
-    if drag.profile is None:
-        error, sag_error, end_changes, displacement = _first_order_errors(drag, catenary, stretched)
-    else:
-        growing = drag.profile.exponent > 0
-        (error, sag_error), end_changes = np.zeros((2, len(growing))), np.zeros((len(growing), 2, 3))
-        displacement = np.zeros((len(growing), CABLE.drag_points, 3))
-        for mask, method in ((growing, profile_error.changes), (~growing, _first_order_errors)):
-            if mask.any():
-                changes = method(drag.take(mask), catenary.take(mask))
-                error[mask], sag_error[mask], end_changes[mask], displacement[mask] = changes
-    errors = np.stack([error, np.fmax(sag_error, error)])
+    error, end_changes, displacement, points = uneven_drag.changes(drag, catenary, stretched)
     windy = drag.normal_drag > 0
-    errors = np.where(windy, STUDY.second_order * bounded(errors), 0.0)
+    error = np.where(windy, STUDY.second_order * bounded(error), 0.0)
     end_forces = np.where(windy[:, None, None], end_changes * np.array([1.0, -1.0])[:, None], 0.0)
     displacement = np.where(windy[:, None, None], displacement, 0.0)
-    return DragErrors(*errors, end_forces, displacement, np.zeros(end_forces.shape))
+    return DragErrors(error, end_forces, displacement, points, np.zeros(end_forces.shape))
 
 
 def relative_change(change, number):
-    """Relative error of numbers by the changes, to first order, that drag taken as uniform leaves out, shape (...)."""
-    change, size = STUDY.second_order * np.abs(change), np.abs(number)
-    return bounded(np.divide(change, size, out=np.where(change > 0, np.inf, 0.0), where=size > 0))
+    """Largest relative error of numbers by the changes that drag taken as uniform leaves out, shape (...). [-]
+
+    Relative to what is true, which is nearer to zero than the number by the change at most, and may be zero.
+    """
+    change = STUDY.second_order * np.abs(change)
+    least = np.abs(number) - change
+    return bounded(np.divide(change, least, out=np.where(change > 0, np.inf, 0.0), where=least > 0))
 
 
 def bounded(error):
     """Estimated errors that are numbers, none of them larger than `unknown_error`."""
     return np.minimum(np.nan_to_num(error, nan=STUDY.unknown_error), STUDY.unknown_error)
-
-
-def _first_order_errors(drag, catenary, stretched=False):
-    """Errors by drag that is not uniform along n cables, to first order; arguments as of `uneven_drag_errors`.
-
-    The equation is under the notes of `uneven_drag_errors`; its symbols are here: d `difference`, integral of d
-    `accumulated`, A `compliance`, c `constant`, N `change`. It is integrated by Gauss points along each cable.
-
-    Returns
-    -------
-    error, sag_error : ndarray, shape (n,)
-        Relative errors of the equilibrium and of the sag. [-]
-    ends : ndarray, shape (n, 2, 3)
-        Change of the tension vector at both ends, global axes. [N]
-    displacement : ndarray, shape (n, k, 3)
-        Movement of k points along each cable. [m]
-    """
-    span, length = catenary.span, catenary.span.unstretched_length
-    nodes, weights = np.polynomial.legendre.leggauss(CABLE.drag_points)
-    positions, nearest = (1 + nodes) / 2, [*range(CABLE.drag_points), 0, -1]
-    force = span.in_frame(catenary.at(positions)[1], "global")
-    tension = np.sqrt((force**2).sum(axis=-1, keepdims=True))
-    tension = np.maximum(tension, STUDY.slack * np.maximum(tension.max(axis=1, keepdims=True), STUDY.slack))
-    tangent, stiffness = force / tension, np.asarray(span.axial_stiffness)[:, None, None]
-    actual = (1 + tension / stiffness) * across(drag.direction[:, None], tangent)
-    uniform = across(drag.direction, span.frame[..., 0, :])
-    if stretched:
-        uniform = uniform * (1 + catenary.mean_tension / span.axial_stiffness)[:, None]
-    difference = (drag.normal_drag * length)[:, None, None] * (actual - uniform[:, None])
-    accumulated = running_integral(nodes) @ difference
-    outer = tangent[..., :, None] * tangent[..., None, :]
-    compliance = (np.eye(3) - outer) / tension[..., None] + outer / stiffness[..., None]
-    mean_compliance = (weights[:, None, None] / 2 * compliance).sum(axis=1)
-    # displacement of end 2 by the drag alone, which the constant takes back
-    end_gap = (weights[:, None] / 2 * (compliance @ accumulated[..., None])[..., 0]).sum(axis=1)
-    constant = np.linalg.solve(mean_compliance, end_gap[..., None])[:, None, :, 0]
-    change = constant - accumulated
-    # relative change of the tension at the Gauss points, and at the ends, over the tension at the nearest point
-    ends = constant - np.stack([0 * accumulated[:, 0], (weights[:, None] / 2 * difference).sum(axis=1)], axis=1)
-    along_cable = (np.concatenate([change, ends], axis=1) * tangent[:, nearest]).sum(axis=-1)
-    tension_change = np.abs(along_cable) / tension[:, nearest, 0]
-    displacement = running_integral(nodes) @ (compliance @ change[..., None])[..., 0]  # over the length
-    at_middle = displacement[:, CABLE.drag_points // 2]
-    distance = np.hypot(np.hypot(at_middle[:, 0], at_middle[:, 1]), at_middle[:, 2])
-    shape_error, sag_error = profile_error.shares_at_middle(distance, np.abs(at_middle[:, 2]), catenary)
-    error = np.maximum(tension_change.max(axis=-1), shape_error)
-    return error, sag_error, ends, length[:, None, None] * displacement
 
 
 def wind_direction(angle):

@@ -181,8 +181,9 @@ def _on_bodies(scene):
 def _in_airflow(case, scene, airflow, known, kind):
     """`DynamicAnalysis` of a scene of a case, with plants and loops shared by `known`, see `in_wind_of`."""
     equilibrium, damping = case.equilibrium, scene.cables[CABLE].damping
-    modes = case.coupled_models.setdefault(damping.viscous, {})
-    return kind(scene, equilibrium, equilibrium, airflow, exact_model(case), known, cables_of(case, damping), modes)
+    modes, drag = case.coupled_models.setdefault(damping.viscous, {}), case.results.drag.take([case.index])
+    shared = exact_model(case), known, cables_of(case, damping), modes, drag
+    return kind(scene, equilibrium, equilibrium, airflow, *shared)
 
 
 def cables_of(case, damping):

@@ -49,7 +49,8 @@ class Results:
         """Cables in their load cases: `Span`, reasons (case -> why its cable does not exist), lengths, `SteadyDrag`.
 
         A taut cable is in the place of one that does not exist. Lengths are unstretched, in the reference state. [m]
-        Sets `_push` too: displacements of ends by forces on them, or None.
+        Sets `_push` too: displacements of ends by forces on them, or None; and `_unpushed`, which returns cables and
+        drag without them.
         """
         span, changed = load_cases.bare_spans(self.values), None
         none = np.zeros(len(self.values)), {}  # `replace_in` fills in those of equivalent cables
@@ -78,6 +79,7 @@ class Results:
 
         push = self.values.push
         self._push = pushed_ends(lambda shift: loaded_at(shift)[0], push) if push.any() else None
+        self._unpushed = lambda: loaded_at(None)
         loaded, drag = loaded_at(self._push and self._push.shift)
         for case in np.flatnonzero(~self._push.record.converged).tolist() if self._push else ():
             reasons.setdefault(case, f"{UNPUSHED} ({self._push.record.describe(case)})")
@@ -260,14 +262,19 @@ class Results:
         return np.zeros(len(self.values)) if self.drag_errors is None else self.drag_errors.error
 
     @cached_property
-    def sag_drag_error(self):
-        """Relative error of the sag for the same reason as `drag_error`, shape (n,). [-]"""
-        return np.zeros(len(self.values)) if self.drag_errors is None else self.drag_errors.sag
-
-    @cached_property
     def drag_errors(self):
         """`DragErrors` of the equilibria, as drag is taken as uniform along each cable; None without a steady wind."""
-        return load_cases.uneven_drag_errors(self.drag, self.catenary) if self.drag.normal_drag.any() else None
+        if not self.drag.normal_drag.any():
+            return None
+        errors = load_cases.uneven_drag_errors(self.drag, self.catenary)
+        if self._push is None:
+            return errors
+        # what holds end 2 along x holds against the force that the actual drag leaves there without the push
+        span, drag = self._unpushed()
+        held = load_cases.uneven_drag_errors(drag, solve(span)).end_forces[:, 1, 0]
+        change, stiffness, ends = errors.end_forces[:, 1, 0] - held, self.end_stiffness_along(0), 0 * errors.ends
+        np.divide(change, stiffness, out=ends[:, 1, 0], where=stiffness > 0)
+        return errors.with_moved_ends(ends, self.catenary.global_end_stiffness, self.catenary.end_forces("global"))
 
     @cached_property
     def model_error(self):

@@ -39,7 +39,7 @@ class StudyTolerances:
     unknown_error: float = 1e30
     # share of its part of a cable at which an entry without a load is put: no load is likely there
     place_without_load: float = 0.6180339887
-    profile_steps: int = 3  # in which c and d settle; what is left in the last one is added to the error
+    drag_steps: int = 3  # in which c and d settle; what is left in the last one is added to the error
     push_steps: int = 200  # of the search for the position of a pushed end
     epsilon: float = 4e-16  # rounding of one number
     # of the larger one of force and tension: what may be left of the force where rounding ends the search

@@ -35,13 +35,15 @@ def drag(width, pressure, direction, weight, stretched=True):
     return load
 
 
-def solve(end_1, end_2, stiffness, length, load, start, pieces=400):
+def solve(end_1, end_2, stiffness, length, load, start, pieces=400, point_loads=None):
     """Places and tension vectors at the ends of the pieces, shape (pieces + 1, 3) each. [m], [N]
 
     Parameters
     ----------
     start : ndarray, shape (3,)
         Tension vector at end 1 with which the search begins. [N]
+    point_loads : dict, optional
+        Number of pieces before it -> force, shape (3,); the tension vector there is that beyond it. [N]
     """
 
     def rates(place, force):
@@ -56,7 +58,8 @@ def solve(end_1, end_2, stiffness, length, load, start, pieces=400):
             one = rates(*now)
             two = rates(*(now + step / 2 * one))
             three = rates(*(now + step / 2 * two))
-            found.append(now + step / 6 * (one + 2 * two + 2 * three + rates(*(now + step * three))))
+            now = now + step / 6 * (one + 2 * two + 2 * three + rates(*(now + step * three)))
+            found.append(now - [np.zeros(3), (point_loads or {}).get(len(found), np.zeros(3))])
         return np.array(found)
 
     scale = np.linalg.norm(start)

@@ -299,11 +299,9 @@ class SuspensionCase:
         if column is not None and column.needs == "scene":
             return 0.0
         largest = self.group.statics_errors[self.index]
-        if column is None or not (column.determined_by == "sag" or column.by_drag):
+        if column is None or not column.by_drag:
             return largest
         cable = self.cable(column.name.rpartition(".")[0])
-        if column.determined_by == "sag":
-            return max(largest, self.group.sag_error(self.index, cable))
         return max(largest, self.group.error_by_drag(self.index, cable, column, number))
 
     def coordinate(self, name, axis):
@@ -338,10 +336,10 @@ class SuspensionCase:
                 f"{name}.force_displacement needs the key cases.*.forces, which this case does not have"
             )
         of_all = self.group.force_displacement(self.index)
-        displacement, uncertainty = (array[self.body(name), axis] for array in of_all)
-        if abs(displacement) <= uncertainty:
+        displacement, by_rounding, by_drag = (array[self.body(name), axis] for array in of_all)
+        if abs(displacement) <= by_rounding:
             return 0.0, self.statics_error(None)
-        return displacement, max(self.statics_error(None), uncertainty / abs(displacement))
+        return displacement, max(self.statics_error(None), (by_rounding + by_drag) / abs(displacement))
 
     @property
     def size(self):

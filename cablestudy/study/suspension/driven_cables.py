@@ -397,7 +397,7 @@ class DrivenCables:
         if drag is None or not drag.normal_drag.any():
             return []
         models = self.models.in_drag(drag)
-        return [self._loop_gain(models.with_modes(self._in_loop), models)]
+        return [self._loop_gain(models.with_modes(self._modes_in_loop(models)), models)]
 
     def _mesh_errors(self, cable, ends):
         """Relative errors, by the mesh, of the frequencies of the kept modes and vectors of a cable, shape (n,).

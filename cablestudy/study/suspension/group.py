@@ -9,7 +9,7 @@ import numpy as np
 from cablestudy.cable.catenary import Catenary
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import utilisation_of
-from cablestudy.study.load_cases import relative_change
+from cablestudy.study.load_cases import bounded, relative_change
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.suspension.conductors import conductors_of
 from cablestudy.study.suspension.load_cases import (
@@ -241,12 +241,12 @@ class Group:
         return loaded_state(self.reference, self._scenes, forced=False, cables=self._of_case)
 
     def force_displacement(self, index):
-        """Displacement of bodies and points by the forces of the load case of a case, and its error by rounding.
+        """Displacement of bodies and points by the forces of the load case of a case, and its errors.
 
         Returns
         -------
-        displacement, error : ndarray, shape (b, 3)
-            Along x, y, z. [m]
+        displacement, by_rounding, by_drag : ndarray, shape (b, 3)
+            Along x, y, z; the last one by drag that is taken as uniform with the forces and without. [m]
 
         Raises
         ------
@@ -258,7 +258,9 @@ class Group:
                 raise failure
         unforced = self._unforced.equilibrium
         uncertainty = self.equilibrium.uncertainty.place[index] + unforced.uncertainty.place[index]
-        return self.equilibrium.position[index] - unforced.position[index], uncertainty[:, :3]
+        change = self._drag_change.displacement[index] - self._drag_change_unforced.displacement[index]
+        by_drag = bounded(STUDY.second_order * np.abs(change[:, :3]))
+        return self.equilibrium.position[index] - unforced.position[index], uncertainty[:, :3], by_drag
 
     @cached_property
     def _steady_drag(self):
@@ -287,6 +289,11 @@ class Group:
         return drag_change(self.equilibrium, self._loaded and self._loaded.drag)
 
     @cached_property
+    def _drag_change_unforced(self):
+        """`drag_change` of the load cases without their forces."""
+        return drag_change(self._unforced.equilibrium, self._unforced.drag)
+
+    @cached_property
     def _drag_change_in_wind(self):
         """`drag_change` of the equilibrium about which a suspension moves in the wind."""
         equilibrium, drag = self.in_mean_wind
@@ -308,11 +315,7 @@ class Group:
 
     def drag_movement(self, index, in_wind=False):
         """Errors as of `drag_error` of positions [m] and attitudes [rad] of bodies and points, shape (b, 6)."""
-        return (self._drag_change_in_wind if in_wind else self._drag_change).displacement[index]
-
-    def sag_error(self, index, cable):
-        """Error as of `drag_error` of the sag of a cable, relative. [-]"""
-        return float(self._drag_change.sag[index, cable])
+        return (self._drag_change_in_wind if in_wind else self._drag_change).uncertainty[index]
 
     def error_by_drag(self, index, cable, column, number):
         """Relative error of a number of a cable by drag that is taken as uniform, of a `Column` that states its own.
@@ -369,7 +372,7 @@ class Group:
 
     def _coordinate(self, body, axis):
         """A coordinate in all cases and its estimated relative error, as of `coordinates`."""
-        rotation, by_drag_change = self.equilibrium.rotation[:, body], self._drag_change.displacement[:, body]
+        rotation, by_drag_change = self.equilibrium.rotation[:, body], self._drag_change.uncertainty[:, body]
         by_rounding = self._rounding_movement[:, body, axis]
         if axis < 3:
             value, by_drag = self.equilibrium.position[:, body, axis], by_drag_change[:, axis]

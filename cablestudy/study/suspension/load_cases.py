@@ -6,12 +6,11 @@ again. The drag of a cable is that of one cable (`study.load_cases`): uniform, p
 of its chord.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from cablestudy.cable.steady_drag import Profile, SteadyDrag
-from cablestudy.cable.tolerances import CABLE
 from cablestudy.cable.vectors import size
 from cablestudy.study.load_cases import (
     DragErrors,
@@ -88,18 +87,21 @@ class DragChange:
     ----------
     error : ndarray, shape (n,)
         Largest relative error of the tension or form of any cable. [-]
-    sag : ndarray, shape (n, c)
-        Relative error of the sag of each cable. [-]
     displacement : ndarray, shape (n, b, 6)
-        Errors of the positions of bodies and points along x, y, z [m], and of their attitudes about these axes [rad].
+        Changes of the positions of bodies and points along x, y, z [m], and of their attitudes about these axes [rad],
+        to first order.
     cables : DragErrors or None
         Of each cable, fields of shape (n, c, ...), with what the movement of its ends adds; None without drag.
     """
 
     error: np.ndarray
-    sag: np.ndarray
     displacement: np.ndarray
     cables: DragErrors | None = None
+
+    @property
+    def uncertainty(self):
+        """Errors of positions [m] and attitudes [rad], shape (n, b, 6)."""
+        return bounded(STUDY.second_order * np.abs(self.displacement))
 
 
 def drag_change(equilibrium, drag):
@@ -118,31 +120,29 @@ def drag_change(equilibrium, drag):
     shape = equilibrium.lengths.shape
     largest_error, displacement = np.zeros(shape[0]), np.zeros((*equilibrium.position.shape[:2], 6))
     if drag is None:
-        return DragChange(largest_error, np.zeros(shape), displacement)
+        return DragChange(largest_error, displacement)
     drag_of_cables = drag_on_cables(drag, equilibrium)
     case, cable = np.nonzero((drag_of_cables.normal_drag > 0) & equilibrium.record.converged[:, None])
-    (error, sag), (forces, ends) = np.zeros((2, *shape)), np.zeros((2, *shape, 2, 3))
-    cables = DragErrors(error, sag, forces, np.zeros((*shape, CABLE.drag_points, 3)), ends)
-    if len(case):
-        cables_in_wind = drag_of_cables.take((case, cable)), equilibrium.catenary.take((case, cable)), drag.stretched
-        assign_rows(cables, (case, cable), uneven_drag_errors(*cables_in_wind))
-    along = (np.polynomial.legendre.leggauss(CABLE.drag_points)[0][:, None] + 1) / 2  # points: share of the length
+    if not len(case):
+        return DragChange(largest_error, displacement)
+    cables_in_wind = drag_of_cables.take((case, cable)), equilibrium.catenary.take((case, cable)), drag.stretched
+    between_held_ends = uneven_drag_errors(*cables_in_wind)
+    cables = DragErrors(
+        *(np.zeros(shape + getattr(between_held_ends, field.name).shape[1:]) for field in fields(DragErrors))
+    )
+    assign_rows(cables, (case, cable), between_held_ends)
     for row in np.unique(case).tolist():
-        moved = _movement_of_bodies(equilibrium, row, cables.end_forces[row])
-        tension_change, displacement[row], cables.ends[row], force_change = moved
-        largest_error[row] = bounded(cables.error[row] + STUDY.second_order * tension_change).max()
-        cables.sag[row] = bounded(cables.sag[row] + STUDY.second_order * tension_change)
-        cables.end_forces[row] += force_change
-        from_end, to_end = cables.ends[row, :, :1], cables.ends[row, :, 1:]
-        cables.displacement[row] += from_end + along * (to_end - from_end)
-    return DragChange(largest_error, cables.sag, bounded(STUDY.second_order * np.abs(displacement)), cables)
+        displacement[row], ends = _movement_of_bodies(equilibrium, row, cables.end_forces[row])
+        of_cables = row, equilibrium.suspension.of_cables
+        moved = ends, equilibrium.end_stiffness[of_cables], equilibrium.end_forces[of_cables]
+        assign_rows(cables, row, cables.take(row).with_moved_ends(*moved))
+    return DragChange(cables.error.max(axis=-1), displacement, cables)
 
 
 def _movement_of_bodies(equilibrium, row, forces):
-    """Compute the movement of the bodies of one case by changed forces of its cables, and the tensions' changes by it.
+    """Compute the movement of the bodies of one case, and of the ends of its cables, by changed forces of its cables.
 
-    The bodies move by u = K^-1 f, with the tangent stiffness K and the changes f of the forces on them. A cable of
-    stiffness k whose ends move apart by e pulls with k e more: that is (k e) . t/|t|^2 of its end force t.
+    The bodies move by u = K^-1 f, with the tangent stiffness K and the changes f of the forces on them.
 
     Parameters
     ----------
@@ -155,12 +155,10 @@ def _movement_of_bodies(equilibrium, row, forces):
 
     Returns
     -------
-    change : ndarray, shape (c,)
-        Of the tension at an end of each cable, relative. [-]
     movement : ndarray, shape (b, 6)
         Displacements [m] and rotations [rad].
-    ends, end_forces : ndarray, shape (c, 2, 3)
-        Displacements of the ends of the cables [m], and changes of their forces on what holds them by that [N].
+    ends : ndarray, shape (c, 2, 3)
+        Displacements of the ends of the cables. [m]
     """
     suspension, arms = equilibrium.suspension.take(row), equilibrium.arms[row, equilibrium.suspension.of_cables]
     owner = suspension.owner[suspension.of_cables]  # body that holds each end, shape (c, 2)
@@ -169,17 +167,11 @@ def _movement_of_bodies(equilibrium, row, forces):
     if suspension.free.any():
         factors = tangent.factorised(tangent.sparse(equilibrium.blocks.of(row), suspension))
     if factors is None:  # nothing moves, or the equilibrium is not stable and no answer
-        return np.zeros(len(forces)), movement, *np.zeros((2, *forces.shape))
+        return movement, np.zeros(forces.shape)
     wrenches = tangent.wrenches(arms, forces)[None]
     movement[suspension.free] = factors.solve(tangent.by_body(suspension, cables, wrenches)[0].sum(axis=0))
     end_movements = movement[owner, :3] + np.cross(movement[owner, 3:], arms)
-    end_movements = np.where((owner == tangent.GROUND)[..., None], 0.0, end_movements)
-    of_cables = row, suspension.of_cables
-    end_stiffness, force = equilibrium.end_stiffness[of_cables], equilibrium.end_forces[of_cables]
-    force_change = (end_stiffness @ (end_movements[:, 1] - end_movements[:, 0])[..., None])[:, None, :, 0]
-    square = np.maximum((force**2).sum(axis=-1), np.finfo(float).tiny)
-    tension_change = np.abs((force_change * force).sum(axis=-1) / square).max(axis=-1)
-    return tension_change, movement, end_movements, force_change * np.array([1.0, -1.0])[:, None]
+    return movement, np.where((owner == tangent.GROUND)[..., None], 0.0, end_movements)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,151 @@
+"""Errors that numbers of one cable state for drag taken as uniform along it: with loads, steep, pushed, in a loop.
+
+Against cables cut into 400 pieces, each of which meets the wind in its own direction (`references.cable_in_wind`), and
+the loop gain of such a chain of bars.
+"""
+
+import math
+
+import numpy as np
+import pytest
+from references import cable_in_wind
+from scipy.optimize import brentq
+
+from cablestudy.scene.scene import CableScene
+from cablestudy.study.case import Case
+from cablestudy.study.columns import find
+from cablestudy.study.row import evaluate
+
+G, PIECES = 9.81, 400
+# EA [N], mass [kg/m], diameter [m], end 2 [m], preload [N], share of the length -> load [N], pressure [Pa], direction
+CABLES = {
+    # 7 t on 1100 m: the tension vector jumps where the heavy load hangs
+    "heavy loads": (1.6e8, 6.2, 0.032, (1093, 0, -229), 340e3, {0.315: (0, 0, -68e3), 0.8: (0, 0, -17e3)}, 830, 3.42),
+    # what moves along a steep cable moves its sag
+    "steep": (2.5e8, 2.9, 0.032, (180.3, 0, 429.2), 188e3, {}, 1087, -2.939),
+    "steep, loaded": (2.4e7, 0.5, 0.027, (466.9, 176, -1434.2), 90e3, {0.4575: (0, 0, -7964)}, 454, 1.571),
+    # next to no weight
+    "thin": (1.0e5, 8e-4, 1.04e-3, (1055.5, 0, -188.8), 887, {}, 378, 1.5708),
+}  # fmt: skip
+
+
+# a wind of twice its weight turns its modes: the largest gain is more wrong than any tension
+LOOP = {
+    "cable": {
+        "ends": [[0, 0, 0], [34.1, 0, 5.99]], "axial_stiffness": 228e3, "mass_per_length": 0.554, "diameter": 0.00618,
+        "unstretched_length": 34.89, "damping": {"loss_factor": 0.0152, "viscous": 0.07},
+    },
+    "gondola": {"mass": 5.325}, "cases": {"storm": {"wind": {"pressure": 1211, "direction": 1.96}}}, "case": "storm",
+    "winch": {"location": "gondola", "controller": {"gain": 0.5, "notch": "none"}},
+}  # fmt: skip
+
+
+def scene_of(name, **case):
+    stiffness, mass, diameter, end, preload, loads, pressure, direction = CABLES[name]
+    wind = {"pressure": pressure, "direction": direction}
+    return CableScene.model_validate({
+        "cable": {
+            "ends": [[0, 0, 0], list(end)], "axial_stiffness": stiffness, "mass_per_length": mass, "diameter": diameter,
+            "preload": preload, "loads": [{"fraction": share, "force": list(force)} for share, force in loads.items()],
+        },
+        "gondola": {"mass": 100.0}, "cases": {"storm": {"wind": wind, **case}}, "case": "storm",
+    })  # fmt: skip
+
+
+def pieces_of(name, shift, length, start):
+    """Places and tension vectors of the pieces, end 2 displaced along x."""
+    stiffness, mass, diameter, end, _, loads, pressure, direction = CABLES[name]
+    load = cable_in_wind.drag(1.2 * diameter, lambda place: pressure, direction, mass * G)
+    point_loads = {round(share * PIECES): np.array(force, dtype=float) for share, force in loads.items()}
+    end_2 = np.array(end) + np.array([shift, 0, 0])
+    return cable_in_wind.solve(np.zeros(3), end_2, stiffness, length, load, start, PIECES, point_loads)
+
+
+def numbers_of(place, force, loads):
+    """Columns of statics from places and tension vectors."""
+    end = place[-1]
+    run = math.hypot(end[0], end[1])
+    along, across = place[:, :2] @ end[:2] / run, place[:, :2] @ [-end[1], end[0]] / run
+    below = along * end[2] / run - place[:, 2]
+    sag, aside = (np.interp(run / 2, along, values) for values in (below, across))
+    found = {"sag": sag, "swing": math.degrees(math.atan2(abs(aside), abs(sag)))}
+    for number, on_cable in ((1, -force[0]), (2, force[-1])):
+        level = math.hypot(*on_cable[:2])
+        found[f"reaction_{number}_horizontal"], found[f"reaction_{number}_vertical"] = level, on_cable[2]
+        found[f"angle_{number}"] = math.degrees(math.atan2(on_cable[2], level))
+        found[f"tension_{number}"] = np.linalg.norm(on_cable)
+    if loads:
+        found["load_sag"] = max(below[round(share * PIECES)] for share in loads)
+    return found
+
+
+@pytest.mark.parametrize("name", CABLES)
+def test_stated_errors_are_those_against_400_pieces_or_more(name):
+    scene = scene_of(name)
+    case = Case(scene)
+    start = case.catenary.end_forces("global")[0]
+    place, force = pieces_of(name, 0.0, case.reference_length, start)
+    expected = numbers_of(place, force, CABLES[name][5])
+    row = evaluate(scene, [find(column) for column in expected])
+    for column, value in expected.items():
+        header = find(column).header
+        stated = row.errors[header]
+        assert abs(row.cells[header] - value) <= (stated + 2e-5) * abs(value), column
+
+
+def test_a_pushed_gondola_states_what_the_drag_with_and_without_the_push_changes():
+    """What holds it in the wind holds against the actual drag, and moves it no more than the push does."""
+    force = -74.0
+    scene = scene_of("thin", forces={"end_2": [force, 0, 0]})
+    case = Case(scene)
+    start = case.catenary.end_forces("global")[0]
+
+    def held(shift):
+        return pieces_of("thin", shift, case.reference_length, start)[1][-1, 0]
+
+    shift = brentq(lambda shift: held(shift) - held(0.0) - force, -3.0, -0.5, xtol=1e-7)
+    row = evaluate(scene, [find("force_displacement"), find("tension_2")])
+    true = abs(row.cells["force_displacement_mm"] / (1e3 * shift) - 1)
+    assert 1e-3 < true < row.errors["force_displacement_mm"] < 3 * true
+
+
+def stiffness_along_x(force, length, frequencies):
+    """Dynamic stiffness of end 2 of LOOP along x, end 1 fixed, by a chain of bars, shape (f,). [N/m]
+
+    Half of the mass of each bar is at either of its ends. The chain grows bar by bar, its inner nodes eliminated.
+    """
+    cable, omega = LOOP["cable"], 2 * np.pi * frequencies
+    stiffness, step = cable["axial_stiffness"], length / PIECES
+    inertia = step * (-(omega**2) * cable["mass_per_length"] + 1j * omega * cable["damping"]["viscous"])
+    node = inertia[:, None, None] * np.eye(3)
+    grown = None
+    for on_bar in (force[1:] + force[:-1]) / 2:
+        tension = np.linalg.norm(on_bar)
+        outer = np.outer(on_bar, on_bar) / tension**2
+        along = stiffness / step * (1 + 1j * cable["damping"]["loss_factor"]) * outer
+        bar = along + tension / (step * (1 + tension / stiffness)) * (np.eye(3) - outer)
+        grown = bar + 0 * node if grown is None else bar - bar @ np.linalg.inv(grown + node + bar) @ bar
+    return (grown + node / 2)[:, 0, 0]
+
+
+def test_the_largest_gain_of_one_cable_states_what_its_own_drag_changes():
+    """The winch on the gondola moves it by u against k x + k u = M w^2 x, and u is the integral of -gain x."""
+    scene = CableScene.model_validate(LOOP)
+    case = Case(scene)
+    row = evaluate(scene, [find(name) for name in ("largest_gain", "phase_crossover", "gain_margin", "max_tension")])
+    direction, width = LOOP["cases"]["storm"]["wind"]["direction"], 1.2 * LOOP["cable"]["diameter"]
+    end, weight = np.array(LOOP["cable"]["ends"][1]), LOOP["cable"]["mass_per_length"] * G
+    load = cable_in_wind.drag(width, lambda place: 1211.0, direction, weight)
+    length, start = LOOP["cable"]["unstretched_length"], case.catenary.end_forces("global")[0]
+    _, force = cable_in_wind.solve(np.zeros(3), end, LOOP["cable"]["axial_stiffness"], length, load, start, PIECES)
+
+    def loop_gain(frequency):
+        s = 2j * np.pi * frequency
+        stiffness = stiffness_along_x(force, length, np.array([frequency]))[0]
+        return stiffness / (stiffness + LOOP["gondola"]["mass"] * s**2) / s
+
+    near = row.cells["phase_crossover_Hz"]
+    crossing = brentq(lambda frequency: loop_gain(frequency).imag, 0.98 * near, 1.02 * near)
+    true = abs(row.cells["largest_gain_rad_per_s"] * -loop_gain(crossing).real - 1)
+    assert row.errors["max_tension_N"] < true < row.errors["largest_gain_rad_per_s"] < 4 * true
+    assert row.errors["gain_margin_dB"] > row.errors["max_tension_N"]
