@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cablestudy.system.pole_windows import poles_in_windows
+from cablestudy.system.pole_windows import eigen, poles_in_windows, shapes
 from cablestudy.system.tolerances import SYSTEM
 
 MODES, LOSS, TIME = 240, 0.02, 1e-4
@@ -65,3 +65,19 @@ def test_poles_that_are_lost_are_noticed(monkeypatch):
         monkeypatch.setattr(type(SYSTEM), name, value)
     with pytest.raises(np.linalg.LinAlgError):
         poles_in_windows(matrices, omega)
+
+
+@pytest.mark.parametrize("factor", [1e-6, 1.0, 30.0, 1000.0])  # the last ones are damped above critical: no solvent
+def test_all_poles_of_few_modes_with_complex_stiffness_and_damping(factor):
+    """Eigenvalues of the companion matrix; each shape solves the equations of its pole."""
+    omega, matrices = polynomial("hysteretic in air")
+    omega, (stiffness, damping, mass) = omega[:50], [matrix[:50, :50] for matrix in matrices]
+    damping = factor * damping
+    expected = np.linalg.eigvals(np.block([[0 * mass, mass], [-stiffness, -damping]]))
+    poles, vectors = eigen([stiffness, damping, mass], omega)
+    nearest = np.abs(poles[:, None] - expected).argmin(axis=1)
+    assert sorted(nearest) == list(range(len(expected)))
+    assert poles == pytest.approx(expected[nearest], rel=1e-9)
+    amplitudes = shapes(vectors, omega)
+    forces = stiffness @ amplitudes + damping @ amplitudes * poles + amplitudes * poles**2
+    assert np.abs(forces).max() < 1e-10 * omega[-1] ** 2 * np.abs(amplitudes).max()

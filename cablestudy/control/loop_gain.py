@@ -146,6 +146,7 @@ class LoopGain:
         omega, coupling = element.omega[modes], element.coupling[modes]
         decay = np.maximum(element.decay[modes], CONTROL.least_half_width * omega)
         beside, rate = 1j * (omega + CONTROL.half_widths_aside * decay), 2 * decay  # s near i W, and c
+        _ = self._divided  # found even for few modes: whoever asks for poles asks for the loop gain beside them next
         blocks = []  # few modes at once: their matrices stay in the processor's cache
         for begin in range(0, len(modes), CONTROL.modes_at_once):
             block = slice(begin, begin + CONTROL.modes_at_once)

@@ -64,7 +64,7 @@ class Margins:
         return sensitivity(self._curve[1])
 
     @cached_property
-    def _crossovers(self):
+    def crossovers(self):
         """Frequencies at which an eigenvalue of L has the size 1 [rad/s], and its angle from -1 [deg], shape (c,)."""
 
         omega, matrices = self._curve
@@ -129,19 +129,19 @@ class Margins:
     @property
     def phase_margin(self):
         """Least angle between -1 and an eigenvalue of L of size 1; None where there is none. [deg]"""
-        phase = self._crossovers[1]
+        phase = self.crossovers[1]
         return float(np.abs(phase).min()) if len(phase) else None
 
     @property
     def gain_crossover(self):
         """Frequency of the phase margin; None where there is none. [Hz]"""
-        omega, phase = self._crossovers
+        omega, phase = self.crossovers
         return float(omega[np.argmin(np.abs(phase))] / TURN) if len(omega) else None
 
     @property
     def delay_margin(self):
         """Least further delay that makes the loop unstable; None where no eigenvalue of L has the size 1. [s]"""
-        omega, phase = self._crossovers
+        omega, phase = self.crossovers
         return float((np.radians(phase % 360) / omega).min()) if len(omega) else None
 
     @property
@@ -181,7 +181,7 @@ class Margins:
     def deciding(self):
         """Frequencies at which the loop gain decides the margins, shape (d,). [rad/s]"""
         peaks = [self._highest_sensitivity[1], self._highest_disk[1], self.bandwidth and TURN * self.bandwidth]
-        return np.append(self._crossovers[0], [omega for omega in peaks if omega])
+        return np.append(self.crossovers[0], [omega for omega in peaks if omega])
 
     @cached_property
     def bandwidth(self):

@@ -111,6 +111,14 @@ class ControlTolerances:
     extremum_value: float = 1e-14  # its relative value
     # distance of the values by which the highest one is found to rounding, over that of frequencies
     stencil: float = 1e-3
+    # relative change of eigenvalues, and shift of a crossing over the width of its pole, up to which margins and the
+    # largest gain of a loop gain are sought beside those of another one
+    nearby_change: float = 0.05
+    nearby_bend: float = 0.2  # share of terms of second order, beside those of first order, up to which these suffice,
+    nearby_rounding: float = 1e-9  # and the relative size below which they do not matter
+    nearby_step: float = 1e-6  # relative step of frequency by which slopes are found for that,
+    nearby_peak: float = 0.01  # that at peaks, over the distance of frequencies there, and at crossings, over the width
+    nearby_steps: int = 8  # of the search for a crossing by the known slope
 
     # -------------------------------------------------------------------------- responses and state spaces
 

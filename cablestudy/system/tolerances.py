@@ -185,7 +185,8 @@ class SystemTolerances:
     trusted_windows: float = 7e-7
     windows_from: int = 150  # modes from which on windows are faster than one eigenvalue problem
     spoiling_loss: float = 1e6  # loss factor at the lowest mode from which rounding spoils what damped strain leaves
-    solved_places: int = 4  # places up to which solving is cheaper than finding the poles
+    solvent_steps: int = 20  # of the iteration for half of the poles of a cable, which takes seven of a usual one
+    solved_places: int = 16  # places up to which solving is cheaper than finding the poles
     systems_at_once: int = 64  # systems of equations that are solved in one call
     pole_pair_decay: float = 0.9  # rate of decay over frequency of a mode up to which its two poles stand for it
     window: int = 60  # poles of a window,

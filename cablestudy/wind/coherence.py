@@ -129,10 +129,12 @@ class Rods:
         weights[..., 1, 2] = weights[..., 2, 1] = b / determinant
         weighted, sums = (part.reshape(*part.shape[:3], -1) for part in (sums @ weights[:, :, None], sums))
         covariance = weighted @ np.swapaxes(sums, -1, -2)
-        roots = np.sqrt(inverse)[:, :, None, None]
-        for index in range(ratio.shape[1]):  # one by one: all at once they are more than caches hold
-            scaled = others * roots[:, index]
-            covariance[:, index] += (scaled @ np.swapaxes(scaled, -1, -2)).sum(axis=1)
+        size, at_once = loads.shape[2], max(1, WIND.coherence_entries // loads.shape[2] ** 2)
+        for of_cable, own_inverse, own in zip(covariance, inverse, np.moveaxis(others, -1, 1), strict=True):
+            for begin in range(0, len(own), at_once):  # of the r - 1 functions, so many that caches hold their products
+                block = slice(begin, begin + at_once)
+                products = np.swapaxes(own[block], 1, 2) @ own[block]  # of loads, summed over the components
+                of_cable += (own_inverse[:, block] @ products.reshape(-1, size**2)).reshape(-1, size, size)
         return 2 * covariance
 
 

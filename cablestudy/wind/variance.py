@@ -236,21 +236,40 @@ def _spectral_integrals(inputs, panels, noise, weights, resolvents):
     They are integrals over frequency, times each of w weights, with the symbols of the module's docstring: `inputs` are
     the b_j of N poles, shape (N, i), `resolvents` the r_j times the weights of the quadrature, shape (N, n).
     """
-    poles, size = inputs.shape
+    (poles, size), (count, points) = inputs.shape, weights.shape
+    by_pole = np.zeros((poles, count, size), dtype=complex)
+    spectra = np.zeros((count, size, size))
     real_resolvents = np.concatenate([resolvents.real, resolvents.imag])
-    by_pole = np.zeros((len(weights), poles, size), dtype=complex)
-    spectra = np.zeros((len(weights), size, size))
     for row_group, functions in zip(noise.groups, noise.functions, strict=True):
-        real_inputs = np.concatenate([inputs[:, row_group].real, inputs[:, row_group].imag])
         for column_group, function in zip(noise.groups, functions, strict=True):
-            matrices = noise.matrices[:, row_group, column_group]
-            b_s = np.tensordot(real_inputs, matrices, axes=(1, 1)).reshape(2, poles, *matrices.shape[::2])
-            weighted = weights[:, None] * function
-            integrals = real_resolvents @ weighted.reshape(-1, len(panels.weights)).T
-            integrals = integrals.reshape(2, poles, *weighted.shape[:2])
-            # (a + i b)(c + i d), matrix products of real numbers for each pole
-            straight, crossed = integrals @ b_s, integrals @ b_s[::-1]
-            product = straight[0] - straight[1] + 1j * (crossed[0] + crossed[1])
-            by_pole[..., column_group] += np.swapaxes(product, 0, 1)
+            matrices, weighted = noise.matrices[:, row_group, column_group], weights[:, None] * function
+            integrals = real_resolvents @ weighted.reshape(-1, points).T
+            integrals = integrals.reshape(2, poles, count, -1)
+            by_pole[..., column_group] += _times_matrices(inputs[:, row_group], matrices, integrals)
             spectra[:, row_group, column_group] += np.tensordot(weighted @ panels.weights, matrices, axes=1)
-    return by_pole, spectra
+    return np.swapaxes(by_pole, 0, 1), spectra
+
+
+def _times_matrices(inputs, matrices, integrals):
+    """Sum over k of c_k b_j S_k of each pole, shape (N, w, l).
+
+    Parameters
+    ----------
+    inputs : ndarray, complex, shape (N, i)
+        b_j.
+    matrices : ndarray, shape (p, i, l)
+        S_k.
+    integrals : ndarray, shape (2, N, w, p)
+        Real and imaginary parts of c_k.
+    """
+    functions, rows, columns = matrices.shape
+    if rows < functions:  # the sum of the S_k first
+        real, imag = (integrals @ matrices.reshape(functions, -1)).reshape(*integrals.shape[:3], rows, columns)
+        return (inputs[:, None, None] @ (real + 1j * imag))[:, :, 0]
+    by_row = np.ascontiguousarray(np.swapaxes(matrices, 0, 1)).reshape(rows, -1)
+    real_inputs, (real, imag) = np.stack([inputs.real, inputs.imag], axis=1), integrals
+    # (a + i b)(c + i d) of c_k and b_j S_k: real products [a -b; b a] [c; d] for each pole
+    integrals = np.concatenate([np.concatenate([real, -imag], 2), np.concatenate([imag, real], 2)], axis=1)
+    product = integrals @ (real_inputs.reshape(-1, rows) @ by_row).reshape(-1, 2 * functions, columns)
+    real, imag = np.split(product, 2, axis=1)
+    return real + 1j * imag

@@ -25,6 +25,7 @@ from cablestudy.control.gain_limits import StableGains, limit_near, limits_near,
 from cablestudy.control.loop_gain import LoopGain
 from cablestudy.control.margins import Margins
 from cablestudy.control.motion import actuated, with_strokes
+from cablestudy.control.nearby_margins import nearby_limit, nearby_margins
 from cablestudy.control.suspension import winch_loads
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import ConvergenceError
@@ -379,8 +380,8 @@ class DrivenCables:
         elements = self.loop_gain.elements
         mesh_errors = [np.zeros(len(element.omega)) for element in elements]
         for group in self.models.groups:
-            for cable in group.cable_indices.tolist():
-                mesh_errors[cable] = self._mesh_errors(cable, group.take(np.array([cable])).ends)
+            for cable, errors in zip(group.cable_indices.tolist(), self._mesh_errors(group), strict=True):
+                mesh_errors[cable] = errors
         perturbed = [[_lowered(element, error) for element, error in zip(elements, mesh_errors, strict=True)]]
         if any(element.strain is None and element.damping_ratio.any() for element in elements):
             perturbed.append([_half_damped(element) if element.strain is None else element for element in elements])
@@ -399,30 +400,32 @@ class DrivenCables:
         models = self.models.in_drag(drag)
         return [self._loop_gain(models.with_modes(self._modes_in_loop(models)), models)]
 
-    def _mesh_errors(self, cable, ends):
-        """Relative errors, by the mesh, of the frequencies of the kept modes and vectors of a cable, shape (n,).
+    def _mesh_errors(self, group):
+        """Relative errors, by the mesh, of frequencies of the kept modes and vectors of each cable, shape (n,): list.
 
-        `ends` are the `Ends` of its mesh. Of modes far above those that decide on the loop only the joint response to
-        moving ends matters, for which six vectors stand (`residual_vectors`), and errors of single modes cancel in it:
-        each of these modes has the error of the vectors, if it is the smaller one.
+        `group` is the `MeshGroup` of these cables. Of modes far above those that decide on the loop only the joint
+        response to moving ends matters, for which six vectors stand (`residual_vectors`), and errors of single modes
+        cancel in it: each of these modes has the error of the vectors, if it is the smaller one.
         """
-        element, shapes = self.loop_gain.elements[cable], self.kept[cable].shapes
-        square = element.omega**2
-
-        def error(amplitudes, square):
-            """Relative error of frequencies W by the mesh: half that of W^2, twice the strain energy of a mode."""
-            energy = ends.highest_energy(amplitudes[None], np.zeros((1, 6, len(square))))[0]
-            return np.minimum(energy / square / 2, 0.5)
-
-        multiple = STUDY.single_mode_errors
-        far = ~self._modes_below(cable, element, multiple, multiple)
-        vectors = residual_vectors(element.omega[None], element.coupling[None], far[None])[0]
-        vectors = vectors[:, vectors.any(axis=0)]
-        share = vectors**2 + np.finfo(float).tiny  # of each mode in each vector
-        of_vectors = error(shapes @ vectors, square @ vectors**2)
-        of_modes_by_vectors = share @ of_vectors / share.sum(axis=1)
-        of_modes = error(shapes, square)
-        return np.where(far, np.minimum(of_modes, of_modes_by_vectors), of_modes)
+        multiple, far, vectors, amplitudes, errors = STUDY.single_mode_errors, [], [], [], []
+        for cable in group.cable_indices.tolist():
+            element, shapes = self.loop_gain.elements[cable], self.kept[cable].shapes
+            far.append(~self._modes_below(cable, element, multiple, multiple))
+            own = residual_vectors(element.omega[None], element.coupling[None], far[-1][None])[0]
+            vectors.append(own[:, own.any(axis=0)])
+            amplitudes.append(np.concatenate([shapes, shapes @ vectors[-1]], axis=1))
+        width = max(own.shape[1] for own in amplitudes)
+        padded = np.stack([np.pad(own, ((0, 0), (0, width - own.shape[1]))) for own in amplitudes])
+        energies = group.ends.highest_energy(padded, np.zeros((len(padded), 6, width)))
+        for cable, is_far, own, energy in zip(group.cable_indices.tolist(), far, vectors, energies, strict=True):
+            square = self.loop_gain.elements[cable].omega ** 2
+            n, squares = len(square), np.concatenate([square, square @ own**2])  # W^2 of modes, then of vectors
+            # relative error of W by the mesh: half that of W^2, twice the strain energy of a mode
+            error = np.minimum(energy[: len(squares)] / squares / 2, 0.5)
+            share = own**2 + np.finfo(float).tiny  # of each mode in each vector
+            by_vectors = share @ error[n:] / share.sum(axis=1)
+            errors.append(np.where(is_far, np.minimum(error[:n], by_vectors), error[:n]))
+        return errors
 
     @property
     def simplification_error(self):
@@ -455,7 +458,8 @@ class DrivenCables:
         perturbed = getattr(resolving, others)
         if resolving is not self:  # at the few frequencies of a local search poles cost more than they spare
             perturbed = [replace(loop_gain, near=None) for loop_gain in perturbed]
-        limits = [limit_near(loop_gain, limit) for loop_gain in perturbed]
+        known = resolving.loop_gain
+        limits = [nearby_limit(known, loop_gain, limit) or limit_near(loop_gain, limit) for loop_gain in perturbed]
         if None in limits:
             return np.nan, np.nan
         changes = [(abs(other.factor / limit.factor - 1), abs(other.omega / limit.omega - 1)) for other in limits]
@@ -466,12 +470,16 @@ class DrivenCables:
         """`Margins` of the perturbed loop gains, near the frequencies that decide the margins with a gain [rad/s]."""
         if self._fixed_elements or self._spoilt:
             return []
-        omega, near = margins.omega, margins.deciding
-        chosen = (np.abs(omega[:, None] - near) < STUDY.margin_window * near).any(axis=1)
-        chosen[0] = True
-        return [
-            Margins(partial(_times, gain, loop_gain), omega[chosen]) for loop_gain in (*self._perturbed, *self._in_drag)
-        ]
+        perturbed = [partial(_times, gain, loop_gain) for loop_gain in (*self._perturbed, *self._in_drag)]
+        return [nearby_margins(margins, loop_gain) or _margins_near(margins, loop_gain) for loop_gain in perturbed]
+
+
+def _margins_near(margins, loop_gain):
+    """`Margins` of a loop gain near the frequencies that decide those of a similar one."""
+    omega, near = margins.omega, margins.deciding
+    chosen = (np.abs(omega[:, None] - near) < STUDY.margin_window * near).any(axis=1)
+    chosen[0] = True
+    return Margins(loop_gain, omega[chosen])
 
 
 def _times(gain, loop_gain, s):

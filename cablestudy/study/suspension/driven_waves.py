@@ -148,23 +148,22 @@ class Effects:
         return np.abs(self.closed_loop.body.allocation.shares) * np.abs(controller)[:, None]
 
     def shift_per_gain(self, cable, index, coupling):
-        """Bound on the shift of poles per gain, |C1 N| |b| |A| |P u|/(2 W), shape (..., n).
+        """Bound on the shift of poles per gain, |C1 N| |b| |A| |P u|/(2 W), shape (n, w).
 
         Parameters
         ----------
         cable : int
         index : ndarray of int, shape (n,)
             Which of the frequencies is that of each mode.
-        coupling : ndarray, shape (..., n, 6)
-            m of `Superelement`. [sqrt(kg)]
+        coupling : ndarray, shape (n, w, 6)
+            m of `Superelement`, of w modes at each of these frequencies. [sqrt(kg)]
         """
-        of_measured, of_winches, _ = self._responses
-        omega = self.omega[index, None]
+        of_measured, of_winches, _ = (np.swapaxes(response, 1, 2) for response in self._responses)
+        omega = self.omega[index, None, None]
         force = omega**2 * (coupling @ self.moved[cable])  # W^2 G^T m
-        measured = np.abs((of_measured[index] @ force[..., None])[..., 0])
-        push = np.abs(omega**2 * (coupling @ self.reeled[cable]))
-        push = push + np.abs((of_winches[index] @ force[..., None])[..., 0])
-        winches = (self._winch_gain[index] @ measured[..., None])[..., 0]
+        measured = np.abs(force @ of_measured[index])
+        push = np.abs(omega**2 * (coupling @ self.reeled[cable])) + np.abs(force @ of_winches[index])
+        winches = measured @ np.swapaxes(self._winch_gain, 1, 2)[index]
         return (push * winches).sum(axis=-1) / (2 * omega[:, 0])
 
     def driven_up_to(self, gain):
@@ -180,11 +179,13 @@ class Effects:
         omega, indices = self.omega, np.arange(len(self.omega))
         gain = np.full((2, self.cables.count, len(omega)), np.inf)
         for cable in np.flatnonzero(self.cables.heavy).tolist():
-            for direction, (coupling, decay) in enumerate(self._waves(cable)):
+            (across, *_), (along, *_) = waves = self._waves(cable)
+            coupling = np.moveaxis(np.concatenate([across, along]), 0, 1)
+            shifts = np.split(self.shift_per_gain(cable, indices, coupling), [len(across)], axis=1)
+            for direction, ((_, decay), shift) in enumerate(zip(waves, shifts, strict=True)):
                 harmless = np.maximum(STUDY.driven_decay * decay, UNDAMPED * omega) / STUDY.driven_wave_safety
                 with np.errstate(divide="ignore"):  # waves that move no winch
-                    shift = self.shift_per_gain(cable, indices, coupling).max(axis=0)
-                    gain[direction, cable] = harmless / shift
+                    gain[direction, cable] = harmless / shift.max(axis=1)
         return gain
 
     def _waves(self, cable):
@@ -273,7 +274,7 @@ class Effects:
         """
         # index of the frequency of the bound next above each mode
         index = np.clip(np.searchsorted(self.omega, element.omega), 0, len(self.omega) - 1)
-        bound = gain * self.shift_per_gain(cable, index, element.coupling)
+        bound = gain * self.shift_per_gain(cable, index, element.coupling[:, None])[:, 0]
         return bound > self._harmless_shift(self._decay(cable, element), element.omega)
 
     @staticmethod

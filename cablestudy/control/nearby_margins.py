@@ -1,0 +1,220 @@
+"""Margins and largest gain of a loop gain L' that differs little from a loop gain L, whose own are known.
+
+They are sought only where those of L are decided. An eigenvalue l of L that decides at the frequency w, with left and
+right eigenvectors p and q, becomes l' of L' there, and moves along the frequency as before: with d = ln(l'/l),
+
+    ln l'(w + dw) = ln l(w) + d + dw (p^T dL/dw q)/(l p^T q).
+
+A crossing is searched on with this slope until it is found. Margins are of first order, and a peak of a singular value
+is that of the parabola through its values at three frequencies about the known one. Where L' differs too much for that,
+or L turns too fast, `nearby_margins` and `nearby_limit` return None.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cablestudy.control.margins import TURN, Margins, largest, sensitivity
+from cablestudy.control.tolerances import CONTROL
+from cablestudy.errors import NoSolutionError
+
+THREE = np.array([-1.0, 0.0, 1.0])  # frequencies about a known one, in steps
+
+
+class _DifferenceError(Exception):
+    """L' differs too much from L for an estimate to first order."""
+
+
+@np.errstate(divide="ignore", invalid="ignore")  # what is not finite is refused
+def nearby_margins(known, loop_gain):
+    """`Margins` of a loop gain that differs little from that of `known` ones; None where it differs too much.
+
+    Parameters
+    ----------
+    known : Margins
+    loop_gain : callable
+        L': s, shape (f,) -> shape (f, k, k). It is called once, with few frequencies.
+    """
+    (crossovers, angles), count = known.crossovers, len(known.crossovers[0])
+    try:
+        peaks = TURN * np.array([known.sensitivity_frequency, known.disk_frequency])
+    except (TypeError, NoSolutionError):  # no peak above the size of I, or one of a mode as good as undamped
+        return None
+    step = CONTROL.nearby_peak * np.array([_bracket(known.omega, omega) for omega in peaks])
+    about_peaks = (peaks[:, None] + step[:, None] * THREE).ravel()
+    passed = np.append(crossovers, [TURN * known.bandwidth] if known.bandwidth else [])
+    about_passed = (passed[:, None] * (1 + CONTROL.nearby_step * THREE)).ravel()
+    at_three = known.loop_gain(1j * np.append(about_peaks, about_passed))
+    at_three = at_three.reshape(-1, 3, *at_three.shape[1:])
+    changed = loop_gain(1j * np.append(about_peaks, passed))
+    changed_at_peaks, changed = changed[:6].reshape(2, 3, *changed.shape[1:]), changed[6:]
+    try:
+        found = {
+            "crossovers": _crossovers(crossovers, angles, at_three[2 : 2 + count], changed[:count]),
+            "sensitivity": _peak(known.sensitivity_peak, peaks[0], step[0], 0.0, at_three[0], changed_at_peaks[0]),
+            "disk": _peak(1 / known.disk_margin, peaks[1], step[1], 0.5, at_three[1], changed_at_peaks[1]),
+            "bandwidth": known.bandwidth and _bandwidth(passed[-1], at_three[-1], changed[-1]),
+        }
+    except (_DifferenceError, np.linalg.LinAlgError):
+        return None
+    return _NearbyMargins(loop_gain, known.omega, found=found)
+
+
+@np.errstate(divide="ignore", invalid="ignore")
+def nearby_limit(known, loop_gain, limit):
+    """`Limit` of a loop gain that differs little from a known one, of which `limit` is; None where it does too much.
+
+    Parameters
+    ----------
+    known, loop_gain : callable
+        L and L' over the gain: s, shape (f,) -> shape (f, k, k).
+    limit : Limit
+    """
+    if limit.undamped:
+        return None
+    width, omega = min(limit.rate, 1.0) * limit.omega, limit.omega
+    step = CONTROL.nearby_peak * width
+    try:
+        eigenvalue = _Eigenvalues(known(1j * (omega + step * THREE))[None], [-1 / limit.factor], step)
+        for _ in range(CONTROL.nearby_steps):
+            change = eigenvalue.change(loop_gain(np.array([1j * omega])))
+            shift = -change.imag / eigenvalue.slope.imag  # a pole crosses where the eigenvalue is real
+            if abs(omega + shift - limit.omega) > CONTROL.nearby_change * width:
+                return None
+            if abs(change) > CONTROL.nearby_bend * eigenvalue.apart:  # it may be another eigenvalue
+                return None
+            omega += float(shift[0])
+            if abs(shift) < CONTROL.crossing_step * width:
+                growth = (change + eigenvalue.slope * shift)[0].real
+                return replace(limit, factor=float(limit.factor * np.exp(-growth)), omega=omega)
+    except (_DifferenceError, np.linalg.LinAlgError):
+        pass
+    return None
+
+
+@dataclass(frozen=True)
+class _NearbyMargins(Margins):
+    """`Margins` of which all that others follow from is given.
+
+    Attributes
+    ----------
+    found : dict
+        "crossovers", "sensitivity" and "disk" (its highest values), "bandwidth": see the properties of these names.
+    """
+
+    found: dict | None = None
+
+    @property
+    def crossovers(self):
+        """As of `Margins`."""
+        return self.found["crossovers"]
+
+    @property
+    def _highest_sensitivity(self):
+        return self.found["sensitivity"]
+
+    @property
+    def _highest_disk(self):
+        return self.found["disk"]
+
+    @property
+    def bandwidth(self):
+        """As of `Margins`."""
+        return self.found["bandwidth"]
+
+
+class _Eigenvalues:
+    """An eigenvalue l of a loop gain at each of c frequencies, and its change along the frequency.
+
+    Parameters
+    ----------
+    matrices : ndarray, shape (c, 3, k, k)
+        L a step before each of these frequencies, there, and a step after it.
+    expected : ndarray, shape (c,)
+        Values, to which the eigenvalues are the nearest ones.
+    step : float or ndarray, shape (c,)
+        [rad/s]
+
+    Attributes
+    ----------
+    value : ndarray, shape (c,)
+        l.
+    slope, curvature : ndarray, shape (c,)
+        First and second derivatives of ln l by the frequency, with the eigenvectors as they are. [s], [s^2]
+    apart : float
+        Least distance of another eigenvalue, over l; infinite for k = 1. [-]
+    """
+
+    def __init__(self, matrices, expected, step):
+        before, at, after = np.moveaxis(matrices, 1, 0)
+        values, right = np.linalg.eig(at)
+        index = np.arange(len(values)), np.abs(values - np.array(expected)[:, None]).argmin(axis=1)
+        left, right = np.linalg.inv(right)[index][:, None], np.swapaxes(right, 1, 2)[index][:, :, None]
+        self.value = values[index]
+        distance = np.abs(values / self.value[:, None] - 1)
+        distance[index] = np.inf
+        self.apart = distance.min(initial=np.inf)
+        differences = (after - before) / 2, after - 2 * at + before
+        first, second = ((left @ difference @ right)[:, 0, 0] / self.value for difference in differences)
+        self.slope, self.curvature = first / step, (second - first**2) / step**2
+
+    def change(self, matrices):
+        """ln(l'/l) of the nearest eigenvalues l' of other matrices L', shape (c, k, k); _DifferenceError if far off."""
+        ratios = np.linalg.eigvals(matrices) / self.value[:, None]
+        change = np.log(ratios[np.arange(len(ratios)), np.abs(ratios - 1).argmin(axis=1)])
+        if not (np.abs(change) < CONTROL.nearby_change).all():
+            raise _DifferenceError
+        return change
+
+
+def _check_first_order(slope, curvature, shift, moved):
+    """Refuse where terms of second order count beside shifts, or what `moved` with them: _DifferenceError."""
+    bend, least = CONTROL.nearby_bend, CONTROL.nearby_rounding
+    bending = np.abs(curvature * shift)
+    small = (bending <= bend * np.abs(slope)) & (bending * np.abs(shift) <= np.maximum(bend * np.abs(moved), least))
+    if not np.all(small):
+        raise _DifferenceError
+
+
+def _crossovers(omega, angles, known, changed):
+    """`Margins.crossovers` of L' near those of L, which is `known` at three frequencies about each, L' there alone."""
+    eigenvalues = _Eigenvalues(known, -np.exp(1j * np.radians(angles)), CONTROL.nearby_step * omega)
+    change = eigenvalues.change(changed)
+    shift = -change.real / eigenvalues.slope.real  # to where the size is 1
+    turn = (change + eigenvalues.slope * shift).imag
+    _check_first_order(eigenvalues.slope.real, eigenvalues.curvature, shift, turn)
+    return omega + shift, angles + np.degrees(turn)
+
+
+def _bandwidth(omega, known, changed):
+    """Bandwidth of L' [Hz] near that of L [rad/s], which is `known` at three frequencies about it, L' there alone."""
+    identity, step = np.eye(changed.shape[-1]), CONTROL.nearby_step * omega
+    before, at, after, there = np.log(largest(identity - sensitivity(np.concatenate([known, changed[None]]))))
+    slope, curvature = (after - before) / (2 * step), (after - 2 * at + before) / step**2
+    shift = (at - there) / slope
+    _check_first_order(slope, curvature, shift, there - at)
+    return float(omega + shift) / TURN
+
+
+def _bracket(omega, peak):
+    """Distance of the frequencies before and after a peak, among ascending ones. [rad/s]"""
+    index = np.clip(np.searchsorted(omega, peak), 1, len(omega) - 2)
+    return omega[index + 1] - omega[index - 1]
+
+
+def _peak(height, omega, step, shift, known, changed):
+    """Highest singular value of S - shift I of L', and its frequency [rad/s], near those of L: `height` and `omega`.
+
+    L and L' are `known` and `changed` at three frequencies, a step apart [rad/s], about this one.
+    """
+    tops = []  # of the parabolas through three values: their places in steps, and heights
+    for matrices in known, changed:
+        before, at, after = largest(sensitivity(matrices) - shift * np.eye(matrices.shape[-1]))
+        slope, curvature = (after - before) / 2, after - 2 * at + before
+        if not curvature < 0:
+            raise _DifferenceError
+        tops.append((-slope / curvature, at - slope**2 / (2 * curvature)))
+    (place, top), (changed_place, changed_top) = tops
+    if not abs(changed_place - place) < 1:
+        raise _DifferenceError
+    return float(height + changed_top - top), float(omega + step * (changed_place - place))
