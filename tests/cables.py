@@ -195,7 +195,8 @@ def matrices_of_all_nodes(case):
         index = (3 * np.arange(nodes)[:, None] + np.array(system.axes)).ravel()
         shapes = np.eye(len(index)).reshape(nodes, len(system.axes), -1)
         K[np.ix_(index, index)] = full_stiffness(system) * case.state.force / length
-        E[np.ix_(index, index)] = system.elastic_energy(shapes) * case.state.force / length
+        root = system.elastic_root(shapes)
+        E[np.ix_(index, index)] = root.T @ root * case.state.force / length
         M[np.ix_(index, index)] = system.full_mass().toarray() * float(case.span.mass) * length
     return K, E, M
 

@@ -270,11 +270,10 @@ class System:
         by_element = field.reshape(*lead, mesh.elements, mesh.order, d * r)
         return (highest(mesh.order) @ by_element).reshape(field.shape)
 
-    def elastic_energy(self, shapes):
-        """Psi^T K_E Psi of displacement shapes, shape (..., r, r)."""
+    def elastic_root(self, shapes):
+        """V of displacement shapes, shape (..., n q, r): their elastic energies Psi^T K_E Psi are V^T V."""
         along = (self.tangent[..., None] * self._gradient(shapes)).sum(axis=-2)
-        tension = self.weights[:, None] / self.local_flexibility[0][..., None] * along  # times the weights
-        return tension.swapaxes(-1, -2) @ along
+        return np.sqrt(self.weights / self.local_flexibility[0])[..., None] * along
 
     def _gradient(self, shapes):
         """Gradient of shapes at the Gauss points, shape (..., n q, d, r)."""

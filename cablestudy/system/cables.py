@@ -21,8 +21,9 @@ from cablestudy.cable.plane_modes import nodal_tangent
 from cablestudy.cable.steady_drag import SteadyDrag, uneven_drag
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.system.cable_coordinates import Coordinates, MeshGroup
+from cablestudy.system.condensed_cables import CondensedCables, laws_of
 from cablestudy.system.coupling_damping import Strain
-from cablestudy.system.ends import Ends, EndsOfLarge
+from cablestudy.system.ends import Ends, EndsOfAllMotion, EndsOfLarge
 from cablestudy.system.superelement import Superelement
 from cablestudy.system.tolerances import SYSTEM
 
@@ -93,7 +94,7 @@ class Cables:
         """True for cables with mass that hang slack without weight: nothing says where that mass is; shape (c,)."""
         return (np.asarray(self.catenary.span.mass) > 0) & self.catenary.slack
 
-    @property
+    @cached_property
     def modal(self):
         """True for cables with modal damping, shape (c,)."""
         return self.heavy & np.array([grows_with_modes(damping) for damping in self.damping], dtype=bool)
@@ -184,6 +185,24 @@ class Cables:
         viscous = damping.viscous * length * STRAIGHT
         return Superelement(*no_modes, stiffness, inertia, strain, residual_damping=viscous)
 
+    def condensed_without_mass(self, cables):
+        """`CondensedCables` of cables without mass, by their indices."""
+        span, damping, count = self.catenary.span.take(cables), [self.damping[cable] for cable in cables], len(cables)
+        along = np.sqrt(np.where(self.catenary.slack[cables], 0.0, span.axial_stiffness / span.unstretched_length))
+        strain_root = along[:, None, None] * np.concatenate([-span.frame[:, :1], span.frame[:, :1]], axis=-1)
+        viscous = np.array([law.viscous for law in damping]) * span.unstretched_length
+        return CondensedCables(
+            cables=cables,
+            omega=np.zeros((count, 0)),
+            coupling=np.zeros((count, 0, 6)),
+            stiffness=self.end_stiffness[cables],
+            inertia=np.zeros((count, 6, 6)),
+            **laws_of(damping),
+            viscous=np.zeros(count),
+            strain_root=strain_root,
+            further=viscous[:, None, None] * STRAIGHT,
+        )
+
     def meshes(self, orders):
         """Mesh of each cable, for a sum of the orders of the elements along the piece that has most waves.
 
@@ -221,12 +240,13 @@ class Models:
         True if the elements are in their own equilibrium, False if on the closed form of the catenary.
     most_modes : int
         Modes of each cable that are computed at most; six vectors stand for the others.
+    in_modes : bool
+        False for `EndsOfAllMotion`, which serve for `condensed` alone.
     """
 
-    def __init__(self, cables, meshes, fixed=False, most_modes=SYSTEM.modes_of_cable):
+    def __init__(self, cables, meshes, fixed=False, most_modes=SYSTEM.modes_of_cable, in_modes=True):
         self.cables, self.meshes, self._fixed, self._most_modes = cables, meshes, fixed, most_modes
-        self._batch = None  # Models of which these were taken, and indices of these cables among theirs
-        self._on_other_meshes = {}
+        self._in_modes, self._on_other_meshes = in_modes, {}
 
     def equal(self, other):
         """True if these are superelements of the same cables on the same meshes."""
@@ -236,17 +256,15 @@ class Models:
     def take(self, indices, cables=None):
         """`Models` of some cables, by their indices, ascending; `cables` are these `Cables`, where they are known."""
         meshes = [self.meshes[cable] for cable in indices]
-        taken = Models(cables or self.cables.take(indices), meshes, self._fixed, self._most_modes)
+        taken = Models(cables or self.cables.take(indices), meshes, self._fixed, self._most_modes, self._in_modes)
         groups = [group.take(indices) for group in self.groups]
         taken.__dict__["groups"] = [group for group in groups if group is not None]
-        batch, indices_in_batch = self._batch or (self, np.arange(self.cables.count))
-        taken._batch = batch, indices_in_batch[indices]
         return taken
 
-    def with_all_modes(self, most_displacements, coarser=0):
-        """`Models` of the same cables with all modes of their meshes: this one if it has them, or one on other meshes.
+    def with_all_motion(self, most_displacements, coarser=0):
+        """`Models` of the same cables with all motion of their meshes: this one if it has all modes, or one on others.
 
-        Where this one was taken from a batch, they are computed for the whole batch at once.
+        The latter are without modes, for cables without modal damping, and serve for `condensed` alone.
 
         Parameters
         ----------
@@ -257,14 +275,11 @@ class Models:
         """
         if not coarser and self.complete:
             return self
-        if self._batch is not None:
-            batch, indices = self._batch
-            return batch.with_all_modes(most_displacements, coarser).take(indices, self.cables)
         key = most_displacements, coarser
         if key not in self._on_other_meshes:
             other = {mesh: mesh and _with_at_most(mesh, most_displacements, coarser) for mesh in set(self.meshes)}
             meshes = [other[mesh] for mesh in self.meshes]
-            self._on_other_meshes[key] = Models(self.cables, meshes, most_modes=most_displacements)
+            self._on_other_meshes[key] = Models(self.cables, meshes, most_modes=most_displacements, in_modes=False)
         return self._on_other_meshes[key]
 
     def in_drag(self, drag):
@@ -298,7 +313,7 @@ class Models:
         if self._large(mesh):
             ends = EndsOfLarge(dynamics, catenary.span.frame, self._most_modes)
         else:
-            ends = Ends(dynamics, catenary.span.frame, dynamics.dof)
+            ends = (Ends if self._in_modes else EndsOfAllMotion)(dynamics, catenary.span.frame, dynamics.dof)
         return MeshGroup(np.array(indices), ends)
 
     @property
@@ -319,6 +334,20 @@ class Models:
                 elements[cable] = group.ends.model(self.cables.damping[cable], row)
         pairs = enumerate(elements)
         return [self.cables.element_without_mass(cable) if element is None else element for cable, element in pairs]
+
+    def condensed(self, cables):
+        """`CondensedCables` of some cables, by their indices, ascending, in whose order theirs are numbered: list."""
+        condensed, without_mass = [], np.ones(len(cables), dtype=bool)
+        for group in self.groups:
+            rows, positions = group.rows(cables)
+            if len(positions):
+                damping = [self.cables.damping[cable] for cable in cables[positions].tolist()]
+                condensed.append(CondensedCables.of_ends(positions, group.ends, rows, damping))
+                without_mass[positions] = False
+        if without_mass.any():
+            of_massless = self.cables.condensed_without_mass(cables[without_mass])
+            condensed.append(replace(of_massless, cables=np.flatnonzero(without_mass)))
+        return condensed
 
     @cached_property
     def ends(self):
@@ -491,9 +520,10 @@ class Models:
 
 
 def _with_at_most(mesh, displacements, coarser):
-    """Mesh with an order less by `coarser`, and no more than so many displacements."""
+    """Mesh with an order less by `coarser`, and no more than so many displacements; itself if it is that."""
     highest_order = (displacements // 3 + 1) // mesh.elements
-    return replace(mesh, order=max(min(mesh.order, highest_order) - coarser, 1))
+    order = max(min(mesh.order, highest_order) - coarser, 1)
+    return mesh if order == mesh.order else replace(mesh, order=order)
 
 
 def has_more_modes(mesh, most_modes=0):

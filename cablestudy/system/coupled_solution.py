@@ -148,6 +148,21 @@ class Trial:
         ends = ends.reshape(-1, 6, square.shape[1])
         return np.repeat(square, len(ends) // self.rows, axis=0), ends
 
+    def amplitudes(self, rows, shapes):
+        """Amplitudes of all modes of the cables, see `Coordinates.amplitudes`, in one motion of each of some rows.
+
+        Parameters
+        ----------
+        rows : sequence of int
+        shapes : sequence of ndarray, shape (n,)
+            The motions, in the coordinates of the cables of a row and its bodies.
+        """
+        by_cables = np.zeros((len(self.coordinates.omega), 1))
+        for row, shape in zip(rows, shapes, strict=True):
+            begin, end = self._begin[row : row + 2]
+            by_cables[begin:end, 0] = shape[: end - begin]
+        return self.coordinates.amplitudes(by_cables)
+
     @cached_property
     def omitted(self):
         """Relative error of the squared frequencies by what the coordinates of each cable leave out.
@@ -195,27 +210,32 @@ class RowModel:
     """
 
     def __init__(self, trial, row):
-        self._trial, self._row = trial, row
+        self.trial, self.row = trial, row
 
     @cached_property
     def layout(self):
         """`Layout`."""
-        layout = self._trial.layout
-        return layout.take(self._row) if layout.shape else layout
+        layout = self.trial.layout
+        return layout.take(self.row) if layout.shape else layout
+
+    @property
+    def modal(self):
+        """True if some cable has modal damping."""
+        return bool(self.trial.coordinates.models.cables.modal.reshape(self.trial.rows, -1)[self.row].any())
 
     @cached_property
     def coordinates(self):
         """`Coordinates` of the cables."""
-        coordinates = self._trial.coordinates
-        if not self._trial.layout.shape:
+        coordinates = self.trial.coordinates
+        if not self.trial.layout.shape:
             return coordinates
-        cables_of_row = coordinates.models.cables.count // self._trial.rows
-        return coordinates.take(cables_of_row * self._row + np.arange(cables_of_row))
+        cables_of_row = coordinates.models.cables.count // self.trial.rows
+        return coordinates.take(cables_of_row * self.row + np.arange(cables_of_row))
 
     @cached_property
     def reduced(self):
         """`ReducedSystem`."""
-        return self._trial.reduced(self._row)
+        return self.trial.reduced(self.row)
 
     @cached_property
     def kept(self):

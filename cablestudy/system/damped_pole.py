@@ -1,4 +1,4 @@
-"""The pole of one mode of a suspension with damping, no mode of its cables left out.
+"""Poles of one mode each of many suspensions with damping, no mode of their cables left out.
 
     D(s) u = 0,    D(s) = s^2 M_b + s C_b + K_b + sum of G_i^T D_i(s) G_i,
 
@@ -11,107 +11,132 @@ the pole s = r + i w, the imaginary part of v^H (s^2 M + s C + K) v = 0 says wha
 whose last two terms do not cancel, however small the damping. C need not be symmetric: drag is not.
 """
 
+from contextlib import suppress
+
 import numpy as np
 
-from cablestudy.errors import ConvergenceError
+from cablestudy.system.condensed_cables import solved
 from cablestudy.system.tolerances import SYSTEM
 
 
-def damped_pole(layout, elements, near, displacements, damping, far):
-    """The pole next to a complex frequency, by inverse iteration with a Newton step along each vector.
+@np.errstate(all="ignore")  # what is not finite is not taken for a pole
+def poles_near(layout, cables, near, displacements, damping, far):
+    """The pole next to a complex frequency of each of n suspensions, called rows, by inverse iteration.
 
-    Its real part is then taken from the losses, by the last equation of the module's docstring.
+    Each iteration has a Newton step along its vector. The real part is then taken from the losses, by the last equation
+    of the module's docstring. No digit of a row depends on the others.
 
     Parameters
     ----------
     layout : Layout
-        Of one equilibrium, with d free displacements.
-    elements : list of Superelement
-        Of the cables.
-    near : complex
-        Estimate of the pole, above the real axis. [rad/s]
-    displacements : ndarray, shape (d,)
-        Estimate of the free displacements of the pole.
-    damping : ndarray, shape (d, d), or 0
-        C_b without that of links. [N s/m]
-    far : float
+        Of the rows, with d free displacements and c cables each; or of one, without an axis of rows.
+    cables : list of CondensedCables
+        Of the n c cables, those of one row after the other.
+    near : ndarray of complex, shape (n,)
+        Estimates of the poles, above the real axis; not a number where none is asked for. [rad/s]
+    displacements : ndarray, shape (n, d)
+        Estimates of the free displacements of the poles.
+    damping : ndarray or sparse array, shape (n, d, d), or (d, d) where the layout's matrices are sparse; or 0
+        C_b. [N s/m, N s; N s, N m s]
+    far : ndarray, shape (n,)
         Relative distance from `near` from which on a pole counts as another one. [-]
 
     Returns
     -------
-    complex
-        [rad/s]
-
-    Raises
-    ------
-    ConvergenceError
-        No pole is found nearer than `far`.
+    ndarray of complex, shape (n,)
+        Not a number where no pole is found nearer than `far`. [rad/s]
     """
-    cables, damping = [element.matrices() for element in elements], damping + layout.damping
-    pole, vector = near, displacements.astype(complex)
+    count = len(layout.equilibrium.suspension.cable_names)
+    ends, slopes = np.zeros((2, len(near) * count, 6, 6), dtype=complex)
+    poles, pole, vector = np.full(len(near), complex(np.nan, np.nan)), near.copy(), displacements.astype(complex)
+    pending = np.isfinite(near)
     for _ in range(SYSTEM.pole_steps):
-        condensed = [_condensed(matrices, pole) for matrices in cables]
-        stiffness, slope = _dynamic_stiffness(layout, condensed, pole, damping)
-        try:
-            vector = _solved(stiffness, slope @ vector)
-        except (np.linalg.LinAlgError, RuntimeError):  # singular: `pole` is one to the last digit
-            step = 0.0
-        else:
-            vector = vector / np.abs(vector).max()
-            step = (vector @ (stiffness @ vector)) / (vector @ (slope @ vector))
-        pole = pole - step
-        if not (abs(pole - near) < far * abs(near) and pole.imag > 0):
+        moved = []
+        for of_mesh in cables:
+            now = of_mesh.take(pending[of_mesh.cables // count])
+            if len(now.cables):
+                ends[now.cables], slopes[now.cables], shapes = now.at(pole[now.cables // count])
+                moved.append((now, shapes))
+        stiffness, slope = _dynamic_stiffness(layout, ends, slopes, pole, damping)
+        pending &= np.isfinite(_applied(stiffness, vector)).all(axis=-1)
+        response = _solved(stiffness, _applied(slope, vector), pending)
+        response = response / np.abs(response).max(axis=-1, keepdims=True)
+        regular = np.isfinite(response).all(axis=-1)  # else `pole` is one to the last digit
+        vector = np.where(regular[:, None], response, vector)
+        step = (vector * _applied(stiffness, vector)).sum(axis=-1) / (vector * _applied(slope, vector)).sum(axis=-1)
+        pole = np.where(pending & regular, pole - step, pole)
+        pending &= (np.abs(pole - near) < far * np.abs(near)) & (pole.imag > 0)
+        found = pending & ~(regular & (np.abs(step) > SYSTEM.pole_change * np.abs(pole)))
+        if found.any():
+            poles[found] = _poles_by_losses(layout, moved, pole.imag, vector, damping)[found]
+        pending &= ~found
+        if not pending.any():
             break
-        if abs(step) <= SYSTEM.pole_change * abs(pole):
-            return _pole_by_losses(layout, cables, condensed, pole.imag, vector, damping)
-    raise ConvergenceError(
-        f"no damped mode is found for certain near {abs(near) / (2 * np.pi):.4g} Hz: the damping there is too strong"
-    )
+    return poles
 
 
-def _dynamic_stiffness(layout, condensed, s, damping):
-    """D(s) and its derivative, shape (d, d), sparse where the layout's are, from `_condensed` of each cable."""
-    body_stiffness, body_mass = layout.body_matrices
-    ends = np.array([stiffness for stiffness, _, _ in condensed]).reshape(-1, 6, 6)
-    slopes = np.array([slope for _, slope, _ in condensed]).reshape(-1, 6, 6)
-    stiffness = layout.of_cables(ends) + body_stiffness + s * damping + s**2 * body_mass
-    return stiffness, layout.of_cables(slopes) + damping + 2 * s * body_mass
+def _dynamic_stiffness(layout, ends, slopes, s, damping):
+    """D(s) and its derivative, shape (n, d, d), sparse where the layout's are, from those of the ends of all cables."""
+    shape, (body_stiffness, body_mass) = layout.shape, layout.body_matrices
+    ends, slopes = (layout.of_cables(matrices.reshape(*shape, -1, 6, 6)) for matrices in (ends, slopes))
+    s = complex(s[0]) if layout.large else s[:, None, None]
+    return ends + body_stiffness + s * damping + s**2 * body_mass, slopes + damping + 2 * s * body_mass
 
 
-def _condensed(matrices, s):
-    """Dynamic stiffness of the ends of a cable, its derivative by s, and all displacements by those of the ends.
+def _poles_by_losses(layout, moved, omega, vector, damping):
+    """The poles of frequencies [rad/s] with the real parts that follow from their losses, see the module's docstring.
 
-    Shapes (6, 6), (6, 6) and (n + 6, 6); `matrices` are M, C and K of its n modes and six ends.
+    `moved` has `CondensedCables`, and all displacements of each by those of its ends.
     """
-    mass, damping, stiffness = matrices
-    dynamic, modes = stiffness + s * damping + s**2 * mass, len(mass) - 6
-    by_ends = np.concatenate([-np.linalg.solve(dynamic[:modes, :modes], dynamic[:modes, modes:]), np.eye(6)])
-    return dynamic[modes:] @ by_ends, by_ends.T @ ((damping + 2 * s * mass) @ by_ends), by_ends
+    ends = layout.ends(vector.reshape(*layout.shape, -1, 1)).reshape(-1, 6, 1)
+    moved = [(cables, shapes @ ends[cables.cables]) for cables, shapes in moved]
+    inertia, viscous, hysteretic = energies(layout, moved, vector, damping)
+    return -(omega * viscous + hysteretic).real / (2 * omega * inertia + viscous.imag).real + 1j * omega
 
 
-def _pole_by_losses(layout, cables, condensed, omega, vector, damping):
-    """The pole of a frequency [rad/s] with the real part that follows from its losses, see the module's docstring."""
-    inertia = _quadratic(layout.body_matrices[1], vector)
-    viscous, hysteretic = _quadratic(damping, vector) if np.ndim(damping) else 0j, 0j
-    ends_of_cables = layout.ends(vector[:, None])
-    for (mass, cable_damping, stiffness), (_, _, by_ends), ends in zip(cables, condensed, ends_of_cables, strict=True):
-        shape = (by_ends @ ends)[:, 0]
-        inertia += _quadratic(mass, shape)
-        viscous += _quadratic(cable_damping, shape)
-        hysteretic += _quadratic(stiffness.imag, shape)
-    return complex(-(omega * viscous + hysteretic).real / (2 * omega * inertia + viscous.imag).real, omega)
+def energies(layout, moved, displacements, damping):
+    """v^H M v, v^H C v and v^H Im K v of a motion of each of n suspensions, complex, each of shape (n,).
+
+    Parameters
+    ----------
+    layout, damping
+        As for `poles_near`.
+    moved : list of (CondensedCables, ndarray)
+        With all displacements of each cable, shape (g, n + 6, 1); cables that are not there do not count.
+    displacements : ndarray, shape (n, d)
+        Free displacements of the bodies.
+    """
+    count = len(layout.equilibrium.suspension.cable_names)
+    of_cables = np.zeros((3, len(displacements) * count), dtype=complex)
+    for cables, motion in moved:
+        of_cables[:, cables.cables] = np.stack(cables.products(motion.conj(), motion))[..., 0, 0]
+    inertia, viscous, hysteretic = of_cables.reshape(3, -1, count).sum(axis=-1)
+    inertia = inertia + _quadratic(layout.body_matrices[1], displacements)
+    return inertia, viscous + (_quadratic(damping, displacements) if np.ndim(damping) else 0.0), hysteretic
 
 
 def _quadratic(matrix, vector):
-    """v^H A v of a real matrix."""
-    return complex(vector.conj() @ (matrix @ vector))
+    """v^H A v of real matrices, shape (n,)."""
+    return (vector.conj() * _applied(matrix, vector)).sum(axis=-1)
 
 
-def _solved(matrix, right):
-    """Solution of a linear system whose matrix is sparse or not."""
+def _applied(matrix, vector):
+    """Products of matrices, shape (n, d, d), with vectors, shape (n, d), or of one sparse matrix."""
     if isinstance(matrix, np.ndarray):
-        return np.linalg.solve(matrix, right)
-    from scipy.sparse import csc_array
-    from scipy.sparse.linalg import splu
+        return (matrix @ vector[..., None])[..., 0]
+    return (matrix @ vector[0])[None]
 
-    return splu(csc_array(matrix)).solve(right)
+
+def _solved(matrix, right, pending):
+    """Solutions of the linear systems of pending rows, see `_applied`; not numbers where one is singular."""
+    solution = np.full(right.shape, np.nan, dtype=complex)
+    if isinstance(matrix, np.ndarray):
+        of_rows = matrix.reshape(-1, *matrix.shape[-2:])[pending], right[pending, :, None]
+        solution[pending] = solved(*of_rows)[..., 0]
+    elif pending.all():
+        from scipy.sparse import csc_array
+        from scipy.sparse.linalg import splu
+
+        with suppress(RuntimeError):
+            solution[0] = splu(csc_array(matrix)).solve(right[0])
+    return solution

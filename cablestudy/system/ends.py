@@ -7,6 +7,7 @@ import numpy as np
 from cablestudy.cable.assembly import flatten_components
 from cablestudy.cable.dynamics import Dynamics
 from cablestudy.cable.plane_modes import unresolved_share
+from cablestudy.cable.symmetry import symmetry_subspaces
 from cablestudy.system.coupling_damping import Strain
 from cablestudy.system.superelement import Superelement
 from cablestudy.system.tolerances import SYSTEM
@@ -56,7 +57,7 @@ class Ends:
         if self.among is not None:
             batch, rows_of_batch = self.among
             return batch.take(np.arange(len(batch._frame))[rows_of_batch][rows])
-        taken = Ends(self._dynamics.take(rows), self._frame[rows], self._count)
+        taken = type(self)(self._dynamics.take(rows), self._frame[rows], self._count)
         taken.among = self, rows
         return taken
 
@@ -72,8 +73,8 @@ class Ends:
         """
         omega, coupling, stiffness, inertia = (matrix[index] for matrix in self._undamped)
         participation = -(omega[:, None] ** 2) * coupling
-        viscous = damping.viscous / float(self._dynamics.mass[index])
-        carried = None if self._carried is None else self._carried[index]
+        viscous = damping.viscous / float(self.mass[index])
+        carried = None if self.carried is None else self.carried[index]
         if damping.model == "modal":
             ratio = np.full(len(omega), damping.ratio)
             return Superelement(omega, participation, ratio, stiffness, inertia, None, viscous, carried=carried)
@@ -158,6 +159,11 @@ class Ends:
         return self._dynamics.state
 
     @property
+    def mass(self):
+        """Mass per unstretched length, shape (...). [kg/m]"""
+        return self._dynamics.mass
+
+    @property
     def omega(self):
         """Angular frequencies of the modes, shape (..., n). [rad/s]"""
         return self._undamped[0]
@@ -176,6 +182,10 @@ class Ends:
     def inertia(self):
         """Inertia of the ends in static shapes, see `Superelement`, shape (..., 6, 6). [kg]"""
         return self._undamped[3]
+
+    @property
+    def inertia_of_modes(self):
+        """Inertia of the modes among themselves where it is not the identity, shape (..., n, n); else None. [-]"""
 
     @_of_batch
     def _basis(self):
@@ -225,7 +235,7 @@ class Ends:
         )
 
     @_of_batch
-    def _carried(self):
+    def carried(self):
         """`Superelement.carried`: movements of the point masses, shape (..., c, n + 6); None without any."""
         mesh, shapes = self.state.mesh, self._basis[1]
         nodes = np.flatnonzero(mesh.carried)
@@ -242,21 +252,61 @@ class Ends:
         return np.concatenate([movements[..., :count], movements[..., count:] @ self._rotation], axis=-1)
 
     @_of_batch
+    def strain_root(self):
+        """V of the movements by modes and ends, shape (..., n q, n + 6): their elastic energies are V^T V.
+
+        Zero in the plane across which the cable moves without strain.
+        """
+        (*lead, _, _, n), mesh = self._basis[1].shape, self.state.mesh
+        root = np.zeros((*lead, mesh.elements * mesh.order, n + 6))
+        for system, columns, static in self._static_shapes:
+            if len(system.axes) > 1:
+                root[..., :n] = system.elastic_root(self._basis[1][..., : len(system.axes), :])
+                root[..., n + np.array(columns)] = system.elastic_root(static)
+        root *= np.sqrt(np.asarray(self._dynamics.state.force / self._dynamics.length))[..., None, None]
+        root[..., n:] = root[..., n:] @ self._rotation
+        return root
+
+    @_of_batch
     def _elastic(self):
         """E, R and S of `Strain`."""
-        dynamics, modes, rotation = self._dynamics, self._basis[1], self._rotation
-        n = modes.shape[-1]
-        elastic = np.zeros((*modes.shape[:-3], n + 6, n + 6))
-        for system, columns, static in self._static_shapes:
-            index = np.array([*range(n), *(n + column for column in columns)])
-            shapes = np.concatenate([modes[..., list(system.axes), :], static], axis=-1)
-            elastic[..., index[:, None], index] += system.elastic_energy(shapes)
-        elastic *= np.asarray(dynamics.state.force / dynamics.length)[..., None, None]
-        return (
-            elastic[..., :n, :n],
-            elastic[..., :n, n:] @ rotation,
-            rotation.swapaxes(-1, -2) @ elastic[..., n:, n:] @ rotation,
-        )
+        n, root = self._basis[1].shape[-1], self.strain_root
+        by_modes, by_ends = root[..., :n].swapaxes(-1, -2), root[..., n:]
+        return by_modes @ root[..., :n], by_modes @ by_ends, by_ends.swapaxes(-1, -2) @ by_ends
+
+
+class EndsOfAllMotion(Ends):
+    """`Ends` with all motion that a mesh allows, not in modes, which cost more: in shapes whose stiffness is diagonal.
+
+    With P the shapes of `SymmetrySubspace` and B M P = Q T, T a triangle, they are P T^T: their stiffness is 1 and
+    their inertia T T^T, both over that of a cable of unit mass and the eigenvalue 1.
+    """
+
+    @property
+    def _basis(self):
+        """Root of the stiffness of each shape [rad/s], the same for all, and the shapes [1/sqrt(kg)]."""
+        return self._basis_and_inertia[:2]
+
+    @property
+    def inertia_of_modes(self):
+        return self._basis_and_inertia[2]
+
+    @_of_batch
+    def _basis_and_inertia(self):
+        """`_basis` and `inertia_of_modes`."""
+        mesh, lead, count, begin = self.state.mesh, self._frame.shape[:-2], self._dynamics.dof, 0
+        shapes, inertia = np.zeros((*lead, mesh.nodes, 3, count)), np.zeros((*lead, count, count))
+        root_mass = np.sqrt(np.asarray(self._dynamics.mass * self._dynamics.length))[..., None, None]
+        for system in self._dynamics.systems:
+            for subspace in symmetry_subspaces(mesh, system.axes, self.state.mirror_symmetric):
+                triangle = np.linalg.qr(subspace.root(system), mode="r") * (np.sqrt(2) if subspace.sign else 1.0)
+                own = slice(begin, begin + triangle.shape[-1])
+                inertia[..., own, own] = triangle @ triangle.swapaxes(-1, -2)
+                of_nodes = subspace.shapes @ (triangle.swapaxes(-1, -2) / root_mass)
+                of_nodes = of_nodes.reshape(*lead, mesh.nodes - 2, len(system.axes), triangle.shape[-1])
+                shapes[..., 1:-1, system.axes[0] : system.axes[-1] + 1, own] = of_nodes
+                begin = own.stop
+        return np.broadcast_to(self._unit_frequency[..., None], (*lead, count)), shapes, inertia
 
 
 class EndsOfLarge(Ends):

@@ -155,6 +155,7 @@ class SystemTolerances:
     # momentum of a mode of unit mass over the root of a body's mass, up to which it is rounding
     uncoupled_momentum: float = 1e-12
     pole_steps: int = 30  # iterations
+    dense_numbers: int = 60_000  # in the matrices of cables that are solved at once: a processor's cache holds them
     pole_change: float = 1e-12  # relative change of a pole, of the size of its rounding
     dependent_ritz: float = 1e-10  # size of a vector over the largest, below which rounding determines it
     # product of two modes above which they are not orthogonal: of some that coincide not all were asked for

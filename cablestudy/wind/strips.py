@@ -191,8 +191,8 @@ def strips(models, kept, equilibrium, drag):
     Parameters
     ----------
     models : Models
-    kept : list of Kept
-        Coordinates of each cable.
+    kept : list of Kept, or None
+        Coordinates of each cable; None for all modes.
     equilibrium : Equilibrium
         Of one case.
     drag : Drag
@@ -223,8 +223,8 @@ def nodal_shapes(models, kept, cables):
     Parameters
     ----------
     models : Models
-    kept : list of Kept
-        Coordinates of each cable.
+    kept : list of Kept, or None
+        Coordinates of each cable; None for all modes.
     cables : ndarray of int
         Indices of the cables.
 
@@ -242,7 +242,7 @@ def nodal_shapes(models, kept, cables):
             positions = (1 - x) * positions[0] + x * positions[1]
             displacements = (1 - x[..., None]) * displacements[0] + x[..., None] * displacements[1]
         flat = displacements.reshape(-1, displacements.shape[-1])
-        shapes = of_shapes(flat, with_ends(kept[cable].shapes))
+        shapes = flat if kept is None else of_shapes(flat, with_ends(kept[cable].shapes))
         yield cable, mesh, positions, shapes.reshape(*displacements.shape[:2], -1)
 
 

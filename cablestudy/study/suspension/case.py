@@ -7,13 +7,12 @@ import numpy as np
 
 from cablestudy.cable.damping import any_grows_with_modes
 from cablestudy.cable.linear_range import linear_range
-from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.errors import ConvergenceError, NoSolutionError, result_of
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.scene_values import merged_loads
 from cablestudy.study.statics import ClosedStatics
-from cablestudy.study.status import MODAL
 from cablestudy.study.suspension.airflow import Airflow
-from cablestudy.study.suspension.body_mode import BodyMode, to_accuracy
+from cablestudy.study.suspension.body_mode import BodyMode, damping_ratios, to_accuracy
 from cablestudy.study.suspension.cable_modes import CableModes
 from cablestudy.study.suspension.dynamic_analysis import DynamicAnalysis
 from cablestudy.study.suspension.group import Group, HangingCable
@@ -448,10 +447,9 @@ class SuspensionCase:
             As `mode_along`; or some cable has modal damping, whose effect grows with the number of modes, and the scene
             states an accuracy and not the elements.
         """
-        if self.model is None and self.mode_along(name, axis).modes.solution.models.cables.modal.any():
-            raise NoSolutionError(MODAL)
-        modes, airflow = self._modes_along(name, axis), self._airflow
-        return to_accuracy(lambda mode: mode.damping_ratio(airflow), modes, self.scene.model.accuracy)
+        attempts = ((mode, self._airflow) for mode in self._modes_along(name, axis))
+        ratio = result_of(damping_ratios([attempts], [self.scene.model.accuracy])[0])
+        return ratio.value, ratio.error
 
     def share_along(self, name, axis):
         """Share of `mode_along` in the static compliance, and its relative error; raises as `mode_along`. [-]"""

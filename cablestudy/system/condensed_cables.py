@@ -1,0 +1,203 @@
+"""Dynamic stiffness at the ends of many cables, each at its own complex frequency, no coordinate left out.
+
+The equations are those of `superelement`, for n coordinates q of each cable and its six ends u, the inertia I of modes
+replaced by any matrix where the coordinates are no modes:
+
+    Q(s) = s^2 M + s C + K,    D(s) = Q_uu - Q_uq Q_qq^-1 Q_qu.
+
+Damping of strain and of point masses has few rows V beside many coordinates: V^T c V with a complex factor c for each
+row. Where the rest of Q_qq is a diagonal matrix d, the formula of Woodbury,
+
+    (d + V^T c V)^-1 = d^-1 - d^-1 V^T (I + c V d^-1 V^T)^-1 c V d^-1,
+
+solves equations of the size of V alone. Arrays have a first axis of g cables; no digit of one depends on the others.
+"""
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from cablestudy.system.tolerances import SYSTEM
+
+
+@dataclass(frozen=True)
+class CondensedCables:
+    """Equations of motion of g cables with n coordinates each.
+
+    Attributes
+    ----------
+    cables : ndarray of int, shape (g,)
+        Indices of these cables.
+    omega : ndarray, shape (g, n)
+        Root of the stiffness of each coordinate, which is diagonal. [rad/s]
+    coupling : ndarray, shape (g, n, 6)
+        m: momentum of the coordinates per velocity of the ends. [sqrt(kg)]
+    stiffness, inertia : ndarray, shape (g, 6, 6)
+        k and J of the ends. [N/m], [kg]
+    ratio, loss, time, viscous : ndarray, shape (g,)
+        Damping: modal ratio [-], loss factor [-], time of Kelvin and Voigt's law [s], and viscous damping per length
+        over mass per length [1/s].
+    strain_root, carried : ndarray, shapes (g, r, n + 6) and (g, c, n + 6), or None
+        See `Ends`; None where no cable has such damping.
+    inertia_of_modes : ndarray, shape (g, n, n), or None
+        None for modes, whose inertia is the identity.
+    further : ndarray, shape (g, n + 6, n + 6), or None
+        Further damping, which need not be symmetric. [1/s], [N s/m]
+    """
+
+    cables: np.ndarray
+    omega: np.ndarray
+    coupling: np.ndarray
+    stiffness: np.ndarray
+    inertia: np.ndarray
+    ratio: np.ndarray
+    loss: np.ndarray
+    time: np.ndarray
+    viscous: np.ndarray
+    strain_root: np.ndarray | None = None
+    carried: np.ndarray | None = None
+    inertia_of_modes: np.ndarray | None = None
+    further: np.ndarray | None = None
+
+    @classmethod
+    def of_ends(cls, cables, ends, rows, damping):
+        """Those of some rows of `Ends`, whose indices are `cables`, with a `Damping` each."""
+        laws, viscous = laws_of(damping), np.array([law.viscous for law in damping]) / ends.mass[rows]
+        arrays = [ends.omega, ends.coupling, ends.stiffness, ends.inertia]
+        strained, resisted = laws["loss"].any() or laws["time"].any(), viscous.any()
+        optional = {
+            "strain_root": ends.strain_root if strained else None,
+            "carried": ends.carried if resisted else None,
+            "inertia_of_modes": ends.inertia_of_modes,
+        }
+        optional = {name: None if array is None else array[rows] for name, array in optional.items()}
+        return cls(cables, *(array[rows] for array in arrays), **laws, viscous=viscous, **optional)
+
+    def take(self, chosen):
+        """Some of the cables, by an array of bool."""
+        if chosen.all():
+            return self
+        arrays = {field.name: getattr(self, field.name) for field in fields(self)}
+        return CondensedCables(**{name: None if array is None else array[chosen] for name, array in arrays.items()})
+
+    def with_further(self, matrices):
+        """The same with further damping of each cable: a dict of ndarray, shape (n + 6, n + 6), by its index."""
+        size = self.omega.shape[-1] + 6
+        further = [matrices.get(cable, np.zeros((size, size))) for cable in self.cables.tolist()]
+        return replace(self, further=np.stack(further) + (0.0 if self.further is None else self.further))
+
+    def at(self, s):
+        """Dynamic stiffness, its derivative by s, and all displacements by those of the ends, at s of shape (g,).
+
+        Shapes (g, 6, 6), (g, 6, 6) and (g, n + 6, 6).
+        """
+        n, s = self.omega.shape[-1], s[:, None, None]
+        viscous, ratio = self.viscous[:, None, None], self.ratio[:, None, None]
+        inertial, modal = s**2 + viscous * s, 2 * s * ratio * self.omega[..., None]
+        by_ends = (inertial + modal) * self.coupling
+        of_ends = self.stiffness + inertial * self.inertia + self.coupling.swapaxes(-1, -2) @ (modal * self.coupling)
+        diagonal = self.omega[..., None] ** 2 + modal + (inertial if self.inertia_of_modes is None else 0.0)
+        damped = [(self.strain_root, s * self.time[:, None, None] + 1j * self.loss[:, None, None])]
+        damped = [(rows, factor) for rows, factor in (*damped, (self.carried, -viscous * s)) if rows is not None]
+        for rows, factor in damped:
+            by_ends = by_ends + factor * (rows[..., :n].swapaxes(-1, -2) @ rows[..., n:])
+            of_ends = of_ends + factor * (rows[..., n:].swapaxes(-1, -2) @ rows[..., n:])
+        of_modes = by_ends.swapaxes(-1, -2)
+        if self.further is not None:
+            by_ends = by_ends + s * self.further[:, :n, n:]
+            of_modes, of_ends = of_modes + s * self.further[:, n:, :n], of_ends + s * self.further[:, n:, n:]
+        dense = (self.inertia_of_modes, inertial), (self.further, s)
+        dense = [(matrix[:, :n, :n], factor) for matrix, factor in dense if matrix is not None]
+        shapes = -_solution(diagonal, [(rows[..., :n], factor) for rows, factor in damped], dense, by_ends)
+        all_shapes = np.concatenate([shapes, np.broadcast_to(np.eye(6), of_ends.shape)], axis=1)
+        inertia, damping, _ = self.products(all_shapes, all_shapes)
+        return of_ends + of_modes @ shapes, 2 * s * inertia + damping, all_shapes
+
+    def products(self, left, right):
+        """left^T M right, left^T C right and left^T Im K right of complex displacements, shapes (g, n + 6, k)."""
+        n = self.omega.shape[-1]
+        momentum = _product(self.coupling, right[:, n:])  # of the coordinates
+        moving = right[:, :n] if self.inertia_of_modes is None else _product(self.inertia_of_modes, right[:, :n])
+        of_ends = _product(self.coupling.swapaxes(-1, -2), right[:, :n]) + _product(self.inertia, right[:, n:])
+        inertia = left.swapaxes(-1, -2) @ np.concatenate([moving + momentum, of_ends], axis=1)
+        damping, lossy = self.viscous[:, None, None] * inertia, np.zeros_like(inertia)
+        if self.ratio.any():
+            absolute = (left[:, :n] + _product(self.coupling, left[:, n:])).swapaxes(-1, -2)
+            rate = 2 * self.ratio[:, None] * self.omega
+            damping = damping + absolute @ (rate[..., None] * (right[:, :n] + momentum))
+        if self.strain_root is not None:
+            strains = _product(self.strain_root, left).swapaxes(-1, -2) @ _product(self.strain_root, right)
+            damping, lossy = damping + self.time[:, None, None] * strains, self.loss[:, None, None] * strains
+        if self.carried is not None:
+            borne = _product(self.carried, left).swapaxes(-1, -2) @ _product(self.carried, right)
+            damping = damping - self.viscous[:, None, None] * borne
+        if self.further is not None:
+            damping = damping + left.swapaxes(-1, -2) @ _product(self.further, right)
+        return inertia, damping, lossy
+
+
+def laws_of(damping):
+    """Numbers of the laws of a sequence of `Damping`, zero where a law is another one: dict of arrays, shape (g,)."""
+    named = {"ratio": ("modal", "ratio"), "loss": ("hysteretic", "loss_factor"), "time": ("kelvin_voigt", "time")}
+    return {
+        name: np.array([getattr(law, attribute) if law.model == model else 0.0 for law in damping])
+        for name, (model, attribute) in named.items()
+    }
+
+
+def _solution(diagonal, damped, dense, right):
+    """Solution of equations whose matrix is a diagonal, shape (g, n, 1), rows squared with factors, and dense parts.
+
+    Parameters
+    ----------
+    damped : list of (ndarray, ndarray)
+        Rows V, shape (g, r, n), and the factor c of V^T c V, shape (g, 1, 1).
+    dense : list of (ndarray, ndarray)
+        Matrices, shape (g, n, n), and their factors.
+    right : ndarray, shape (g, n, 6)
+    """
+    n = diagonal.shape[1]
+    if dense or sum(rows.shape[1] for rows, _ in damped) >= n:
+        return _dense_solution(diagonal, damped, dense, right)
+    inverse = 1 / diagonal
+    alone = inverse * right
+    if not damped:
+        return alone
+    rows = np.concatenate([rows for rows, _ in damped], axis=1) if len(damped) > 1 else damped[0][0]
+    factors = np.concatenate([np.broadcast_to(factor, (*rows.shape[:2], 1)) for rows, factor in damped], axis=1)
+    columns, by_mode = rows.swapaxes(-1, -2), inverse.swapaxes(-1, -2)
+    matrix = factors * ((rows * by_mode.real) @ columns + 1j * ((rows * by_mode.imag) @ columns))
+    matrix[:, np.arange(rows.shape[1]), np.arange(rows.shape[1])] += 1.0
+    return alone - inverse * _product(columns, solved(matrix, factors * _product(rows, alone)))
+
+
+def _dense_solution(diagonal, damped, dense, right):
+    """`_solution` of whole matrices, some cables at a time, for the sake of memory."""
+    n, solutions = diagonal.shape[1], []
+    block = max(1, SYSTEM.dense_numbers // max(n, 1) ** 2)
+    for begin in range(0, len(diagonal), block):
+        here = slice(begin, begin + block)
+        squares = [(rows[here].swapaxes(-1, -2) @ rows[here], factor[here]) for rows, factor in damped]
+        matrix = np.zeros((len(diagonal[here]), n, n), dtype=complex)
+        for square, factor in (*squares, *((whole[here], factor[here]) for whole, factor in dense)):
+            matrix.real += factor.real * square
+            matrix.imag += factor.imag * square
+        matrix[:, np.arange(n), np.arange(n)] += diagonal[here, :, 0]
+        solutions.append(solved(matrix, right[here]))
+    return np.concatenate(solutions)
+
+
+def _product(real, values):
+    """Product of real matrices, shape (g, m, n), with complex ones, shape (g, n, k)."""
+    return (real @ np.ascontiguousarray(values).view(float)).view(complex)
+
+
+def solved(matrices, right):
+    """Solutions of stacked linear systems, shapes (g, n, n) and (g, n, k); not numbers where one is singular."""
+    try:
+        return np.linalg.solve(matrices, right)
+    except np.linalg.LinAlgError:
+        if len(matrices) == 1:
+            return np.full(right.shape, np.nan, dtype=complex)
+        pairs = zip(matrices[:, None], right[:, None], strict=True)
+        return np.concatenate([solved(*of_one) for of_one in pairs])
