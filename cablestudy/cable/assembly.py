@@ -168,6 +168,12 @@ class System:
         return local_compliance(self.tangent, self.weights * along, self.weights * across)
 
     @cached_property
+    def _compliance_rows(self):
+        """`compliance` as the matrix by which the sum of w A e follows from gradients e, shape (..., d, n q d). [-]"""
+        *lead, count, d, _ = self.compliance.shape
+        return self.compliance.swapaxes(-3, -2).reshape(*lead, d, count * d)
+
+    @cached_property
     def end_stiffness(self):
         """Condensed stiffness of end 2, end 1 fixed, shape (..., d, d). [-]"""
         return inverse(self.compliance.sum(axis=-3))
@@ -187,7 +193,7 @@ class System:
         """Interior displacements K^-1 f under nodal forces f, ends held; both of shape (..., dof, r)."""
         mesh, count, compliance = self.state.mesh, forces.shape[-1], self.compliance
         accumulated = static_force_transfer_of_axes(mesh, len(self.axes), forces)  # S f
-        redundant = self.end_stiffness @ _small_products(compliance, accumulated).sum(axis=-3)  # c = m f
+        redundant = self.end_stiffness @ (self._compliance_rows @ flatten_components(accumulated))  # c = m f
         gradient = _small_products(compliance, redundant[..., None, :, :] - accumulated)  # times the weights
         displacement = -transposed_force_transfer(mesh, gradient.reshape(*gradient.shape[:-2], -1))
         return displacement.reshape(*displacement.shape[:-2], self.dof, count)
@@ -201,12 +207,9 @@ class System:
             S f, for the same forces f on each cable.
         points : slice
         """
-        *lead, count, d, _ = self.compliance.shape
-        compliance_rows = self.compliance.swapaxes(-3, -2).reshape(*lead, d, count * d)
-        redundant = self.end_stiffness @ (compliance_rows @ flatten_components(accumulated))  # c = m f
-        root = self.frame[..., points, :, :] @ (accumulated[points] - redundant[..., None, :, :])
-        root *= np.sqrt(self.weighted_flexibility[..., points, :])[..., None]
-        return flatten_components(root)
+        redundant = self.end_stiffness @ (self._compliance_rows @ flatten_components(accumulated))  # c = m f
+        scaled_frame = np.sqrt(self.weighted_flexibility[..., points, :])[..., None] * self.frame[..., points, :, :]
+        return flatten_components(scaled_frame @ (accumulated[points] - redundant[..., None, :, :]))
 
     def modal_energies(self, shapes):
         """Twice the elastic and the geometric energy of displacement shapes.
@@ -246,7 +249,7 @@ class System:
         """
         inner = flatten_components(forces[..., 1:-1, :, :])
         accumulated = static_force_transfer_of_axes(self.state.mesh, len(self.axes), inner)  # S f
-        by_forces = _small_products(self.compliance, accumulated).sum(axis=-3)
+        by_forces = self._compliance_rows @ flatten_components(accumulated)
         between_ends = shapes[..., -1, :, :] - shapes[..., 0, :, :]
         return (self.end_stiffness @ (between_ends + by_forces))[..., None, :, :] - accumulated
 
@@ -258,11 +261,9 @@ class System:
         """
         highest_tension = self.frame @ self._project_highest(tensions)
         highest_gradient = self._project_highest(self._gradient(shapes))
-        across = self.weights / np.sqrt(self.weighted_flexibility[..., -1])
-        complementary_root = np.sqrt(self.weighted_flexibility)[..., None] * highest_tension
-        geometric_root = across[..., None, None] * highest_gradient
-        roots = complementary_root, geometric_root
-        return np.maximum(*((flatten_components(root) ** 2).sum(axis=-2) for root in roots))
+        across = np.repeat((self.weights**2 / self.weighted_flexibility[..., -1])[..., None], len(self.axes), axis=-1)
+        complementary = _weighted_sum(self.weighted_flexibility, highest_tension**2)
+        return np.maximum(complementary, _weighted_sum(across, highest_gradient**2))
 
     def _project_highest(self, field):
         """Part of a field at the Gauss points in the two highest polynomials of each element."""
@@ -322,7 +323,7 @@ def sparse_product(matrix, dense):
 
 def _small_products(matrices, vectors):
     """Products of many small matrices, shape (..., d, d), with (..., d, r): faster than matmul."""
-    return (matrices[..., None] * vectors[..., None, :, :]).sum(axis=-2)
+    return sum(matrices[..., i, None] * vectors[..., None, i, :] for i in range(matrices.shape[-1]))
 
 
 def _weighted_sum(weights, field):

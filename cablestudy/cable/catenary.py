@@ -195,6 +195,40 @@ class Catenary(SegmentedCable):
             Unstretched arc length over unstretched length, in [0, 1]; at a load, the side of end 1. [-]
         """
         (cosine, sine), stiffness = self._angles, self._axial_stiffness
+        piece, middle, half_weight, in_segment = self._pieces(position)
+        of_piece, _ = extension(middle, 2 * half_weight, stiffness, cosine, sine)
+        of_chord = (np.asarray(self.span.chord_strain)[..., None], 0, 0)
+        displacement = [
+            in_segment(at_end_1) + piece * (piece_strain - chord_strain)
+            for at_end_1, piece_strain, chord_strain in zip(self._segment_begins, of_piece, of_chord, strict=True)
+        ]
+        return np.stack(displacement, axis=-1), self._tension_of(middle, half_weight)
+
+    def tension_at(self, position):
+        """Tension vector along the cable as of `at`, shape (..., j, 3). [N]"""
+        _, middle, half_weight, _ = self._pieces(position)
+        return self._tension_of(middle, half_weight)
+
+    def _tension_of(self, middle, half_weight):
+        """Tension vector at the end of pieces, shape (..., j, 3), from that in their middle and half their weight."""
+        up = (*reversed(self._angles), 0.0)
+        return np.stack([m + half_weight * u for m, u in zip(middle, up, strict=True)], axis=-1)
+
+    def _pieces(self, position):
+        """Pieces from end 1 of a segment to positions along the cable, shape (..., j).
+
+        Returns
+        -------
+        piece : ndarray
+            Length of each over the unstretched length. [-]
+        middle : list of 3 ndarrays
+            Tension vector in its middle, chord frame. [N]
+        half_weight : ndarray
+            [N]
+        in_segment : callable
+            Values of the segments, shape (..., k + 1) -> those of the segment of each position.
+        """
+        cosine, sine = self._angles
         # in rows, whatever the batch: products of matrices round by the order in which their entries are stored
         position = np.broadcast_to(position, cosine.shape[:-1] + np.shape(position)[-1:]).astype(float, order="C")
         segment_ends = np.cumsum(self.segments.fraction, axis=-1)
@@ -205,20 +239,11 @@ class Catenary(SegmentedCable):
                 return values
             return np.take_along_axis(np.broadcast_to(values, segment_ends.shape), segment, axis=-1)
 
-        # the piece between the segment's end 1 and the position, and the tension vector in its middle
         piece = position - in_segment(segment_ends - self.segments.fraction)
         weight = np.asarray(self.span.weight)[..., None]
         shift = weight * (piece - in_segment(self.segments.fraction)) / 2  # from mid-segment to the middle of the piece
-        up = (sine, cosine, 0.0)
-        middle = [in_segment(p) + shift * u for p, u in zip(self.tension, up, strict=True)]
-        of_piece, _ = extension(middle, weight * piece, stiffness, cosine, sine)
-        of_chord = (np.asarray(self.span.chord_strain)[..., None], 0, 0)
-        displacement = [
-            in_segment(at_end_1) + piece * (piece_strain - chord_strain)
-            for at_end_1, piece_strain, chord_strain in zip(self._segment_begins, of_piece, of_chord, strict=True)
-        ]
-        tension = [m + weight * piece * u / 2 for m, u in zip(middle, up, strict=True)]
-        return np.stack(displacement, axis=-1), np.stack(tension, axis=-1)
+        middle = [in_segment(p) + shift * u for p, u in zip(self.tension, (sine, cosine, 0.0), strict=True)]
+        return piece, middle, weight * piece / 2, in_segment
 
     @cached_property
     def _segment_begins(self):
@@ -281,7 +306,7 @@ def travel_shares(catenary, edges):
     nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
     low, high = np.array(edges[:-1]), np.array(edges[1:])
     positions = (low[:, None] + high[:, None] + (high - low)[:, None] * nodes) / 2
-    force = catenary.at(positions.ravel())[1]
+    force = catenary.tension_at(positions.ravel())
     tension = np.maximum(np.sqrt((force**2).sum(axis=-1)), CABLE.least_divisor).reshape(positions.shape)
     time = (high - low) * ((1 / np.sqrt(tension)) @ weights)
     return (time / time.max()).tolist()

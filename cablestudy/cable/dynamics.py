@@ -5,7 +5,7 @@ is then the Rayleigh quotient of its shape, with energies summed as squares. Unc
 separately. Small models of a batch of cables are solved in one call.
 """
 
-from functools import cached_property
+from functools import cached_property, lru_cache
 from math import ceil
 
 import numpy as np
@@ -37,11 +37,8 @@ class Dynamics:
     """
 
     def __init__(self, state: State, planes=None, only_requested=False):
-        span = state.span
-        self.length = np.asarray(span.unstretched_length, dtype=float)
-        self.mass = np.asarray(span.mass, dtype=float)
         self._state, self._mesh, self._only_requested = state, state.mesh, only_requested
-        self.planes = planes or (PLANAR if span.planar else (SPATIAL,))
+        self.planes = planes or (PLANAR if state.span.planar else (SPATIAL,))
         self._modes, self._frequency_cache, self._eigenvectors = {}, {}, {}
         self._batch = None  # of some cables of a batch: the `Dynamics` of all, and the index of these
 
@@ -51,13 +48,29 @@ class Dynamics:
             batch, own_index = self._batch
             return batch.take(np.arange(len(batch.length))[own_index][index])
         chosen = Dynamics(self._state, self.planes, self._only_requested)
-        chosen.length, chosen.mass, chosen._batch = self.length[index], self.mass[index], (self, index)
+        chosen._batch, chosen.dof = (self, index), self.dof
         return chosen
 
     @cached_property
     def state(self):
         """`State` of the equilibrium."""
         return self._state if self._batch is None else self._state.take(self._batch[1])
+
+    @cached_property
+    def length(self):
+        """Unstretched length, shape (...). [m]"""
+        if self._batch is None:
+            return np.asarray(self._state.span.unstretched_length, dtype=float)
+        batch, index = self._batch
+        return batch.length[index]
+
+    @cached_property
+    def mass(self):
+        """Per unstretched length, shape (...). [kg/m]"""
+        if self._batch is None:
+            return np.asarray(self._state.span.mass, dtype=float)
+        batch, index = self._batch
+        return batch.mass[index]
 
     @cached_property
     def systems(self):
@@ -99,7 +112,6 @@ class Dynamics:
         if self.small:
             # rounded up: models of a batch then share a call, and a cable's digits do not depend on the others
             count = min(_rounded_up(count), self.dof) if self._only_requested else self.dof
-            count = self.dof if 2 * count > self.dof else count
         else:
             # exactly as many as requested: the last digits of Lanczos modes depend on their number
             count = min(count, self.dof)
@@ -144,11 +156,13 @@ class Dynamics:
         ConvergenceError
             As for `lowest`.
         """
-        batch, cable = self._batch or (self, ())
-        largest_count = self.dof if self.dof <= CABLE.all_modes_freedoms else self.dof // 4
-        count = max(*(2 * number for number, _, _ in labels), min(ceil(estimated_count), largest_count))
+        batch, cable = self._batch or (self, None)
+        largest_count = batch.dof if batch.dof <= CABLE.all_modes_freedoms else batch.dof // 4
+        count = max(_estimated_count(labels, batch.planes), min(ceil(estimated_count), largest_count))
         while True:
-            frequency, error = (array[cable].tolist() for array in batch._frequencies(count, labels, errors))
+            frequency, error = batch._frequencies(count, labels, errors)
+            if cable is not None:
+                frequency, error = frequency[cable], error[cable]
             missing = [label for label, value in zip(labels, frequency, strict=True) if value != value]
             if not missing:
                 return frequency, error, count
@@ -160,20 +174,23 @@ class Dynamics:
             count *= 2
 
     def _frequencies(self, count, labels, errors):
-        """Frequencies and errors of labelled modes among the lowest `count`, of all cables, shape (..., labels) each.
+        """Frequencies and errors of labelled modes among the lowest `count`, of all cables: lists, (..., labels) each.
 
         Not a number where a mode is not among them.
         """
         key = (count, labels, errors)
         if key not in self._frequency_cache:
             modes = self.modes(count)
-            masks = np.stack([modes.numbered(*label) for label in labels], axis=-2)
+            ordinals = {label[1:]: modes.ordinals(*label[1:]) for label in labels}
+            found = np.stack([ordinals[kind, symmetry] == number for number, kind, symmetry in labels], axis=-2)
+            unknown = np.where(found.any(axis=-1), 0.0, np.nan)
 
             def labelled(values):
-                return np.where(masks.any(axis=-1), np.where(masks, values[..., None, :], 0.0).sum(axis=-1), np.nan)
+                return unknown + np.where(found, values[..., None, :], 0.0).sum(axis=-1)
 
             frequency = labelled(modes.frequency)
-            self._frequency_cache[key] = frequency, labelled(modes.errors) if errors else frequency[..., :0]
+            error = labelled(modes.errors) if errors else frequency[..., :0]
+            self._frequency_cache[key] = frequency.tolist(), error.tolist()
         return self._frequency_cache[key]
 
     def lowest(self, count):
@@ -211,6 +228,16 @@ class Dynamics:
             )
         shapes = [_lanczos(System(self.state.take(cable), system.axes), count) for cable in np.ndindex(lead)]
         return [PlaneModes(system, np.stack(shapes).reshape(*lead, dof, count))]
+
+
+@lru_cache(maxsize=128)
+def _estimated_count(labels, planes):
+    """Estimated count of the lowest modes in some planes among which those of some labels are.
+
+    Half of the modes have either symmetry, and where a cable moves in all directions half of them either direction.
+    """
+    directions = 1 if planes in ((IN_PLANE,), (OUT_OF_PLANE,)) else 2
+    return max(number * directions * (2 if symmetry else 1) for number, _, symmetry in labels)
 
 
 def _rounded_up(count):

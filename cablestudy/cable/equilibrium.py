@@ -23,10 +23,9 @@ def from_catenary(catenary, mesh):
 
     Exact at every point; `solve` gives the equilibrium of the discrete cable.
     """
-    points = mesh.point_positions
-    displacement, force = catenary.at(np.concatenate([mesh.node_positions, points.ravel()]))
-    displacement, force = displacement[..., : mesh.nodes, :].copy(), force[..., mesh.nodes :, :]
+    displacement, _ = catenary.at(mesh.node_positions)
     displacement[..., -1, :] = 0.0
+    force = catenary.tension_at(mesh.point_positions.ravel())
     return _state(catenary, mesh, force / np.asarray(catenary.max_tension)[..., None, None], displacement)
 
 
@@ -195,7 +194,7 @@ def _solve_loads(catenary, mesh, nodal=None):
     """
     span, reference = catenary.span, np.asarray(catenary.max_tension)
     problem = ElementResidual(span, mesh, reference, nodal)
-    at_end_1 = catenary.at(np.zeros(1))[1][..., 0, : problem.axes]
+    at_end_1 = catenary.tension_at(np.zeros(1))[..., 0, : problem.axes]
     start = at_end_1 / reference[..., None] - problem.loads[..., 0, :]  # c, the tension vector beyond the load on end 1
     active = np.ones(start.shape[:-1], dtype=bool)
     _, point, record = newton(problem, np.moveaxis(start, -1, 0), active)

@@ -128,12 +128,12 @@ class Modes:
         """`Modes` with the lowest `count` only."""
         return self if count >= self.count else replace(self, count=count, complete=False)
 
-    def numbered(self, number, kind, symmetry=None):
-        """Mask of mode `number` (from 1) of a kind and symmetry, shape (..., k): true for one mode, or for none."""
+    def ordinals(self, kind, symmetry=None):
+        """Number (from 1) of each mode among those of a kind and symmetry, shape (..., k); 0 of the others."""
         matches = self.kinds == KINDS.index(kind)
         if symmetry is not None:
             matches = matches & (self.symmetries == SYMMETRIES.index(symmetry))
-        return matches & (np.cumsum(matches, axis=-1) == number)
+        return np.cumsum(matches, axis=-1) * matches
 
     def select(self, kind=None, symmetry=None):
         """Indices of the modes of one cable of a kind and symmetry, ascending in frequency."""

@@ -81,9 +81,10 @@ class ColumnRequirements(TableColumns):
         self.damped = any(column.name == DAMPING_RATIO for column in self.system)
         self.driven = self.in_wind or bool(_columns_needing(self.system, "loop"))
         self.least_errors = {c.header: c.least_error for c in self.physical if c.least_error is not None}
-        self._planes = _by_plane(self.modes)
+        self._planes = ModesByPlane(self.modes)
         self.waves = max(map(_half_waves, self.modes), default=0)
-        self.sagging_waves = max((_half_waves(c) + (2 if c.mode[2] else 1) for c in self._planes[0]), default=0)
+        sagging = self._planes.in_plane
+        self.sagging_waves = max((_half_waves(c) + (2 if c.mode[2] else 1) for c in sagging), default=0)
         self.axial = max((column.mode[0] for column in self.modes if column.mode[1] == "axial"), default=0)
 
     @property
@@ -103,37 +104,52 @@ class ColumnRequirements(TableColumns):
         failures : dict
             Header -> CablestudyError of a column without a value.
         """
-        kept = [column for column in self.modes if column.header not in refused] if refused else self.modes
-        return _frequencies(case, kept, _by_plane(kept) if refused else self._planes)
+        if not refused:
+            return _frequencies(case, self._planes)
+        return _frequencies(case, ModesByPlane([column for column in self.modes if column.header not in refused]))
 
 
-def _frequencies(case, columns, planes):
-    """Values, errors and failures of columns of modes, also given by planes, as `ColumnRequirements.sample`.
+class ModesByPlane:
+    """Columns of modes, those in the plane of the cable first.
+
+    Attributes
+    ----------
+    columns, in_plane : list of Column
+        All of them, and those of modes in the plane.
+    labels : tuple of tuple
+        Modes in the plane and out of it, as `Case.frequencies` takes them.
+    """
+
+    def __init__(self, columns):
+        self.in_plane = [column for column in columns if column.mode[1] != "out-of-plane"]
+        across = [column for column in columns if column.mode[1] == "out-of-plane"]
+        self.columns = [*self.in_plane, *across]
+        self.labels = tuple(column.mode for column in self.in_plane), tuple(column.mode for column in across)
+        self._headers = [column.header for column in self.columns]
+
+    def by_header(self, numbers):
+        """Header of each column -> its number, from the numbers in the order of the columns: dict."""
+        return dict(zip(self._headers, numbers, strict=True))
+
+
+def _frequencies(case, modes):
+    """Values, errors and failures of columns, a `ModesByPlane`, as `ColumnRequirements.sample`.
 
     All are computed in one call; where this fails each by itself, so that one missing mode leaves the others.
     """
-    if not columns:
+    if not modes.columns:
         return {}, {}, {}
     try:
-        frequencies, errors = case.frequencies(tuple(tuple([column.mode for column in plane]) for plane in planes))
+        frequencies, errors = case.frequencies(modes.labels)
     except CablestudyError as error:
-        if len(columns) == 1:
-            return {}, {}, {columns[0].header: error}
+        if len(modes.columns) == 1:
+            return {}, {}, {modes.columns[0].header: error}
         values, errors, failures = {}, {}, {}
-        for column in columns:
-            value, relative_error, failure = _frequencies(case, [column], _by_plane([column]))
+        for column in modes.columns:
+            value, relative_error, failure = _frequencies(case, ModesByPlane([column]))
             values, errors, failures = values | value, errors | relative_error, failures | failure
         return values, errors, failures
-    headers = [column.header for plane in planes for column in plane]
-    return dict(zip(headers, frequencies, strict=True)), dict(zip(headers, errors, strict=True)), {}
-
-
-def _by_plane(columns):
-    """Columns of modes in the plane, and of those out of plane: two lists."""
-    in_plane, across = [], []
-    for column in columns:
-        (across if column.mode[1] == "out-of-plane" else in_plane).append(column)
-    return in_plane, across
+    return modes.by_header(frequencies), modes.by_header(errors), {}
 
 
 def _half_waves(column):

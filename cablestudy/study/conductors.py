@@ -309,7 +309,7 @@ def uneven_errors(condition, strain, catenary):
         Equilibria of the linear cables.
     """
     nodes, weights = np.polynomial.legendre.leggauss(STUDY.conductor_points)
-    force = catenary.at((1 + nodes) / 2)[1]
+    force = catenary.tension_at((1 + nodes) / 2)
     tension, mean_tension = np.sqrt((force**2).sum(axis=-1)), np.maximum(catenary.mean_tension, np.finfo(float).tiny)
     with np.errstate(all="ignore"):
         extra_strain = np.abs(uneven_strain(condition, strain, tension, weights / 2))

@@ -123,14 +123,17 @@ def needs_of(case, required):
     NoSolutionError, ConvergenceError
         The case has no motion.
     """
-    results, axial = case.results, required.axial
-    axial_waves, travel_time = float(results.axial_waves[case.index]), float(results.travel_time[case.index])
+    case.results.check(case.index)
+    return _half_waves(case, required), _least_axial_frequency(case, required.axial) if required.axial else 0.0
+
+
+def _least_axial_frequency(case, number):
+    """Lower bound of the frequency of an axial mode by its number, from 1. [Hz]"""
+    results, index = case.results, case.index
     # Dunkerley: masses on the cable lower its axial mode k at most by this
-    mass_on_cable = sum(mass for _, mass in case.point_masses)
-    lowered_by = np.sqrt(1 + (axial * np.pi / 2) ** 2 * mass_on_cable)
+    lowered_by = np.sqrt(1 + (number * np.pi / 2) ** 2 * sum(mass for _, mass in case.point_masses))
     # half of k c/(2 L): neighbouring modes shift an axial one
-    least_frequency = axial * axial_waves / (4 * travel_time) / lowered_by if axial else 0.0
-    return _half_waves(case, required), least_frequency
+    return number * float(results.axial_waves[index]) / (4 * float(results.travel_time[index])) / lowered_by
 
 
 def _half_waves(case, required):
@@ -275,7 +278,8 @@ class Refinement:
             if not pending:
                 self.used, self.finer = self.finer, None
             return
-        errors = {header: max(self._rounding, unresolved, estimated_errors[header]) for header in values}
+        least = max(self._rounding, unresolved)
+        errors = {header: error if error > least else least for header, error in estimated_errors.items()}
         within_accuracy = {header: error for header, error in errors.items() if error <= self._accuracy}
         self._values_of_level, self.used, self.errors = values, self.finer, within_accuracy
         self.values = {header: values[header] for header in within_accuracy}

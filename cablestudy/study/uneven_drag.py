@@ -51,7 +51,7 @@ def changes(drag, catenary, stretched=False):
     span, pieces = catenary.span, Pieces.of(catenary)
     stiffness, length = (np.asarray(array)[:, None, None] for array in (span.axial_stiffness, span.unstretched_length))
     at_points, at_ends = (
-        span.in_frame(catenary.at(points)[1], "global") for points in (pieces.points, np.array([0.0, 1.0]))
+        span.in_frame(catenary.tension_at(points), "global") for points in (pieces.points, np.array([0.0, 1.0]))
     )
     uniform_drag = drag.times_mean_pressure(across(drag.direction, span.frame[..., 0, :]))[:, None]
     if stretched:

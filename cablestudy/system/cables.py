@@ -126,7 +126,7 @@ class Cables:
         stretched length: over the unstretched length that of sqrt(m (1/T + 1/EA)).
         """
         gauss, span = basis(GAUSS_POINTS), self.catenary.span
-        force = self.catenary.at(gauss.points)[1]
+        force = self.catenary.tension_at(gauss.points)
         tension = np.sqrt((force**2).sum(axis=-1))
         compliance = np.where(tension > 0, 1 / np.where(tension > 0, tension, 1.0), 0.0)
         compliance = compliance + 1 / span.axial_stiffness[:, None]
