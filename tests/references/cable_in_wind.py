@@ -5,6 +5,8 @@ Each piece is one step of the classical Runge-Kutta method with the load where i
 that the last piece ends where the cable does.
 """
 
+import math
+
 import numpy as np
 from scipy.optimize import root
 
@@ -25,12 +27,12 @@ def drag(width, pressure, direction, weight, stretched=True):
     stretched : bool
         Whether the wind meets the stretched length, or the unstretched one.
     """
-    blows = np.array([np.cos(direction), np.sin(direction), 0.0])
+    blows, down = np.array([np.cos(direction), np.sin(direction), 0.0]), np.array([0.0, 0.0, weight])
 
     def load(place, tangent, stretch):
         across = blows - tangent * (tangent @ blows)
         met = width * pressure(place) * (stretch if stretched else 1.0)
-        return met * np.linalg.norm(across) * across - [0, 0, weight]
+        return met * math.sqrt(across @ across) * across - down
 
     return load
 
@@ -47,9 +49,11 @@ def solve(end_1, end_2, stiffness, length, load, start, pieces=400, point_loads=
     """
 
     def rates(place, force):
-        tension = np.linalg.norm(force)
+        tension = math.sqrt(force @ force)
         stretch, tangent = 1 + tension / stiffness, force / tension
-        return np.array([stretch * tangent, -load(place, tangent, stretch)])
+        rate = np.empty((2, 3))
+        rate[0], rate[1] = stretch * tangent, -load(place, tangent, stretch)
+        return rate
 
     def along(force):
         step, found = length / pieces, [np.array([end_1, force])]
