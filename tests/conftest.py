@@ -3,7 +3,9 @@
 import gc
 import math
 import os
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
+from importlib import import_module
+from pathlib import Path
 
 import pytest
 from campaign import deselected
@@ -38,6 +40,20 @@ def undivided_sweeps():
         for module, name in ((driver, "WORTHWHILE"), (chunks, "SECONDS"), (chunks, "MAX_GROWTH")):
             patch.setattr(module, name, math.inf)
         yield
+
+
+def pytest_collection(session):
+    """Each worker begins to import a folder of tests elsewhere, and finds compiled what the others began with.
+
+    All of them in the same order would each compile all.
+    """
+    worker, workers = (os.environ.get(f"PYTEST_XDIST_WORKER{end}") for end in ("", "_COUNT"))
+    if worker:
+        names = sorted(path.stem for folder in session.config.args for path in Path(folder).glob("test_*.py"))
+        begin = len(names) * int(worker.removeprefix("gw")) // int(workers)
+        for name in names[begin:] + names[:begin]:
+            with suppress(Exception):  # pytest imports it again, and tells why it fails
+                import_module(name)
 
 
 def pytest_collection_finish():
