@@ -14,6 +14,7 @@ from functools import partial
 import click
 import pytest
 from command import CARLINA, CONFIGS, LONGEST, ROOT, SLACK, process, rows_of, run, study_file, table_of
+from picture import undrawn
 
 from cablestudy import __version__
 from cablestudy.cli import main
@@ -204,6 +205,7 @@ def test_notes_go_to_standard_error_and_quiet_silences_them(folder):
         (("new", "guy"), ["guy.yaml"]),
     ],
 )
+@undrawn()
 def test_quiet_hides_what_was_written_too(folder, words, written):
     said = run(*words).err
     assert all(name in said for name in written)

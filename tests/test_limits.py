@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command import CONFIGS, refused_in_one_line, rows_of, run, table_of
+from picture import undrawn
 from references import catenary_mp
 from scipy.optimize import brentq
 
@@ -89,6 +90,7 @@ def test_exit_codes_and_formats():
     assert json.loads(run("static", "line.yaml", "--limits", "--format", "json", code=1).out)["errors"][0]["margin"] > 0
 
 
+@undrawn()
 def test_a_report_begins_with_the_limits():
     Path("short.yaml").write_text(
         CABLE + ", preload: 20 kN}\nlimits: {a: sag <= 1 m, b: chord >= 1 m}\n", encoding="utf-8"

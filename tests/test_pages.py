@@ -236,6 +236,7 @@ def test_tables_of_a_scene_have_the_columns_that_are_asked_for(folder):
     assert not {"Free points: places, global axes", "Sag of each cable [m]"} & page.tables.keys()
 
 
+@undrawn()
 def test_the_rows_and_columns_of_a_study_are_those_that_are_asked_for(folder):
     """Rows keep their numbers: the guy at 5 and 8 % everyday, 1 and 3, hang by more than 0.8 m."""
     study = str(CONFIGS / "guy-preload.yaml")
@@ -307,6 +308,7 @@ def test_a_loop_needs_no_wind(folder):
     assert not any(line.startswith("No answer") for line in page.texts["p"])
 
 
+@undrawn()
 def test_a_study_is_computed_by_as_many_processes_as_asked(folder, monkeypatch):
     asked, compute = [], sweeps_run.compute_here
     monkeypatch.setattr(sweeps_run, "compute_here", lambda chunks, jobs: asked.append(jobs) or compute(chunks, 1))
@@ -374,6 +376,7 @@ def test_rows_that_a_sweep_has_stored_are_not_computed_again(folder):
     assert told not in report(folder, study)[0].texts["p"]
 
 
+@undrawn()
 def test_one_more_dimension_and_standard_input(folder):
     text = f"base: {GUY}\nvary: [{{cable.preload: [8 %, 12 %]}}]\ncolumns: [sag]\n"
     run("report", "-", "--vary", "cable.diameter=14mm,16mm,18mm", stdin=text)
@@ -416,6 +419,7 @@ def test_a_folder_in_the_way_is_refused_before_anything_is_computed(folder):
     assert run("report", GUY, code=2).err == "--out guy.html: cannot be written\n"
 
 
+@undrawn()
 def test_the_python_interface_writes_the_same_page(folder):
     done = cs.report(TRIFILAR, out=folder / "one.html", set={"gravity": 9.8}, title="same")
     assert (done.path, done.failures) == (str(folder / "one.html"), ())
@@ -465,6 +469,7 @@ def test_values_are_shown_as_they_may_be_written():
     assert flat({"a": {"b": 1, "c": {}}, "d": [2]}) == {"a.b": 1, "a.c": {}, "d": [2]}
 
 
+@undrawn()
 def test_names_of_columns_in_python_stand_once_and_none_is_empty(folder):
     study = str(CONFIGS / "guy-preload.yaml")
     with pytest.raises(SceneError, match=r"^columns: expected names joined by commas"):
