@@ -132,15 +132,17 @@ def _eigen_by_solvents(matrices, omega):
     equation.
     """
     stiffness, damping, _ = matrices
+    settled = SYSTEM.sum_rounding * SYSTEM.rounding
     uncoupled, poles, vectors = _uncoupled_poles(np.stack([np.diagonal(matrix) for matrix in matrices])), [], []
+    uncoupled = np.take_along_axis(uncoupled, np.argsort(uncoupled.imag, axis=0), axis=0)  # lower half plane, upper one
     for own, other in (uncoupled, uncoupled[::-1]):
         solvent, distance = np.diag(own), own - other[:, None]
         for _ in range(SYSTEM.solvent_steps):
             change = ((solvent + damping) @ solvent + stiffness) / distance
             solvent = solvent - change
-            if not SYSTEM.rounding < (size := np.abs(change / distance).max()) < 1:
+            if not settled < (size := np.abs(change / distance).max()) < 1:
                 break
-        if not size <= SYSTEM.rounding:
+        if not size <= settled:
             return None
         inverse_poles, amplitudes = np.linalg.eig(np.linalg.inv(solvent))
         poles.append(1 / inverse_poles)
