@@ -244,7 +244,7 @@ def _spectral_integrals(inputs, panels, noise, weights, resolvents):
         for column_group, function in zip(noise.groups, functions, strict=True):
             matrices, weighted = noise.matrices[:, row_group, column_group], weights[:, None] * function
             integrals = real_resolvents @ weighted.reshape(-1, points).T
-            integrals = integrals.reshape(2, poles, count, -1)
+            integrals = integrals.reshape(2, poles, count, len(function))
             by_pole[..., column_group] += _times_matrices(inputs[:, row_group], matrices, integrals)
             spectra[:, row_group, column_group] += np.tensordot(weighted @ panels.weights, matrices, axes=1)
     return np.swapaxes(by_pole, 0, 1), spectra
