@@ -6,12 +6,17 @@ import numpy as np
 import pytest
 from mpmath import mp
 from references import bars
-from scenes import CHORD, INCLINED, PAPER, SAGGING, cells, scene
+from scenes import CARLINA, CHORD, INCLINED, PAPER, SAGGING, cells, scene
 from scipy.optimize import brentq
 
+from cablestudy.study import gondola
 from cablestudy.study.case import Case
+from cablestudy.study.columns import find
 from cablestudy.study.notes import gondola_notes
+from cablestudy.study.row import evaluate
 from cablestudy.study.suspension.body_mode import largest_share
+from cablestudy.study.tolerances import STUDY
+from cablestudy.system.cables import Models
 
 
 def frequency_on(mass, stiffness):
@@ -115,3 +120,19 @@ def test_modes_that_share_the_gondola_are_named():
 def test_of_two_equal_shares_the_lower_mode_is_the_gondola_s():
     assert largest_share(np.array([0.1, 0.4, 0.1, 0.4 * (1 + 1e-9)])) == 1
     assert largest_share(np.array([0.1, 0.4, 0.1, 0.4 * (1 + 1e-3)])) == 3
+
+
+def test_a_mesh_with_all_the_unknowns_there_may_be_is_not_tried_again(monkeypatch):
+    """Sharper modes would have a mesh with no more of them: they are not computed, and the reason is told."""
+
+    def never(*_, **__):
+        raise AssertionError
+
+    monkeypatch.setattr(Models, "complete", False)
+    monkeypatch.setattr(type(STUDY), "damped_pole_freedoms", 24)
+    monkeypatch.setattr(gondola, "coupled_modes", never)
+    strained = scene("model={accuracy: 1e-6}", "cable.damping={model: hysteretic, loss_factor: 0.02}")
+    row = evaluate(strained, [find("gondola_damping_ratio")])
+    assert row.cells["gondola_damping_ratio"] is None
+    assert row.cells["status"].startswith("gondola_damping_ratio: estimated error ")
+    assert row.cells["status"].endswith("of which no mesh has more than 24")
