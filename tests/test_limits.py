@@ -427,6 +427,16 @@ def test_malformed_limits_are_refused_in_one_line(folder, text):
         assert done.lines == [f"wrong.yaml:{line}"], command
 
 
+@pytest.mark.parametrize("file", ["line.yaml", "suspensions/mast-levels.yaml"])
+def test_a_wrong_case_is_told_beside_a_limit_on_another_one(folder, file):
+    sets = [f"--set={key}" for key in ("case=icee", "limits={a: {that: max_tension <= 7 kN, cases: [icy]}}")]
+    lines = run("validate", CONFIGS / file, *sets, code=2).lines
+    wrong = [text for text in lines if "unknown" in text]
+    assert len(wrong) == 2
+    assert 'case: unknown case "icee"' in wrong[0]
+    assert 'limits.a.cases.0: unknown load case "icy"' in wrong[1]
+
+
 def test_limits_that_have_no_effect_or_are_not_there(folder):
     for path in folder.iterdir():
         path.unlink()

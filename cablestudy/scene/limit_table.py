@@ -75,16 +75,26 @@ Limit = Annotated[LimitTable | str, Either(
 Limits = dict[Annotated[Name, AfterValidator(plain_name("limit"))], Limit]
 
 
-def limit_relations(limits, cases):
-    """Relations, as of `KeyTable.relations`, that the load cases which limits name are there: a list."""
+def case_relations(chosen, limits, cases):
+    """Relations, as of `KeyTable.relations`, that a chosen load case, and those which limits name, are there: a list.
+
+    Parameters
+    ----------
+    chosen : str or None
+    limits : dict
+        Name -> LimitTable.
+    cases : dict
+        Name of a load case -> its table.
+    """
     known = [*cases, REFERENCE]
-    return [
-        (("limits", name, "cases", index), case in known, partial(_unknown_case, case, known))
+    of_limits = [
+        (("limits", name, "cases", index), case in known, partial(_unknown_case, "load case", case, known))
         for name, limit in limits.items()
         for index, case in enumerate(limit.cases or ())
     ]
+    return [(("case",), chosen is None or chosen in cases, partial(_unknown_case, "case", chosen, cases)), *of_limits]
 
 
-def _unknown_case(case, known):
-    """Message on a load case that a limit names and the scene does not have."""
-    return f"unknown load case {show(case)} ({suggestion(case, known)})"
+def _unknown_case(kind, case, known):
+    """Message on a load case that the scene does not have."""
+    return f"unknown {kind} {show(case)} ({suggestion(case, known)})"

@@ -8,16 +8,15 @@ from cablestudy.scene.cable_table import CHORD_RANGE, Cable, beyond_the_end
 from cablestudy.scene.common_tables import Correction, Exposure, Ground, ModelTable, ground_relations
 from cablestudy.scene.control_tables import Controller, Drive
 from cablestudy.scene.document import apply_sets, read_document
-from cablestudy.scene.fields import CaseName, KeyTable, Name, Quantity, suggestion, tables_of
+from cablestudy.scene.fields import CaseName, KeyTable, Name, Quantity, tables_of
 from cablestudy.scene.layers import matches, split_key
-from cablestudy.scene.limit_table import Limits, limit_relations
+from cablestudy.scene.limit_table import Limits, case_relations
 from cablestudy.scene.load_tables import LoadCase, paths_of_loads
 from cablestudy.scene.materials import Materials
 from cablestudy.scene.mistakes import empty_keys, findings, located
 from cablestudy.scene.section import limited
 from cablestudy.scene.stress_strain_table import loaded_by_a_case
 from cablestudy.scene.strict_yaml import refuse
-from cablestudy.scene.units import show
 from cablestudy.scene.wind_tables import Coefficient, Wind
 
 STUDY_KEYS = ("vary", "columns")
@@ -111,8 +110,7 @@ class CableScene(KeyTable):
 
     def relations(self):
         """The case is one of the cases, what it needs of the cable is there, and its loads are on the cable."""
-        exists = self.case is None or self.case in self.cases
-        yield [(("case",), exists, lambda: f"unknown case {show(self.case)} ({suggestion(self.case, self.cases)})")]
+        yield [*case_relations(self.case, self.limits, self.cases), *ground_relations(self.ground)]
         cable, length = self.cable, self.cable.unstretched_length
         yield [loaded_by_a_case(("cable",), cable, self.cases)]
         yield [relation for name, case in self.cases.items() for relation in case.needs_of(cable, ("cable",), name)]
@@ -120,8 +118,6 @@ class CableScene(KeyTable):
             if length is not None:
                 yield beyond_the_end(("cases", name, "loads"), case.loads, length)
             yield self._end_relations(name, case)
-        yield ground_relations(self.ground)
-        yield limit_relations(self.limits, self.cases)
 
     def _end_relations(self, name, case):
         """A gondola takes the force of a case, and the moved ends of the cable are apart; a list as of `relations`."""

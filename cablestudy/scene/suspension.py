@@ -15,7 +15,7 @@ from cablestudy.scene.control_tables import Control, Drive
 from cablestudy.scene.determinacy import MOTIONS, determinacy_mistakes
 from cablestudy.scene.fields import CaseName, KeyTable, Name, Quantity, suggestion, tables_of
 from cablestudy.scene.layers import merge
-from cablestudy.scene.limit_table import Limits, limit_relations
+from cablestudy.scene.limit_table import Limits, case_relations
 from cablestudy.scene.load_tables import SuspensionLoadCase, paths_of_loads
 from cablestudy.scene.materials import Materials
 from cablestudy.scene.mistakes import empty_keys, findings, located
@@ -31,7 +31,6 @@ from cablestudy.scene.suspension_tables import (
     SuspendedCable,
     Tensions,
 )
-from cablestudy.scene.units import show
 from cablestudy.scene.wind_tables import SuspensionWind
 
 # Keys of a scene of one cable -> what a suspension has instead.
@@ -169,7 +168,9 @@ class SuspensionScene(KeyTable):
         links = {name: link.ends for name, link in self.links.items()}
         yield [(("cables",), bool(self.cables or self.links), lambda: "expected at least 1 item, got 0")]
         mistakes = connection_mistakes(self.points, bodies, ends, self.winches, self.actuators, links)
-        yield _broken(mistakes + self._unknown_references() + reference_mistakes(self))
+        of_names = _broken(mistakes + self._unknown_references() + reference_mistakes(self))
+        of_cases = case_relations(self.case, self.limits, self.cases)
+        yield [*of_names, *of_cases, *ground_relations(self.ground)]
         yield _broken(self._unheld() + determinacy_mistakes(self))
         yield [relation for name, link in self.links.items() for relation in self._link_relations(name, link)]
         for relation in actuator_relations(self):
@@ -180,9 +181,7 @@ class SuspensionScene(KeyTable):
         yield [relation for name, case in self.cases.items() for relation in self._move_relations(name, case.moves)]
 
     def _case_relations(self):
-        """The case is one of the cases, all cables have what the cases need, and the ground is in order."""
-        exists = self.case is None or self.case in self.cases
-        yield [(("case",), exists, lambda: f"unknown case {show(self.case)} ({suggestion(self.case, self.cases)})")]
+        """All cables have what the cases need, and their loads act on something."""
         yield [loaded_by_a_case(("cables", name), table, self.cases) for name, table in self.cables.items()]
         with_state = [name for name, table in self.cables.items() if table.state]
         has_curves = not with_state or any(table.stress_strain for table in self.cables.values())
@@ -196,8 +195,6 @@ class SuspensionScene(KeyTable):
         ]
         yield from self._load_relations()
         yield _broken(case_mistakes(self))
-        yield ground_relations(self.ground)
-        yield limit_relations(self.limits, self.cases)
 
     def _load_relations(self):
         """The point loads of load cases are on cables that exist, and not beyond their ends."""

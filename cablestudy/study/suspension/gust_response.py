@@ -171,14 +171,16 @@ class GustResponse:
     def moving_error(self):
         """Largest relative error by the modes left out of the variances of displacement and velocity of bodies. [-]
 
-        Of mid-spans by displacements alone.
+        And of what a telescope sees of them, to which high modes matter more; of mid-spans by displacements alone.
         """
         displacements = [row for row, name in enumerate(self.names) if name.endswith((".x", ".y", ".z"))]
         groups, errors = np.array(_groups(self.names))[displacements], [0.0]
         value, by_modes, _ = self._variances()
+        if weights := seen_weights(self.scene.exposure, self.scene.correction):
+            value, by_modes = np.concatenate([(value, by_modes), self._variances(weights)[:2]], axis=1)
         for group in set(groups.tolist()):
             rows = np.array(displacements)[groups == group]
-            kinds = 1 if ".midspan." in self.names[rows[0]] else len(OWN)  # no column has velocities of mid-spans
+            kinds = 1 if ".midspan." in self.names[rows[0]] else len(value)  # no column has velocities of mid-spans
             error, total = (array[:kinds, rows].sum(axis=-1) for array in (by_modes, value))
             errors += (error[total > 0] / total[total > 0]).tolist()
         return max(errors)
