@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mpmath import mp
 from references import bars
-from scenes import CARLINA, CHORD, INCLINED, PAPER, SAGGING, cells, scene
+from scenes import CHORD, INCLINED, PAPER, SAGGING, cells, scene
 from scipy.optimize import brentq
 
 from cablestudy.study import gondola

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cablestudy.system.residues import eigen
+from cablestudy.system.residues import eigen, eigen_of_rows
 
 FREQUENCIES = 1j * np.geomspace(1e-2, 1e3, 60)
 
@@ -56,3 +56,26 @@ def test_the_slow_poles_of_a_graded_matrix_are_not_moved_by_a_double_pole_far_ab
     poles = eigen(MATRICES["it before a slow and a fast oscillator"]).poles
     slow = poles[np.argmin(np.abs(poles - 0.7j))]
     assert slow == pytest.approx(0.7 * (-0.04 + 1j * np.sqrt(1 - 0.04**2)), rel=1e-9)
+
+
+def test_matrices_of_many_rows_have_the_poles_and_vectors_of_each_alone():
+    """Full matrices, one with real poles alone, one of two groups of states, one with coinciding poles."""
+    draw = np.random.default_rng(3)
+    full, triangular, apart = draw.normal(size=(4, 4)), np.triu(draw.normal(size=(4, 4))), draw.normal(size=(4, 4))
+    apart[:2, 2:] = apart[2:, :2] = 0.0
+    coinciding = np.eye(4, k=1) - 2 * np.eye(4)
+    coinciding[3, 0] = 1e-15
+    rows = np.array([full, triangular, apart, coinciding, full.T])
+    for found, matrix in zip(eigen_of_rows(rows), rows, strict=True):
+        alone = eigen(matrix)
+        for name in ("values", "right", "left"):
+            assert np.array_equal(getattr(found, name), getattr(alone, name)), name
+        assert (found.right * found.values) @ found.left == pytest.approx(matrix, abs=1e-6)
+
+
+def test_the_inverse_of_vectors_in_pairs_is_that_of_the_complex_matrix():
+    matrix = np.random.default_rng(8).normal(size=(9, 9))
+    found = eigen(matrix)
+    assert (found.values.imag != 0).any()
+    assert found.left == pytest.approx(np.linalg.inv(found.right), abs=1e-12)
+    assert found.left @ found.right == pytest.approx(np.eye(9), abs=1e-13)

@@ -11,7 +11,7 @@ from scipy.integrate import quad
 from cablestudy.scene.scene import CableScene
 from cablestudy.study.case import Case
 from cablestudy.study.one_cable_system import in_wind_of
-from cablestudy.system.residues import eigen, residues
+from cablestudy.system.residues import eigen, residues, stack
 from cablestudy.wind.variance import Noise, Panels, smooth_on, variances
 
 RANGE = 1e-7, 1e7
@@ -147,3 +147,19 @@ def test_the_error_of_models_that_are_compared_is_not_below_the_true_one(seed):
     found, error = wind.rms(["gondola.x"], "value", open_loop=True)
     assert len(wind.closed_loop.modes) == 64
     assert abs(found / np.sqrt(truth) - 1) <= error <= 1e-9
+
+
+def test_variances_of_many_rows_are_those_of_each_alone():
+    """Oscillators with other frequencies and panels, in one call: against 1/(8 z w^3), and to the last digit alone."""
+    omega, ratio = np.array([1.1, 2.7, 9.0]), np.array([1e-6, 0.02, 0.6])
+    systems = [
+        system([[0, 1], [-(w**2), -2 * z * w]], [[0], [1]], np.eye(2)) for w, z in zip(omega, ratio, strict=True)
+    ]
+    edges = np.stack([np.geomspace(1e-7 * k, 1e7, 8 * 14 + 1) for k in (1, 2, 3)])
+    panels = Panels(edges)
+    ones = np.ones((3, 1, panels.frequency.shape[-1]))
+    noises = [noise(Panels(of_row), [[1]], np.ones_like) for of_row in edges]
+    together = variances(stack(systems), panels, Noise.stack(noises), ones)
+    assert together[:, 0, 0] == pytest.approx(1 / (8 * ratio * omega**3), rel=1e-6)
+    for found, one, of_row, own in zip(together, systems, edges, noises, strict=True):
+        assert np.array_equal(found, variances(one, Panels(of_row), own, ones[0]))

@@ -88,8 +88,7 @@ class Loop:
 
     def within(self, space, motion):
         """The loop in a space of its coordinates, of shape (m, r); `motion` is `LinearSystem.within` it."""
-        allocation = replace(self.allocation, measured=self.allocation.measured @ space)
-        return replace(self, motion=motion, allocation=allocation)
+        return replace(self, motion=motion, allocation=self.allocation.within(space))
 
     def filters(self, s):
         """N_j(s), shape (f, k)."""
@@ -211,7 +210,7 @@ class Loop:
 
     def _state_matrix(self, gain):
         """A0 + gain sum A_j of `equations`, for a gain [rad/s]."""
-        return self.equations.fixed + gain * self.equations.scaled.sum(axis=0)
+        return self.equations.with_gain(gain)
 
     @property
     def poles(self):

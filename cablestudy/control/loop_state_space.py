@@ -10,6 +10,7 @@ import numpy as np
 from cablestudy.control.margins import sensitivity
 from cablestudy.system.first_order import rows
 from cablestudy.system.residues import Residues
+from cablestudy.system.state_spaces import StateSpaces
 
 
 def by_forces(motion, forces, loop=None, actuators=(), direct=None):
@@ -27,7 +28,7 @@ def by_forces(motion, forces, loop=None, actuators=(), direct=None):
     loop : Loop, optional
         Without it the winches are at rest.
     actuators : sequence of Actuator
-        Actuators of the motion, whose stroke and force, or momentum and torque, are further outputs.
+        See `StateSpaces`.
     direct : ndarray, shape (o, j), optional
         Part of each input that appears in each output of the motion at once.
 
@@ -36,29 +37,8 @@ def by_forces(motion, forces, loop=None, actuators=(), direct=None):
     b, c, d : ndarray, shapes (N, j), (p, N), (p, j)
         For N states and p outputs: those of the motion, then those of the actuators.
     """
-    _, state_rate, winch_rows, output_matrix = rows(motion, loop=loop, actuators=actuators)
-    input_matrix = _input_matrix(motion, forces, len(state_rate))
-    direct_matrix = np.zeros((len(output_matrix), forces.shape[1]), output_matrix.dtype)
-    # a force changes an output at once by the accelerations z'' and, with a loop, by rates and accelerations of winches
-    at_once = motion.c[2] @ input_matrix[len(motion) : 2 * len(motion)]
-    if loop:
-        at_once = at_once + sum(part @ (row @ input_matrix) for part, row in zip(motion.d[1:], winch_rows, strict=True))
-    direct_matrix[: len(at_once)] = at_once if direct is None else at_once + direct
-    return input_matrix, output_matrix, direct_matrix
-
-
-def winch_speeds(motion, forces, loop, actuators=(), direct=None):
-    """State-space matrices B, C and D as of `by_forces`, with the speeds of the winches as outputs."""
-    _, state_rate, (reeled, speed), _ = rows(motion, loop=loop, actuators=actuators)
-    input_matrix = _input_matrix(motion, forces, len(state_rate))
-    return input_matrix, speed, reeled @ input_matrix
-
-
-def _input_matrix(motion, forces, size):
-    """Change of each state by forces on the coordinates, shape (N, j)."""
-    matrix = np.zeros((size, forces.shape[1]))
-    matrix[len(motion) : 2 * len(motion)] = motion.accelerated(forces)
-    return matrix
+    spaces = StateSpaces.of([motion], loop and [loop], actuators)
+    return tuple(matrix[0] for matrix in spaces.matrices(forces[None], None if direct is None else direct[None]))
 
 
 class ExactResponse:

@@ -13,11 +13,11 @@ freely about its axis, so the body has J less about it; its torque on the body i
 it.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from cablestudy.system.damping import ritz
+from cablestudy.system.damping import ritz_of_rows
 from cablestudy.system.linear import LinearSystem
 from cablestudy.system.rigid import cross_matrix
 
@@ -64,11 +64,11 @@ class ActuatorFeedback:
 
     Attributes
     ----------
-    measured : ndarray, shape (m,)
+    measured : ndarray, shape (..., m)
         Movement of the body along or about the axis per coordinate. [m], [rad]
-    acts : ndarray, shape (m,)
+    acts : ndarray, shape (..., m)
         Force on each coordinate per force or torque of the actuator.
-    velocity_gain, position_gain, corner : float
+    velocity_gain, position_gain, corner : float or ndarray, shape (...)
         As in `Actuator`.
     """
 
@@ -78,70 +78,111 @@ class ActuatorFeedback:
     position_gain: float
     corner: float
 
+    @property
+    def filtered(self):
+        """True with a high-pass filter, which all rows have or none."""
+        return bool(np.any(self.corner))
+
+    def with_arrays(self, change):
+        """Copy with each array and number replaced by `change` of it, a function."""
+        return ActuatorFeedback(*(change(np.asarray(getattr(self, field.name))) for field in fields(self)))
+
+    @staticmethod
+    def stack(feedbacks):
+        """`ActuatorFeedback` of n rows from those of each."""
+        names = [field.name for field in fields(ActuatorFeedback)]
+        return ActuatorFeedback(*(np.stack([getattr(one, name) for one in feedbacks]) for name in names))
+
+    def within(self, space):
+        """The feedback with new coordinates q, z = S q, with S of shape (..., m, r)."""
+        measured, acts = ((row[..., None, :] @ space)[..., 0, :] for row in (self.measured, self.acts))
+        return replace(self, measured=measured, acts=acts)
+
     def gain(self, s):
         """Force or torque per movement, (g_v s + g_p) h(s)."""
-        return (self.velocity_gain * s + self.position_gain) * (s / (s + self.corner) if self.corner else 1.0)
+        return (self.velocity_gain * s + self.position_gain) * (s / (s + self.corner) if self.filtered else 1.0)
 
 
-def basis(system, modes, loads):
-    """Reduction basis of a suspension: its lowest modes, and Ritz vectors that make the static response to loads exact.
+def basis_of_rows(system, omega, shapes, responses):
+    """Reduction basis of n suspensions: their lowest modes, and Ritz vectors that make given static responses exact.
 
     Parameters
     ----------
     system : LinearSystem
-        The suspension in all n coordinates, see `control.suspension.second_order`.
-    modes : CoupledModes
-        Its undamped modes.
-    loads : ndarray, shape (n, r)
-        Forces on the coordinates.
+        The suspensions in all N coordinates, of n rows, see `control.suspension.second_order`.
+    omega : list of ndarray, shape (k,)
+        Angular frequencies of the undamped modes of each row. [rad/s]
+    shapes : ndarray, shape (n, N, k)
+        Their shapes, mass-normalised.
+    responses : ndarray, shape (n, N, r)
+        Static displacements by forces on the coordinates.
 
     Returns
     -------
-    omega : ndarray, shape (m,)
-        Frequencies of the modes, then of the Ritz vectors, ascending. [rad/s]
-    shapes : ndarray, shape (n, m)
-        Their shapes, mass-normalised.
+    list of (ndarray, ndarray)
+        Of each row the frequencies of the modes, then of the Ritz vectors, ascending, shape (m,) [rad/s]; and their
+        shapes, mass-normalised, shape (N, m).
     """
-    added_omega, added = ritz(system, modes.shapes, system.compliance(loads))
-    order = np.argsort(added_omega)
-    omega = np.concatenate([modes.solution.omega, added_omega[order]])
-    return omega, np.concatenate([modes.shapes, added[:, order]], axis=1)
+    found = []
+    for of_row, modes, (added_omega, added) in zip(omega, shapes, ritz_of_rows(system, shapes, responses), strict=True):
+        order = np.argsort(added_omega)
+        found.append((np.concatenate([of_row, added_omega[order]]), np.concatenate([modes, added[:, order]], axis=1)))
+    return found
 
 
-def motion(layout, whole: LinearSystem, omega, shapes, winches, actuators=(), damping=0.0):
-    """Reduce a suspension to the amplitudes of m shapes and add its actuators: `LinearSystem`.
+def motion_of_rows(whole: LinearSystem, omega, shapes, winches, damping):
+    """Reduce n suspensions to the amplitudes of m shapes each: `LinearSystem` of rows, without actuators.
 
-    Its coordinates are the m amplitudes, then the strokes of reaction masses; its inputs the lengths v that winches
-    reel in.
+    Its inputs are the lengths v that winches reel in.
 
     Parameters
     ----------
-    layout : Layout
     whole : LinearSystem
-        The suspension in all n coordinates, see `control.suspension.second_order`.
-    omega, shapes : ndarray, shapes (m,) and (n, m)
-        Reduction basis, see `basis`.
+        The suspensions in all N coordinates, of n rows, see `control.suspension.second_order`.
+    omega, shapes : ndarray, shapes (n, m) and (n, N, m)
+        Reduction basis, see `basis_of_rows`.
     winches : int
         How many of the inputs of `whole`, the first ones, are winches.
-    actuators : sequence of Actuator
-    damping : ndarray, shape (m, m), or 0
+    damping : ndarray, shape (n, m, m), or 0
         Damping of the amplitudes in addition to that of `whole`.
     """
-    strokes, count = sum(not actuator.wheel for actuator in actuators), len(omega)
-    stiffness = np.diag(omega**2).astype(whole.stiffness.dtype)  # the shapes are orthogonal for mass and stiffness
+    count, transposed = omega.shape[-1], np.swapaxes(shapes, -1, -2)
+    stiffness = np.zeros((*omega.shape, count), whole.stiffness.dtype)
+    index = np.arange(count)
+    stiffness[..., index, index] = omega**2  # the shapes are orthogonal for mass and stiffness
     if np.iscomplexobj(stiffness):  # hysteretic damping
-        stiffness.imag[:] = shapes.T @ whole.stiffness.imag @ shapes
-    matrices = np.eye(count), shapes.T @ whole.damping @ shapes + damping, stiffness
-    *matrices, feedback = actuated(layout, shapes, *matrices, actuators)
-
+        stiffness.imag[:] = transposed @ whole.stiffness.imag @ shapes
+    mass = np.zeros(stiffness.shape)
+    mass[..., index, index] = 1.0
     return LinearSystem(
-        *matrices,
-        tuple(with_strokes((shapes.T @ matrix[:, :winches]).T, strokes).T for matrix in whole.b),
-        c=tuple(with_strokes(matrix @ shapes, strokes) for matrix in whole.c),
-        d=tuple(matrix[:, :winches] for matrix in whole.d),
-        scale=np.concatenate([omega, [actuator.omega for actuator in actuators if not actuator.wheel]]),
-        feedback=feedback,
+        mass,
+        transposed @ whole.damping @ shapes + damping,
+        stiffness,
+        tuple(transposed @ matrix[..., :winches] for matrix in whole.b),
+        c=tuple(matrix @ shapes for matrix in whole.c),
+        d=tuple(matrix[..., :winches] for matrix in whole.d),
+        scale=omega,
         shapes=shapes,
+    )
+
+
+def with_actuators(layout, system, actuators):
+    """A `LinearSystem` of `motion_of_rows`, of one row, with actuators: strokes of masses are its last coordinates."""
+    if not actuators:
+        return system
+    strokes = sum(not actuator.wheel for actuator in actuators)
+    matrices = system.mass, system.damping, system.stiffness
+    mass, damping, stiffness, feedback = actuated(layout, system.shapes, *matrices, actuators)
+    own = [actuator.omega for actuator in actuators if not actuator.wheel]
+    return replace(
+        system,
+        mass=mass,
+        damping=damping,
+        stiffness=stiffness,
+        b=tuple(with_strokes(matrix.T, strokes).T for matrix in system.b),
+        c=tuple(with_strokes(matrix, strokes) for matrix in system.c),
+        scale=np.concatenate([system.scale, own]),
+        feedback=feedback,
     )
 
 

@@ -1,6 +1,6 @@
 """The notch in series with a control law: it removes one frequency, and rolls off above another one."""
 
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import numpy as np
 
@@ -35,9 +35,20 @@ class Notch:
 
     @property
     def state_space(self):
-        """a, b, c, d for the states w2^2/q and s w2/q, q the roll-off's polynomial."""
-        w1, w2 = self.omega, self.rolloff_omega
+        """a, b, c, d for the states w2^2/q and s w2/q, q the roll-off's polynomial; of k notches (k, 2, 2), (k, 2)."""
+        w1, w2, zero = np.asarray(self.omega), np.asarray(self.rolloff_omega), 0 * np.asarray(self.omega)
         d = (w2 / w1) ** 2
-        a = w2 * np.array([[0.0, 1.0], [-1.0, -2 * self.rolloff_damping_ratio]])
-        c = np.array([1.0 - d, 2 * d * (self.damping_ratio * w1 / w2 - self.rolloff_damping_ratio)])
-        return a, np.array([0.0, w2]), c, d
+        a = np.stack(
+            [np.stack([zero, w2], axis=-1), np.stack([-w2, -2 * w2 * self.rolloff_damping_ratio], axis=-1)], -2
+        )
+        of_second = 2 * d * (self.damping_ratio * w1 / w2 - self.rolloff_damping_ratio)
+        return a, np.stack([zero, w2], axis=-1), np.stack([1.0 - d, of_second], axis=-1), d
+
+    @staticmethod
+    def stack(notches):
+        """`Notch` with arrays, shape (n,), of n notches."""
+        return Notch(*np.array([astuple(notch) for notch in notches]).T)
+
+    def take(self, rows):
+        """`Notch` with some of many."""
+        return Notch(*(np.asarray(part)[rows] for part in astuple(self)))

@@ -12,10 +12,12 @@ import numpy as np
 
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import NoSolutionError
+from cablestudy.system.assemble import assemble_dense
+from cablestudy.system.coupled import Layout
 from cablestudy.system.linear import MODAL, LinearSystem
 from cablestudy.system.matrices import dense
 from cablestudy.system.rigid import cross_matrix
-from cablestudy.system.suspension import AXES, GROUND, outward
+from cablestudy.system.suspension import AXES, GROUND, tangents
 
 FROM, TO = 0, 1
 ENDS = ("from", "to")
@@ -57,46 +59,67 @@ class Marker:
     place: tuple
 
 
+class _Ends:
+    """Ends of the cables of n rows with equal names and connections, and their winches, as arrays with the row first.
+
+    Parameters
+    ----------
+    layouts : list of Layout
+    winches : list of (list of Winch)
+        Of each row, on equal cables; those of a number move the end in all rows, or reel in all.
+
+    Attributes
+    ----------
+    direction : ndarray, shape (n, c, 2, 3)
+        Unit tangents at the ends, which point out of the cables.
+    movements : ndarray, shape (n, 6 c, i)
+        H: displacements of the six ends of all cables per movement of each winch. [-]
+    lifted : ndarray, shape (n, 6 c, i)
+        Forces on the ends of all cables by the load that each winch takes off its own end. [N/m]
+    moments : ndarray, shape (n, 6 b, i)
+        On bodies and points, per movement of each winch, by the arm of its cable. [N]
+    """
+
+    def __init__(self, layouts, winches):
+        equilibria, spans = zip(*((at.equilibrium, at.equilibrium.catenary.span) for at in layouts), strict=True)
+        suspension = equilibria[0].suspension
+        forces = np.stack([equilibrium.end_forces[suspension.of_cables] for equilibrium in equilibria])
+        self.direction, tension = tangents(forces)
+        count, cables, *_ = forces.shape
+        movements, lifted = np.zeros((2, count, cables, 2, 3, len(winches[0])))
+        moments = np.zeros((count, len(suspension.body_names), 6, len(winches[0])))
+        for column, of_rows in enumerate(zip(*winches, strict=True)):
+            cable, end = of_rows[0].cable, of_rows[0].end
+            if of_rows[0].direction is None:
+                stretch = 1 + tension[:, cable, end] / np.array([span.axial_stiffness[cable] for span in spans])
+                movements[:, cable, end, :, column] = stretch[:, None] * self.direction[:, cable, end]
+                load = np.array([span.mass[cable] * span.gravity[cable] for span in spans])
+                vertical = np.array([np.broadcast_to(span.vertical, (cables, 3))[cable] for span in spans])
+                lifted[:, cable, end, :, column] = load[:, None] * vertical
+                continue
+            movements[:, cable, end, :, column] = along = np.array([winch.direction for winch in of_rows])
+            body = suspension.owner[cable, end]
+            if body != GROUND:
+                moments[:, body, 3:, column] = np.cross(along, forces[:, cable, end])
+        of_ends, of_bodies = (count, 6 * cables, len(winches[0])), (count, 6 * moments.shape[1], len(winches[0]))
+        self.movements, self.lifted = movements.reshape(of_ends), lifted.reshape(of_ends)
+        self.moments = moments.reshape(of_bodies)
+
+
 def reeled(equilibrium, winches):
     """H: displacements of the six ends of all cables per movement of each winch, shape (6 c, i). [-]"""
-    direction, tension = outward(equilibrium)
-    displacements = np.zeros((len(direction), 2, 3, len(winches)))
-    for column, winch in enumerate(winches):
-        if winch.direction is not None:
-            displacements[winch.cable, winch.end, :, column] = winch.direction
-            continue
-        stretch = 1 + tension[winch.cable, winch.end] / equilibrium.catenary.span.axial_stiffness[winch.cable]
-        displacements[winch.cable, winch.end, :, column] = stretch * direction[winch.cable, winch.end]
-    return displacements.reshape(6 * len(direction), len(winches))
-
-
-def load_off_ends(equilibrium, winches):
-    """Forces on the ends of all cables by the load that each winch takes off its own end, shape (6 c, i). [N/m]"""
-    span = equilibrium.catenary.span
-    lifted = np.zeros((len(span.chord), 2, 3, len(winches)))
-    for column, winch in enumerate(winches):
-        if winch.direction is not None:
-            continue
-        load = span.mass[winch.cable] * span.gravity[winch.cable]
-        lifted[winch.cable, winch.end, :, column] = load * np.broadcast_to(span.vertical, (len(lifted), 3))[winch.cable]
-    return lifted.reshape(6 * len(lifted), len(winches))
+    return _Ends([Layout(equilibrium)], [winches]).movements[0]
 
 
 def winch_loads(layout, winches):
     """Loads on bodies and points per movement of each winch, with bodies and cables at rest, shape (d, i).
 
-    They are by the load that a winch takes off its own end, see `load_off_ends`, and by the arm of the cable: where a
+    They are by the load that a winch takes off its own end, and by the arm of the cable: where a
     winch on a body moves the end by v d, the force F of the cable has the additional moment v d x F about the body. One
     that reels moves the end along F, without a moment. [N/m, N]
     """
-    equilibrium, suspension = layout.equilibrium, layout.equilibrium.suspension
-    moments = np.zeros((len(suspension.body_names), 6, len(winches)))
-    for column, winch in enumerate(winches):
-        body = suspension.owner[winch.cable, winch.end]
-        if winch.direction is not None and body != GROUND:
-            moments[body, 3:, column] = np.cross(winch.direction, equilibrium.end_forces[winch.cable, winch.end])
-    lifted = layout.connection.T @ load_off_ends(equilibrium, winches)
-    return lifted + moments.reshape(6 * len(moments), len(winches))[layout.free]
+    ends = _Ends([layout], [winches])
+    return layout.connection.T @ ends.lifted[0] + ends.moments[0][layout.free]
 
 
 def second_order(layout, kept, winches=(), markers=(), midspans=()):
@@ -128,31 +151,58 @@ def second_order(layout, kept, winches=(), markers=(), midspans=()):
     NoSolutionError
         There are too many coordinates.
     """
-    equilibrium = layout.equilibrium
-    free, modal = len(layout.free), sum(len(cable.element.omega) for cable in kept)
-    if free + modal > CONTROL.state_space_coordinates:
+    check_size(layout, kept)
+    return second_order_of_rows([layout], [kept], [winches], [markers], [midspans]).take(0)
+
+
+def check_size(layout, kept):
+    """Refuse a system with too many coordinates, arguments as of `second_order`: NoSolutionError."""
+    coordinates = len(layout.free) + sum(len(cable.element.omega) for cable in kept)
+    if coordinates > CONTROL.state_space_coordinates:
         raise NoSolutionError(
-            f"the linear model has {free + modal} coordinates, and a state space is made of at most "
+            f"the linear model has {coordinates} coordinates, and a state space is made of at most "
             f"{CONTROL.state_space_coordinates}"
         )
-    end_movements = reeled(equilibrium, winches)
-    system = layout.system([cable.element for cable in kept], end_movements)
-    mass, damping, stiffness = (dense(matrix) for matrix in (system.mass, system.damping, system.stiffness))
-    lifted = load_off_ends(equilibrium, winches)
-    b = tuple(_winch_forces(system, modal, winch_loads(layout, winches)))
-    c, d = outputs(layout, kept, end_movements, lifted, markers, midspans)
-    input_names, output_names = labels(layout, winches, markers, bool(midspans))
-    names = _coordinates(layout, kept), input_names[: len(winches)], output_names
-    driven_by_winches = LinearSystem(mass, damping, stiffness, b, free, c, d, *names)
-    return driven_by_winches.with_forces(np.eye(free + modal)[:, modal:], input_names[len(winches) :])
 
 
-def _winch_forces(system, modal, loads):
-    """Forces on the coordinates by movements of winches, their rates and accelerations: 3 ndarray of shape (n, i)."""
-    static, *by_rates = (dense(matrix) for matrix in system.b)
+def signature(layout, kept, winches, markers, midspans):
+    """Names and numbers that rows of `second_order_of_rows` have in common, arguments as of `second_order`: tuple."""
+    suspension = layout.equilibrium.suspension
+    of_cables = *((cable.modes, len(cable.element.omega)) for cable in kept), bool(midspans)
+    hysteretic = any(cable.element.strain is not None and cable.element.strain.law == "hysteretic" for cable in kept)
+    of_winches = *((winch.cable, winch.end, winch.direction is None) for winch in winches), hysteretic
+    of_markers = tuple((marker.name, marker.body) for marker in markers)
+    names = suspension.cable_names, suspension.body_names, suspension.link_names
+    return of_cables, of_winches, of_markers, names, layout.free.tobytes(), suspension.owner.tobytes()
+
+
+def second_order_of_rows(layouts, kept, winches, markers, midspans):
+    """`second_order` of n rows with equal `signature`, arguments as lists of those of each: `LinearSystem` of rows."""
+    layout, winch_count = layouts[0], len(winches[0])
+    ends = _Ends(layouts, winches)
+    matrices = [[cable.element.matrices() for cable in of_row] for of_row in kept]
+    matrices = [tuple(map(np.stack, zip(*of_rows, strict=True))) for of_rows in zip(*matrices, strict=True)]
+    if layout.large:  # of one row, and sparse
+        system = layout.system([cable.element for cable in kept[0]], ends.movements[0])
+        system = system.with_arrays(lambda matrix: dense(matrix)[None])
+    else:
+        connection = np.stack([at.connection for at in layouts])
+        stiffness, mass = (np.stack(of_rows) for of_rows in zip(*(at.body_matrices for at in layouts), strict=True))
+        system = assemble_dense(matrices, connection, mass, ends.movements, stiffness)
+        if layout.equilibrium.links is not None:
+            system = system.with_damped_bodies(np.stack([at.damping for at in layouts]))
+    connection = np.stack([dense(at.connection) for at in layouts])
+    modal, free = len(system) - system.bodies, system.bodies
+    static, *by_rates = system.b
     static = static.copy()
-    static[modal:] += loads
-    return [static, *(matrix.real for matrix in by_rates)]
+    static[:, modal:] += np.swapaxes(connection, -1, -2) @ ends.lifted + ends.moments[:, layout.free]
+    c, d = _outputs(layouts, matrices, connection, ends, markers, midspans)
+    input_names, output_names = labels(layout, winches[0], markers[0], bool(midspans[0]))
+    names = _coordinates(layout, kept[0]), input_names[:winch_count], output_names
+    b = static, *(matrix.real for matrix in by_rates)
+    driven_by_winches = LinearSystem(system.mass, system.damping, system.stiffness, b, free, c, d, *names)
+    forces = np.broadcast_to(np.eye(free + modal)[:, modal:], (len(layouts), free + modal, free))
+    return driven_by_winches.with_forces(forces, input_names[winch_count:])
 
 
 def _of_bodies(layout, words, units):
@@ -184,90 +234,104 @@ def _coordinates(layout, kept):
     return (*coordinates, *_of_bodies(layout, AXES, LENGTHS))
 
 
-def outputs(layout, kept, end_movements, lifted, markers, midspans=()):
-    """Output matrices of a suspension: C0, C1, C2 of z, z', z'' and D0, D1, D2 of v, v', v''.
+def _outputs(layouts, matrices, connection, ends, markers, midspans):
+    """Output matrices of n rows: C0, C1, C2 of z, z', z'' and D0, D1, D2 of v, v', v''.
 
     z are the coordinates and v the lengths that winches reel in. Outputs are displacements of bodies, of markers and at
     mid-spans, then forces of links, then tensions.
 
     Parameters
     ----------
-    layout, kept, markers, midspans
-        As for `second_order`.
-    end_movements, lifted : ndarray, shape (6 c, i)
-        Displacements of all ends by the winches, and the loads that these take off, see `reeled` and `load_off_ends`.
+    layouts, markers, midspans
+        As for `second_order_of_rows`.
+    matrices : list of tuple of 3 ndarray, shape (n, m + 6, m + 6)
+        M, C and K of the m modes and six ends of each cable.
+    connection : ndarray, shape (n, 6 c, d)
+        `Layout.connection`.
+    ends : _Ends
 
     Returns
     -------
-    c, d : tuple of 3 ndarray, shapes (o, n) and (o, i)
+    c, d : tuple of 3 ndarray, shapes (n, o, N) and (n, o, i)
         The first of each is complex where damping is hysteretic.
     """
-    suspension, free = layout.equilibrium.suspension, len(layout.free)
-    modal = sum(len(cable.element.omega) for cable in kept)
-    displacements = np.eye(6 * len(suspension.body_names))[:, layout.free]  # of all bodies by the free ones
-    displacement_rows = [np.eye(free)]  # by the free displacements: themselves, then those of markers
-    for marker in markers:
-        arm = layout.equilibrium.rotation[marker.body] @ np.asarray(marker.place, dtype=float)
-        marker_rows = np.concatenate([np.eye(3), -cross_matrix(arm)], axis=1)
-        displacement_rows.append(marker_rows @ displacements[6 * marker.body : 6 * marker.body + 6])
-    of_displacements = np.concatenate(displacement_rows)
-    of_displacements = np.concatenate([np.zeros((len(of_displacements), modal)), of_displacements], axis=1)
-    by_winches = np.zeros((len(of_displacements), end_movements.shape[1]))
-    midspan_c, midspan_d = _midspans(layout, kept, end_movements, midspans, modal)
-    of_displacements = np.concatenate([of_displacements, midspan_c])
-    by_winches = np.concatenate([by_winches, midspan_d])
+    suspension, count, free = layouts[0].equilibrium.suspension, len(layouts), len(layouts[0].free)
+    modal = sum(stiffness.shape[-1] - 6 for *_, stiffness in matrices)
+    # of all bodies by the free displacements
+    displacements = np.eye(6 * len(suspension.body_names))[:, layouts[0].free]
+    # by the free displacements: themselves, then those of markers
+    displacement_rows = [np.broadcast_to(np.eye(free), (count, free, free))]
+    for of_rows in zip(*markers, strict=True):
+        body = of_rows[0].body
+        rotation = np.stack([at.equilibrium.rotation[body] for at in layouts])
+        arm = (rotation @ np.array([marker.place for marker in of_rows], dtype=float)[..., None])[..., 0]
+        unit = np.broadcast_to(np.eye(3), (count, 3, 3))
+        marker_rows = np.concatenate([unit, -cross_matrix(arm)], axis=-1)
+        displacement_rows.append(marker_rows @ displacements[6 * body : 6 * body + 6])
+    of_bodies = np.concatenate(displacement_rows, axis=1)
+    of_displacements = np.zeros((count, of_bodies.shape[1], modal + free))
+    of_displacements[..., modal:] = of_bodies
+    by_winches = np.zeros((count, of_bodies.shape[1], ends.movements.shape[-1]))
+    if midspans[0]:
+        midspan_c, midspan_d = _midspans(connection, ends.movements, midspans, modal)
+        of_displacements = np.concatenate([of_displacements, midspan_c], axis=1)
+        by_winches = np.concatenate([by_winches, midspan_d], axis=1)
     # displacements do not depend on velocities and accelerations, links and tensions do
     c_without_tensions = [of_displacements * (order == 0) for order in range(3)]
     if suspension.link_names:
-        stretch = np.pad(layout.elongation, ((0, 0), (modal, 0)))
-        factors = suspension.link_stiffness, suspension.link_damping, np.zeros(len(stretch))
-        link_forces = [factor[:, None] * stretch for factor in factors]
-        c_without_tensions = [np.concatenate(pair) for pair in zip(c_without_tensions, link_forces, strict=True)]
-        by_winches = np.pad(by_winches, ((0, len(stretch)), (0, 0)))
-    tensions = _tensions(layout, kept, end_movements, lifted, modal)
+        stretch = np.stack([np.pad(at.elongation, ((0, 0), (modal, 0))) for at in layouts])
+        suspensions = [at.equilibrium.suspension for at in layouts]
+        stiffness, damping = (np.stack([np.broadcast_to(getattr(one, name), stretch.shape[1]) for one in suspensions])
+                              for name in ("link_stiffness", "link_damping"))  # fmt: skip
+        link_forces = [factor[..., None] * stretch for factor in (stiffness, damping, np.zeros_like(damping))]
+        pairs = zip(c_without_tensions, link_forces, strict=True)
+        c_without_tensions = [np.concatenate(pair, axis=1) for pair in pairs]
+        by_winches = np.pad(by_winches, ((0, 0), (0, stretch.shape[1]), (0, 0)))
+    tensions = _tensions(matrices, connection, ends, modal)
     pairs = zip(c_without_tensions, tensions, strict=True)
-    c = [np.concatenate([others, of_tensions]) for others, (of_tensions, _) in pairs]
-    d = [np.concatenate([by_winches * (order == 0), of_tensions]) for order, (_, of_tensions) in enumerate(tensions)]
+    c = [np.concatenate([others, of_tensions], axis=1) for others, (of_tensions, _) in pairs]
+    by_order = enumerate(tensions)
+    d = [np.concatenate([by_winches * (order == 0), of_tensions], axis=1) for order, (_, of_tensions) in by_order]
     return tuple(c), tuple(d)
 
 
-def _midspans(layout, kept, imposed, midspans, modal):
-    """Displacements at mid-span by the coordinates and by the winches: two ndarray, shapes (3 c, n) and (3 c, i)."""
-    ends, count = dense(layout.connection), 3 * len(midspans)
-    c, d, begin = np.zeros((count, modal + ends.shape[1])), np.zeros((count, imposed.shape[1])), 0
-    for cable, shapes in enumerate(midspans):
-        modes = len(kept[cable].element.omega)
+def _midspans(connection, movements, midspans, modal):
+    """Displacements at mid-span by coordinates and by winches of n rows: shapes (n, 3 c, N) and (n, 3 c, i)."""
+    cables, begin = list(zip(*midspans, strict=True)), 0
+    count, _, free = connection.shape
+    c, d = np.zeros((count, 3 * len(cables), modal + free)), np.zeros((count, 3 * len(cables), movements.shape[-1]))
+    for cable, of_rows in enumerate(cables):
+        shapes = np.stack(of_rows)
+        modes = shapes.shape[-1] - 6
         rows, end_rows = slice(3 * cable, 3 * cable + 3), slice(6 * cable, 6 * cable + 6)
-        c[rows, begin : begin + modes] = shapes[:, :modes]
-        c[rows, modal:] = shapes[:, modes:] @ ends[end_rows]
-        d[rows] = shapes[:, modes:] @ imposed[end_rows]
+        c[:, rows, begin : begin + modes] = shapes[..., :modes]
+        c[:, rows, modal:] = shapes[..., modes:] @ connection[:, end_rows]
+        d[:, rows] = shapes[..., modes:] @ movements[:, end_rows]
         begin += modes
     return c, d
 
 
-def _tensions(layout, kept, end_movements, lifted, modal):
-    """Output matrices of the tensions at both ends of all c cables: list of pairs (C_j, D_j) for j = 0, 1, 2.
+def _tensions(matrices, connection, ends, modal):
+    """Output matrices of the tensions at both ends of all c cables of n rows: list of pairs (C_j, D_j), j = 0, 1, 2.
 
-    C_j, shape (2 c, n), multiplies the j-th derivative of the coordinates z, and D_j, shape (2 c, i), that of the
-    lengths v reeled in. Parameters as of `outputs`; `modal` is the number of modal amplitudes.
+    C_j, shape (n, 2 c, N), multiplies the j-th derivative of the coordinates z, and D_j, shape (n, 2 c, i), that of the
+    lengths v reeled in. Parameters as of `_outputs`; `modal` is the number of modal amplitudes.
     """
-    direction, _ = outward(layout.equilibrium)
-    ends = dense(layout.connection)
-    matrices = [cable.element.matrices() for cable in kept]
+    count, _, free = connection.shape
     dtypes = [np.result_type(float, *(stiffness for _, _, stiffness in matrices)), float, float]
-    c = [np.zeros((2 * len(kept), modal + ends.shape[1]), dtype) for dtype in dtypes]
-    d = [np.zeros((2 * len(kept), end_movements.shape[1]), dtype) for dtype in dtypes]
+    c = [np.zeros((count, 2 * len(matrices), modal + free), dtype) for dtype in dtypes]
+    d = [np.zeros((count, 2 * len(matrices), ends.movements.shape[-1]), dtype) for dtype in dtypes]
     first_mode = 0  # coordinate of the modes of a cable
     for cable, (mass, damping, stiffness) in enumerate(matrices):
-        modes, rows = len(kept[cable].element.omega), slice(2 * cable, 2 * cable + 2)
+        modes, rows = stiffness.shape[-1] - 6, slice(2 * cable, 2 * cable + 2)
         end_rows = slice(6 * cable, 6 * cable + 6)
-        along = np.zeros((2, 6))  # from forces on the ends to tensions
-        along[0, :3], along[1, 3:] = direction[cable]
+        along = np.zeros((count, 2, 6))  # from forces on the ends to tensions
+        along[:, 0, :3], along[:, 1, 3:] = ends.direction[:, cable, 0], ends.direction[:, cable, 1]
         for order, matrix in enumerate((stiffness, damping, mass)):
-            tension = along @ matrix[modes:]
-            c[order][rows, first_mode : first_mode + modes] = tension[:, :modes]
-            c[order][rows, modal:] = tension[:, modes:] @ ends[end_rows]
-            d[order][rows] = tension[:, modes:] @ end_movements[end_rows]
-        d[0][rows] -= along @ lifted[end_rows]
+            tension = along @ matrix[:, modes:]
+            c[order][:, rows, first_mode : first_mode + modes] = tension[..., :modes]
+            c[order][:, rows, modal:] = tension[..., modes:] @ connection[:, end_rows]
+            d[order][:, rows] = tension[..., modes:] @ ends.movements[:, end_rows]
+        d[0][:, rows] -= along @ ends.lifted[:, end_rows]
         first_mode += modes
     return list(zip(c, d, strict=True))

@@ -132,6 +132,17 @@ class UnfinishedRow:
         return Row(cells, self.case, tuple(self.notes), errors, self.warnings)
 
 
+def compute_together(rows, columns, value_of=value_and_error):
+    """`UnfinishedRow.compute` of many rows, one column after the other.
+
+    What the first row needs for a column is computed for all rows at once; and what a row has computed before a column
+    does not depend on the other rows.
+    """
+    for column in columns:
+        for row in rows:
+            row.compute([column], value_of)
+
+
 def evaluate(scene, columns, estimate=False):
     """Compute the columns of one scene; see `evaluate_cases`.
 
@@ -299,12 +310,11 @@ def _solve_to_accuracy(answers, required, _):
     Values, errors, failures and notes are added to the answers (list of UnfinishedRow).
     """
     searches = []
-    for index, answer in enumerate(answers):
-        if required.system and index % STUDY.coupled_rows_at_once == 0:
-            _prepare_systems(answers[index : index + STUDY.coupled_rows_at_once], required)
-        answer.compute(required.single)
-        if required.system:
-            _solve_system(answer, required)
+    compute_together(answers, required.single)
+    for block in batched(answers, STUDY.coupled_rows_at_once) if required.system else ():
+        _prepare_systems(block, required)
+        _solve_systems(block, required)
+    for answer in answers:
         columns = [column for column in required.modes if column.header not in answer.failures]
         if columns:
             needed = required if len(columns) == len(required.modes) else ColumnRequirements(columns)
@@ -357,18 +367,26 @@ def _modal_gondola(scene):
     return scene.gondola is not None and grows_with_modes(scene.cable.damping)
 
 
-def _solve_system(answer, required):
+def _solve_systems(answers, required):
     """Compute the columns of gondola and cable as one linear system, which estimates the error of each of them.
 
     A column of one cable whose error is above the accuracy fails, but in a steady wind: no finer model takes away what
     its drag, taken as uniform, changes.
     """
-    case, columns = answer.case, required.system
+    columns = required.system
+    for answer in answers:
+        if _modal_gondola(answer.case.scene):
+            answer.fail([c for c in columns if c.needs != "gondola" or c.name == DAMPING_RATIO], NoSolutionError(MODAL))
+    compute_together(answers, columns)
+    for answer in answers:
+        _judge_system(answer, required)
+
+
+def _judge_system(answer, required):
+    """Refuse the columns of an answer of `_solve_systems` whose error is above the accuracy, and add its notes."""
+    case = answer.case
     model_error, accuracy = case.results.model_error[case.index], case.scene.model.accuracy
-    if _modal_gondola(case.scene):
-        answer.fail([c for c in columns if c.needs != "gondola" or c.name == DAMPING_RATIO], NoSolutionError(MODAL))
-    answer.compute(columns)
-    for column in columns:
+    for column in required.system:
         name = column.header
         if name not in answer.values or answer.errors.get(name) is None:
             continue
@@ -379,7 +397,7 @@ def _solve_system(answer, required):
             del answer.values[name]
         answer.errors[name] += float(model_error)  # which a finer model has too
     answer.dof = case.system_size
-    gondola = any(column.needs == "gondola" and column.header in answer.values for column in columns)
+    gondola = any(column.needs == "gondola" and column.header in answer.values for column in required.system)
     answer.notes = _system_notes(answer, gondola, required.damped)
 
 
@@ -427,39 +445,46 @@ def _solve_fixed_elements(answers, required, estimate):
         return
     if len(solvable) > 1 and required.of_models:
         models.solve_models([answer.case for answer in solvable])
-    for index, answer in enumerate(solvable):
-        if required.system and index % STUDY.coupled_rows_at_once == 0:
-            _prepare_systems(solvable[index : index + STUDY.coupled_rows_at_once], required)
-        _compute_motion(answer, required, estimate or len(answers) == 1)
+    for block in batched(solvable, STUDY.coupled_rows_at_once):
+        if required.system:
+            _prepare_systems(block, required)
+        _compute_motion(block, required, estimate or len(answers) == 1)
     if estimate and required.of_models:
         _estimate_errors(solvable, required)
 
 
-def _compute_motion(answer, required, noted):
-    """Add the columns beyond statics to the `UnfinishedRow` of a case whose scene states the number of elements.
+def _compute_motion(answers, required, noted):
+    """Add the columns beyond statics to the `UnfinishedRow`s of cases whose scenes state the number of elements.
 
     `noted`: whether to write notes.
     """
-    case, answer.notes = answer.case, ()
-    if not (required.of_models or required.run or noted):
-        return
-    try:
-        model = case.model
-    except CablestudyError as error:
-        answer.fail([column for column in required.physical if column.needs != "scene"], error)
-        return
+    solved = []
+    for answer in answers:
+        answer.notes = ()
+        if not (required.of_models or required.run or noted):
+            continue
+        try:
+            _ = answer.case.model
+        except CablestudyError as error:
+            answer.fail([column for column in required.physical if column.needs != "scene"], error)
+            continue
+        solved.append(answer)
     columns = [*required.single, *required.system, *required.modes]
-    answer.compute(columns)
-    for column in columns:
-        if column.least_error is not None and column.header in answer.values:
-            answer.errors.setdefault(column.header, None)  # not known without a finer model
-    unknowns = case.dof if required.modes else (2 if case.planar else 3) * (model.mesh.nodes - 2)
-    answer.dof = max(unknowns, case.system_size)
-    if noted:
-        answer.notes, answer.warnings = notes.of_fixed(case)
-        answer.notes += _gondola_notes(answer)
-        if required.damped or required.driven:
-            answer.notes += notes.assumed_damping(case.scene) + notes.air_damping(case) + notes.judged_by(case.scene)
+    compute_together(solved, columns)
+    for answer in solved:
+        case, model = answer.case, answer.case.model
+        for column in columns:
+            if column.least_error is not None and column.header in answer.values:
+                answer.errors.setdefault(column.header, None)  # not known without a finer model
+        unknowns = case.dof if required.modes else (2 if case.planar else 3) * (model.mesh.nodes - 2)
+        answer.dof = max(unknowns, case.system_size)
+        if noted:
+            answer.notes, answer.warnings = notes.of_fixed(case)
+            answer.notes += _gondola_notes(answer)
+            if required.damped or required.driven:
+                answer.notes += (
+                    notes.assumed_damping(case.scene) + notes.air_damping(case) + notes.judged_by(case.scene)
+                )
 
 
 def _estimate_errors(answers, required):

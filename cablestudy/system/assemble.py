@@ -33,24 +33,40 @@ def assemble(cables, connection, bodies, imposed=None, stiffness=0.0):
     matrices = [cable.matrices() for cable in cables]
     if not isinstance(connection, np.ndarray):
         return _assemble_sparse(cables, matrices, connection, bodies, imposed, stiffness)
-    modal, b = sum(len(cable.omega) for cable in cables), len(bodies)
-    hysteretic = any(cable.strain is not None and cable.strain.law == "hysteretic" for cable in cables)
+    return assemble_dense(matrices, connection, bodies, imposed, stiffness)
+
+
+def assemble_dense(matrices, connection, bodies, imposed, stiffness=0.0):
+    """`assemble` for a dense G, or for those of many rows (...).
+
+    Parameters
+    ----------
+    matrices : list of tuple of 3 ndarray, shape (..., n + 6, n + 6)
+        M, C and K of each cable, of its n modes and six ends.
+    connection : ndarray, shape (..., 6 c, b)
+    bodies : ndarray, shape (..., b, b)
+    imposed : ndarray, shape (..., 6 c, i)
+    stiffness : ndarray, shape (..., b, b), or 0
+    """
+    modal, b = sum(of_cable.shape[-1] - 6 for of_cable, *_ in matrices), bodies.shape[-1]
+    hysteretic, leading = any(np.iscomplexobj(of_cable) for *_, of_cable in matrices), bodies.shape[:-2]
     # M, C, K, and what they make of the movements of the winches: minus B2, B1, B0
-    systems = np.zeros((3, modal + b, modal + b), dtype=complex if hysteretic else float)
-    of_winches = np.zeros((3, modal + b, imposed.shape[1]), dtype=systems.dtype)
-    systems[0, modal:, modal:], systems[2, modal:, modal:] = bodies, stiffness
+    systems = np.zeros((3, *leading, modal + b, modal + b), dtype=complex if hysteretic else float)
+    of_winches = np.zeros((3, *leading, modal + b, imposed.shape[-1]), dtype=systems.dtype)
+    systems[0, ..., modal:, modal:], systems[2, ..., modal:, modal:] = bodies, stiffness
     begin, body = 0, slice(modal, None)
-    for cable, (element, of_cable) in enumerate(zip(cables, matrices, strict=True)):
-        n = len(element.omega)
+    for cable, of_cable in enumerate(matrices):
+        n = of_cable[0].shape[-1] - 6
         modes, ends = slice(begin, begin + n), slice(6 * cable, 6 * cable + 6)
-        g, h = connection[ends], imposed[ends]
+        g, h = connection[..., ends, :], imposed[..., ends, :]
+        transposed = np.swapaxes(g, -1, -2)
         for system, by_winches, matrix in zip(systems, of_winches, of_cable, strict=True):
-            system[modes, modes] = matrix[:n, :n]
-            system[modes, body] = matrix[:n, n:] @ g
-            system[body, modes] = system[modes, body].T
-            system[body, body] += g.T @ matrix[n:, n:] @ g
-            by_winches[modes] += matrix[:n, n:] @ h
-            by_winches[body] += g.T @ matrix[n:, n:] @ h
+            system[..., modes, modes] = matrix[..., :n, :n]
+            system[..., modes, body] = matrix[..., :n, n:] @ g
+            system[..., body, modes] = np.swapaxes(system[..., modes, body], -1, -2)
+            system[..., body, body] += transposed @ matrix[..., n:, n:] @ g
+            by_winches[..., modes, :] += matrix[..., :n, n:] @ h
+            by_winches[..., body, :] += transposed @ matrix[..., n:, n:] @ h
         begin += n
     mass, damping, total_stiffness = systems
     return LinearSystem(mass.real, damping.real, total_stiffness, tuple(-of_winches[::-1]), b)

@@ -11,13 +11,13 @@ from cablestudy.system.tolerances import SYSTEM
 
 
 def connected(mass, damping, stiffness, start):
-    """Mask of the coordinates that depend on those of `start`, which are among them: ndarray of bool, shape (n,).
+    """Mask of the coordinates that depend on those of `start`, which are among them: ndarray of bool, shape (..., n).
 
     Parameters
     ----------
-    mass, damping, stiffness : ndarray, shape (n, n)
+    mass, damping, stiffness : ndarray, shape (..., n, n)
         Symmetric.
-    start : ndarray of bool, shape (n,)
+    start : ndarray of bool, shape (..., n)
 
     Notes
     -----
@@ -27,21 +27,21 @@ def connected(mass, damping, stiffness, start):
 
 
 def _coupled(mass, damping, stiffness):
-    """True where an entry couples two coordinates, shape (n, n); see `connected`."""
-    root_k, root_m = np.sqrt(np.abs(np.diagonal(stiffness))), np.sqrt(np.diagonal(mass))
+    """True where an entry couples two coordinates, shape (..., n, n); see `connected`."""
+    root_k, root_m = (np.sqrt(np.abs(np.diagonal(matrix, axis1=-2, axis2=-1))) for matrix in (stiffness, mass))
     scales = (mass, root_m), (damping, np.sqrt(root_k * root_m)), (stiffness, root_k)
     coupled = np.zeros(np.shape(mass), dtype=bool)
     for matrix, scale in scales:
-        coupled |= np.abs(matrix) > SYSTEM.uncoupled_entry * scale[:, None] * scale
+        coupled |= np.abs(matrix) > SYSTEM.uncoupled_entry * scale[..., :, None] * scale[..., None, :]
     return coupled
 
 
 def coupled_groups(mass, damping, stiffness):
     """Indices of the coordinates that depend on each other: list of ndarray; arguments as of `connected`."""
-    return _components(_coupled(mass, damping, stiffness))
+    return components(_coupled(mass, damping, stiffness))
 
 
-def _components(joined):
+def components(joined):
     """Connected components of a graph with the symmetric matrix `joined` of bool: list of ndarray of indices."""
     remaining, components = np.ones(len(joined), dtype=bool), []
     while remaining.any():
@@ -56,34 +56,38 @@ def reachable(joined, start):
 
     Parameters
     ----------
-    joined : ndarray of bool, shape (n, n)
+    joined : ndarray of bool, shape (..., n, n)
         True where an edge leads from the node of the row to that of the column.
-    start : ndarray of bool, shape (n,)
+    start : ndarray of bool, shape (..., n)
 
     Returns
     -------
-    ndarray of bool, shape (n,)
+    ndarray of bool, shape (..., n)
     """
-    nodes, new = start, joined[start].any(axis=0) & ~start
-    while new.any():
-        nodes = nodes | new
-        new = joined[new].any(axis=0) & ~nodes
+    nodes, count = start, -1
+    while (found := np.count_nonzero(nodes)) > count:
+        nodes, count = nodes | (joined & nodes[..., :, None]).any(axis=-2), found
     return nodes
 
 
-def coupled_states(a):
-    """Indices of the states that depend on each other, of a matrix A of shape (N, N): list of ndarray.
+def joined_states(a):
+    """True where two states depend on each other, of matrices A of shape (n, N, N).
 
     Entries that are rounding beside the largest ones of their row and of their column join nothing.
     """
     size = np.abs(a)
-    largest_of_row, largest_of_column = size.max(axis=1, initial=0.0), size.max(axis=0, initial=0.0)
-    joined = size > SYSTEM.entry_rounding * np.minimum(largest_of_row[:, None], largest_of_column)
-    return _components(joined | joined.T)
+    largest_of_row, largest_of_column = size.max(axis=-1, initial=0.0), size.max(axis=-2, initial=0.0)
+    joined = size > SYSTEM.entry_rounding * np.minimum(largest_of_row[..., None], largest_of_column[..., None, :])
+    return joined | np.swapaxes(joined, -1, -2)
+
+
+def all_joined(joined):
+    """True where paths lead from the first node of a graph to all others: symmetric matrices, shape (n, N, N)."""
+    return reachable(joined, np.arange(joined.shape[-1]) == np.zeros((len(joined), 1))).all(axis=-1)
 
 
 def observed(system):
-    """Mask of the coordinates of a `LinearSystem` that affect its outputs, directly or through others, shape (n,).
+    """Mask of the coordinates of a `LinearSystem` that affect its outputs, directly or through others, (..., n).
 
     Parameters
     ----------
@@ -99,10 +103,11 @@ def observed(system):
     A coordinate affects an output C0 z + C1 z' + C2 z'' directly if its vibration alone, with an amplitude z of the
     energy k z^2 = 1, changes the output by more than rounding of the largest change that any coordinate makes.
     """
-    root_k, root_m = np.sqrt(np.diagonal(system.stiffness).real), np.sqrt(np.diagonal(system.mass))
+    diagonals = (np.diagonal(matrix, axis1=-2, axis2=-1) for matrix in (system.stiffness.real, system.mass))
+    root_k, root_m = map(np.sqrt, diagonals)
     with np.errstate(divide="ignore"):  # coordinates without mass
         amplitudes = np.stack([1 / root_k, 1 / root_m, root_k / root_m**2])  # of z, z' and z''
     amplitudes = np.minimum(amplitudes, SYSTEM.massless_amplitude)
-    change = (np.abs(system.c) * amplitudes[:, None]).sum(axis=0)
-    in_outputs = (change > SYSTEM.uncoupled_entry * change.max(axis=1, keepdims=True, initial=0.0)).any(axis=0)
+    change = sum(np.abs(c) * of_order[..., None, :] for c, of_order in zip(system.c, amplitudes, strict=True))
+    in_outputs = (change > SYSTEM.uncoupled_entry * change.max(axis=-1, keepdims=True, initial=0.0)).any(axis=-2)
     return connected(system.mass, system.damping, system.stiffness, in_outputs)

@@ -83,34 +83,51 @@ def _with_coupled_modes(system, omega, shapes, coupled):
 
 
 def ritz(system, basis, vectors):
-    """Approximate further modes of a system from vectors, by the Rayleigh-Ritz method, orthogonal to some known modes.
+    """`ritz_of_rows` of one system, with `basis` and `vectors` of shapes (n, k) and (n, r): one pair of arrays."""
+    return ritz_of_rows(system, basis[None], vectors[None])[0]
+
+
+def ritz_of_rows(system, basis, vectors):
+    """Approximate further modes of systems from vectors, by the Rayleigh-Ritz method, orthogonal to some known modes.
 
     Parameters
     ----------
     system : LinearSystem
-        Of n coordinates.
-    basis : ndarray, shape (n, k)
+        Of n coordinates; of p rows, or of one, whose matrices may be sparse.
+    basis : ndarray, shape (p, n, k)
         Mass-normalised shapes of the known modes.
-    vectors : ndarray, shape (n, r)
+    vectors : ndarray, shape (p, n, r)
         Displacements whose space has the further modes, such as static responses; they need not be independent.
 
     Returns
     -------
-    omega : ndarray, shape (q,)
-        Angular frequencies, at most r. [rad/s]
-    shapes : ndarray, shape (n, q)
-        Mass-normalised shapes, orthogonal to the known modes.
+    list of (ndarray, ndarray)
+        Of each row the angular frequencies, at most r, ascending, shape (q,) [rad/s]; and the mass-normalised shapes,
+        orthogonal to the known modes, shape (n, q).
     """
-    size = np.sqrt((vectors * (system.stiffness.real @ vectors)).sum(axis=0))
+    stiffness = system.stiffness.real
+    size = np.sqrt((vectors * _times(stiffness, vectors)).sum(axis=-2, keepdims=True))
     vectors = vectors / np.where(size > 0, size, 1.0)
-    vectors = vectors - basis @ (basis.T @ (system.mass @ vectors))
-    strain_energy, directions = np.linalg.eigh(vectors.T @ (system.stiffness.real @ vectors))
-    independent = strain_energy > SYSTEM.dependent_ritz
-    vectors = vectors @ (directions[:, independent] / np.sqrt(strain_energy[independent]))
-    compliance, directions = np.linalg.eigh(vectors.T @ (system.mass @ vectors))
-    massive = compliance > SYSTEM.dependent_ritz * compliance.max(initial=0.0)
-    root = np.sqrt(compliance[massive])
-    return 1 / root, vectors @ (directions[:, massive] / root)
+    vectors = vectors - basis @ (np.swapaxes(basis, -1, -2) @ _times(system.mass, vectors))
+    strain_energy, directions = np.linalg.eigh(np.swapaxes(vectors, -1, -2) @ _times(stiffness, vectors))
+    counts = np.count_nonzero(strain_energy > SYSTEM.dependent_ritz, axis=-1)
+    found = [None] * len(counts)
+    for count in set(counts.tolist()):  # of independent vectors: the last ones, since energies ascend
+        rows, last = np.flatnonzero(counts == count), slice(vectors.shape[-1] - count, None)
+        scaled = directions[rows][..., last] / np.sqrt(strain_energy[rows][:, None, last])
+        independent = vectors[rows] @ scaled
+        of_rows = system if len(rows) == len(counts) else system.take(rows)
+        products = np.swapaxes(independent, -1, -2) @ _times(of_rows.mass, independent)
+        for row, own, compliance, combined in zip(rows.tolist(), independent, *np.linalg.eigh(products), strict=True):
+            massive = compliance > SYSTEM.dependent_ritz * compliance.max(initial=0.0)
+            root = np.sqrt(compliance[massive])
+            found[row] = 1 / root, own @ (combined[:, massive] / root)
+    return found
+
+
+def _times(matrix, vectors):
+    """Products of matrices and vectors of rows, shape (p, n, r); of one row for a sparse matrix."""
+    return matrix @ vectors if isinstance(matrix, np.ndarray) else (matrix @ vectors[0])[None]
 
 
 def assigned(scores):

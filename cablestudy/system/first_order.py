@@ -2,14 +2,16 @@
 
     x' = (A0 + gain sum A_j) x + B0 u + B1 u' + B2 u''
 
-The entries of each matrix row are coefficients of the states x and, where there are inputs, of u, u' and u''. States:
+Matrices may have leading axes, of many rows (...). The entries of each matrix row are coefficients of the states x and,
+where there are inputs, of u, u' and u''. States:
 z times `LinearSystem.unit` (z the coordinates), z', the low-passed movement of each actuator with a high-pass filter,
 two states of each notch filter, the states of the control law of each independent movement of the winches, and these
 movements themselves. Inputs: with the loop the references r of the measured coordinates; the lengths that the winches
 reel in, beyond those that the loop commands; forces.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -24,9 +26,9 @@ class Allocation:
 
     Attributes
     ----------
-    measured : ndarray, shape (k, m)
+    measured : ndarray, shape (..., k, m)
         The k measured coordinates per unit of each of the m coordinates of the motion.
-    shares : ndarray, shape (i, k)
+    shares : ndarray, shape (..., i, k)
         A: length that each of the i winches reels in per error of each measured coordinate. [-], [m/rad]
     static_gain : ndarray, shape (k, i), optional
         G: static movement of the measured coordinates per length reeled in. [-], [rad/m]
@@ -36,6 +38,38 @@ class Allocation:
     shares: np.ndarray
     static_gain: np.ndarray = None
 
+    @cached_property
+    def movements_and_rates(self):
+        """A = U R: independent movements of the winches, U, (i, r), and their rates by errors, R, (r, k); of one row.
+
+        The sign of each movement is such that the winch that moves most reels in.
+        """
+        left, values, right = np.linalg.svd(self.shares, full_matrices=False)
+        kept = values > SYSTEM.uncorrected * values.max(initial=0.0)
+        left, right = left[:, kept], values[kept, None] * right[kept]
+        sign = np.sign(np.take_along_axis(left, np.abs(left).argmax(axis=0)[None], axis=0))[0]
+        return left * sign, right * sign[:, None]
+
+    @staticmethod
+    def stack(allocations):
+        """`Allocation` of n rows from those of each, whose winches have equally many independent movements."""
+        stacked = Allocation(*(np.stack([getattr(a, name) for a in allocations]) for name in ("measured", "shares")))
+        pairs = zip(*(allocation.movements_and_rates for allocation in allocations), strict=True)
+        stacked.__dict__["movements_and_rates"] = tuple(map(np.stack, pairs))
+        return stacked
+
+    def take(self, rows):
+        """`Allocation` of some of many rows."""
+        taken = Allocation(self.measured[rows], self.shares[rows])
+        taken.__dict__["movements_and_rates"] = tuple(part[rows] for part in self.movements_and_rates)
+        return taken
+
+    def within(self, space):
+        """`Allocation` with new coordinates q of the motion, z = S q, with S of shape (..., m, r)."""
+        other = replace(self, measured=self.measured @ space)
+        other.__dict__["movements_and_rates"] = self.movements_and_rates
+        return other
+
 
 @dataclass(frozen=True)
 class LinearControl:
@@ -44,7 +78,7 @@ class LinearControl:
     Attributes
     ----------
     allocation : Allocation
-    gain : float
+    gain : float or ndarray, shape (...)
         [rad/s]
     notches : tuple of (Notch or None)
         Of each measured coordinate.
@@ -60,6 +94,25 @@ class LinearControl:
     law_space: tuple
     law_names: list
 
+    @staticmethod
+    def stack(loops):
+        """`LinearControl` of n rows from loops whose allocations, notches and laws have equal shapes."""
+        notches = tuple(of_rows[0] and type(of_rows[0]).stack(of_rows) for of_rows in zip(*(
+            loop.notches for loop in loops), strict=True))  # fmt: skip
+        law_space = tuple(map(np.stack, zip(*(loop.law_space for loop in loops), strict=True)))
+        gain = np.array([loop.gain for loop in loops])
+        return LinearControl(Allocation.stack([loop.allocation for loop in loops]), gain, notches, law_space, [])
+
+    def take(self, rows):
+        """`LinearControl` of some of many rows."""
+        notches = tuple(notch and notch.take(rows) for notch in self.notches)
+        law_space = tuple(part[rows] for part in self.law_space)
+        return LinearControl(self.allocation.take(rows), self.gain[rows], notches, law_space, [])
+
+    def within(self, space):
+        """The law with new coordinates q, z = S q, with S of shape (..., m, r)."""
+        return replace(self, allocation=self.allocation.within(space))
+
 
 @dataclass(frozen=True)
 class Equations:
@@ -67,15 +120,15 @@ class Equations:
 
     Attributes
     ----------
-    fixed : ndarray, shape (N, w)
+    fixed : ndarray, shape (..., N, w)
         A0, B0, B1, B2: the part of the equations without the loop gain; complex with a complex stiffness, as the next.
-    scaled : ndarray, shape (k, N, w)
+    scaled : ndarray, shape (..., k, N, w)
         The part that the loop gain multiplies, such as A_j, for each measured coordinate j.
-    places, speeds : ndarray, shape (m, w)
+    places, speeds : ndarray, shape (..., m, w)
         Rows that give the coordinates z and their rates z'.
     feedback : list of (ndarray, ndarray)
-        Rows, shape (w,), of the movement that each actuator measures behind its filter, and of its rate.
-    winches : ndarray, shape (i, r)
+        Rows, shape (..., w), of the movement that each actuator measures behind its filter, and of its rate.
+    winches : ndarray, shape (..., i, r)
         Length that the loop reels in at each winch per unit of the last r states; r is zero without a loop.
     """
 
@@ -85,6 +138,16 @@ class Equations:
     speeds: np.ndarray
     feedback: list
     winches: np.ndarray
+
+    def take(self, row):
+        """`Equations` of one row of many, or of some."""
+        arrays = (getattr(self, name)[row] for name in ("fixed", "scaled", "places", "speeds"))
+        feedback = [(movement[row], rate[row]) for movement, rate in self.feedback]
+        return Equations(*arrays, feedback, self.winches[row])
+
+    def with_gain(self, gain):
+        """A0 + gain sum A_j, and the matrices of the inputs, shape (..., N, w), for gains [rad/s] of shape (...)."""
+        return self.fixed + np.asarray(gain)[..., None, None] * self.scaled.sum(axis=-3)
 
 
 def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
@@ -99,7 +162,7 @@ def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
         Of each measured coordinate.
     law : tuple of 4 ndarray
         s C1 as a state space: see `Law.state_space`.
-    forces : ndarray, shape (m, j), optional
+    forces : ndarray, shape (..., m, j), optional
         Force on each coordinate by each force; without it there are no inputs, and winches move by the loop alone.
 
     Notes
@@ -109,50 +172,72 @@ def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
     as many states as movements. Another law is between U and R: v' = U q, q = c l + d w, l' = a l + b w, w = -gain R e.
     """
     a, b, c, d = law
-    m, unit = len(motion), motion.unit
-    filters = sum(1 for actuator in motion.feedback if actuator.corner)
-    winches = motion.b[0].shape[1]
-    movements, rates = _independent(allocation.shares) if allocation else (np.zeros((winches, 0)),) * 2  # U and R
-    r = movements.shape[1]
-    size = 2 * m + filters + 2 * sum(notch is not None for notch in notches) + (len(a) + 1) * r
+    m, unit, leading, order = len(motion), motion.unit, motion.mass.shape[:-2], np.asarray(a).shape[-1]
+    filters = sum(actuator.filtered for actuator in motion.feedback)
+    winches = motion.b[0].shape[-1]
+    movements, rates = allocation.movements_and_rates if allocation else (np.zeros((*leading, winches, 0)),) * 2
+    r = movements.shape[-1]
+    size = 2 * m + filters + 2 * sum(notch is not None for notch in notches) + (order + 1) * r
     references = len(notches) if allocation and forces is not None else 0
-    inputs = 0 if forces is None else references + winches + forces.shape[1]
-    width, dtype = size + 3 * inputs, motion.stiffness.dtype
-    z, z_rate = np.zeros((2, m, width))
-    z[:, :m], z_rate[:, m : 2 * m] = np.diag(1 / unit), np.eye(m)
-    fixed, scaled = np.zeros((size, width), dtype), np.zeros((len(notches), size, width), dtype)
-    fixed[:m, m : 2 * m] = np.diag(unit)
-    force = -motion.stiffness @ z - motion.damping @ z_rate
+    inputs = 0 if forces is None else references + winches + forces.shape[-1]
+    width, dtype, index = size + 3 * inputs, motion.stiffness.dtype, np.arange(m)
+    z, z_rate = np.zeros((2, *leading, m, width))
+    z[..., index, index], z_rate[..., index, m + index] = 1 / unit, 1.0
+    fixed = np.zeros((*leading, size, width), dtype)
+    scaled = np.zeros((*leading, len(notches), size, width), dtype)
+    fixed[..., index, m + index] = unit
+    force = np.zeros((*leading, m, width), dtype)
+    force[..., :m], force[..., m : 2 * m] = -motion.stiffness * (1 / unit)[..., None, :], -motion.damping
     feedback = _feedback(motion, z, z_rate, fixed)
     for actuator, (movement, speed) in zip(motion.feedback, feedback, strict=True):
-        force += np.outer(actuator.acts, actuator.velocity_gain * speed + actuator.position_gain * movement)
+        velocity_gain, position_gain = (
+            np.asarray(g)[..., None] for g in (actuator.velocity_gain, actuator.position_gain)
+        )
+        force += _outer(actuator.acts, velocity_gain * speed + position_gain * movement)
     if forces is not None:
-        force[:, size + inputs - forces.shape[1] : size + inputs] += forces
-        for order, matrix in enumerate(motion.b):
-            force[:, size + order * inputs + references :][:, :winches] += matrix
+        force[..., size + inputs - forces.shape[-1] : size + inputs] += forces
+        for derivative, matrix in enumerate(motion.b):
+            force[..., size + derivative * inputs + references :][..., :winches] += matrix
     if allocation:
         error, error_rate = allocation.measured @ z, allocation.measured @ z_rate  # y - r, then e behind the notches
         if inputs:
-            error[:, size : size + references] -= np.eye(references)
-            error_rate[:, size + inputs : size + inputs + references] -= np.eye(references)
+            error[..., size : size + references] -= np.eye(references)
+            error_rate[..., size + inputs : size + inputs + references] -= np.eye(references)
         _filter_by_notches(notches, error, error_rate, fixed, 2 * m + filters)
         begin = size - r  # of the movements of the winches; the states of the laws are before them
-        laws = slice(begin - len(a) * r, begin)
+        laws = slice(begin - order * r, begin)
         by_length, by_speed, by_acceleration = (matrix @ movements for matrix in motion.b)
-        force[:, begin:size] += by_length
-        if len(a):
-            force[:, laws] += np.kron(by_speed, c) + np.kron(by_acceleration, c @ a)
-            fixed[laws, laws], fixed[begin:, laws] = np.kron(np.eye(r), a), np.kron(np.eye(r), c)
-        accelerated = motion.accelerated(np.concatenate([by_speed, by_acceleration], axis=1))
-        by_speed, by_acceleration = np.split(accelerated, 2, axis=1)
-        for rows_of_gain, column, e, e_rate in zip(scaled, rates.T, error, error_rate, strict=True):
-            if len(a):
-                rows_of_gain[laws] = -np.outer(np.kron(column, b), e)
-            rows_of_gain[begin:] = -d * np.outer(column, e)
-            rows_of_gain[m : 2 * m] = -np.outer((d * by_speed + (c @ b) * by_acceleration) @ column, e)
-            rows_of_gain[m : 2 * m] -= d * np.outer(by_acceleration @ column, e_rate)
-    fixed[m : 2 * m] = motion.accelerated(force)
+        force[..., begin:size] += by_length
+        c_rows = np.asarray(c)[..., None, :]
+        if order:
+            force[..., laws] += _kron(by_speed, c_rows) + _kron(by_acceleration, c_rows @ a)
+            fixed[..., laws, laws], fixed[..., begin:, laws] = _kron(np.eye(r), a), _kron(np.eye(r), c_rows)
+        accelerated = motion.accelerated(np.concatenate([by_speed, by_acceleration], axis=-1))
+        by_speed, by_acceleration = np.split(accelerated, 2, axis=-1)
+        direct, c_b = np.asarray(d)[..., None, None], (c_rows @ np.asarray(b)[..., None])
+        for number in range(len(notches)):
+            rows_of_gain, column = scaled[..., number, :, :], rates[..., number]
+            e, e_rate = error[..., number, :], error_rate[..., number, :]
+            if order:
+                rows_of_gain[..., laws, :] = -_outer(_kron(column[..., None], np.asarray(b)[..., None])[..., 0], e)
+            rows_of_gain[..., begin:, :] = -direct * _outer(column, e)
+            by_error = ((direct * by_speed + c_b * by_acceleration) @ column[..., None])[..., 0]
+            rows_of_gain[..., m : 2 * m, :] = -_outer(by_error, e)
+            rows_of_gain[..., m : 2 * m, :] -= direct * _outer((by_acceleration @ column[..., None])[..., 0], e_rate)
+    fixed[..., m : 2 * m, :] = motion.accelerated(force)
     return Equations(fixed, scaled, z, z_rate, feedback, movements)
+
+
+def _outer(column, row):
+    """Products of the entries of vectors, shapes (..., p) and (..., q): shape (..., p, q)."""
+    return column[..., :, None] * row[..., None, :]
+
+
+def _kron(first, second):
+    """Kronecker products of matrices, shapes (..., p, q) and (..., k, l): shape (..., p k, q l)."""
+    product = first[..., :, None, :, None] * np.asarray(second)[..., None, :, None, :]
+    *leading, rows, rows_of_second, columns, columns_of_second = product.shape
+    return product.reshape(*leading, rows * rows_of_second, columns * columns_of_second)
 
 
 def _feedback(motion, z, z_rate, fixed):
@@ -162,11 +247,12 @@ def _feedback(motion, z, z_rate, fixed):
     """
     feedback, state = [], 2 * len(motion)
     for actuator in motion.feedback:
-        movement, rate = actuator.measured @ z, actuator.measured @ z_rate
-        if actuator.corner:  # h(s) x = x - l, l' = w_h (x - l)
-            movement[state] -= 1.0
-            fixed[state] = actuator.corner * movement
-            rate -= fixed[state].real
+        measured = actuator.measured[..., None, :]
+        movement, rate = (measured @ z)[..., 0, :], (measured @ z_rate)[..., 0, :]
+        if actuator.filtered:  # h(s) x = x - l, l' = w_h (x - l)
+            movement[..., state] -= 1.0
+            fixed[..., state, :] = np.asarray(actuator.corner)[..., None] * movement
+            rate -= fixed[..., state, :].real
             state += 1
         feedback.append((movement, rate))
     return feedback
@@ -179,9 +265,9 @@ def _filter_by_notches(notches, error, error_rate, fixed, begin):
     ----------
     notches : tuple of (Notch or None)
         Filter of each measured coordinate; None leaves its error as it is.
-    error, error_rate : ndarray, shape (k, w)
+    error, error_rate : ndarray, shape (..., k, w)
         Rows that give the errors and their rates; on return those behind the filters.
-    fixed : ndarray, shape (N, w)
+    fixed : ndarray, shape (..., N, w)
         `Equations.fixed`; on return with the rows of the filters' states, two for each filter.
     begin : int
         Index of the first of these states.
@@ -190,25 +276,15 @@ def _filter_by_notches(notches, error, error_rate, fixed, begin):
         if notch is None:
             continue
         a, b, c, d = notch.state_space
+        d = np.asarray(d)[..., None]
         states = slice(begin, begin + 2)
-        fixed[states, states] = a
-        fixed[states] += np.outer(b, error[coordinate])
-        error_rate[coordinate] = d * error_rate[coordinate] + c @ fixed[states].real
-        error[coordinate] *= d
-        error[coordinate, states] += c
+        fixed[..., states, states] = a
+        fixed[..., states, :] += _outer(b, error[..., coordinate, :])
+        by_states = (c[..., None, :] @ fixed[..., states, :].real)[..., 0, :]
+        error_rate[..., coordinate, :] = d * error_rate[..., coordinate, :] + by_states
+        error[..., coordinate, :] *= d
+        error[..., coordinate, states] += c
         begin += 2
-
-
-def _independent(shares):
-    """Allocation A as a product U R: independent movements of the winches, (i, r), and their rates by errors, (r, k).
-
-    The sign of each movement is such that the winch that moves most reels in.
-    """
-    left, values, right = np.linalg.svd(shares, full_matrices=False)
-    kept = values > SYSTEM.uncorrected * values.max(initial=0.0)
-    left, right = left[:, kept], values[kept, None] * right[kept]
-    sign = np.sign(np.take_along_axis(left, np.abs(left).argmax(axis=0)[None], axis=0))[0]
-    return left * sign, right * sign[:, None]
 
 
 def rows(system, forces=None, loop=None, actuators=()):
@@ -229,48 +305,51 @@ def rows(system, forces=None, loop=None, actuators=()):
     Returns
     -------
     first_order : Equations
-    state_rate : ndarray, shape (N, w)
+    state_rate : ndarray, shape (..., N, w)
         x'.
-    reeled : tuple of 2 ndarray, shape (i, w)
+    reeled : tuple of 2 ndarray, shape (..., i, w)
         Length that the loop reels in at each winch, and its speed.
-    outputs : ndarray, shape (o + 2 a, w)
+    outputs : ndarray, shape (..., o + 2 a, w)
         Outputs of the system, then those of the actuators, see `_actuator_outputs`.
     """
-    if forces is None:
-        first_order = (loop or system).equations
-    else:
-        of_loop = (loop.allocation, loop.notches, loop.law_space) if loop else ()
-        first_order = equations(system, *of_loop, forces=forces)
-    state_rate = first_order.fixed + (loop.gain * first_order.scaled.sum(axis=0) if loop else 0.0)
-    m, size, (winches, movements) = len(system), len(state_rate), first_order.winches.shape
-    inputs = (state_rate.shape[1] - size) // 3
+    of_loop = (loop.allocation, loop.notches, loop.law_space) if loop else ()
+    first_order = equations(system, *of_loop, forces=forces)
+    state_rate = first_order.with_gain(loop.gain) if loop else first_order.fixed
+    m, size, (winches, movements) = len(system), state_rate.shape[-2], first_order.winches.shape[-2:]
+    inputs = (state_rate.shape[-1] - size) // 3
 
     def derivative(row):
         """Rows of the time derivatives of the quantities that some rows give, none of which depends on u''."""
         of_inputs = np.zeros_like(row)  # coefficients of u and u' become those of u' and u''
-        of_inputs[:, size + inputs :] = row[:, size : size + 2 * inputs]
-        return row[:, :size] @ state_rate + of_inputs
+        of_inputs[..., size + inputs :] = row[..., size : size + 2 * inputs]
+        return row[..., :size] @ state_rate + of_inputs
 
-    reeled = np.zeros((winches, state_rate.shape[1]))
-    reeled[:, size - movements : size] = first_order.winches
+    reeled = np.zeros((*state_rate.shape[:-2], winches, state_rate.shape[-1]))
+    reeled[..., size - movements : size] = first_order.winches
     speed = derivative(reeled)
     lengths = [reeled, speed, derivative(speed)] if loop else np.zeros((3, *reeled.shape))  # l, l' and l''
     if inputs:
-        first_length = inputs - forces.shape[1] - winches  # index of the first input that is a length
+        first_length = inputs - forces.shape[-1] - winches  # index of the first input that is a length
         for order, by_loop in enumerate(lengths):
-            lengths[order] = by_loop + np.eye(*by_loop.shape, size + order * inputs + first_length)
-    motions = first_order.places, first_order.speeds, state_rate[m : 2 * m]  # z, z' and z''
+            lengths[order] = by_loop + np.eye(*by_loop.shape[-2:], size + order * inputs + first_length)
+    motions = first_order.places, first_order.speeds, state_rate[..., m : 2 * m, :]  # z, z' and z''
     of_system = sum(matrix @ motion for matrix, motion in zip(system.c, motions, strict=True))
-    of_system += sum(matrix @ length for matrix, length in zip(system.d, lengths, strict=True))
-    outputs = np.concatenate([of_system, *_actuator_outputs(first_order, actuators)])
+    of_system = of_system + sum(matrix @ length for matrix, length in zip(system.d, lengths, strict=True))
+    of_actuators = [row[..., None, :] for pair in _actuator_outputs(first_order, system, actuators) for row in pair]
+    outputs = np.concatenate([of_system, *of_actuators], axis=-2)
     return first_order, state_rate, (reeled, speed), outputs
 
 
-def _actuator_outputs(first_order, actuators):
+def _actuator_outputs(first_order, system, actuators):
     """Rows of each actuator: stroke and force of a reaction mass, or momentum and torque of a wheel; list of pairs."""
     outputs, coordinates = [], first_order.places
-    strokes = iter(coordinates[len(coordinates) - sum(not actuator.wheel for actuator in actuators) :])  # the last ones
-    for actuator, (movement, rate) in zip(actuators, first_order.feedback, strict=True):
-        force = actuator.velocity_gain * rate + actuator.position_gain * movement
-        outputs.append([actuator.velocity_gain * movement, force] if actuator.wheel else [next(strokes), force])
+    stroke = coordinates.shape[-2] - sum(not actuator.wheel for actuator in actuators)  # the last coordinates
+    of_actuators = zip(actuators, system.feedback, first_order.feedback, strict=True)
+    for actuator, feedback, (movement, rate) in of_actuators:
+        velocity_gain, position_gain = (
+            np.asarray(g)[..., None] for g in (feedback.velocity_gain, feedback.position_gain)
+        )
+        force = velocity_gain * rate + position_gain * movement
+        outputs.append((velocity_gain * movement if actuator.wheel else coordinates[..., stroke, :], force))
+        stroke += not actuator.wheel
     return outputs

@@ -30,7 +30,7 @@ from cablestudy.system.matrices import (
     sparse_factors,
     upper,
 )
-from cablestudy.system.residues import eigen
+from cablestudy.system.residues import eigen, eigen_of_rows
 from cablestudy.system.tolerances import SYSTEM
 
 MASSLESS_MOTION = "the state space needs a mass of everything that moves"
@@ -39,27 +39,27 @@ MODAL = "sqrt(kg) m"  # unit of a modal amplitude
 
 @dataclass(frozen=True)
 class LinearSystem:
-    """The system of the module's docstring: n coordinates, i inputs, o outputs.
+    """The system of the module's docstring: n coordinates, i inputs, o outputs; or those of many rows (...).
 
     Attributes
     ----------
-    mass, damping, stiffness : ndarray or sparse array, shape (n, n)
+    mass, damping, stiffness : ndarray or sparse array, shape (..., n, n)
         M, C and K. Sparse matrices serve `lowest`.
-    b : tuple of 3 ndarray, shape (n, i)
+    b : tuple of 3 ndarray, shape (..., n, i)
         B0, B1, B2.
     bodies : int
         How many of the coordinates, the last ones, are displacements of bodies.
-    c : tuple of 3 ndarray, shape (o, n)
+    c : tuple of 3 ndarray, shape (..., o, n)
         C0, C1, C2.
-    d : tuple of 3 ndarray, shape (o, i)
+    d : tuple of 3 ndarray, shape (..., o, i)
         D0, D1, D2.
     coordinates, inputs, outputs : tuple of (str, str)
         Name and unit of each.
     feedback : tuple of ActuatorFeedback
         Forces f = gain(s) acts measured z of actuators, see `control.motion`.
-    scale : ndarray, shape (n,), optional
+    scale : ndarray, shape (..., n), optional
         By what each displacement is weighted as a state; without it by about its frequency alone. [rad/s]
-    shapes : ndarray, shape (m, k), optional
+    shapes : ndarray, shape (..., m, k), optional
         Coordinates of the system that this one reduces, per each of its first k coordinates; its others do not move
         them.
     """
@@ -77,9 +77,49 @@ class LinearSystem:
     feedback: tuple = ()
     scale: np.ndarray | None = None
     shapes: np.ndarray | None = None
+    _origin = None  # of a system taken from rows: these, and its index among them
 
     def __len__(self):
-        return self.mass.shape[0]
+        return self.mass.shape[-1]
+
+    @staticmethod
+    def stack(systems):
+        """`LinearSystem` of n rows from those of each, which have equal numbers of everything."""
+        first, names = systems[0], ("mass", "damping", "stiffness", "scale", "shapes")
+        if len(systems) == 1:
+            return first.with_arrays(lambda array: array[None])
+        of_rows = {name: [getattr(system, name) for system in systems] for name in names}
+        of_orders = {name: zip(*(getattr(system, name) for system in systems), strict=True) for name in "bcd"}
+        feedback = zip(*(system.feedback for system in systems), strict=True)
+        return replace(
+            first,
+            **{name: None if arrays[0] is None else np.stack(arrays) for name, arrays in of_rows.items()},
+            **{name: tuple(map(np.stack, arrays)) for name, arrays in of_orders.items()},
+            feedback=tuple(of_rows[0].stack(of_rows) for of_rows in feedback),
+        )
+
+    def take(self, row):
+        """`LinearSystem` of one row of many, by its index, or of some."""
+        taken = self.with_arrays(lambda array: array[row])
+        if isinstance(row, int):
+            taken.__dict__["_origin"] = self, row
+        return taken
+
+    def with_arrays(self, change):
+        """Copy with each array replaced by `change` of it, a function."""
+        return replace(
+            self,
+            **{name: change(getattr(self, name)) for name in ("mass", "damping", "stiffness")},
+            **{name: tuple(map(change, getattr(self, name))) for name in ("b", "c", "d")},
+            feedback=tuple(one.with_arrays(change) for one in self.feedback),
+            **{name: change(array) for name in ("scale", "shapes") if (array := getattr(self, name)) is not None},
+        )
+
+    @property
+    def signature(self):
+        """Numbers of everything, by which rows are found that `stack` puts together: tuple."""
+        shapes = self.mass.shape, self.b[0].shape, self.c[0].shape, None if self.shapes is None else self.shapes.shape
+        return *shapes, self.stiffness.dtype, self.scale is None, *(one.filtered for one in self.feedback)
 
     @cached_property
     def strain_modes(self):
@@ -163,7 +203,7 @@ class LinearSystem:
         return omega[finite], shapes[:, finite]
 
     def compliance(self, forces):
-        """Static displacements by forces, shape (n, r) both, the winches at rest and without damping."""
+        """Static displacements by forces, shape (..., n, r) both, the winches at rest and without damping."""
         if isinstance(self.stiffness, np.ndarray):
             return np.linalg.solve(self.stiffness.real, forces)
         return sparse_factors(self.stiffness.real).solve(forces)
@@ -173,17 +213,19 @@ class LinearSystem:
         """Weight of each displacement as a state: `scale`, or about the frequency of its coordinate alone. [rad/s]"""
         if self.scale is not None:
             return self.scale
-        stiffness, mass = np.diagonal(self.stiffness).real, np.diagonal(self.mass)
+        stiffness, mass = (np.diagonal(matrix, axis1=-2, axis2=-1) for matrix in (self.stiffness.real, self.mass))
         return np.sqrt(np.where(stiffness > 0, stiffness, mass) / mass)
 
     @cached_property
     def _has_unit_mass(self):
-        """True if M is the identity, but for rounding."""
-        return bool(np.abs(self.mass - np.eye(len(self))).max(initial=0.0) < SYSTEM.entry_rounding)
+        """True where M is the identity, but for rounding, shape (...)."""
+        return np.abs(self.mass - np.eye(len(self))).max(axis=(-2, -1), initial=0.0) < SYSTEM.entry_rounding
 
     def accelerated(self, forces):
-        """Accelerations by forces on the coordinates, M^-1 f, shape (n, r)."""
-        return forces if self._has_unit_mass else np.linalg.solve(self.mass, forces)
+        """Accelerations by forces on the coordinates, M^-1 f, shape (..., n, r)."""
+        if self._has_unit_mass.all():
+            return forces
+        return np.where(self._has_unit_mass[..., None, None], forces, np.linalg.solve(self.mass, forces))
 
     @cached_property
     def dissipates(self):
@@ -204,8 +246,16 @@ class LinearSystem:
 
     @cached_property
     def eigen(self):
-        """`Eigen` of `equations`."""
-        return eigen(self.equations.fixed)
+        """`Eigen` of `equations`; of a system taken from rows it is computed for all of these at once."""
+        if self._origin is None:
+            return eigen(self.equations.fixed)
+        rows, row = self._origin
+        return rows._eigen_of_rows[row]
+
+    @cached_property
+    def _eigen_of_rows(self):
+        """`eigen` of each row: list."""
+        return eigen_of_rows(self.equations.fixed)
 
     @cached_property
     def poles(self):
@@ -220,7 +270,11 @@ class LinearSystem:
     @cached_property
     def static_stiffness(self):
         """Real part of the `dynamic_stiffness` at rest, shape (n, n)."""
-        return self.dynamic_stiffness(np.zeros(1))[0].real
+        stiffness = self.stiffness.real
+        for feedback in self.feedback:
+            gain = 0.0 if feedback.filtered else feedback.position_gain
+            stiffness = stiffness - gain * np.outer(feedback.acts, feedback.measured)
+        return stiffness
 
     def dynamic_stiffness(self, s):
         """Forces per displacement of the coordinates, D = s^2 M + s C + K, shape (f, n, n), inputs at rest.
@@ -251,29 +305,30 @@ class LinearSystem:
 
         Parameters
         ----------
-        space : ndarray, shape (n, r)
+        space : ndarray, shape (..., n, r)
             S: independent columns, the motions that stay free.
         imposed : ndarray, shape (n, j), optional
-            N: motion imposed by each further input v; these inputs come before those of the system.
+            N, of one row: motion imposed by each further input v; these inputs come before those of the system.
         inputs : tuple of (str, str)
             Name and unit of each further input.
         """
-        b, d = tuple(space.T @ matrix for matrix in self.b), self.d
+        transposed = np.swapaxes(space, -1, -2)
+        b, d = tuple(transposed @ matrix for matrix in self.b), self.d
         if imposed is not None:
-            forces = (-space.T @ matrix @ imposed for matrix in (self.stiffness, self.damping, self.mass))
+            forces = (-transposed @ matrix @ imposed for matrix in (self.stiffness, self.damping, self.mass))
             b = tuple(np.concatenate(columns, axis=1) for columns in zip(forces, b, strict=True))
             imposed_outputs = (matrix @ imposed for matrix in self.c)
             d = tuple(np.concatenate(columns, axis=1) for columns in zip(imposed_outputs, d, strict=True))
         return replace(
             self,
-            mass=space.T @ self.mass @ space,
-            damping=space.T @ self.damping @ space,
-            stiffness=space.T @ self.stiffness @ space,
+            mass=transposed @ self.mass @ space,
+            damping=transposed @ self.damping @ space,
+            stiffness=transposed @ self.stiffness @ space,
             b=b,
             c=tuple(matrix @ space for matrix in self.c),
             d=d,
             inputs=(*inputs, *self.inputs),
-            feedback=tuple(replace(f, measured=f.measured @ space, acts=f.acts @ space) for f in self.feedback),
+            feedback=tuple(one.within(space) for one in self.feedback),
             scale=None,
             shapes=None,
         )
@@ -283,18 +338,18 @@ class LinearSystem:
 
         Parameters
         ----------
-        forces : ndarray, shape (n, j)
+        forces : ndarray, shape (..., n, j)
             On each coordinate by each of them.
         inputs : tuple of (str, str)
             Name and unit of each.
-        direct : ndarray, shape (o, j), optional
+        direct : ndarray, shape (..., o, j), optional
             Their share in each output where nothing moves; by default none.
         """
-        direct = np.zeros((len(self.c[0]), forces.shape[1])) if direct is None else direct
+        direct = np.zeros((*self.d[0].shape[:-1], forces.shape[-1])) if direct is None else direct
         return replace(
             self,
-            b=tuple(np.concatenate([part, forces * (order == 0)], axis=1) for order, part in enumerate(self.b)),
-            d=tuple(np.concatenate([part, direct * (order == 0)], axis=1) for order, part in enumerate(self.d)),
+            b=tuple(np.concatenate([part, forces * (order == 0)], axis=-1) for order, part in enumerate(self.b)),
+            d=tuple(np.concatenate([part, direct * (order == 0)], axis=-1) for order, part in enumerate(self.d)),
             inputs=(*self.inputs, *inputs),
         )
 
@@ -302,8 +357,9 @@ class LinearSystem:
         """The system with further viscous damping of the displacements of its bodies, shape (b, b), or 0."""
         modal = len(self) - self.bodies
         if isinstance(self.damping, np.ndarray):
-            added = np.broadcast_to(damping, (self.bodies, self.bodies))
-            return replace(self, damping=self.damping + np.pad(added, (modal, 0)))
+            matrix = self.damping.copy()
+            matrix[..., modal:, modal:] += damping
+            return replace(self, damping=matrix)
         from scipy.sparse import coo_array
 
         added = coo_array(damping if np.ndim(damping) else (self.bodies, self.bodies))

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cablestudy.system.connected import coupled_states
+from cablestudy.system.connected import all_joined, components, joined_states
 from cablestudy.system.tolerances import SYSTEM
 
 CIRCLE = np.exp(2j * np.pi * (np.arange(24) + 0.5) / 24)  # points of a contour around poles that coincide
@@ -43,7 +43,12 @@ class Eigen:
 
 
 def eigen(a):
-    """Eigenvalues and eigenvectors, right and left, of the matrix A of a state space, shape (N, N): `Eigen`.
+    """`eigen_of_rows` of the matrix A of one state space, shape (N, N): `Eigen`."""
+    return eigen_of_rows(a[None])[0]
+
+
+def eigen_of_rows(a):
+    """Eigenvalues and eigenvectors, right and left, of n matrices A of state spaces, (n, N, N): list of Eigen.
 
     Notes
     -----
@@ -54,64 +59,113 @@ def eigen(a):
     diagonalization, SIAM Journal on Matrix Analysis and Applications 29, 2007). The need for that is judged by the
     share of each state in each pole, its entry of V times its entry of V^-1, which does not depend on units.
     """
-    groups = coupled_states(a)
-    if len(groups) < 2:
-        return _eigen_of_group(a)
-    poles, right, left = np.zeros(len(a), dtype=complex), *np.zeros((2, *a.shape), dtype=complex)
-    for states in groups:
-        block = np.ix_(states, states)
-        of_group = _eigen_of_group(a[block])
-        poles[states], right[block], left[block] = of_group.values, of_group.right, of_group.left
-    return Eigen(poles, right, left, np.iscomplexobj(a))
+    joined = joined_states(a)
+    whole = all_joined(joined)
+    found = [None] * len(a)
+    for row, of_row in zip(np.flatnonzero(whole).tolist(), _eigen_of_groups(a[whole]), strict=True):
+        found[row] = of_row
+    for row in np.flatnonzero(~whole).tolist():
+        poles, right, left = np.zeros(a.shape[-1], dtype=complex), *np.zeros((2, *a[row].shape), dtype=complex)
+        for states in components(joined[row]):
+            block = np.ix_(states, states)
+            (of_group,) = _eigen_of_groups(a[row][block][None])
+            poles[states], right[block], left[block] = of_group.values, of_group.right, of_group.left
+        found[row] = Eigen(poles, right, left, np.iscomplexobj(a))
+    return found
 
 
-def _eigen_of_group(a):
-    """`eigen` of a matrix whose states all depend on each other."""
-    if half_size := _eigen_with_complex_stiffness(a):
-        return half_size
-    order = np.argsort(-np.abs(a).sum(axis=1), kind="stable")
-    a, back = a[order][:, order], np.argsort(order)
-    poles, right = np.linalg.eig(a)
+def _eigen_of_groups(a):
+    """`eigen_of_rows` of matrices whose states all depend on each other."""
+    half_size = _have_complex_stiffness_alone(a)
+    found = [None] * len(a)
+    for rows, solve in ((half_size, _eigen_with_complex_stiffness), (~half_size, _eigen_of_full)):
+        if rows.any():
+            for row, of_row in zip(np.flatnonzero(rows).tolist(), solve(a[rows]), strict=True):
+                found[row] = of_row
+    return [found[row] or _eigen_of_full(a[row : row + 1])[0] for row in range(len(a))]
+
+
+def _eigen_of_full(a):
+    """`eigen_of_rows` of matrices without regard to their form."""
+    row, order = np.arange(len(a))[:, None], np.argsort(-np.abs(a).sum(axis=-1), axis=-1, kind="stable")
+    sorted_a = a[row[:, None], order[:, :, None], order[:, None, :]]
+    poles, right = np.linalg.eig(sorted_a)
+    left = _inverse_of_vectors(poles, right, np.iscomplexobj(a))
+    independent = _independent(right, left)
+    poles, right, left = poles + 0j, right + 0j, left + 0j
+    for dependent in np.flatnonzero(~independent).tolist():
+        of_row = sorted_a[dependent]
+        change = SYSTEM.moved_apart * _separating_change(of_row, poles[dependent], right[dependent])
+        poles[dependent], right[dependent] = np.linalg.eig(of_row + change)
+        left[dependent] = np.linalg.inv(right[dependent])
+    back = np.argsort(order, axis=-1)
+    right, left = right[row, back], left[row[:, None], np.arange(a.shape[-1])[:, None], back[:, None]]
+    return [Eigen(*of_row, np.iscomplexobj(a)) for of_row in zip(poles, right, left, strict=True)]
+
+
+def _inverse_of_vectors(poles, right, is_complex):
+    """V^-1 of eigenvectors V, shape (n, N, N), those of a real matrix in pairs; infinite where V is singular.
+
+    Of a pair v and conj(v) of a real matrix the real and the imaginary part of v are inverted in their place, in real
+    numbers: if a and b are the rows of the inverse that belong to them, those of the pair are (a - i b)/2 and its
+    conjugate.
+    """
+    if is_complex or not np.iscomplexobj(right):
+        return _inverse(right)
+    first, second = poles.imag > 0, poles.imag < 0  # of each pair, one after the other
+    rows = _inverse(np.where(second[:, None, :], -right.imag, right.real))
+    left = rows + 0j
+    left[first] = (rows[first] - 1j * rows[second]) / 2
+    left[second] = left[first].conj()
+    return left
+
+
+def _inverse(matrices):
+    """Inverses of matrices, shape (n, N, N); infinite where one is singular."""
     try:
-        left = np.linalg.inv(right)
-    except np.linalg.LinAlgError:  # V is singular
-        left = np.full_like(a, np.inf)
-    if not _independent(right, left):
-        poles, right = np.linalg.eig(a + SYSTEM.moved_apart * _separating_change(a, poles, right))
-        left = np.linalg.inv(right)
-    return Eigen(poles + 0j, right[back], left[:, back], np.iscomplexobj(a))
+        return np.linalg.inv(matrices)
+    except np.linalg.LinAlgError:
+        if len(matrices) == 1:
+            return np.full_like(matrices, np.inf)
+        return np.concatenate([_inverse(matrix[None]) for matrix in matrices])
 
 
 def _independent(right, left):
-    """True if the eigenvectors of a matrix are far from dependent: V and V^-1, both of shape (N, N)."""
-    shares, largest = (np.abs(left) * np.abs(right.T)).sum(axis=1), np.abs(left).max(initial=0.0)
-    return shares.max(initial=0.0) <= SYSTEM.dependent_shares and largest <= SYSTEM.singular_inverse
+    """True where the eigenvectors of a matrix are far from dependent: V and V^-1, both of shape (n, N, N)."""
+    size = np.abs(left)
+    shares, largest = (size * np.abs(np.swapaxes(right, -1, -2))).sum(axis=-1), size.max(axis=(-2, -1), initial=0.0)
+    return (shares.max(axis=-1, initial=0.0) <= SYSTEM.dependent_shares) & (largest <= SYSTEM.singular_inverse)
+
+
+def _have_complex_stiffness_alone(a):
+    """True where a matrix has the form of `_eigen_with_complex_stiffness`, shape (n,)."""
+    half = a.shape[-1] // 2
+    if not np.iscomplexobj(a) or a.shape[-1] % 2:
+        return np.zeros(len(a), dtype=bool)
+    unit = np.diagonal(a[:, :half, half:], axis1=-2, axis2=-1)
+    nothing_else = ~(a[:, :half, :half].any(axis=(-2, -1)) | a[:, half:, half:].any(axis=(-2, -1)))
+    return nothing_else & unit.all(axis=-1) & (np.count_nonzero(a[:, :half, half:], axis=(-2, -1)) <= half)
 
 
 def _eigen_with_complex_stiffness(a):
-    """`eigen` of a system damped by a complex stiffness alone (hysteretic): A = [0 U; S 0], U diagonal, S complex.
+    """`eigen_of_rows` of systems damped by a complex stiffness alone (hysteretic): A = [0 U; S 0], U diagonal.
 
     The eigenvalue problem for the displacements p is half as large: (U S)^-1 p = p/l^2, l being a pole. The inverse is
-    taken since the slow poles then are the largest eigenvalues, which rounding spares. None where A has another form,
-    or eigenvectors that are nearly dependent.
+    taken since the slow poles then are the largest eigenvalues, which rounding spares. None where eigenvectors are
+    nearly dependent.
     """
-    half = len(a) // 2
-    if not np.iscomplexobj(a) or len(a) % 2 or a[:half, :half].any() or a[half:, half:].any():
-        return None
-    unit = np.diagonal(a[:half, half:])
-    if not unit.all() or np.count_nonzero(a[:half, half:]) > half:
-        return None
+    half = a.shape[-1] // 2
+    unit = np.diagonal(a[:, :half, half:], axis1=-2, axis2=-1)
     try:
-        squares, right = np.linalg.eig(np.linalg.inv(unit[:, None] * a[half:, :half]))
-        left = np.linalg.inv(right)
+        squares, right = np.linalg.eig(np.linalg.inv(unit[:, :, None] * a[:, half:, :half]))
     except np.linalg.LinAlgError:
-        return None
-    if not _independent(right, left):
-        return None
-    poles = np.sqrt(1 / squares)
-    speeds, by_speeds = right * poles / unit[:, None], left * unit / poles[:, None]
+        return [None] if len(a) == 1 else [_eigen_with_complex_stiffness(of_row[None])[0] for of_row in a]
+    left = _inverse(right)
+    independent, poles = _independent(right, left), np.sqrt(1 / squares)
+    speeds, by_speeds = right * (poles[:, None] / unit[:, :, None]), left * (unit[:, None] / poles[:, :, None])
     right, left = np.block([[right, right], [speeds, -speeds]]), np.block([[left, by_speeds], [left, -by_speeds]]) / 2
-    return Eigen(np.concatenate([poles, -poles]), right, left, one_sided=True)
+    found = zip(independent.tolist(), np.concatenate([poles, -poles], axis=1), right, left, strict=True)
+    return [Eigen(*of_row, one_sided=True) if usable else None for usable, *of_row in found]
 
 
 def _separating_change(a, poles, right):
@@ -277,3 +331,11 @@ def _sharp(system):
 def residues(eigen, b, c, d):
     """`Residues` of a state space from the `Eigen` of A, and B, C, D of shapes (N, i), (o, N) and (o, i)."""
     return Residues(eigen.values, eigen.left @ b, c @ eigen.right, d, eigen.one_sided)
+
+
+def stack(systems):
+    """`Residues` of many rows, shape (n, ...), from those of each, with equal numbers of everything."""
+    arrays = (
+        np.stack([getattr(system, name) for system in systems]) for name in ("poles", "inputs", "outputs", "direct")
+    )
+    return Residues(*arrays, systems[0].one_sided)

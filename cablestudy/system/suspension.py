@@ -369,6 +369,10 @@ def outward(equilibrium):
     tension : ndarray, shape (c, 2)
         [N]
     """
-    forces = equilibrium.end_forces[..., equilibrium.suspension.of_cables, :, :]
+    return tangents(equilibrium.end_forces[..., equilibrium.suspension.of_cables, :, :])
+
+
+def tangents(forces):
+    """`outward` from the forces of cables on what holds their ends, shape (..., 3): shapes (..., 3) and (...)."""
     tension = np.sqrt((forces**2).sum(axis=-1))
     return -forces / np.where(tension > 0, tension, 1.0)[..., None], tension

@@ -9,8 +9,9 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.system.residues import stack
 from cablestudy.wind.tolerances import WIND
-from cablestudy.wind.variance import Panels, variances, variances_with_remainder
+from cablestudy.wind.variance import Noise, Panels, variances, variances_with_remainder
 
 TURN = 2 * np.pi
 
@@ -47,7 +48,7 @@ class Integrals:
         """`Noise` of the gusts on the panels."""
         return self.gusts.noise(self.panels.frequency)
 
-    def variances(self, response, names=None):
+    def variances(self, response):
         """Variances of the outputs of a system in the gusts: integrals of their spectra times each weight.
 
         Poles with a damping ratio up to `least_damping_ratio` are left out, see `undamped`.
@@ -56,22 +57,13 @@ class Integrals:
         ----------
         response : Residues or DelayedResponse
             Response of the o outputs of a stable system to the inputs of the gusts.
-        names : sequence of str, optional
-            Names of the w weights, by default all.
 
         Returns
         -------
         ndarray, shape (w, o)
-            In squares of the units of the outputs.
+            For the w weights, in squares of the units of the outputs.
         """
-        weights = np.stack([self.weights[name] for name in names or self.weights])
-        # a delay leaves a remainder, smooth over frequency, beside the sum over poles; without delay it is None
-        sum_over_poles, remainder = response.split(TURN * self.panels.highest)
-        sum_over_poles = sum_over_poles.take(damped(sum_over_poles, self.least_damping_ratio))
-        if remainder is None:
-            return variances(sum_over_poles, self.panels, self.noise, weights)
-        excitation = self.gusts.matrix_times, self.panels, self.noise
-        return variances_with_remainder(sum_over_poles, remainder, *excitation, weights)
+        return variances_of_rows([self], [response])[0]
 
     def undamped(self, response, variance, stiffness):
         """Find, for each output, the undamped motion that makes its variance infinite: the pole that moves it most.
@@ -107,6 +99,37 @@ class Integrals:
         rounding = WIND.still * max(energy.max(), total_energy.max())
         excited = energy > np.maximum(WIND.undamped_share * total_energy, rounding)
         return np.where(excited.any(axis=0), undamped.poles[np.argmax(energy, axis=0)], 0.0)
+
+
+def variances_of_rows(integrals, responses):
+    """`Integrals.variances` of many rows, of their integrals and responses: list of ndarray, shape (w, o).
+
+    Rows whose arrays have equal shapes are computed together, as many as a processor's cache holds; no digit of a row
+    depends on the others.
+    """
+    found, together = [None] * len(integrals), {}
+    for row, (integral, response) in enumerate(zip(integrals, responses, strict=True)):
+        weights = np.stack(list(integral.weights.values()))
+        # a delay leaves a remainder, smooth over frequency, beside the sum over poles; without delay it is None
+        poles, remainder = response.split(TURN * integral.panels.highest)
+        is_damped = damped(poles, integral.least_damping_ratio)
+        poles = poles if is_damped.all() else poles.take(is_damped)
+        if remainder is not None:
+            excitation = integral.gusts.matrix_times, integral.panels, integral.noise
+            found[row] = variances_with_remainder(poles, remainder, *excitation, weights)
+            continue
+        noise, upper = integral.noise, np.count_nonzero(poles.poles.imag >= 0)
+        shapes = (array.shape for array in (poles.inputs, poles.outputs, weights, noise.matrices))
+        key = *shapes, poles.one_sided or upper, *((group.start, group.stop) for group in noise.groups)
+        together.setdefault(key, []).append((row, poles, integral.panels.edges, noise, weights))
+    for (inputs, *_), members in together.items():
+        at_once = max(1, WIND.resolvent_entries // max(1, inputs[0] * members[0][-1].shape[-1]))
+        for begin in range(0, len(members), at_once):
+            rows, residues, edges, noises, weights = zip(*members[begin : begin + at_once], strict=True)
+            arguments = stack(residues), Panels(np.stack(edges)), Noise.stack(noises), np.stack(weights)
+            for row, variance in zip(rows, variances(*arguments), strict=True):
+                found[row] = variance
+    return found
 
 
 def damped(residues, least_damping_ratio=WIND.undamped):

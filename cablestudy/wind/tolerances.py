@@ -63,6 +63,7 @@ class WindTolerances:
     near_pole: float = 4.0
     frequencies_at_once: int = 100  # of which responses are computed in one call
     variance_rounding: float = 1e-13  # of a variance over the sum of the sizes of its terms: what is less is zero
+    resolvent_entries: int = 100_000  # of poles times points of panels that are computed at once
     panel_halvings: int = 12  # of panels,
     unresolved_panel: float = 1e-5  # and share of the two highest polynomials in a function that is resolved
 

@@ -15,6 +15,8 @@ A complex stiffness has a response for positive frequencies alone, and its poles
 2/(i w - l_j), the sums run over all poles, and the real part is the variance.
 
 The response of a system with a delay has a remainder beside such a sum: `variances_with_remainder`.
+
+Arrays may have leading axes, of many rows (...).
 """
 
 from dataclasses import dataclass
@@ -36,17 +38,24 @@ class Noise:
 
     Attributes
     ----------
-    matrices : ndarray, shape (p, i, i)
+    matrices : ndarray, shape (..., p, i, i)
         S_k, symmetric.
     groups : list of slice
         Groups of inputs that have one function e of frequency each: E = diag(e).
-    functions : list of list of ndarray, shape (p, n)
+    functions : list of list of ndarray, shape (..., p, n)
         e_j e_l g_k for groups j and l at the n frequencies of the panels.
     """
 
     matrices: np.ndarray
     groups: list
     functions: list
+
+    @staticmethod
+    def stack(noises):
+        """`Noise` of many rows, from those of each, with equal numbers of everything."""
+        functions = [[np.stack(of_rows) for of_rows in zip(*row, strict=True)] for row in zip(
+            *(noise.functions for noise in noises), strict=True)]  # fmt: skip
+        return Noise(np.stack([noise.matrices for noise in noises]), noises[0].groups, functions)
 
 
 def with_turns(edges, delay):
@@ -91,46 +100,50 @@ class Panels:
 
     Parameters
     ----------
-    edges : ndarray, shape (k + 1,)
+    edges : ndarray, shape (..., k + 1)
         Ascending. [Hz]
 
     Attributes
     ----------
-    frequency, weights : ndarray, shape (n,)
+    frequency, weights : ndarray, shape (..., n)
         Points, and their shares in an integral. [Hz]
-    highest : float
+    highest : ndarray, shape (...)
         The last edge. [Hz]
     """
 
     def __init__(self, edges):
-        log_edges = np.log(edges)
-        self.highest = float(edges[-1])
-        self._middle, self._half = (log_edges[1:] + log_edges[:-1]) / 2, np.diff(log_edges) / 2
-        on_panels = np.exp(self._middle[:, None] + self._half[:, None] * NODES)
-        self.frequency = np.append(on_panels.ravel(), edges[0])
-        self.weights = np.append((self._half[:, None] * WEIGHTS * on_panels).ravel(), edges[0])
+        log_edges, lowest = np.log(edges), edges[..., :1]
+        self.edges, self.highest = edges, edges[..., -1]
+        self._middle, self._half = (log_edges[..., 1:] + log_edges[..., :-1]) / 2, np.diff(log_edges) / 2
+        on_panels, points = np.exp(self._middle[..., None] + self._half[..., None] * NODES), (*edges.shape[:-1], -1)
+        self.frequency = np.concatenate([on_panels.reshape(points), lowest], axis=-1)
+        shares = (self._half[..., None] * WEIGHTS * on_panels).reshape(points)
+        self.weights = np.concatenate([shares, lowest], axis=-1)
 
     def resolvents(self, poles, one_sided=False):
-        """r_j of the module's docstring times the weights, shape (N, n).
+        """r_j of the module's docstring times the weights, shape (..., N, n).
 
         Sums over the n points of their products with a smooth function are integrals over frequency.
 
         Parameters
         ----------
-        poles : ndarray, complex, shape (N,)
+        poles : ndarray, complex, shape (..., N)
             In the upper half plane or on the real axis; anywhere for a response at positive frequencies alone. [rad/s]
         one_sided : bool
             Whether the poles are those of such a response.
         """
-        omega = 2 * np.pi * self.frequency
+        omega = 2 * np.pi * self.frequency[..., None, :]
         if one_sided:
-            fractions = 2 / (1j * omega - poles[:, None])
+            fractions = 2 / (1j * omega - poles[..., None])
         else:
-            fractions = -2 * poles[:, None] / (omega**2 + poles[:, None] ** 2)
-        return fractions * self.weights_for(poles)
+            fractions = -2 * poles[..., None] / (omega**2 + poles[..., None] ** 2)
+        fractions *= self.weights[..., None, :]
+        *pole, points, factors = self._corrections(poles)
+        fractions[(*pole, points)] *= factors
+        return fractions
 
     def weights_for(self, poles):
-        """Weights, shape (N, n), for functions with a simple pole each at i w = l_j; `poles` as for `resolvents`.
+        """Weights, shape (..., N, n), for functions with a simple pole each at i w = l_j; `poles` as for `resolvents`.
 
         Notes
         -----
@@ -139,12 +152,20 @@ class Panels:
         functions of the first and second kind: Christoffel's sum of (2 k + 1) P_k(x) Q_k(z) (Whittaker and Watson,
         Modern Analysis, 15.4).
         """
-        weights = np.tile(self.weights + 0j, (len(poles), 1))
-        z = (np.log(poles / 2j / np.pi)[:, None] - self._middle) / self._half  # of each pole for each panel
-        pole, panel = np.nonzero(np.abs(z) < WIND.near_pole)
-        points = panel[:, None] * WIND.panel_points + np.arange(WIND.panel_points)
-        weights[pole[:, None], points] *= 1 + WIND.panel_points * LAST * _legendre_q(z[pole, panel])[:, None]
+        weights = np.empty((*poles.shape, self.weights.shape[-1]), dtype=complex)
+        weights[...] = self.weights[..., None, :]
+        *pole, points, factors = self._corrections(poles)
+        weights[(*pole, points)] *= factors
         return weights
+
+    def _corrections(self, poles):
+        """Indices, and factors, of the weights in `weights_for` that are not those of Gauss's rule: list of ndarray."""
+        # of each pole for each panel
+        z = (np.log(poles / 2j / np.pi)[..., None] - self._middle[..., None, :]) / self._half[..., None, :]
+        near = np.abs(z) < WIND.near_pole
+        *pole, panel = (index[:, None] for index in np.nonzero(near))
+        points = panel * WIND.panel_points + np.arange(WIND.panel_points)
+        return *pole, points, 1 + WIND.panel_points * LAST * _legendre_q(z[near])[:, None]
 
 
 def _legendre_q(z):
@@ -161,33 +182,40 @@ def variances(residues, panels, noise, weights):
     Parameters
     ----------
     residues : Residues
-        Response of a stable system of o outputs, with both poles of each complex pair.
+        Response of a stable system of o outputs, with both poles of each complex pair; of rows with equally many poles
+        in the upper half plane and on the real axis.
     panels : Panels
     noise : Noise
         Spectral matrix of the inputs.
-    weights : ndarray, shape (w, n)
+    weights : ndarray, shape (..., w, n)
         w functions of frequency, at the n points of the panels.
 
     Returns
     -------
-    ndarray, shape (w, o)
+    ndarray, shape (..., w, o)
         0 where no more than rounding is left of the sum over the poles.
     """
-    upper = (residues.poles.imag >= 0) | residues.one_sided
-    poles, inputs, outputs = residues.poles[upper], residues.inputs[upper], residues.outputs[:, upper]
+    all_poles, all_inputs, leading = residues.poles, residues.inputs, residues.poles.shape[:-1]
+    upper = np.nonzero((all_poles.imag >= 0) | residues.one_sided)[-1].reshape(*leading, -1)
+    poles = np.take_along_axis(all_poles, upper, axis=-1)
+    inputs = np.take_along_axis(all_inputs, upper[..., None], axis=-2)
+    outputs = np.swapaxes(np.take_along_axis(residues.outputs, upper[..., None, :], axis=-1), -1, -2)
     if not residues.one_sided:  # the real part of a pair of poles is twice that of one
-        outputs = outputs * np.where(poles.imag > 0, 2.0, 1.0)
+        outputs = outputs * np.where(poles.imag > 0, 2.0, 1.0)[..., None]
     # integrals of r_j b_j S and of S
     by_pole, spectra = _spectral_integrals(inputs, panels, noise, weights, panels.resolvents(poles, residues.one_sided))
     # Lyapunov's equation of the module's docstring
-    pole_sums = poles[:, None] + residues.poles.conj()  # l_j + conj(l_k)
-    covariance = by_pole @ residues.inputs.conj().T / -pole_sums  # X is this plus its conjugate transpose
-    pole_output_covariance = covariance @ residues.outputs.conj().T + by_pole @ residues.direct.conj().T
-    by_direct = ((residues.direct @ spectra) * residues.direct.conj()).sum(axis=-1).real
-    variance = (outputs.T * pole_output_covariance).sum(axis=1).real + by_direct
+    conjugates = (np.swapaxes(matrix.conj(), -1, -2) for matrix in (all_inputs, residues.outputs, residues.direct))
+    of_inputs, of_outputs, of_direct = (matrix[..., None, :, :] for matrix in conjugates)
+    pole_sums = poles[..., :, None] + all_poles[..., None, :].conj()  # l_j + conj(l_k)
+    covariance = by_pole @ of_inputs / -pole_sums[..., None, :, :]  # X is this plus its conjugate transpose
+    pole_output_covariance = covariance @ of_outputs + by_pole @ of_direct
+    direct = residues.direct[..., None, :, :]
+    by_direct = ((direct @ spectra) * direct.conj()).sum(axis=-1).real
+    variance = (outputs[..., None, :, :] * pole_output_covariance).sum(axis=-2).real + by_direct
     # by Schwarz's inequality no sum over the poles is larger than that of the sizes of its terms
-    pole_variances = np.maximum(2 * covariance[:, np.arange(len(poles)), np.flatnonzero(upper)].real, 0.0)
-    largest = (np.sqrt(pole_variances) @ np.abs(outputs.T)) ** 2
+    diagonal = np.take_along_axis(covariance, upper[..., None, :, None], axis=-1)[..., 0].real
+    largest = (np.sqrt(np.maximum(2 * diagonal, 0.0)) @ np.abs(outputs)) ** 2
     return np.where(variance > WIND.variance_rounding * largest, variance, 0.0)
 
 
@@ -231,45 +259,50 @@ def variances_with_remainder(residues, remainder, noise_times, panels, noise, we
 
 
 def _spectral_integrals(inputs, panels, noise, weights, resolvents):
-    """Integrals of the noise for `variances`: of r_j b_j S, shape (w, N, i), and of S, shape (w, i, i).
+    """Integrals of the noise for `variances`: of r_j b_j S, shape (..., w, N, i), and of S, shape (..., w, i, i).
 
     They are integrals over frequency, times each of w weights, with the symbols of the module's docstring: `inputs` are
-    the b_j of N poles, shape (N, i), `resolvents` the r_j times the weights of the quadrature, shape (N, n).
+    the b_j of N poles, shape (..., N, i), `resolvents` the r_j times the weights of the quadrature, shape (..., N, n).
     """
-    (poles, size), (count, points) = inputs.shape, weights.shape
-    by_pole = np.zeros((poles, count, size), dtype=complex)
-    spectra = np.zeros((count, size, size))
-    real_resolvents = np.concatenate([resolvents.real, resolvents.imag])
+    (*leading, poles, size), (count, points) = inputs.shape, weights.shape[-2:]
+    real_resolvents = np.concatenate([resolvents.real, resolvents.imag], axis=-2)
+    by_pole = np.zeros((*leading, poles, count, size), dtype=complex)
+    spectra = np.zeros((*leading, count, size, size))
     for row_group, functions in zip(noise.groups, noise.functions, strict=True):
         for column_group, function in zip(noise.groups, functions, strict=True):
-            matrices, weighted = noise.matrices[:, row_group, column_group], weights[:, None] * function
-            integrals = real_resolvents @ weighted.reshape(-1, points).T
-            integrals = integrals.reshape(2, poles, count, len(function))
-            by_pole[..., column_group] += _times_matrices(inputs[:, row_group], matrices, integrals)
-            spectra[:, row_group, column_group] += np.tensordot(weighted @ panels.weights, matrices, axes=1)
-    return np.swapaxes(by_pole, 0, 1), spectra
+            matrices = noise.matrices[..., row_group, column_group]
+            weighted = weights[..., :, None, :] * function[..., None, :, :]
+            by_weight = np.swapaxes(weighted.reshape(*leading, -1, points), -1, -2)
+            integrals = (real_resolvents @ by_weight).reshape(*leading, 2, poles, count, -1)
+            by_pole[..., column_group] += _times_matrices(inputs[..., row_group], matrices, integrals)
+            of_spectra = (weighted @ panels.weights[..., None, :, None])[..., 0]
+            of_spectra = of_spectra @ matrices.reshape(*leading, matrices.shape[-3], -1)
+            spectra[..., row_group, column_group] += of_spectra.reshape(*leading, count, *matrices.shape[-2:])
+    return np.swapaxes(by_pole, -3, -2), spectra
 
 
 def _times_matrices(inputs, matrices, integrals):
-    """Sum over k of c_k b_j S_k of each pole, shape (N, w, l).
+    """Sum over k of c_k b_j S_k of each pole, shape (..., N, w, l).
 
     Parameters
     ----------
-    inputs : ndarray, complex, shape (N, i)
+    inputs : ndarray, complex, shape (..., N, i)
         b_j.
-    matrices : ndarray, shape (p, i, l)
+    matrices : ndarray, shape (..., p, i, l)
         S_k.
-    integrals : ndarray, shape (2, N, w, p)
+    integrals : ndarray, shape (..., 2, N, w, p)
         Real and imaginary parts of c_k.
     """
-    functions, rows, columns = matrices.shape
+    *leading, functions, rows, columns = matrices.shape
+    real, imag = np.moveaxis(integrals, -4, 0)
     if rows < functions:  # the sum of the S_k first
-        real, imag = (integrals @ matrices.reshape(functions, -1)).reshape(*integrals.shape[:3], rows, columns)
-        return (inputs[:, None, None] @ (real + 1j * imag))[:, :, 0]
-    by_row = np.ascontiguousarray(np.swapaxes(matrices, 0, 1)).reshape(rows, -1)
-    real_inputs, (real, imag) = np.stack([inputs.real, inputs.imag], axis=1), integrals
+        flat = matrices.reshape(*leading, 1, functions, rows * columns)
+        real, imag = ((part @ flat).reshape(*part.shape[:-1], rows, columns) for part in (real, imag))
+        return (inputs[..., None, None, :] @ (real + 1j * imag))[..., 0, :]
+    by_row = np.ascontiguousarray(np.swapaxes(matrices, -3, -2)).reshape(*leading, rows, functions * columns)
+    real_inputs = np.stack([inputs.real, inputs.imag], axis=-2).reshape(*leading, -1, rows)
     # (a + i b)(c + i d) of c_k and b_j S_k: real products [a -b; b a] [c; d] for each pole
-    integrals = np.concatenate([np.concatenate([real, -imag], 2), np.concatenate([imag, real], 2)], axis=1)
-    product = integrals @ (real_inputs.reshape(-1, rows) @ by_row).reshape(-1, 2 * functions, columns)
-    real, imag = np.split(product, 2, axis=1)
+    of_parts = [np.concatenate(parts, axis=-1) for parts in ((real, -imag), (imag, real))]
+    by_input = (real_inputs @ by_row).reshape(*leading, -1, 2 * functions, columns)
+    real, imag = np.split(np.concatenate(of_parts, axis=-2) @ by_input, 2, axis=-2)
     return real + 1j * imag

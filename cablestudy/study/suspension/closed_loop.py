@@ -78,6 +78,14 @@ class ClosedLoop:
 
     # --------------------------------------------------------------------------------------------------- loop
 
+    @property
+    def gain_is_stated(self):
+        """True with a loop that is known without its largest gain: one with a gain above zero and without a delay."""
+        if self.scene.control is None:
+            return False
+        law, gain = law_from(self.scene.control)
+        return bool(gain) and not law.delay
+
     @cached_property
     def body(self):
         """The `ControlledBody`."""

@@ -77,13 +77,8 @@ class ControlledBody:
         of_body = self._displacements(self._motion.shapes)
         rows = np.zeros((6, len(self._motion)))
         rows[:, : of_body.shape[1]] = of_body  # strokes of actuators, the last ones, do not move the body
-        connection, end = np.nonzero(self._suspension.owner == self.index)
-        arms = self._plant.equilibrium.arms[connection, end]
-        radius = np.sqrt((arms**2).sum(axis=-1).mean()) if len(arms) else 1.0
-        lengths = np.array([1.0, 1.0, 1.0, radius, radius, radius])
-        lengths = np.where(lengths > 0, lengths, 1.0)
         motions = [MOTIONS.index(name) for name in names]
-        rows, lengths = rows[motions], lengths[motions]
+        rows, lengths = rows[motions], np.array([1.0 if motion < 3 else self._radius for motion in motions])
         is_moved, gain = moved_by_winches(self._motion, rows, lengths)
         if not is_moved.all():
             idle = [name for name, moved in zip(names, is_moved, strict=True) if not moved]
@@ -91,6 +86,14 @@ class ControlledBody:
                 raise NoSolutionError(f"control.measured: no winch moves {', '.join(idle)} of {self.name}")
         names = [name for name, moved in zip(names, is_moved, strict=True) if moved]
         return names, rows[is_moved], lengths[is_moved], gain[is_moved]
+
+    @property
+    def _radius(self):
+        """RMS distance of the ends of cables and links from the reference point; 1 m where this is zero. [m]"""
+        connection, end = np.nonzero(self._suspension.owner == self.index)
+        arms = self._plant.equilibrium.arms[connection, end]
+        radius = float(np.sqrt((arms**2).sum(axis=-1).mean())) if len(arms) else 1.0
+        return radius if radius > 0 else 1.0
 
     def _displacements(self, shapes):
         """Displacements and rotations of the body in r shapes of the suspension, shape (6, r)."""

@@ -1,7 +1,8 @@
 """A suspension in the wind and under control, with as many modes as the accuracy of its results needs."""
 
+import itertools
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -15,8 +16,8 @@ from cablestudy.study.column import relative
 from cablestudy.study.notes import unknown_rms_error
 from cablestudy.study.suspension.closed_loop import ClosedLoop, find_first_limits
 from cablestudy.study.suspension.gust_response import GustResponse
-from cablestudy.study.suspension.plant import Plant
-from cablestudy.study.suspension.turbulence import OWN
+from cablestudy.study.suspension.plant import Plant, solve_motions, solve_stiffness
+from cablestudy.study.suspension.turbulence import OWN, solve_state_spaces, solve_variances
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.coupled_modes import coupled_modes, coupled_modes_of_cases, shaping_modes
 from cablestudy.wind.peak import peak_factor
@@ -56,6 +57,7 @@ class DynamicAnalysis:
         self._shared, self._cables, self._modes = known, cables, {} if modes is None else modes
         self._accuracy = scene.model.accuracy or STUDY.fixed_model_accuracy
         self._midspans, self._fewest_modes, self._mean_drag = False, 0, mean_drag
+        self._together = [self]  # analyses of many rows whose numbers are computed in the same calls
 
     def closed_loop_of(self, count, responses=False, among=0):
         """`ClosedLoop`, stable or not, with a number of modes; cases that agree in all that it depends on share it.
@@ -194,20 +196,20 @@ class DynamicAnalysis:
     @cached_property
     def _search_outcome(self):
         """`ClosedLoop` and response to the wind, or the error that says why there are none: computed once for a row."""
-        return outcome_of(self._search_model)
+        _search_models([analysis for analysis in self._together if "_search_outcome" not in analysis.__dict__])
+        return self.__dict__["_search_outcome"]
 
-    def _search_model(self):
-        """`ClosedLoop` with as many modes as needed, and its `GustResponse` or None; raises as `response`."""
-        response = None
-        for count in self._sizes_to_try:
-            doing(f"motion with {count} modes")
-            closed_loop = self._closed_loop_with(count)
-            self._check(closed_loop)
-            # the change from the fewest modes to the next says little of the change after it
-            before = response if self._models_compared and count > self._computed_modes(0) else None
-            response = GustResponse(closed_loop, self.scene, before) if self.airflow is not None else None
-            if response is None or len(closed_loop.modes) < count or self._modes_suffice(response):
-                break
+    def _response_of(self, closed_loop, before):
+        """`GustResponse` of a stable `ClosedLoop`, None without wind; `before` is that of the model tried before."""
+        self._check(closed_loop)
+        if self.airflow is None:
+            return None
+        # the change from the fewest modes to the next says little of the change after it
+        compared = self._models_compared and len(closed_loop.modes) > self._computed_modes(0)
+        return GustResponse(closed_loop, self.scene, before if compared else None)
+
+    def _with_critical_modes(self, closed_loop, response):
+        """`ClosedLoop`, see `with_critical_modes` there, and its `GustResponse` or None."""
         if closed_loop.loop is not None and closed_loop.with_critical_modes is not closed_loop:
             closed_loop = closed_loop.with_critical_modes
             response = response and GustResponse(closed_loop, self.scene)
@@ -299,13 +301,11 @@ class DynamicAnalysis:
     @cached_property
     def _controlled_outcome(self):
         """`controlled`, or the error that says why there is none: computed once for a row."""
-        return outcome_of(self._stable_without_loop)
-
-    def _stable_without_loop(self):
-        """`ClosedLoop` with the fewest modes, which is stable with the winches at rest; raises as `controlled`."""
-        closed_loop = self._closed_loop_with(self._sizes_to_try[0])
-        closed_loop.check_open()
-        return closed_loop
+        waiting = [analysis for analysis in self._together if "_controlled_outcome" not in analysis.__dict__]
+        closed_loops = _closed_loops({analysis: outcome_of(lambda a=analysis: a._sizes_to_try) for analysis in waiting})
+        for analysis, closed_loop in closed_loops.items():
+            analysis.__dict__["_controlled_outcome"] = outcome_of(partial(_stable_without_loop, closed_loop))
+        return self.__dict__["_controlled_outcome"]
 
     @property
     def controlled(self):
@@ -331,12 +331,16 @@ class DynamicAnalysis:
 
     @cached_property
     def _without_control(self):
-        """`at_rest` of a scene with control."""
-        other = self._with_scene(control=None)
-        other._model_sizes, counts = self._model_sizes, outcome_of(lambda: self._sizes_to_try)
-        if not isinstance(counts, Exception):  # a loop that cannot be had has none
-            other._sizes_to_try = counts
-        return other
+        """`at_rest` of a scene with control, made with those of the analyses that are computed together."""
+        waiting = [one for one in self._together if one.scene.control and "_without_control" not in one.__dict__]
+        others = [one._with_scene(control=None) for one in waiting]
+        for analysis, other in zip(waiting, others, strict=True):
+            other._model_sizes, counts = analysis._model_sizes, outcome_of(lambda a=analysis: a._sizes_to_try)
+            if not isinstance(counts, Exception):  # a loop that cannot be had has none
+                other._sizes_to_try = counts
+            other._together = others
+            analysis.__dict__["_without_control"] = other
+        return self.__dict__["_without_control"]
 
     @cached_property
     def finer(self):
@@ -562,10 +566,84 @@ class DynamicAnalysis:
         return np.linalg.norm(self._equilibrium.end_forces[cable], axis=-1)
 
 
+def _search_models(analyses):
+    """Find for each analysis a `ClosedLoop` with as many modes as needed, and its `GustResponse`, or None without wind.
+
+    They, or the errors that say why there are none, are kept in each analysis. Of all rows that need more modes the
+    next models are solved together.
+    """
+    sizes = {analysis: outcome_of(lambda a=analysis: a._sizes_to_try) for analysis in analyses}
+    outcomes, pending, responses = dict(sizes), dict(sizes), dict.fromkeys(analyses)
+    for trial in itertools.count():
+        outcomes |= _closed_loops(pending, trial)
+        closed_loops = {analysis: outcomes[analysis] for analysis in pending}
+        closed_loops = {analysis: one for analysis, one in closed_loops.items() if not isinstance(one, Exception)}
+        solve_state_spaces(_without_doubt(closed_loops.values()))
+        for analysis, closed_loop in closed_loops.items():
+            outcomes[analysis] = outcome_of(partial(analysis._response_of, closed_loop, responses[analysis]))
+        responses = {analysis: outcomes[analysis] for analysis in closed_loops}
+        responses = {analysis: one for analysis, one in responses.items() if not isinstance(one, Exception)}
+        in_wind = [response for response in responses.values() if response is not None]
+        solve_stiffness([response.closed_loop.plant for response in in_wind])
+        solve_variances([response.turbulence for response in in_wind])
+        pending = {}
+        for analysis, response in responses.items():
+            closed_loop = closed_loops[analysis]
+            last = trial + 1 == len(sizes[analysis]) or len(closed_loop.modes) < sizes[analysis][trial]
+            if response is None or last or analysis._modes_suffice(response):
+                outcomes[analysis] = outcome_of(partial(analysis._with_critical_modes, closed_loop, response))
+            else:
+                pending[analysis] = sizes[analysis]
+        if not pending:
+            break
+    for analysis, outcome in outcomes.items():
+        analysis.__dict__["_search_outcome"] = outcome
+
+
+def _closed_loops(sizes, trial=0):
+    """`ClosedLoop` of each analysis with as many modes as it tries first, second ..., or the error that it has none.
+
+    The motions of all are computed together.
+
+    Parameters
+    ----------
+    sizes : dict
+        Analysis -> `DynamicAnalysis._sizes_to_try`, or the error that says why there are none.
+    trial : int
+        From 0.
+    """
+    found = {}
+    for analysis, of_analysis in sizes.items():
+        found[analysis] = of_analysis
+        if not isinstance(of_analysis, Exception):
+            doing(f"motion with {of_analysis[trial]} modes")
+            found[analysis] = outcome_of(partial(analysis._closed_loop_with, of_analysis[trial]))
+    plants = [closed_loop.plant for closed_loop in found.values() if not isinstance(closed_loop, Exception)]
+    solve_motions([plant for plant in plants if not plant.refused])
+    return found
+
+
+def _stable_without_loop(closed_loop):
+    """A `ClosedLoop`, or why there is none, which is stable with the winches at rest; raises as `controlled`."""
+    result_of(closed_loop).check_open()
+    return closed_loop
+
+
+def _without_doubt(closed_loops):
+    """`Turbulence` of each `ClosedLoop` with a loop whose gain is stated and whose law has no delay: list."""
+    found = []
+    for closed_loop in closed_loops:
+        if closed_loop.gain_is_stated:
+            outcome = outcome_of(lambda closed_loop=closed_loop: closed_loop.turbulence)
+            found += [] if isinstance(outcome, Exception) else [outcome]
+    return found
+
+
 def solve_modes(analyses, equilibrium):
     """Compute the coupled modes that many analyses need first, all cases together, and keep them in each analysis.
 
-    One computation for many cases of a study costs less than one for each. Cases whose first models have the same key
+    What these analyses need later is computed for all of them too, when one is asked for it. One computation for many
+    cases of a study costs less than one for each. Cases whose first models have the same key
     (`DynamicAnalysis.first_model`) are computed together.
 
     Parameters
@@ -575,6 +653,8 @@ def solve_modes(analyses, equilibrium):
     equilibrium : Equilibrium
         Equilibria of these suspensions, shape (n,).
     """
+    for analysis in analyses:
+        analysis._together = analyses
     indices_by_model = {}  # key of the first model -> {id of a dict of modes: index of one analysis that shares it}
     for index, analysis in enumerate(analyses):
         if analysis.first_model[0] not in analysis._modes:

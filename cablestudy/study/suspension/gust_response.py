@@ -14,7 +14,6 @@ import numpy as np
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.study.tolerances import STUDY
-from cablestudy.system.first_order import rows
 from cablestudy.wind.imaging import seen_weights
 from cablestudy.wind.tolerances import WIND
 
@@ -83,10 +82,11 @@ class GustResponse:
     @property
     def loop(self):
         """The `Loop` where it does something, else None."""
-        return self._turbulence.loop
+        return self.turbulence.loop
 
     @property
-    def _turbulence(self):
+    def turbulence(self):
+        """`Turbulence` of the loop."""
         return self.closed_loop.turbulence
 
     # ------------------------------------------------------------------------------------------------ frequencies
@@ -106,7 +106,7 @@ class GustResponse:
         ndarray, shape (o, f) or (r, f)
             Squares of the units of the outputs, per Hz.
         """
-        residues, gusts = self._turbulence.residues, self.closed_loop.gusts
+        residues, gusts = self.turbulence.residues, self.closed_loop.gusts
         if combinations is not None:
             residues = residues.combined(combinations)
         # frequencies in blocks, whose responses bound the memory
@@ -118,7 +118,7 @@ class GustResponse:
 
     def resonances(self, names):
         """Poles of the upper half plane whose resonances are visible in the spectra of some named outputs. [rad/s]"""
-        (residues, _), rows = self._turbulence.residues.split(np.inf), [self.names.index(name) for name in names]
+        (residues, _), rows = self.turbulence.residues.split(np.inf), [self.names.index(name) for name in names]
         size = np.abs(residues.outputs[rows]) * np.linalg.norm(residues.inputs, axis=1)
         height = size / np.abs(residues.poles.real)
         visible = (height > STUDY.seen_resonance * height.max(axis=1, keepdims=True)).any(axis=0)
@@ -134,7 +134,7 @@ class GustResponse:
     @cached_property
     def _undamped(self):
         """`Turbulence.undamped` of the outputs."""
-        return self._turbulence.undamped(self.stiffness)
+        return self.turbulence.undamped(self.stiffness)
 
     def check_damped(self, names):
         """Refuse a resonance of some outputs that the wind excites and nothing bounds: NoSolutionError."""
@@ -147,7 +147,7 @@ class GustResponse:
         pole = undamped[np.argmax(undamped != 0)]
         nearest = int(np.argmin(np.abs(self.closed_loop.motion.unit - np.abs(pole))))
         raise NoSolutionError(
-            f"undamped: {self.closed_loop.mode_name(nearest)} has a damping ratio below {self._turbulence.least:g}, "
+            f"undamped: {self.closed_loop.mode_name(nearest)} has a damping ratio below {self.turbulence.least:g}, "
             f"so that its RMS in the wind is not finite (cable.damping)"
         )
 
@@ -157,10 +157,10 @@ class GustResponse:
         The error by modes is the smaller one of two: the share of the highest modes, and the change from a model with
         fewer modes.
         """
-        value, by_modes, by_delay = self._variances_of(self._turbulence, weights)
+        value, by_modes, by_delay = self._variances_of(self.turbulence, weights)
         if self._before is None:
             return value, by_modes, by_delay
-        change = np.abs(value - self._variances_of(self._before._turbulence, weights)[0])
+        change = np.abs(value - self._variances_of(self._before.turbulence, weights)[0])
         return value, np.minimum(by_modes, STUDY.change_safety * change), by_delay
 
     @staticmethod
@@ -231,7 +231,7 @@ class GustResponse:
         """Share of the variance of an output below some frequencies [Hz]: list. [-]"""
         row = self.variances.rows[name]
         total = float(self.variances.weighted["value"][row])
-        return [float(below) / total if total else 0.0 for below in self._turbulence.below(limits)[:, row]]
+        return [float(below) / total if total else 0.0 for below in self.turbulence.below(limits)[:, row]]
 
     @cached_property
     def winch_speeds(self):
@@ -242,19 +242,14 @@ class GustResponse:
         NoSolutionError
             A resonance that nothing damps moves a winch.
         """
-        value, by_modes, undamped = self._turbulence.winch_speeds
+        value, by_modes, undamped = self.turbulence.winch_speeds
         self._refuse(undamped)
         return value, by_modes + (self.integration_error + STUDY.winch_speeds) * value
 
-    @cached_property
+    @property
     def stiffness(self):
         """Estimate of the energy per square of each output, by which different outputs are compared, shape (o,)."""
-        motion = self.closed_loop.motion
-        count, outputs = len(motion), rows(motion, actuators=self.closed_loop.actuators)[-1]
-        squares = np.abs(outputs[:, : 2 * count]) ** 2
-        by_displacements = squares[:, :count] * motion.unit**2 / np.diagonal(motion.stiffness.real)
-        compliance = (by_displacements + squares[:, count:] / np.diagonal(motion.mass)).sum(axis=1)
-        return 1 / np.maximum(compliance, np.finfo(float).tiny)
+        return self.closed_loop.plant.stiffness_of_outputs
 
 
 def _of_tensions(value, by_modes, is_tension):

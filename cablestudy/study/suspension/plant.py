@@ -9,16 +9,20 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control.loop_state_space import ExactResponse, by_forces, winch_speeds
-from cablestudy.control.motion import Actuator, basis, motion
-from cablestudy.control.suspension import FROM, TO, Marker, Winch, second_order
+from cablestudy.control.loop_state_space import ExactResponse
+from cablestudy.control.motion import Actuator, basis_of_rows, motion_of_rows, with_actuators
+from cablestudy.control.suspension import FROM, TO, Marker, Winch, check_size, second_order_of_rows, signature
+from cablestudy.errors import NoSolutionError, outcome_of
 from cablestudy.scene.actuator_tables import ReactionWheel
 from cablestudy.study.suspension.tension_waves import change_by_waves
 from cablestudy.study.suspension.turbulence import OWN, Turbulence
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.connected import observed
+from cablestudy.system.first_order import rows
+from cablestudy.system.linear import LinearSystem
 from cablestudy.system.matrices import dense
-from cablestudy.system.residues import delayed_response, residues
+from cablestudy.system.residues import delayed_response
+from cablestudy.system.state_spaces import StateSpaces
 from cablestudy.wind.mean import Drag
 from cablestudy.wind.strips import midspan_shapes
 
@@ -199,9 +203,37 @@ class Plant:
     @cached_property
     def _full_system(self):
         """`LinearSystem` with all coordinates of the cables, see `control.suspension.second_order`."""
+        solve_systems([self])
+        return self.__dict__["_full_system"]
+
+    @property
+    def refused(self):
+        """True if the plant has too many coordinates for a linear system."""
+        return isinstance(outcome_of(lambda: self._parts_of_system), NoSolutionError)
+
+    @cached_property
+    def _parts_of_system(self):
+        """Arguments of `control.suspension.second_order`; raises NoSolutionError as that."""
         models, kept = self.modes.solution.models, self.modes.solution.kept
         midspans = midspan_shapes(models, kept, self.equilibrium.catenary) if self.midspans else ()
-        return second_order(self.layout, self.in_air(models, kept), self.winches, self.markers, midspans)
+        parts = self.layout, self.in_air(models, kept), self.winches, self.markers, midspans
+        check_size(*parts[:2])
+        return parts
+
+    @cached_property
+    def _observed(self):
+        """Which coordinates of the full system outputs depend on, shape (n,)."""
+        return observed(self._full_system)
+
+    @property
+    def _moving_loads(self):
+        """Forces on the coordinates by inertia and damping of moving bodies and winches, shape (n, r)."""
+        system, winches = self._full_system, len(self.winches)
+        of_bodies = np.s_[:, len(system) - system.bodies :]
+        moving = [part[of_bodies] for part in (system.mass, system.damping, system.stiffness.imag)]
+        moving += [part[:, :winches] for part in (system.b[0].imag, system.b[1].real, system.b[2].real)]
+        moving = np.concatenate(moving, axis=1)
+        return moving[:, moving.any(axis=0)]
 
     @cached_property
     def _loads(self):
@@ -212,19 +244,18 @@ class Plant:
         those by inertia and damping of moving bodies and winches, and by the inertia of the response to these: they are
         what modes left out do to the motion and the damping of others, see `LinearSystem.few`.
         """
-        system, winches, applied = self._full_system, len(self.winches), self._applied_loads
+        solve_motions([self])
+        return self.__dict__["_loads"]
+
+    @property
+    def _first_loads(self):
+        """`_loads` without the inertia of responses to moving bodies: applied ones, and `_moving_loads`; two (n, r)."""
+        system, applied = self._full_system, self._applied_loads
         if self.midspans:
             without_modes = self.modes.solution.models.first > TURN * self.modes.frequency[-1]
             loads = self._midspan_loads[:, np.repeat(without_modes, 3)]
             applied = np.concatenate([applied, system.mass @ system.compliance(loads)], axis=1)
-        if not self.responses:
-            return applied
-        of_bodies = np.s_[:, len(system) - system.bodies :]
-        moving = [part[of_bodies] for part in (system.mass, system.damping, system.stiffness.imag)]
-        moving += [part[:, :winches] for part in (system.b[0].imag, system.b[1].real, system.b[2].real)]
-        moving = np.concatenate(moving, axis=1)
-        moving = moving[:, moving.any(axis=0)]
-        return np.concatenate([applied, moving, system.mass @ system.compliance(moving)], axis=1)
+        return applied, self._moving_loads if self.responses else np.zeros((len(system), 0))
 
     @cached_property
     def _applied_loads(self):
@@ -243,9 +274,8 @@ class Plant:
     @cached_property
     def _basis(self):
         """Frequencies, shape (m,), and shapes, (n, m), of the coordinates: modes, then static responses to `_loads`."""
-        omega, shapes = basis(self._full_system, self.modes, self._loads)
-        kept = np.concatenate([self.kept, np.arange(len(self.modes), len(omega))])
-        return omega[kept], shapes[:, kept]
+        solve_motions([self])
+        return self.__dict__["_basis"]
 
     @cached_property
     def kept(self):
@@ -258,7 +288,7 @@ class Plant:
 
     def _observed_modes(self, shapes):
         """Which of some mode shapes, shape (n, k), outputs depend on: ndarray of bool, shape (k,)."""
-        if (coordinates := observed(self._full_system)).all():
+        if (coordinates := self._observed).all():
             return np.ones(shapes.shape[1], dtype=bool)
         shapes = shapes[coordinates]
         mass = self._full_system.mass[np.ix_(coordinates, coordinates)]
@@ -316,36 +346,39 @@ class Plant:
         """The `motion` in `coarse_space`."""
         return self.motion.within(self.coarse_space)
 
-    def residues_of(self, motion, loop=None, space=None, speeds=False):
-        """Response of all outputs to the gusts, as a sum over poles: `Residues`, or `DelayedResponse` with a delay.
+    @cached_property
+    def gust_forces(self):
+        """Forces on the coordinates by the inputs of the gusts, shape (m, i): none on the strokes of masses."""
+        input_matrix = self.gusts.input_matrix
+        forces = np.zeros((len(self.motion), input_matrix.shape[1]))
+        forces[: len(input_matrix)] = input_matrix
+        return forces
+
+    def delayed_response(self, loop, coarse=False, speeds=False):
+        """Response of all outputs to the gusts with a loop that has a delay: `DelayedResponse`.
 
         Parameters
         ----------
-        motion : LinearSystem
-            `motion` of this object, or that in a space of its coordinates.
-        loop : Loop, optional
-            Loop about this motion; without a loop the winches are at rest.
-        space : ndarray, shape (m, r), optional
-            Basis of the space of `motion`, where it is one of fewer coordinates than this object has.
+        loop : Loop
+            About `motion`.
+        coarse : bool
+            Whether to leave out the highest modes, in `coarse_space`.
         speeds : bool
             True for the speeds of the winches instead of the outputs.
         """
-        input_matrix = self.gusts.input_matrix
-        forces = np.zeros((len(self.motion), input_matrix.shape[1]))  # gusts do not act on the strokes of masses
-        forces[: len(input_matrix)] = input_matrix
-        forces = forces if space is None else space.T @ forces
-        arguments = motion, forces, loop, self.actuators, self._direct
-        state_space = winch_speeds(*arguments) if speeds else by_forces(*arguments)
-        approximate = residues((loop or motion).eigen, *state_space)
-        if loop is None or not loop.law.delay:
-            return approximate
+        forces = self.gust_forces
+        if coarse:
+            loop, forces = loop.within(self.coarse_space, self.coarse_motion), self.coarse_space.T @ forces
+        space = StateSpaces.of([loop.motion], [loop], self.actuators)
+        space.eigen = [loop.eigen]
+        (approximate,) = space.residues(forces[None], self.direct[None], speeds)
         # the poles are those of a Padé approximant: above `right_up_to` the winches hardly move, and those at rest hold
-        exact = ExactResponse(*arguments)
+        exact = ExactResponse(loop.motion, forces, loop, self.actuators, self.direct)
         response, poles_at_rest = (exact.winch_speeds, exact.hardly_moved) if speeds else (exact.outputs, exact.alone)
         return delayed_response(response, approximate, poles_at_rest, loop.right_up_to)
 
-    @property
-    def _direct(self):
+    @cached_property
+    def direct(self):
         """Change of each output by the inputs of `Gusts.input_matrix` where nothing moves, shape (o, i).
 
         The tensions are the last outputs, two of each cable: each is less by the force of the gusts that reaches its
@@ -381,9 +414,15 @@ class Plant:
         _ = self.motion  # computed before copying: both share it
         other = copy(self)
         other.airflow = airflow
-        for name in ("gusts", "at_rest", "change_by_waves"):
+        for name in ("gusts", "gust_forces", "direct", "at_rest", "change_by_waves"):
             other.__dict__.pop(name, None)
         return other
+
+    @cached_property
+    def stiffness_of_outputs(self):
+        """Estimate of the energy per square of each output, by which different outputs are compared, shape (o,)."""
+        solve_stiffness([self])
+        return self.__dict__["stiffness_of_outputs"]
 
     @property
     def braked(self):
@@ -401,16 +440,111 @@ class Plant:
     @cached_property
     def motion(self):
         """`LinearSystem` in the coordinates of the model, then the strokes of reaction masses."""
-        return self._motion_of(self._full_system)
+        solve_motions([self])
+        return self.__dict__["motion"]
 
     @cached_property
     def viscous_motion(self):
         """`motion` for a state space: with viscous damping in place of hysteretic, see `LinearSystem.viscous`."""
         viscous = self._full_system.viscous()
-        return self.motion if viscous is self._full_system else self._motion_of(viscous)
-
-    def _motion_of(self, system):
-        """A `LinearSystem` of all coordinates of the cables reduced to those of the model, with actuators and air."""
+        if viscous is self._full_system:
+            return self.motion
         omega, shapes = self._basis
-        damping = self.air_on_bodies(shapes)
-        return motion(self.layout, system, omega, shapes, len(self.winches), self.actuators, damping)
+        reduced = motion_of_rows(viscous.stack([viscous]), omega[None], shapes[None], *self._winches_and_air)
+        return with_actuators(self.layout, reduced.take(0), self.actuators)
+
+    @property
+    def _winches_and_air(self):
+        """Number of winches, and aerodynamic damping of the coordinates of the model."""
+        return len(self.winches), self.air_on_bodies(self._basis[1])
+
+
+def solve_systems(plants):
+    """Compute the `LinearSystem` of many plants, with all coordinates, and keep it in each.
+
+    Those with equal numbers of everything are computed together, as in `solve_motions`.
+
+    Parameters
+    ----------
+    plants : list of Plant
+
+    Raises
+    ------
+    NoSolutionError
+        One has too many coordinates.
+    """
+    waiting = [plant for plant in plants if "_full_system" not in plant.__dict__]
+    for members in _alike(waiting, lambda plant: signature(*plant._parts_of_system)):
+        systems = second_order_of_rows(*map(list, zip(*(plant._parts_of_system for plant in members), strict=True)))
+        masks = observed(systems)
+        for row, plant in enumerate(members):
+            plant.__dict__.update(_full_system=systems.take(row), _observed=masks[row])
+
+
+def solve_motions(plants):
+    """Compute `Plant.motion` of many plants, with the basis of its coordinates, and keep them in each.
+
+    Plants with equal numbers of everything are computed together: no digit of one depends on the others.
+
+    Parameters
+    ----------
+    plants : list of Plant
+
+    Raises
+    ------
+    NoSolutionError
+        As `solve_systems`.
+    """
+    waiting = [plant for plant in dict.fromkeys(plants) if "motion" not in plant.__dict__]  # rows may share one
+    solve_systems(waiting)
+    loads = {plant: plant._first_loads for plant in waiting}
+
+    def numbers(plant):
+        """What plants have in common whose bases are computed together."""
+        return plant._full_system.signature, plant.modes.shapes.shape, *(part.shape for part in loads[plant])
+
+    for members in _alike(waiting, numbers):
+        systems = LinearSystem.stack([plant._full_system for plant in members])
+        first, moving = map(np.stack, zip(*(loads[plant] for plant in members), strict=True))
+        inertia = systems.mass @ systems.compliance(moving)
+        all_loads = np.concatenate([first, moving, inertia], axis=-1)
+        responses = systems.compliance(all_loads)
+        omega, shapes = zip(*((plant.modes.solution.omega, plant.modes.shapes) for plant in members), strict=True)
+        bases = basis_of_rows(systems, omega, np.stack(shapes), responses)
+        for plant, of_row, (frequencies, vectors) in zip(members, all_loads, bases, strict=True):
+            kept = np.concatenate([plant.kept, np.arange(len(plant.modes), len(frequencies))])
+            plant.__dict__.update(_loads=of_row, _basis=(frequencies[kept], vectors[:, kept]))
+    for members in _alike(waiting, lambda plant: (plant._full_system.signature, plant._basis[1].shape)):
+        systems = LinearSystem.stack([plant._full_system for plant in members])
+        omega, shapes = map(np.stack, zip(*(plant._basis for plant in members), strict=True))
+        air = np.stack([np.broadcast_to(plant._winches_and_air[1], (omega.shape[-1],) * 2) for plant in members])
+        motions = motion_of_rows(systems, omega, shapes, len(members[0].winches), air)
+        for row, plant in enumerate(members):
+            plant.__dict__["motion"] = with_actuators(plant.layout, motions.take(row), plant.actuators)
+
+
+def solve_stiffness(plants):
+    """Compute `Plant.stiffness_of_outputs` of many plants together, and keep it in each.
+
+    Parameters
+    ----------
+    plants : list of Plant
+    """
+    waiting = [plant for plant in dict.fromkeys(plants) if "stiffness_of_outputs" not in plant.__dict__]
+    for members in _alike(waiting, lambda plant: (plant.motion.signature, *(one.wheel for one in plant.actuators))):
+        motion = LinearSystem.stack([plant.motion for plant in members])
+        count, outputs = len(motion), rows(motion, actuators=members[0].actuators)[-1]
+        squares = np.abs(outputs[..., : 2 * count]) ** 2
+        stiffness, mass = (np.diagonal(part, axis1=-2, axis2=-1) for part in (motion.stiffness.real, motion.mass))
+        by_displacements = squares[..., :count] * (motion.unit**2 / stiffness)[:, None, :]
+        compliance = (by_displacements + squares[..., count:] / mass[:, None, :]).sum(axis=-1)
+        for plant, of_row in zip(members, 1 / np.maximum(compliance, np.finfo(float).tiny), strict=True):
+            plant.__dict__["stiffness_of_outputs"] = of_row
+
+
+def _alike(plants, numbers):
+    """Lists of plants for which a function gives equal values."""
+    found = {}
+    for plant in plants:
+        found.setdefault(numbers(plant), []).append(plant)
+    return found.values()

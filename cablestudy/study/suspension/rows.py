@@ -10,7 +10,7 @@ from cablestudy.scene.words import first_of
 from cablestudy.study.closed_form import DISCRETE, SYSTEM, TableColumns
 from cablestudy.study.column import least_work_first, not_finite, relative
 from cablestudy.study.refinement import reference_scene
-from cablestudy.study.row import UnfinishedRow, batched
+from cablestudy.study.row import UnfinishedRow, batched, compute_together
 from cablestudy.study.status import FALLEN, MODAL, OVER_STRENGTH, SLACK
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import WHOLE
@@ -63,15 +63,19 @@ def evaluate_suspensions(scenes, columns, estimate=False):
         if required.discrete and (estimate or required.estimate):
             _compare(cases)
         seconds = (time.perf_counter() - start) / len(batch)
-        block_size = len(cases)
-        if required.in_motion:
+        block_size = 1 if required.clock else len(cases)  # the time of each row is measured alone
+        if required.in_motion and not required.clock:
             block_size = max(1, STUDY.cables_at_once // max(1, *(len(scene.cables) for scene in batch)))
         for block in batched(cases, block_size):  # models of cables computed together
             start = time.perf_counter()
             if required.in_motion:
                 prepare(block, required.largest_gain)
+            unfinished = [UnfinishedRow(case) for case in block]
+            compute_together(unfinished, required.computed, value)
+            for row in unfinished:
+                _add_doubts_and_notes(row, required, estimate)
             seconds_of_row = seconds + (time.perf_counter() - start) / len(block)
-            rows += [_row(case, required, seconds_of_row, estimate) for case in block]
+            rows += [row.finished(required, seconds_of_row) for row in unfinished]
     return rows
 
 
@@ -82,10 +86,9 @@ def _compare(cases):
         case.estimate, case.finer = True, finer
 
 
-def _row(case, required, seconds, noted):
-    """The `Row` of a case, with notes if `noted`; `seconds` is its share of the time of work done for several cases."""
-    start, row = time.perf_counter(), UnfinishedRow(case)
-    row.compute(required.computed, value)
+def _add_doubts_and_notes(row, required, noted):
+    """Add to an `UnfinishedRow` with its columns why it is doubtful, and notes if `noted`."""
+    case = row.case
     if not row.failures:
         row.failures.update(_doubts(case, required.in_wind))
     overloaded = list(case.over_strength) if case.solved else []
@@ -94,7 +97,6 @@ def _row(case, required, seconds, noted):
     row.doubts = tuple(f"{words}: {first_of(names, STUDY.listed_parts)}" for words, names in doubts if names)
     row.notes, row.warnings = notes_of(case) if noted else (), strength_warning(case) if overloaded else ()
     row.dof = case.size
-    return row.finished(required, seconds + time.perf_counter() - start)
 
 
 def _doubts(case, in_wind):

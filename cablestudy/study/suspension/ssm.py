@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.control.statespace import state_space_of
-from cablestudy.control.suspension import labels, outward, second_order
+from cablestudy.control.suspension import labels, second_order
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError, refuse_options
 from cablestudy.study.ssm import fewest_modes, pairs_of, response_unit
 from cablestudy.study.suspension.case import SuspensionCase
@@ -17,6 +17,7 @@ from cablestudy.study.suspension.ssm_control import CoupledChoice, choose_contro
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.coupled import Layout
 from cablestudy.system.matrices import dense
+from cablestudy.system.suspension import outward
 from cablestudy.wind.strips import nodal_shapes
 
 

@@ -10,7 +10,8 @@ from functools import cached_property, partial
 import numpy as np
 
 from cablestudy.study.tolerances import STUDY
-from cablestudy.wind.integrals import Integrals
+from cablestudy.system.state_spaces import StateSpaces
+from cablestudy.wind.integrals import Integrals, variances_of_rows
 from cablestudy.wind.tolerances import WIND
 from cablestudy.wind.variance import smooth_on, with_turns
 
@@ -31,16 +32,30 @@ class Turbulence:
     def __init__(self, plant, loop=None):
         self.plant, self.loop = plant, loop
 
+    @property
+    def has_delay(self):
+        """True if the response is not one of poles alone."""
+        return self.loop is not None and self.loop.law.delay > 0
+
+    @cached_property
+    def _space(self):
+        """`StateSpaces` of rows among which this one is, and its index there."""
+        solve_state_spaces([self])
+        return self.__dict__["_space"]
+
+    @property
+    def _signature(self):
+        """Numbers of everything, by which rows are found that are one `StateSpaces`: tuple."""
+        return StateSpaces.signature(self.plant.motion, self.loop), *(one.wheel for one in self.plant.actuators)
+
     @cached_property
     def residues(self):
-        """`Residues` from gusts to outputs, see `Plant.residues_of`."""
-        return self.plant.residues_of(self.plant.motion, self.loop)
+        """`Residues` from gusts to outputs, or `DelayedResponse` with a delay, see `Plant.residues_of`."""
+        return _residues_of_rows([self])[0]
 
     def _coarse_residues(self, speeds=False):
         """`Residues` with fewer modes; with `speeds` to the speeds of the winches."""
-        plant, loop = self.plant, self.loop
-        loop = loop and loop.within(plant.coarse_space, plant.coarse_motion)
-        return plant.residues_of(plant.coarse_motion, loop, plant.coarse_space, speeds)
+        return _residues_of_rows([self], coarse=True, speeds=speeds)[0]
 
     @cached_property
     def range(self):
@@ -53,11 +68,6 @@ class Turbulence:
         highest = STUDY.highest_frequency * max(corner, lowest)
         highest = max(highest, STUDY.beyond_corners * corners.max(initial=0.0) / TURN)
         return STUDY.lowest_frequency * min(slow), highest
-
-    @cached_property
-    def _coarse(self):
-        """`residues` with fewer modes, computed once."""
-        return self._coarse_residues()
 
     def _integrals_of(self, weights, jumps=()):
         """`Integrals` over frequency with weights: dict of functions of frequency [Hz] with `jumps` at some [Hz]."""
@@ -78,13 +88,18 @@ class Turbulence:
         return self._integrals_of(OWN)
 
     @cached_property
+    def _coarse(self):
+        """`residues` with fewer modes, computed once."""
+        return self._coarse_residues()
+
+    @cached_property
     def variances(self):
-        """Variances of the outputs and of their rates, and their errors; see `_with_errors`."""
-        return self._with_errors(self._integrals)
+        """Variances of the outputs and of their rates, and their errors; see `_variances_of_rows`."""
+        return _variances_of_rows([self], [self._integrals])[0]
 
     def seen(self, weights):
-        """Variances of the outputs with weights: dict of functions of frequency [Hz]; see `_with_errors`."""
-        return self._with_errors(self._integrals_of(weights))
+        """Variances of the outputs with weights: dict of functions of frequency [Hz]; see `_variances_of_rows`."""
+        return _variances_of_rows([self], [self._integrals_of(weights)])[0]
 
     def variances_of(self, residues, weights):
         """Variances of the outputs of other `Residues` by the same gusts, shape (w, o); weights as of `seen`."""
@@ -95,22 +110,12 @@ class Turbulence:
         weights = {limit: partial(np.greater, limit) for limit in limits}
         return self._integrals_of(weights, limits).variances(self.residues)
 
-    def _with_errors(self, integrals):
-        """Variances of the outputs, their errors by modes and those by a delay, three arrays of shape (w, o).
-
-        Errors by modes are not numbers where they are not computed.
-        """
-        value = integrals.variances(self.residues)
-        if not self._estimates:
-            return value, np.full(value.shape, np.nan), self._delay_error(integrals)
-        return value, np.abs(value - integrals.variances(self._coarse)), self._delay_error(integrals)
-
     @property
-    def _estimates(self):
+    def estimates(self):
         """True if errors by modes are computed: all modes of an exact choice of elements state no error."""
         return self.plant.model is None or self.plant.responses
 
-    def _delay_error(self, integrals):
+    def delay_error(self, integrals):
         """Error of the variances by poles that lack the right delay, shape (w, o) or (w, 1)."""
         if self.loop is None or not self.loop.law.delay:
             return np.zeros((len(integrals.weights), 1))
@@ -125,12 +130,106 @@ class Turbulence:
 
         And of each winch the pole that nothing damps, see `Integrals.undamped`.
         """
-        residues = self.plant.residues_of(self.plant.motion, self.loop, speeds=True)
+        residues = _residues_of_rows([self], speeds=True)[0]
         value, coarse = self._integrals.variances(residues), np.nan
-        if self._estimates:
+        if self.estimates:
             coarse = self._integrals.variances(self._coarse_residues(speeds=True))
         return value, np.abs(value - coarse), self._integrals.undamped(residues, value[0], np.ones(value.shape[1]))
 
     def undamped(self, stiffness):
         """Poles of the displacements that nothing damps, see `Integrals.undamped`."""
         return self._integrals.undamped(self.residues, self.variances[0][0], stiffness)
+
+
+def solve_state_spaces(turbulences):
+    """Compute the state spaces of many rows, those with equal numbers of everything together, and keep them in each.
+
+    Equations and poles are kept in the loops too. Rows whose loop has a delay have none.
+
+    Parameters
+    ----------
+    turbulences : list of Turbulence
+    """
+    together = {}
+    for turbulence in dict.fromkeys(turbulences):  # rows may share one
+        if "_space" not in turbulence.__dict__ and not turbulence.has_delay:
+            together.setdefault(turbulence._signature, []).append(turbulence)
+    for members in together.values():
+        loops = [turbulence.loop for turbulence in members] if members[0].loop else None
+        motions = [turbulence.plant.motion for turbulence in members]
+        space = StateSpaces.of(motions, loops, members[0].plant.actuators)
+        for row, (turbulence, system) in enumerate(zip(members, loops or motions, strict=True)):
+            turbulence.__dict__["_space"] = space, row
+            system.__dict__.setdefault("equations", space.equations.take(row))
+        known = [system.__dict__.get("eigen") for system in loops or motions]
+        if all(eigen is not None for eigen in known):
+            space.__dict__["eigen"] = known
+        for eigen, system in zip(space.eigen, loops or motions, strict=True):
+            system.__dict__["eigen"] = eigen
+
+
+def solve_variances(turbulences):
+    """Compute `Turbulence.variances` of many rows together, and keep them in each.
+
+    Parameters
+    ----------
+    turbulences : list of Turbulence
+        Of stable systems.
+    """
+    waiting = [one for one in dict.fromkeys(turbulences) if "variances" not in one.__dict__]  # rows may share one
+    integrals = [turbulence._integrals for turbulence in waiting]
+    for turbulence, found in zip(waiting, _variances_of_rows(waiting, integrals), strict=True):
+        turbulence.__dict__["variances"] = found
+
+
+def _variances_of_rows(turbulences, integrals):
+    """Variances of the outputs of each row, their errors by modes and those by a delay, three arrays of shape (w, o).
+
+    Errors by modes are not numbers where they are not computed.
+    """
+    for name, coarse in (("residues", False), ("_coarse", True)):
+        rows = [row for row in turbulences if name not in row.__dict__ and (row.estimates or not coarse)]
+        for row, found in zip(rows, _residues_of_rows(rows, coarse), strict=True):
+            row.__dict__[name] = found
+    values = variances_of_rows(integrals, [row.residues for row in turbulences])
+    estimated = [index for index, row in enumerate(turbulences) if row.estimates]
+    of_coarse = [integrals[index] for index in estimated], [turbulences[index]._coarse for index in estimated]
+    by_modes = [np.full(value.shape, np.nan) for value in values]
+    for index, coarse in zip(estimated, variances_of_rows(*of_coarse), strict=True):
+        by_modes[index] = np.abs(values[index] - coarse)
+    by_delay = (row.delay_error(integral) for row, integral in zip(turbulences, integrals, strict=True))
+    return list(zip(values, by_modes, by_delay, strict=True))
+
+
+def _residues_of_rows(turbulences, coarse=False, speeds=False):
+    """Response of the outputs of each row to the gusts, as a sum over poles: list of `Residues` or `DelayedResponse`.
+
+    Parameters
+    ----------
+    turbulences : list of Turbulence
+    coarse : bool
+        Whether to leave out the highest modes, in `Plant.coarse_space`.
+    speeds : bool
+        True for the speeds of the winches instead of the outputs.
+    """
+    solve_state_spaces(turbulences)
+    found, together = [None] * len(turbulences), {}
+    for index, turbulence in enumerate(turbulences):
+        plant = turbulence.plant
+        if turbulence.has_delay:
+            found[index] = plant.delayed_response(turbulence.loop, coarse, speeds)
+            continue
+        space, row = turbulence._space
+        basis = plant.coarse_space if coarse else None
+        inputs = plant.gust_forces, basis, plant.direct
+        key = id(space), *(array is not None and array.shape for array in inputs)
+        together.setdefault(key, []).append((index, space, row, *inputs))
+    for members in together.values():
+        indices, (space, *_), rows, forces, basis, direct = zip(*members, strict=True)
+        space, forces, direct = space.take(list(rows)), np.stack(forces), np.stack(direct)
+        if coarse:
+            basis = np.stack(basis)
+            space, forces = space.within(basis), np.swapaxes(basis, -1, -2) @ forces
+        for index, residues in zip(indices, space.residues(forces, direct, speeds), strict=True):
+            found[index] = residues
+    return found

@@ -1,0 +1,119 @@
+"""Linear systems of many rows, with their loops closed or the winches at rest, as state spaces driven by forces f.
+
+    x' = A x + B f,   y = C x + D f
+
+The states x are those of `first_order`. Rows with equal numbers of everything are one `StateSpaces`, whose arrays have
+the row first: one call serves all of them, and no digit of a row depends on the others.
+"""
+
+from copy import copy
+from functools import cached_property
+
+import numpy as np
+
+from cablestudy.system.first_order import LinearControl, rows
+from cablestudy.system.residues import Residues, eigen_of_rows
+
+
+class StateSpaces:
+    """State spaces of n rows.
+
+    Parameters
+    ----------
+    motion : LinearSystem
+        Of n rows; its inputs are the lengths that winches reel in.
+    control : LinearControl, optional
+        Of n rows; without it the winches are at rest.
+    actuators : sequence of Actuator
+        Actuators of each row, whose stroke and force, or momentum and torque, are further outputs.
+
+    Attributes
+    ----------
+    equations : Equations
+        Without inputs.
+    a : ndarray, shape (n, N, N)
+    """
+
+    def __init__(self, motion, control=None, actuators=()):
+        self.motion, self._control, self._actuators = motion, control, actuators
+        self.equations, self.a, (self._reeled, self._speed), self._outputs = rows(motion, None, control, actuators)
+        # a force changes an output at once by the accelerations z'' and, with a loop, by rates and accelerations of
+        # winches: at once its output is this matrix times the change of the states
+        self._at_once = np.zeros(self._outputs.shape, self._outputs.dtype)
+        of_motion = self._at_once[:, : motion.c[2].shape[-2]]
+        of_motion[..., len(motion) : 2 * len(motion)] = motion.c[2]
+        if control:
+            of_motion += motion.d[1] @ self._reeled + motion.d[2] @ self._speed
+
+    @staticmethod
+    def of(motions, loops=None, actuators=()):
+        """`StateSpaces` of rows with equal numbers of everything, see `signature`.
+
+        Parameters
+        ----------
+        motions : list of LinearSystem
+        loops : list of Loop, optional
+            About these motions.
+        actuators : sequence of Actuator
+        """
+        return StateSpaces(motions[0].stack(motions), loops and LinearControl.stack(loops), actuators)
+
+    @staticmethod
+    def signature(motion, loop=None):
+        """Numbers of everything, by which rows are found that are one `StateSpaces`: tuple."""
+        if loop is None:
+            return motion.signature
+        notches, law = (notch is not None for notch in loop.notches), (np.shape(part) for part in loop.law_space)
+        movements, _ = loop.allocation.movements_and_rates
+        return *motion.signature, *notches, *law, movements.shape, loop.law.delay > 0
+
+    def take(self, rows):
+        """`StateSpaces` of some rows, by their indices: itself where these are all."""
+        if rows == list(range(len(self.a))):
+            return self
+        taken = copy(self)
+        taken.motion, taken.equations = self.motion.take(rows), self.equations.take(rows)
+        taken._control = self._control and self._control.take(rows)
+        for name in ("a", "_outputs", "_reeled", "_speed", "_at_once"):
+            setattr(taken, name, getattr(self, name)[rows])
+        taken.eigen = [self.eigen[row] for row in rows]
+        return taken
+
+    def within(self, space):
+        """State spaces in other coordinates q of the motion, z = S q, with S of shape (n, m, r)."""
+        return StateSpaces(self.motion.within(space), self._control and self._control.within(space), self._actuators)
+
+    @cached_property
+    def eigen(self):
+        """`Eigen` of each row: list."""
+        return eigen_of_rows(self.a)
+
+    def _input_matrix(self, forces):
+        """B: change of each state by forces on the coordinates, shapes (n, N, j) and (n, m, j)."""
+        matrix, m = np.zeros((*self.a.shape[:-1], forces.shape[-1])), len(self.motion)
+        matrix[:, m : 2 * m] = self.motion.accelerated(forces)
+        return matrix
+
+    def matrices(self, forces, direct=None, speeds=False):
+        """B, C and D, for forces on the m coordinates by each of j inputs, shape (n, m, j).
+
+        Parameters
+        ----------
+        forces : ndarray, shape (n, m, j)
+        direct : ndarray, shape (n, p, j), optional
+            Part of each input that appears in each output of the motion at once.
+        speeds : bool
+            True for the speeds of the winches instead of the outputs.
+        """
+        b = self._input_matrix(forces)
+        if speeds:
+            return b, self._speed, self._reeled @ b
+        d = self._at_once @ b
+        if direct is not None:
+            d[:, : direct.shape[-2]] += direct
+        return b, self._outputs, d
+
+    def residues(self, forces, direct=None, speeds=False):
+        """`Residues` of each row: list; arguments as of `matrices`."""
+        parts = zip(self.eigen, *self.matrices(forces, direct, speeds), strict=True)
+        return [Residues(of.values, of.left @ b, c @ of.right, d, of.one_sided) for of, b, c, d in parts]
