@@ -173,7 +173,8 @@ def signature(layout, kept, winches, markers, midspans):
     of_winches = *((winch.cable, winch.end, winch.direction is None) for winch in winches), hysteretic
     of_markers = tuple((marker.name, marker.body) for marker in markers)
     names = suspension.cable_names, suspension.body_names, suspension.link_names
-    return of_cables, of_winches, of_markers, names, layout.free.tobytes(), suspension.owner.tobytes()
+    alone = id(layout) if layout.large else None  # a large one is assembled by itself
+    return of_cables, of_winches, of_markers, names, layout.free.tobytes(), suspension.owner.tobytes(), alone
 
 
 def second_order_of_rows(layouts, kept, winches, markers, midspans):

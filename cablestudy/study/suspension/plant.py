@@ -15,6 +15,7 @@ from cablestudy.control.suspension import FROM, TO, Marker, Winch, check_size, s
 from cablestudy.errors import NoSolutionError, outcome_of
 from cablestudy.scene.actuator_tables import ReactionWheel
 from cablestudy.study.suspension.tension_waves import change_by_waves
+from cablestudy.study.suspension.together import together
 from cablestudy.study.suspension.turbulence import OWN, Turbulence
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.connected import observed
@@ -474,7 +475,7 @@ def solve_systems(plants):
         One has too many coordinates.
     """
     waiting = [plant for plant in plants if "_full_system" not in plant.__dict__]
-    for members in _alike(waiting, lambda plant: signature(*plant._parts_of_system)):
+    for members in together(waiting, lambda plant: signature(*plant._parts_of_system), _size):
         systems = second_order_of_rows(*map(list, zip(*(plant._parts_of_system for plant in members), strict=True)))
         masks = observed(systems)
         for row, plant in enumerate(members):
@@ -495,7 +496,7 @@ def solve_motions(plants):
     NoSolutionError
         As `solve_systems`.
     """
-    waiting = [plant for plant in dict.fromkeys(plants) if "motion" not in plant.__dict__]  # rows may share one
+    waiting = [plant for plant in dict.fromkeys(plants) if "motion" not in plant.__dict__]
     solve_systems(waiting)
     loads = {plant: plant._first_loads for plant in waiting}
 
@@ -503,7 +504,7 @@ def solve_motions(plants):
         """What plants have in common whose bases are computed together."""
         return plant._full_system.signature, plant.modes.shapes.shape, *(part.shape for part in loads[plant])
 
-    for members in _alike(waiting, numbers):
+    for members in together(waiting, numbers, _size):
         systems = LinearSystem.stack([plant._full_system for plant in members])
         first, moving = map(np.stack, zip(*(loads[plant] for plant in members), strict=True))
         inertia = systems.mass @ systems.compliance(moving)
@@ -514,7 +515,7 @@ def solve_motions(plants):
         for plant, of_row, (frequencies, vectors) in zip(members, all_loads, bases, strict=True):
             kept = np.concatenate([plant.kept, np.arange(len(plant.modes), len(frequencies))])
             plant.__dict__.update(_loads=of_row, _basis=(frequencies[kept], vectors[:, kept]))
-    for members in _alike(waiting, lambda plant: (plant._full_system.signature, plant._basis[1].shape)):
+    for members in together(waiting, lambda plant: (plant._full_system.signature, plant._basis[1].shape), _size):
         systems = LinearSystem.stack([plant._full_system for plant in members])
         omega, shapes = map(np.stack, zip(*(plant._basis for plant in members), strict=True))
         air = np.stack([np.broadcast_to(plant._winches_and_air[1], (omega.shape[-1],) * 2) for plant in members])
@@ -530,8 +531,10 @@ def solve_stiffness(plants):
     ----------
     plants : list of Plant
     """
-    waiting = [plant for plant in dict.fromkeys(plants) if "stiffness_of_outputs" not in plant.__dict__]
-    for members in _alike(waiting, lambda plant: (plant.motion.signature, *(one.wheel for one in plant.actuators))):
+    waiting = [plant for plant in plants if "stiffness_of_outputs" not in plant.__dict__]
+    for members in together(
+        waiting, lambda plant: (plant.motion.signature, *(one.wheel for one in plant.actuators)), _size
+    ):
         motion = LinearSystem.stack([plant.motion for plant in members])
         count, outputs = len(motion), rows(motion, actuators=members[0].actuators)[-1]
         squares = np.abs(outputs[..., : 2 * count]) ** 2
@@ -542,9 +545,7 @@ def solve_stiffness(plants):
             plant.__dict__["stiffness_of_outputs"] = of_row
 
 
-def _alike(plants, numbers):
-    """Lists of plants for which a function gives equal values."""
-    found = {}
-    for plant in plants:
-        found.setdefault(numbers(plant), []).append(plant)
-    return found.values()
+def _size(plant):
+    """Number of coordinates of the full system of a plant."""
+    layout, kept, *_ = plant._parts_of_system
+    return len(layout.free) + sum(len(cable.element.omega) for cable in kept)

@@ -9,6 +9,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
+from cablestudy.study.suspension.together import together
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.state_spaces import StateSpaces
 from cablestudy.wind.integrals import Integrals, variances_of_rows
@@ -150,11 +151,8 @@ def solve_state_spaces(turbulences):
     ----------
     turbulences : list of Turbulence
     """
-    together = {}
-    for turbulence in dict.fromkeys(turbulences):  # rows may share one
-        if "_space" not in turbulence.__dict__ and not turbulence.has_delay:
-            together.setdefault(turbulence._signature, []).append(turbulence)
-    for members in together.values():
+    waiting = [one for one in turbulences if "_space" not in one.__dict__ and not one.has_delay]
+    for members in together(waiting, lambda one: one._signature, lambda one: 2 * len(one.plant.motion)):
         loops = [turbulence.loop for turbulence in members] if members[0].loop else None
         motions = [turbulence.plant.motion for turbulence in members]
         space = StateSpaces.of(motions, loops, members[0].plant.actuators)
@@ -213,7 +211,7 @@ def _residues_of_rows(turbulences, coarse=False, speeds=False):
         True for the speeds of the winches instead of the outputs.
     """
     solve_state_spaces(turbulences)
-    found, together = [None] * len(turbulences), {}
+    found, groups = [None] * len(turbulences), {}
     for index, turbulence in enumerate(turbulences):
         plant = turbulence.plant
         if turbulence.has_delay:
@@ -223,8 +221,8 @@ def _residues_of_rows(turbulences, coarse=False, speeds=False):
         basis = plant.coarse_space if coarse else None
         inputs = plant.gust_forces, basis, plant.direct
         key = id(space), *(array is not None and array.shape for array in inputs)
-        together.setdefault(key, []).append((index, space, row, *inputs))
-    for members in together.values():
+        groups.setdefault(key, []).append((index, space, row, *inputs))
+    for members in groups.values():
         indices, (space, *_), rows, forces, basis, direct = zip(*members, strict=True)
         space, forces, direct = space.take(list(rows)), np.stack(forces), np.stack(direct)
         if coarse:
