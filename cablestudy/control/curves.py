@@ -47,7 +47,7 @@ def paired(values):
 
 
 @dataclass(frozen=True)
-class Curves:
+class LoopGainCurves:
     """Loop gains of n loops, each at frequencies of its own.
 
     Attributes
@@ -69,21 +69,21 @@ class Curves:
 
     @classmethod
     def of(cls, row, omega, matrices):
-        """`Curves` of known loop gains, without the frequencies at which these are infinite."""
+        """`LoopGainCurves` of known loop gains, without the frequencies at which these are infinite."""
         finite = np.isfinite(matrices).all(axis=(-2, -1))
         return cls(row[finite], omega[finite], matrices[finite], eigenvalues(matrices[finite]))
 
     def of_loop(self, number):
-        """`Curves` of one loop, whose number is then 0."""
+        """`LoopGainCurves` of one loop, whose number is then 0."""
         part = slice(*np.searchsorted(self.row, [number, number + 1]).tolist())
-        return Curves(self.row[part] - number, self.omega[part], self.matrices[part], self.values[part])
+        return LoopGainCurves(self.row[part] - number, self.omega[part], self.matrices[part], self.values[part])
 
     def with_more(self, functions, row, omega):
-        """`Curves` with those of the n loop gains `functions` at further frequencies, `row` and `omega` of these."""
-        added = Curves.of(row, omega, at_frequencies(functions, row, omega))
+        """`LoopGainCurves` with those of the n loop gains `functions` at further frequencies, `row` and `omega` of these."""
+        added = LoopGainCurves.of(row, omega, at_frequencies(functions, row, omega))
         order = np.lexsort([np.append(self.omega, added.omega), np.append(self.row, added.row)])
         pairs = ((getattr(curves, name) for curves in (self, added)) for name in ("row", "omega", "matrices", "values"))
-        return Curves(*(np.concatenate(list(pair))[order] for pair in pairs))
+        return LoopGainCurves(*(np.concatenate(list(pair))[order] for pair in pairs))
 
 
 def at_frequencies(functions, row, omega):
@@ -94,7 +94,7 @@ def at_frequencies(functions, row, omega):
 
 
 def curves(functions, row, omega, matrices=None, upto=np.inf, most=np.inf):
-    """Loop gains at enough frequencies to show where their eigenvalues cross the negative real axis: `Curves`.
+    """Loop gains at enough frequencies to show where their eigenvalues cross the negative real axis: `LoopGainCurves`.
 
     Stability follows from these crossings, see `margins_crossings`.
 
@@ -103,7 +103,7 @@ def curves(functions, row, omega, matrices=None, upto=np.inf, most=np.inf):
     functions : sequence of callable
         The loop gains of n loops.
     row, omega : ndarray, shape (f,)
-        Frequencies to begin with, as of `Curves`.
+        Frequencies to begin with, as of `LoopGainCurves`.
     matrices : ndarray, shape (f, k, k), optional
         The loop gains there.
     upto : float or ndarray, shape (n,)
@@ -111,13 +111,13 @@ def curves(functions, row, omega, matrices=None, upto=np.inf, most=np.inf):
     most : float or ndarray, shape (n,)
         Gain up to which no crossing may be missed, or the least one with a crossing where that is larger. [rad/s]
     """
-    first = Curves.of(row, omega, at_frequencies(functions, row, omega) if matrices is None else matrices)
+    first = LoopGainCurves.of(row, omega, at_frequencies(functions, row, omega) if matrices is None else matrices)
     most, upto = (np.broadcast_to(bound, len(functions)) for bound in (most, upto))
     return _subdivided(functions, first, partial(_may_cross_twice, most=most), upto)
 
 
 def curve_beside(function, gain, curve):
-    """A `Curves` of one loop with closer frequencies where the sensitivity with a gain [rad/s] changes fast."""
+    """A `LoopGainCurves` of one loop with closer frequencies where the sensitivity with a gain [rad/s] changes fast."""
 
     def changes_fast(curve):
         before, after = (1 + gain * eigenvalue for eigenvalue in paired(curve.values))  # distances from -1, complex
@@ -129,9 +129,9 @@ def curve_beside(function, gain, curve):
 
 
 def _subdivided(functions, curves, divides, upto):
-    """`Curves` with more frequencies where intervals are divided; `functions` and `upto` as of `curves`.
+    """`LoopGainCurves` with more frequencies where intervals are divided; `functions` and `upto` as of `curves`.
 
-    `divides` is a function: `Curves` of f frequencies -> which intervals between them, array of bool, shape (f - 1,).
+    `divides` is a function: `LoopGainCurves` of f frequencies -> which intervals between them, array of bool, shape (f - 1,).
     """
     fractions = np.arange(1, CONTROL.interval_parts) / CONTROL.interval_parts
     for _ in range(CONTROL.interval_rounds):

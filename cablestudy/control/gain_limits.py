@@ -74,7 +74,7 @@ class StableGains:
 
     @cached_property
     def curve(self):
-        """L over the gain at frequencies that show where its eigenvalues cross the negative real axis: `Curves`."""
+        """L over the gain at frequencies that show where its eigenvalues cross the negative real axis: `LoopGainCurves`."""
         return curves_of([self])[0]
 
     @cached_property
@@ -149,7 +149,7 @@ class StableGains:
         return self._closed_loop_curve(gain).omega
 
     def _closed_loop_curve(self, gain):
-        """L over the gain at `frequencies`: `Curves`.
+        """L over the gain at `frequencies`: `LoopGainCurves`.
 
         A pole that crosses the axis near this gain is extrapolated from its crossing; the integrator has one at -gain.
         The least frequency is that of a loop as good as at rest.

@@ -106,7 +106,7 @@ class _NearbyMargins(Margins):
 
     @property
     def crossovers(self):
-        """As of `Margins`."""
+        """The `crossovers` that were found."""
         return self.found["crossovers"]
 
     @property
@@ -119,7 +119,7 @@ class _NearbyMargins(Margins):
 
     @property
     def bandwidth(self):
-        """As of `Margins`."""
+        """The `bandwidth` that was found. [Hz]"""
         return self.found["bandwidth"]
 
 
