@@ -79,7 +79,7 @@ class LoopGainCurves:
         return LoopGainCurves(self.row[part] - number, self.omega[part], self.matrices[part], self.values[part])
 
     def with_more(self, functions, row, omega):
-        """`LoopGainCurves` with those of the n loop gains `functions` at further frequencies, `row` and `omega` of these."""
+        """The curves with more frequencies, `row` and `omega` of these, of the n loop gains `functions`."""
         added = LoopGainCurves.of(row, omega, at_frequencies(functions, row, omega))
         order = np.lexsort([np.append(self.omega, added.omega), np.append(self.row, added.row)])
         pairs = ((getattr(curves, name) for curves in (self, added)) for name in ("row", "omega", "matrices", "values"))
@@ -131,7 +131,7 @@ def curve_beside(function, gain, curve):
 def _subdivided(functions, curves, divides, upto):
     """`LoopGainCurves` with more frequencies where intervals are divided; `functions` and `upto` as of `curves`.
 
-    `divides` is a function: `LoopGainCurves` of f frequencies -> which intervals between them, array of bool, shape (f - 1,).
+    `divides` tells which of the intervals between f frequencies are: `LoopGainCurves` -> array of bool, shape (f - 1,).
     """
     fractions = np.arange(1, CONTROL.interval_parts) / CONTROL.interval_parts
     for _ in range(CONTROL.interval_rounds):

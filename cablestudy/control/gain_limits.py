@@ -74,7 +74,7 @@ class StableGains:
 
     @cached_property
     def curve(self):
-        """L over the gain at frequencies that show where its eigenvalues cross the negative real axis: `LoopGainCurves`."""
+        """`LoopGainCurves` of this loop: frequencies that show where eigenvalues cross the negative real axis."""
         return curves_of([self])[0]
 
     @cached_property
