@@ -501,7 +501,7 @@ def solve_motions(plants):
     loads = {plant: plant._first_loads for plant in waiting}
 
     def numbers(plant):
-        """What plants have in common whose bases are computed together."""
+        """Numbers that plants have in common whose bases are computed together."""
         return plant._full_system.signature, plant.modes.shapes.shape, *(part.shape for part in loads[plant])
 
     for members in together(waiting, numbers, _size):
