@@ -8,6 +8,7 @@ from cables import EA, MASS, PAPER_CHORD, PAPER_LENGTH, Exact, batch, chord_span
 from campaign import campaign
 
 from cablestudy.cable.catenary import solve
+from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import NoSolutionError
 
 EPS = np.finfo(float).eps
@@ -291,3 +292,18 @@ def test_a_load_upwards_lifts_the_cable(up):
     span = chord_span(90, 0, -0.1, 1e6, 1.0, loads=[(0.5, (0.0, 0.0, up * 3 * 100 * 9.81))])
     compare(span)
     assert up * solve(span).at(np.array([0.5]))[0][0, 1] > 0
+
+
+@pytest.mark.parametrize("loads", [False, True], ids=["plain", "point loads"])
+def test_cables_of_a_large_batch_have_the_digits_of_a_small_one(loads):
+    """Those that have converged are left out of later steps of a large batch, and keep their digits."""
+    spans = [span for span in random_cables(600, 9, loads) if len(span.load_positions) == (2 if loads else 0)]
+    large = solve(batch(spans))
+    steps = large.record.steps
+    assert len(spans) > CABLE.many_cables < (steps < steps.max()).sum()
+    small = solve(batch(spans[: CABLE.many_cables // 2]))
+    first = slice(len(small.span.chord))
+    for name in (*QUANTITIES, "end_stiffness", "sag", "mid_forces"):
+        np.testing.assert_array_equal(getattr(large, name)[first], getattr(small, name))
+    np.testing.assert_array_equal(steps[first], small.record.steps)
+    np.testing.assert_array_equal(large.record.residual[: len(small.record.residual), first], small.record.residual)

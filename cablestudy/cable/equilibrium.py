@@ -6,6 +6,7 @@ the complementary energy, which is strictly convex, so that a c with which end 2
 positive, is the only equilibrium.
 """
 
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -89,6 +90,13 @@ class ElementResidual:
         self.axial = (force / np.asarray(span.axial_stiffness, dtype=float))[..., None]  # 1/EA
         self.chord = np.zeros((*np.shape(force), self.axes))
         self.chord[..., 0] = span.chord_strain
+
+    def take(self, index):
+        """The residual of some cables of the batch, by a tuple of indices along its axes."""
+        taken = copy(self)
+        for name in ("accumulated_loads", "axial", "chord"):
+            setattr(taken, name, getattr(self, name)[index])
+        return taken
 
     def residual(self, unknown):
         """g, shape (d, ...); at the points tension vectors, tensions, tangents t, and r' minus that of the chord."""

@@ -5,6 +5,8 @@ end 1 to end 2. The start is a parabola for a taut cable, an inextensible catena
 chapters 2 and 1.
 """
 
+from copy import copy
+
 import numpy as np
 
 from cablestudy.cable.segment import extension, flexibility, solve_symmetric
@@ -38,6 +40,15 @@ class EquilibriumResidual:
         self.transverse_load = span.transverse_load
         # a vertical cable without horizontal loads has no horizontal tension: that is no unknown
         self.vertical = (np.abs(span.cosine) == 0) & (span.transverse_load == 0)
+
+    def take(self, index):
+        """The residual of some cables of the batch, by a tuple of indices along its axes, or masks."""
+        taken = copy(self)
+        taken.segments, taken.angles = self.segments.take(index), tuple(angle[index] for angle in self.angles)
+        for name in ("stiffness", "strain", "load", "transverse_load", "vertical"):
+            setattr(taken, name, getattr(self, name)[index])
+        taken.shape = taken.strain.shape
+        return taken
 
     def tension(self, unknown):
         """Tension vectors at mid-segment, 3 arrays of shape (..., k + 1). [N]"""

@@ -76,7 +76,8 @@ def newton(problem, unknown, active):
     ----------
     problem : EquilibriumResidual or ElementResidual
         With methods `residual(unknown) -> g, point`, `step(g, point) -> F^-1 g`, `relative(step, unknown, point)` (size
-        of a step relative to the unknown), `rounding(step)` (error of the slope along a step), and the attributes
+        of a step relative to the unknown), `rounding(step)` (error of the slope along a step), `take(index)` (the
+        problem of some cables of the batch, by an index of its axes), and the attributes
         `tolerance` (relative size of a step at which the iteration ends) and `stalled` (relative size below which the
         iteration also ends once a step is more than half the one before).
     unknown : ndarray, shape (d, ...)
@@ -94,7 +95,7 @@ def newton(problem, unknown, active):
     """
     gap, point = problem.residual(unknown)
     change, settled = np.full(active.shape, np.inf), np.zeros(active.shape, dtype=bool)
-    trace = []
+    trace, solution, moving = [], None, ...  # the last: index of the cables that are still iterated
     for _ in range(CABLE.newton_steps):
         step = problem.step(gap, point)
         slope = (gap * step).sum(axis=0)
@@ -109,16 +110,52 @@ def newton(problem, unknown, active):
             if not overshoots.any():
                 break
             share = np.where(overshoots, share / 2, share)
-        trace.append((gap, change, np.where(active, share, np.nan)))
+        of_step = np.full((3, *settled.shape), np.nan)
+        of_step[:, *np.index_exp[moving]] = np.where(active, (np.abs(gap).max(axis=0), change, share), np.nan)
+        trace.append(of_step)
         unknown, gap, point = trial, trial_gap, trial_point
         # a cable is done where its step is small, or rounding keeps it from falling further
         stalled = (change < problem.stalled) & (change >= previous_change / 2)
         small = (change < problem.tolerance) | stalled
-        settled |= active & small & (share == 1)
+        settled[moving] |= active & small & (share == 1)
         active = active & ~small & ~overshoots & np.isfinite(change)
         if not active.any():
             break
-    gaps, changes, shares = (np.array(steps) for steps in zip(*trace, strict=True))
-    step_taken = np.isfinite(shares)
-    residual, changes = np.where(step_taken, np.abs(gaps).max(axis=1), np.nan), np.where(step_taken, changes, np.nan)
-    return unknown, point, Record(residual, changes, shares, np.where(settled, CONVERGED, STALLED))
+        if CABLE.many_cables < active.size and active.sum() < CABLE.still_moving * active.size:
+            kept = np.nonzero(active)
+            if solution is None:
+                solution, moving = (unknown, point), kept
+            else:
+                _assign(solution, moving, (unknown, point))
+                moving = tuple(index[kept] for index in moving)
+            problem, unknown, gap = problem.take(kept), unknown[:, *kept], gap[:, *kept]
+            point, change, active = _taken(point, kept), change[kept], active[kept]
+    if solution is not None:
+        _assign(solution, moving, (unknown, point))
+        unknown, point = solution
+    residual, change, share = np.moveaxis(np.array(trace), 1, 0)
+    return unknown, point, Record(residual, change, share, np.where(settled, CONVERGED, STALLED))
+
+
+def _assign(solution, index, part):
+    """Write the unknown and the `point` of the cables at an index of a batch into those of the whole batch."""
+    (unknown, point), (unknown_of_part, point_of_part) = solution, part
+    unknown[:, *index] = unknown_of_part
+    for array, of_part in zip(_arrays(point), _arrays(point_of_part), strict=True):
+        array[index] = of_part
+
+
+def _arrays(point):
+    """Yield the arrays of a `point`: nested tuples, and dataclasses with a method `take`."""
+    if isinstance(point, np.ndarray):
+        yield point
+        return
+    for part in point if isinstance(point, tuple) else vars(point).values():
+        yield from _arrays(part)
+
+
+def _taken(point, index):
+    """A `point` of the cables at an index of the batch alone."""
+    if isinstance(point, tuple):
+        return tuple(_taken(part, index) for part in point)
+    return point[index] if isinstance(point, np.ndarray) else point.take(index)

@@ -59,6 +59,8 @@ class CableTolerances:
     midspan_steps: int = 80  # bisection alone needs 53
     newton_steps: int = 60  # corrections of a catenary
     newton_halvings: int = 40  # of one of them
+    still_moving: float = 0.5  # share of the cables that a step moves, below which the others are left out of the next,
+    many_cables: int = 100  # of so many at least
     whole_correction: float = 1e-12  # corrections below it are taken whole: the slope along them is rounding
     # beta below which the series, above it the closed forms: both are exact to rounding there
     series_below: float = 0.15
