@@ -40,7 +40,8 @@ def test_a_spring_at_an_attachment():
     spring, first, second = half @ half.T, rng.normal(size=3), rng.normal(size=3)
     shift, turn = rng.normal(size=3), rng.normal(size=3)
     force = spring @ (shift + np.cross(turn, second))
-    wrench = rigid.at_attachments(spring, first, second) @ np.concatenate([shift, turn])
+    at_second = rigid.point_movement(second) @ np.concatenate([shift, turn])
+    wrench = rigid.point_movement(first).T @ spring @ at_second
     np.testing.assert_allclose(wrench, np.concatenate([force, np.cross(first, force)]), rtol=1e-13)
 
 
@@ -54,7 +55,7 @@ def test_another_reference_point():
         total = np.zeros((6, 6))
         for force, arm, spring in zip(forces, arms, half @ np.swapaxes(half, 1, 2), strict=True):
             r = arm - from_point
-            total += rigid.at_attachments(spring, r, r)
+            total += rigid.point_movement(r).T @ spring @ rigid.point_movement(r)
             total[3:, 3:] -= rigid.cross_matrix(force) @ rigid.cross_matrix(r)
         return total
 

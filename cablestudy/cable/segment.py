@@ -257,9 +257,18 @@ class SegmentedCable:
         ----------
         frame : {"chord", "global"}
         """
+        return self.global_end_forces if frame == "global" else self.span.in_frame(self._local_end_forces, frame)
+
+    @property
+    def _local_end_forces(self):
         half = self.half_changes
         at_end_1, at_end_2 = (self.mid_forces - half)[..., 0, :], (self.mid_forces + half)[..., -1, :]
-        return self.span.in_frame(np.stack([at_end_1, -at_end_2], axis=-2), frame)
+        return np.stack([at_end_1, -at_end_2], axis=-2)
+
+    @cached_property
+    def global_end_forces(self):
+        """`end_forces` along x, y, z. [N]"""
+        return self.span.in_frame(self._local_end_forces, "global")
 
 
 def _scaled_cofactors(matrix):

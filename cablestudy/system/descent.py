@@ -237,9 +237,9 @@ def at_ends(suspension, state, cables, stiffness):
     return joined(forces, links.end_forces), joined(stiffness, links.end_stiffness), links
 
 
-def evaluate(suspension, state):
-    """Forces, stiffness and energy in a state: `Evaluation`."""
-    cables = catenary.solve(spans(suspension, state), state.tension)
+def evaluate(suspension, state, solved_cables=None):
+    """Forces, stiffness and energy in a state: `Evaluation`; its `Catenary` of shape (n, c) is found if not given."""
+    cables = solved_cables or catenary.solve(spans(suspension, state), state.tension)
     span = cables.span
     forces, stiffness, links = at_ends(suspension, state, cables, cables.global_end_stiffness)
     # a force is not known better than the rounding of a strain, also where all cables hang without tension
@@ -492,9 +492,9 @@ def descend(suspension, state, most_steps=SYSTEM.descent_steps, small_net_force=
         return state, SearchRecord(zero.astype(int), zero, zero, np.full(cases, CONVERGED))
     final, steps = copy_record(state), np.zeros(cases, dtype=int)
     residual, correction, reason = np.zeros(cases), np.full(cases, np.inf), np.full(cases, TOO_MANY)
-    # without tensions, which may be those of other cables
-    state = replace(state, tension=np.full(state.tension.shape, np.nan))
-    active, subset, evaluation = np.arange(cases), suspension, evaluate(suspension, state)
+    # from no known tensions, which may be those of other cables; many searches begin in one pose
+    evaluation = evaluate(suspension, state, catenary.solve_each_once(spans(suspension, state)))
+    active, subset = np.arange(cases), suspension
     best_ratio, slow_steps = np.full(cases, np.inf), np.zeros(cases, dtype=int)
     convex = not (suspension.free[:, 3:].any() or suspension.link_names)
     for number in range(SYSTEM.descent_steps if convex else most_steps):

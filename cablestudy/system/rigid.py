@@ -93,24 +93,21 @@ def turn(vector):
     return np.sinc(angle / np.pi) * matrix + np.sinc(angle / (2 * np.pi)) ** 2 / 2 * (matrix @ matrix)
 
 
-def at_attachments(stiffness, first, second):
-    """Transfer a stiffness between attachment points to the reference points of the bodies: B_1^T K B_2.
+def point_movement(arm):
+    """B of the module's docstring: displacement of a point per displacement and rotation of its body, [I, -[r x]].
 
     Parameters
     ----------
-    stiffness : ndarray, shape (..., 3, 3)
-        K, a 3x3 stiffness between the two points; its sign is left to the caller. [N/m]
-    first, second : ndarray, shape (..., 3)
-        r_1 and r_2: vectors from the reference point of body 1 and 2 to its attachment point, global axes. [m]
+    arm : ndarray, shape (..., 3)
+        r, global axes. [m]
 
     Returns
     -------
-    ndarray, shape (..., 6, 6)
-        Rows force and moment on body 1, columns displacement and rotation of body 2. [N/m, N/rad; N, N m/rad]
+    ndarray, shape (..., 3, 6)
     """
-    left, right = cross_matrix(first), -cross_matrix(second)  # rotational parts of B_1^T and B_2: -[r x]^T = [r x]
-    by_rotation = stiffness @ right
-    matrix = np.empty((*stiffness.shape[:-2], 6, 6))
-    matrix[..., :3, :3], matrix[..., :3, 3:] = stiffness, by_rotation
-    matrix[..., 3:, :3], matrix[..., 3:, 3:] = left @ stiffness, left @ by_rotation
-    return matrix
+    movement = np.zeros((*arm.shape, 6))
+    x, y, z = (arm[..., i] for i in range(3))
+    movement[..., 0, 0] = movement[..., 1, 1] = movement[..., 2, 2] = 1.0
+    movement[..., 0, 4], movement[..., 0, 5], movement[..., 1, 5] = z, -y, x
+    movement[..., 1, 3], movement[..., 2, 3], movement[..., 2, 4] = -z, y, -x
+    return movement

@@ -10,6 +10,8 @@ between two bodies couples them by -B_1^T K B_2. The stiffness is symmetric wher
 A dead load F at an arm r beside the reference point adds -[F x][r x] = (r.F) I - r F^T.
 """
 
+import itertools
+from collections import Counter
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -17,7 +19,7 @@ import numpy as np
 
 from cablestudy.cable.vectors import cross, dot, size, times
 from cablestudy.system.links import joined
-from cablestudy.system.rigid import at_attachments
+from cablestudy.system.rigid import point_movement
 
 GROUND = -1  # owner of a cable end that is fixed to the ground
 
@@ -30,40 +32,104 @@ class Blocks:
     ----------
     rows, columns : ndarray of int, shape (p,)
     matrices : ndarray, shape (..., p, 6, 6)
-    leverage : ndarray, shape (..., b), or 0
-        Sum of force times arm of all loads on each body: the size of the terms that cancel in rotations. [N m]
+    by_ends, by_forces : ndarray, shape (..., b, 6), or 0
+        Sums of the sizes of the terms on the diagonal of each body: by the stiffness of cables and links, and by the
+        forces on the body, those that cancel in rotations too. [N/m], [N m/rad]
     """
 
     rows: np.ndarray
     columns: np.ndarray
     matrices: np.ndarray
-    leverage: np.ndarray | float = 0.0
+    by_ends: np.ndarray | float = 0.0
+    by_forces: np.ndarray | float = 0.0
 
     def of(self, case):
         """`Blocks` of one case of many, or of some."""
-        leverage = self.leverage[case] if np.ndim(self.leverage) else self.leverage
-        return Blocks(self.rows, self.columns, self.matrices[case], leverage)
+        sizes = (size[case] if np.ndim(size) else size for size in (self.by_ends, self.by_forces))
+        return Blocks(self.rows, self.columns, self.matrices[case], *sizes)
+
+
+@dataclass(frozen=True)
+class PairsOfEnds:
+    """All ordered pairs, an end with itself too, of the ends of one cable or link that are not at the ground; p pairs.
+
+    Those of the same two bodies follow each other, and the pairs of bodies with equally many of them.
+
+    Attributes
+    ----------
+    line, row, column : ndarray of int, shape (p,)
+        Cable (or link), and its two ends.
+    row_body, column_body : ndarray of int, shape (g,)
+        The two bodies of each of the g different pairs of bodies.
+    runs : tuple of (slice, int, int)
+        Pairs of ends of the pairs of bodies that have equally many of them, the number of these pairs of bodies, and
+        how many each has.
+    """
+
+    line: np.ndarray
+    row: np.ndarray
+    column: np.ndarray
+    row_body: np.ndarray
+    column_body: np.ndarray
+    runs: tuple
 
 
 @lru_cache(maxsize=16)
 def _pairs_of_owners(owners):
-    """`pairs` by the owners of the two ends of each cable or link, a tuple of (int, int)."""
-    pairs = [
-        (cable, row_end, column_end)
-        for cable, ends in enumerate(owners)
-        for row_end in (0, 1)
-        for column_end in (0, 1)
-        if ends[row_end] != GROUND and ends[column_end] != GROUND
-    ]
-    return np.array(pairs, dtype=int).reshape(-1, 3).T
+    """`PairsOfEnds` by the owners of the two ends of each cable or link, a tuple of (int, int)."""
+    groups = {}
+    for line, ends in enumerate(owners):
+        for row, column in itertools.product((0, 1), repeat=2):
+            if GROUND not in (ends[row], ends[column]):
+                groups.setdefault((ends[row], ends[column]), []).append((line, row, column))
+    bodies = sorted(groups, key=lambda pair: len(groups[pair]))
+    runs, begin = [], 0
+    for each, joined_bodies in Counter(len(groups[pair]) for pair in bodies).items():
+        runs.append((slice(begin, begin + each * joined_bodies), joined_bodies, each))
+        begin += each * joined_bodies
+    pairs = np.array([pair for pair_of_bodies in bodies for pair in groups[pair_of_bodies]], dtype=int).reshape(-1, 3)
+    return PairsOfEnds(*pairs.T, *np.array(bodies, dtype=int).reshape(-1, 2).T, tuple(runs))
 
 
 def pairs(suspension):
-    """Cable (or link), row end and column end of each 6x6 block of `Blocks` by cables and links, shape (3, p).
-
-    All ordered pairs, an end with itself too, of the ends of one cable or link that are not at the ground.
-    """
+    """`PairsOfEnds` of a suspension."""
     return _pairs_of_owners(tuple(map(tuple, np.asarray(suspension.owner).tolist())))
+
+
+def between_bodies(suspension, stiffness, arms):
+    """Sums of B_1^T K B_2 over the cables and links between the same two bodies.
+
+    Parameters
+    ----------
+    suspension : SuspendedSystem
+    stiffness : ndarray, shape (..., p, 3, 3)
+        K of each of the p pairs of ends, `pairs`: force at the first one per displacement of the second one. [N/m]
+    arms : ndarray, shape (..., c + l, 2, 3)
+        As for `net_forces`.
+
+    Returns
+    -------
+    matrices : ndarray, shape (..., g, 6, 6)
+        Of each pair of bodies.
+    sizes : ndarray, shape (..., b, 6)
+        Sums of the sizes of the terms on the diagonal of each body.
+    """
+    ends, count = pairs(suspension), len(suspension.body_names)
+    first = point_movement(arms[..., ends.line, ends.row, :])
+    same = np.array_equal(ends.row, ends.column)
+    second = stiffness @ (first if same else point_movement(arms[..., ends.line, ends.column, :]))  # K B_2
+    lead, sums = first.shape[:-3], []
+    for run, joined_bodies, each in ends.runs:  # all ends that act on the same two bodies
+        shape = *lead, joined_bodies, 3 * each, 6  # one below the other
+        left, right = (moved[..., run, :, :].reshape(shape) for moved in (first, second))
+        sums.append(np.swapaxes(left, -1, -2) @ right)
+    matrices = np.concatenate(sums, axis=-3) if sums else np.zeros((*lead, 0, 6, 6))
+    owner = suspension.owner[ends.line, ends.row]
+    same_body = np.flatnonzero(owner == suspension.owner[ends.line, ends.column])
+    same_body = same_body[np.argsort(owner[same_body], kind="stable")]
+    products = first.take(same_body, axis=-3) * second.take(same_body, axis=-3)
+    diagonal = np.abs(products[..., 0, :] + products[..., 1, :] + products[..., 2, :])
+    return matrices, on_bodies(diagonal, owner[same_body], count)
 
 
 def wrenches(arms, forces):
@@ -234,13 +300,12 @@ def blocks(suspension, rotation, arms, end_forces, end_stiffness):
     Returns
     -------
     Blocks
-        One for each pair of ends of a cable that bodies hold, then of a link, then one for each body.
+        One for each pair of bodies that a cable or link joins, a body with itself too, then one for each body.
     """
-    cable, row, column = pairs(suspension)
-    owner = suspension.owner
-    sign = np.where(row == column, 1.0, -1.0)[:, None, None]
-    # B_1^T K B_2 of each pair of ends, and then the terms with the forces on each body
-    between = at_attachments(end_stiffness[..., cable, :, :], arms[..., cable, row, :], arms[..., cable, column, :])
+    ends = pairs(suspension)
+    sign = np.where(ends.row == ends.column, 1.0, -1.0)[:, None, None]
+    between, sizes = between_bodies(suspension, sign * end_stiffness[..., ends.line, :, :], arms)
+    # and the terms with the forces on each body
     center, weight = weights(suspension, rotation)
     bodies = np.arange(center.shape[-2])
     held_cable, end, body = held_ends(suspension)
@@ -256,15 +321,14 @@ def blocks(suspension, rotation, arms, end_forces, end_stiffness):
         outer = outer + eccentricity
         leverage = leverage + np.sqrt((eccentricity**2).sum(axis=(-1, -2)))
     shape = np.broadcast_shapes(between.shape[:-3], outer.shape[:-3])
-    matrices = np.zeros((*shape, len(cable) + len(bodies), 6, 6))
-    matrices[..., : len(cable), :, :] = between if (row == column).all() else sign * between
-    matrices[..., len(cable) :, 3:, 3:] = np.trace(outer, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) - outer
-    return Blocks(
-        np.concatenate([owner[cable, row], bodies]),
-        np.concatenate([owner[cable, column], bodies]),
-        matrices,
-        np.broadcast_to(leverage, (*shape, len(bodies))),
-    )
+    matrices = np.zeros((*shape, between.shape[-3] + len(bodies), 6, 6))
+    matrices[..., : between.shape[-3], :, :] = between
+    by_rotation = np.trace(outer, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) - outer
+    matrices[..., between.shape[-3] :, 3:, 3:] = by_rotation
+    by_forces = np.zeros((*shape, len(bodies), 6))
+    by_forces[..., 3:] = np.abs(np.diagonal(by_rotation, axis1=-2, axis2=-1)) + leverage[..., None]
+    rows, columns = (np.concatenate([body, bodies]) for body in (ends.row_body, ends.column_body))
+    return Blocks(rows, columns, matrices, np.broadcast_to(sizes, by_forces.shape), by_forces)
 
 
 def scaled_dense(blocks, suspension, scales):
@@ -333,12 +397,7 @@ def magnitudes(blocks, suspension):
 
     As scales of the rows and columns they make each eigenvalue comparable with the rounding of the terms.
     """
-    diagonal = np.abs(np.diagonal(blocks.matrices, axis1=-2, axis2=-1))
-    on_diagonal = np.flatnonzero(blocks.rows == blocks.columns)
-    on_diagonal = on_diagonal[np.argsort(blocks.rows[on_diagonal], kind="stable")]
-    total = on_bodies(diagonal[..., on_diagonal, :], blocks.rows[on_diagonal], len(suspension.free))
-    total[..., 3:] += np.asarray(blocks.leverage)[..., None]
-    return free_values(suspension, total)
+    return free_values(suspension, blocks.by_ends + blocks.by_forces)
 
 
 def scaled_sparse(blocks, suspension, scales):

@@ -11,7 +11,7 @@ Bodies may be in equilibrium exactly where the description puts them. The cables
 these places: their uncertainty is that at known lengths, even where the stated tensions balance elsewhere too.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -19,7 +19,6 @@ import numpy as np
 from cablestudy.cable.vectors import cross, largest, size
 from cablestudy.system import rounding, stated, tangent
 from cablestudy.system.links import joined
-from cablestudy.system.rigid import at_attachments
 from cablestudy.system.tolerances import SYSTEM
 
 LENGTH = 2 * SYSTEM.rounding  # rounding of a length, relative
@@ -122,8 +121,9 @@ def _sampled(equilibrium):
     cable, end, body = tangent.held_ends(suspension)
     arm = arms[..., cable, end, :]
     wrench = np.ascontiguousarray(tangent.wrenches(arm, end_forces[..., cable, end, :]))
-    for owner in np.unique(body).tolist():
-        of_owner = slice(*np.searchsorted(body, [owner, owner + 1]).tolist())
+    bodies = np.unique(body).tolist()
+    ends_of_bodies = [(owner, slice(*np.searchsorted(body, [owner, owner + 1]).tolist())) for owner in bodies]
+    for owner, of_owner in ends_of_bodies:
         by_ends = np.swapaxes(wrench[..., of_owner, :], -1, -2) @ changes.take(cable[of_owner], axis=-2)
         forces[..., owner, :, :] += by_ends
     tension = end_forces[..., 1, :, None] * changes[..., None, :]  # (..., c + l, 3, samples + 1)
@@ -132,12 +132,16 @@ def _sampled(equilibrium):
         every = displacement.reshape(*displacement.shape[:-3], -1, displacement.shape[-1])
         which = np.flatnonzero(free)
         free_forces = forces.reshape(every.shape).take(which, axis=-2)
-        every[..., which, :] = _solved(suspension, _blocks(equilibrium, stiffness), free_forces)
+        every[..., which, :] = _solved(suspension, _blocks(equilibrium, stiffness, length_known), free_forces)
         by_body = np.where(end == 1, 1.0, -1.0)[:, None, None] * stiffness[..., cable, 1, :, :]
         by_body = np.concatenate([by_body, cross(arm[..., None, :], by_body)], axis=-1)  # K [I, -[r x]]
-        by_end = np.ascontiguousarray(by_body) @ displacement.take(body, axis=-3)
-        for place, of_cable in enumerate(cable.tolist()):
-            tension[..., of_cable, :, :] += by_end[..., place, :, :]
+        lead, samples = tension.shape[:-3], tension.shape[-1]
+        for owner, of_owner in ends_of_bodies:
+            count = of_owner.stop - of_owner.start
+            all_ends = by_body[..., of_owner, :, :].reshape(*lead, 3 * count, 6)  # one below the other
+            by_ends = (all_ends @ displacement[..., owner, :, :]).reshape(*lead, count, 3, samples)
+            for place, of_cable in enumerate(cable[of_owner].tolist()):
+                tension[..., of_cable, :, :] += by_ends[..., place, :, :]
     unit = np.maximum(cables.max_tension, SYSTEM.tiny)
     unit = joined(unit, equilibrium.links and np.ones_like(equilibrium.links.extension), -1)
     return _rms(displacement), _rms(size(np.swapaxes(tension, -1, -2)) / unit[..., None])
@@ -233,15 +237,17 @@ def _residuals(equilibrium, given, length_known):
     return net, bounds.least, error, np.where(length_known, of_lengths, of_values)
 
 
-def _blocks(equilibrium, end_stiffness):
+def _blocks(equilibrium, end_stiffness, length_known):
     """`tangent.Blocks` of the suspension with cables that keep what they state, see `_with_links`."""
-    suspension, arms, blocks = equilibrium.suspension, equilibrium.arms, equilibrium.blocks
-    cable, row, column = tangent.pairs(suspension)
-    sign = np.where(column == 1, -1.0, 1.0)[:, None, None]
-    stiffness = sign * end_stiffness[..., cable, row, :, :]
-    between = at_attachments(stiffness, arms[..., cable, row, :], arms[..., cable, column, :])
-    matrices = np.concatenate([between, blocks.matrices[..., len(cable) :, :, :]], axis=-3)
-    return tangent.Blocks(blocks.rows, blocks.columns, matrices, blocks.leverage)
+    suspension, blocks = equilibrium.suspension, equilibrium.blocks
+    if length_known.all():
+        return blocks
+    ends = tangent.pairs(suspension)
+    sign = np.where(ends.column == 1, -1.0, 1.0)[:, None, None]
+    stiffness = sign * end_stiffness[..., ends.line, ends.row, :, :]
+    between, sizes = tangent.between_bodies(suspension, stiffness, equilibrium.arms)
+    matrices = np.concatenate([between, blocks.matrices[..., between.shape[-3] :, :, :]], axis=-3)
+    return replace(blocks, matrices=matrices, by_ends=sizes)
 
 
 def _solved(suspension, blocks, forces):

@@ -169,8 +169,9 @@ def numbers_of(scenes):
     if any(other != topology for other in other_topologies):
         raise ValueError("the scenes differ in their names, connections, free motions, or in what their cables state")
     numbers_of_lines = [_numbers_of_lines(scene) for scene in first_scenes]
-    bodies = [list(scene.bodies.values()) for scene in scenes]
-    points = [[point for point in scene.points.values() if point.free] for scene in scenes]
+    bodies = list(zip(*(scene.bodies.values() for scene in scenes), strict=True))  # each in all scenes
+    free_points = ([point for point in scene.points.values() if point.free] for scene in scenes)
+    points = list(zip(*free_points, strict=True))
     n, b, c = len(scenes), len(topology["body_names"]), len(topology["cable_names"])
     links = len(topology["link_names"])
 
@@ -180,11 +181,10 @@ def numbers_of(scenes):
 
     def of_bodies(name, *shape, of_points=True):
         """Numbers of bodies and free points, or zero in place of those of points."""
-        numbers, count = np.zeros((n, b, *shape)), len(bodies[0])
-        if count:
-            numbers[:, :count] = [[getattr(body, name) for body in of_scene] for of_scene in bodies]
-        if of_points and b > count:
-            numbers[:, count:] = [[getattr(point, name) for point in of_scene] for of_scene in points]
+        numbers = np.zeros((n, b, *shape))
+        for index, in_scenes in enumerate((*bodies, *(points if of_points else ()))):
+            values = [getattr(owner, name) for owner in in_scenes]
+            numbers[:, index] = values[0] if len(set(map(id, values))) == 1 else values  # often one object in all
         return numbers
 
     density = of_lines("force_density", c)
