@@ -79,3 +79,23 @@ def test_the_inverse_of_vectors_in_pairs_is_that_of_the_complex_matrix():
     assert (found.values.imag != 0).any()
     assert found.left == pytest.approx(np.linalg.inv(found.right), abs=1e-12)
     assert found.left @ found.right == pytest.approx(np.eye(9), abs=1e-13)
+
+
+@pytest.mark.parametrize("ratio", [1e-9, 1e-4, 0.1, 3.0, 100.0])  # of the damping; the last one is above critical
+@pytest.mark.parametrize("seed", range(3))
+def test_complex_stiffness_and_damping_together(seed, ratio):
+    """A [0 U; S D] of 12 coordinates, frequencies over three decades, damping and loss that couple them."""
+    draw, n = np.random.default_rng(seed), 12
+    omega, shapes = 10 ** draw.uniform(-1, 2, n), draw.normal(size=(2, n, n)) / n
+    root = np.sqrt(omega[:, None] * omega)
+    damping, loss = (root * (shape @ shape.T) for shape in shapes)
+    unit = omega * draw.uniform(0.5, 2.0, n)
+    stiffness = np.diag(omega**2) + 0.05j * root * loss
+    matrix = np.block([[np.zeros((n, n)), np.diag(unit)], [-stiffness / unit[:, None], -ratio * damping]])
+    matrix[n:, n:] *= unit / unit[:, None]  # of the speeds over `unit`
+    found = eigen(matrix)
+    right = np.linalg.inv(FREQUENCIES[:, None, None] * np.eye(2 * n) - matrix)
+    summed = (found.right / (FREQUENCIES[:, None] - found.values)[:, None, :]) @ found.left
+    size = np.sqrt(np.diagonal(np.abs(right).max(axis=0)))
+    assert (np.abs(summed - right) / size[:, None] / size).max() < 1e-10  # rounding, over three decades
+    assert found.one_sided

@@ -18,6 +18,7 @@ third.
 import numpy as np
 
 from cablestudy.system.connected import coupled_groups
+from cablestudy.system.solvents import eigen_by_solvents
 from cablestudy.system.tolerances import SYSTEM
 
 
@@ -105,8 +106,9 @@ def _eigen_of_coupled(matrices, omega):
     The frequencies of the modes differ by many powers of ten, and an eigen-solution has rounding of the size of its
     largest eigenvalue: so the inverse is taken, for W q, and W q' in s: entries no larger than they must be.
     """
-    if len(matrices) > 2 and np.iscomplexobj(matrices[0]) and (found := _eigen_by_solvents(matrices, omega)):
-        return found
+    if len(matrices) > 2 and np.iscomplexobj(matrices[0]) and (found := eigen_by_solvents(*matrices[:2])):
+        poles, amplitudes = found
+        return poles, np.concatenate([omega[:, None] * amplitudes, amplitudes * poles])
     n, unit = len(omega), np.outer(omega, omega)
     stiffness, *damping, _ = (matrix / unit for matrix in matrices)
     flexibility = np.linalg.inv(stiffness)
@@ -115,39 +117,6 @@ def _eigen_of_coupled(matrices, omega):
         inverse = np.block([[-flexibility @ damping[0], -flexibility / omega], [np.diag(1 / omega), np.zeros((n, n))]])
     inverse_poles, vectors = np.linalg.eig(inverse)
     return 1 / inverse_poles, vectors
-
-
-@np.errstate(divide="ignore", invalid="ignore")  # at critical damping both poles of a mode are equal
-def _eigen_by_solvents(matrices, omega):
-    """`eigen` with a complex stiffness and a damping matrix by two problems of half the size; None where that fails.
-
-    A solvent S of Q(x) = x^2 + x C + K has S^2 + C S + K = 0: its eigenvectors are shapes of Q, with the same x. One
-    has the poles of the upper half plane, another those of the lower. With the poles a_j of the uncoupled modes in one
-    half plane and b_j in the other, S is the limit from diag(a) on of
-
-        S_ij -> S_ij - (S^2 + C S + K)_ij/(a_j - b_i),
-
-    fast for weak damping, since all a are far from all b. It is Newton's method (Higham and Kim, Numerical analysis of
-    a quadratic matrix equation, IMA Journal of Numerical Analysis 20, 2000) with the diagonal alone of its Sylvester
-    equation.
-    """
-    stiffness, damping, _ = matrices
-    settled = SYSTEM.sum_rounding * SYSTEM.rounding
-    uncoupled, poles, vectors = _uncoupled_poles(np.stack([np.diagonal(matrix) for matrix in matrices])), [], []
-    uncoupled = np.take_along_axis(uncoupled, np.argsort(uncoupled.imag, axis=0), axis=0)  # lower half plane, upper one
-    for own, other in (uncoupled, uncoupled[::-1]):
-        solvent, distance = np.diag(own), own - other[:, None]
-        for _ in range(SYSTEM.solvent_steps):
-            change = ((solvent + damping) @ solvent + stiffness) / distance
-            solvent = solvent - change
-            if not settled < (size := np.abs(change / distance).max()) < 1:
-                break
-        if not size <= settled:
-            return None
-        inverse_poles, amplitudes = np.linalg.eig(np.linalg.inv(solvent))
-        poles.append(1 / inverse_poles)
-        vectors.append(np.concatenate([omega[:, None] * amplitudes, amplitudes / inverse_poles]))
-    return np.concatenate(poles), np.concatenate(vectors, axis=1)
 
 
 def shapes(vectors, omega):

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cablestudy.system.connected import all_joined, components, joined_states
+from cablestudy.system.solvents import eigen_by_solvents
 from cablestudy.system.tolerances import SYSTEM
 
 CIRCLE = np.exp(2j * np.pi * (np.arange(24) + 0.5) / 24)  # points of a contour around poles that coincide
@@ -76,9 +77,10 @@ def eigen_of_rows(a):
 
 def _eigen_of_groups(a):
     """`eigen_of_rows` of matrices whose states all depend on each other."""
-    half_size = _have_complex_stiffness_alone(a)
+    complex_stiffness, damped = _half_size_forms(a)
+    solvers = (complex_stiffness, _eigen_with_complex_stiffness), (damped, _eigen_of_weakly_damped)
     found = [None] * len(a)
-    for rows, solve in ((half_size, _eigen_with_complex_stiffness), (~half_size, _eigen_of_full)):
+    for rows, solve in (*solvers, (~(complex_stiffness | damped), _eigen_of_full)):
         if rows.any():
             for row, of_row in zip(np.flatnonzero(rows).tolist(), solve(a[rows]), strict=True):
                 found[row] = of_row
@@ -137,14 +139,16 @@ def _independent(right, left):
     return (shares.max(axis=-1, initial=0.0) <= SYSTEM.dependent_shares) & (largest <= SYSTEM.singular_inverse)
 
 
-def _have_complex_stiffness_alone(a):
-    """True where a matrix has the form of `_eigen_with_complex_stiffness`, shape (n,)."""
+def _half_size_forms(a):
+    """Where a complex matrix has the form [0 U; S D], U diagonal, D zero; and D not zero: two arrays of shape (n,)."""
     half = a.shape[-1] // 2
     if not np.iscomplexobj(a) or a.shape[-1] % 2:
-        return np.zeros(len(a), dtype=bool)
+        return np.zeros((2, len(a)), dtype=bool)
     unit = np.diagonal(a[:, :half, half:], axis1=-2, axis2=-1)
-    nothing_else = ~(a[:, :half, :half].any(axis=(-2, -1)) | a[:, half:, half:].any(axis=(-2, -1)))
-    return nothing_else & unit.all(axis=-1) & (np.count_nonzero(a[:, :half, half:], axis=(-2, -1)) <= half)
+    of_form = unit.all(axis=-1) & (np.count_nonzero(a[:, :half, half:], axis=(-2, -1)) <= half)
+    of_form &= ~a[:, :half, :half].any(axis=(-2, -1))
+    damped = a[:, half:, half:].any(axis=(-2, -1))
+    return of_form & ~damped, of_form & damped
 
 
 def _eigen_with_complex_stiffness(a):
@@ -166,6 +170,26 @@ def _eigen_with_complex_stiffness(a):
     right, left = np.block([[right, right], [speeds, -speeds]]), np.block([[left, by_speeds], [left, -by_speeds]]) / 2
     found = zip(independent.tolist(), np.concatenate([poles, -poles], axis=1), right, left, strict=True)
     return [Eigen(*of_row, one_sided=True) if usable else None for usable, *of_row in found]
+
+
+def _eigen_of_weakly_damped(a):
+    """`eigen_of_rows` of weakly damped systems with a complex stiffness: A = [0 U; S D], U diagonal, S complex.
+
+    The displacements p of a pole l solve l^2 p - l U D U^-1 p - U S p = 0 (`eigen_by_solvents`). None where damping is
+    not weak, or eigenvectors are nearly dependent.
+    """
+    half, result = a.shape[-1] // 2, []
+    unit = np.diagonal(a[:, :half, half:], axis1=-2, axis2=-1)
+    stiffness, damping = -unit[:, :, None] * a[:, half:, :half], -unit[:, :, None] * a[:, half:, half:] / unit[:, None]
+    for of_row in zip(unit, stiffness, damping, strict=True):
+        result.append(None)
+        if found := eigen_by_solvents(*of_row[1:]):
+            poles, shapes = found
+            right = np.concatenate([shapes, shapes * poles / of_row[0][:, None]])
+            left = _inverse(right[None])[0]
+            if _independent(right[None], left[None])[0]:
+                result[-1] = Eigen(poles, right, left, one_sided=True)
+    return result
 
 
 def _separating_change(a, poles, right):
