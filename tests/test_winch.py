@@ -98,14 +98,20 @@ def test_the_notch_at_the_coupled_frequency_bears_more_on_the_thick_cable():
 # damped strain: hardly any of it reaches a mode across the axis
 
 
+@cache
+def paper_bars():
+    """Static stiffness of end 2 of the paper's 40 bars along x, and their matrices K, M and that of their strain."""
+    chain = bars.solve_spatial((PAPER_CHORD, 0, 0), PAPER_LENGTH, EA, MASS * G, 40)
+    matrices = bars.matrices(chain, PAPER_LENGTH, EA, MASS)
+    return chain.end_stiffness[0, 0], *matrices, bars.elastic_matrix(chain, PAPER_LENGTH, EA)
+
+
 def dense_pole(gain, law, amount, number, viscous=0.0):
     """Pole of the paper's 40 bars as dense textbook matrices with gondola and loop, that of mode `number` across."""
-    chain = bars.solve_spatial((PAPER_CHORD, 0, 0), PAPER_LENGTH, EA, MASS * G, 40)
-    K, M = bars.matrices(chain, PAPER_LENGTH, EA, MASS)
-    elastic = bars.elastic_matrix(chain, PAPER_LENGTH, EA)
+    end_stiffness, K, M, elastic = paper_bars()
     free = np.array([3 * node + axis for node in range(1, 40) for axis in (0, 2)] + [120])
     mass = M[free] + 50.0 * (free == 120)
-    w1, w2 = np.sqrt(chain.end_stiffness[0, 0] / 50.0), 2 * np.pi * 10
+    w1, w2 = np.sqrt(end_stiffness / 50.0), 2 * np.pi * 10
 
     def matrix(s):
         stiff = K + (s if law == "kelvin_voigt" else 1j) * amount * elastic
