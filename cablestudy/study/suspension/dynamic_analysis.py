@@ -452,7 +452,9 @@ class DynamicAnalysis:
         modes = len(response.closed_loop.modes)
         fewest = modes == self._model_sizes[0] < self._computed_modes(modes)
         least = STUDY.resolved_by_fewest if fewest else STUDY.resolved
-        error = max(error, min(STUDY.one_model_safety * error, accuracy), least * accuracy)
+        # of what a telescope sees, which hangs on high modes, the highest ones say less if they do not suffice
+        highest = np.inf if variance not in OWN and error > accuracy else accuracy
+        error = max(error, min(STUDY.one_model_safety * error, highest), least * accuracy)
         return np.sqrt(total), error if self._error_known else np.nan
 
     def _variance_of(self, names, variance, open_loop):
