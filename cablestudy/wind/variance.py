@@ -273,7 +273,7 @@ def _spectral_integrals(inputs, panels, noise, weights, resolvents):
             matrices = noise.matrices[..., row_group, column_group]
             weighted = weights[..., :, None, :] * function[..., None, :, :]
             by_weight = np.swapaxes(weighted.reshape(*leading, -1, points), -1, -2)
-            integrals = (real_resolvents @ by_weight).reshape(*leading, 2, poles, count, -1)
+            integrals = (real_resolvents @ by_weight).reshape(*leading, 2, poles, count, function.shape[-2])
             by_pole[..., column_group] += _times_matrices(inputs[..., row_group], matrices, integrals)
             of_spectra = (weighted @ panels.weights[..., None, :, None])[..., 0]
             of_spectra = of_spectra @ matrices.reshape(*leading, matrices.shape[-3], -1)
