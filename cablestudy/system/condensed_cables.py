@@ -81,7 +81,7 @@ class CondensedCables:
         return CondensedCables(**{name: None if array is None else array[chosen] for name, array in arrays.items()})
 
     def with_further(self, matrices):
-        """The same with further damping of each cable: a dict of ndarray, shape (n + 6, n + 6), by its index."""
+        """Copy with further damping of each cable: a dict of ndarray, shape (n + 6, n + 6), by its index."""
         size = self.omega.shape[-1] + 6
         further = [matrices.get(cable, np.zeros((size, size))) for cable in self.cables.tolist()]
         return replace(self, further=np.stack(further) + (0.0 if self.further is None else self.further))
