@@ -262,9 +262,9 @@ class Models:
         return taken
 
     def with_all_motion(self, most_displacements, coarser=0):
-        """`Models` of the same cables with all motion of their meshes: this one if it has all modes, or one on others.
+        """`Models` of the same cables with all motion of their meshes, without modes: they serve for `condensed` alone.
 
-        The latter are without modes, for cables without modal damping, and serve for `condensed` alone.
+        For cables without modal damping.
 
         Parameters
         ----------
@@ -273,8 +273,6 @@ class Models:
         coarser : int
             Amount by which the order of the elements of each mesh is lowered, to estimate errors; at least 1 is left.
         """
-        if not coarser and self.complete:
-            return self
         key = most_displacements, coarser
         if key not in self._on_other_meshes:
             other = {mesh: mesh and _with_at_most(mesh, most_displacements, coarser) for mesh in set(self.meshes)}
@@ -319,7 +317,12 @@ class Models:
     @property
     def complete(self):
         """True if all modes of all cables are computed."""
-        return not any(mesh is not None and self._large(mesh) for mesh in self.meshes)
+        return not self.large.any()
+
+    @cached_property
+    def large(self):
+        """True for cables not all of whose modes are computed, shape (c,)."""
+        return np.array([mesh is not None and self._large(mesh) for mesh in self.meshes], dtype=bool)
 
     def _large(self, mesh):
         """True if a cable has more modes than are computed, and more than cost little."""

@@ -219,9 +219,22 @@ class RowModel:
         return layout.take(self.row) if layout.shape else layout
 
     @property
+    def laws(self):
+        """Law of damping of each of its cables, and whether viscous damping is added: tuple."""
+        cables = self.trial.coordinates.models.cables
+        count = cables.count // self.trial.rows
+        damping = cables.damping[count * self.row : count * (self.row + 1)]
+        return tuple((law.model, law.viscous > 0) for law in damping)
+
+    @property
     def modal(self):
         """True if some cable has modal damping."""
         return bool(self.trial.coordinates.models.cables.modal.reshape(self.trial.rows, -1)[self.row].any())
+
+    @property
+    def complete(self):
+        """True if all modes of its cables are computed."""
+        return not self.trial.coordinates.models.large.reshape(self.trial.rows, -1)[self.row].any()
 
     @cached_property
     def coordinates(self):

@@ -188,14 +188,15 @@ def damping_ratios(attempts, accuracies):
     """
     found, pending = [None] * len(attempts), list(range(len(attempts)))
     while pending:
-        together = {}  # rows of one trial, in whose cables all have air or none has
+        together = {}  # rows of one trial that are solved alike, whatever the others are
         for row in pending:
             attempt = outcome_of(partial(_next_damped, attempts[row]))
             if isinstance(attempt, Exception):
                 found[row] = attempt
             elif attempt is not None:
                 mode, airflow = attempt
-                key = id(mode.damped[0].solution.model.trial), airflow is not None and airflow.damps_cables
+                model, cables_in_air = mode.damped[0].solution.model, airflow is not None and airflow.damps_cables
+                key = id(model.trial), model.complete, model.laws, cables_in_air
                 together.setdefault(key, []).append((row, mode, airflow))
         pending = []
         for members in together.values():
@@ -242,7 +243,8 @@ def _damping_ratios(modes, airflows):
     """`DampingRatio` of each of some `BodyMode` of one `Trial`, or the reason why there is none: list."""
     search, exact = _PoleSearch(modes, airflows), modes[0].exact
     models = search.trial.coordinates.models
-    fine = models if exact else models.with_all_motion(STUDY.damped_pole_freedoms)
+    all_modes = exact or modes[0].damped[0].solution.model.complete
+    fine = models if all_modes else models.with_all_motion(STUDY.damped_pole_freedoms)
     poles, near = search.poles(fine)
     ratio, finest = _ratios(poles), search.any_cable(_differ(models.meshes, fine.meshes))
     estimated = (ratio > 0) & (ratio < 1) & (not exact)
