@@ -12,12 +12,12 @@ from test_suspension_modes import one_cable
 from cablestudy.cable.damping import Damping
 from cablestudy.control import export, statespace
 from cablestudy.control.one_cable import state_space as state_space_of_one_cable
-from cablestudy.control.suspension import FROM, TO, Marker, Winch, outward, second_order
+from cablestudy.control.suspension import FROM, TO, Marker, Winch, second_order
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.case import Case
 from cablestudy.system.cables import UNDAMPED, Cables, FixedModel, Models, fixed_meshes
 from cablestudy.system.coupled import Layout
-from cablestudy.system.suspension import GROUND
+from cablestudy.system.suspension import GROUND, outward
 
 EIGHT = FixedModel(8)
 WINCHES = (Winch(0), Winch(5), Winch(6, TO))

@@ -16,7 +16,7 @@ from test_suspension_ssm import MARKERS, WINCHES, by_bars, model
 
 from cablestudy.cable.damping import Damping
 from cablestudy.control.statespace import state_space_of
-from cablestudy.control.suspension import outward, second_order
+from cablestudy.control.suspension import second_order
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import plots
@@ -26,6 +26,7 @@ from cablestudy.study.suspension.ssm import with_node_forces
 from cablestudy.system.cables import Cables, FixedModel, Models, fixed_meshes
 from cablestudy.system.coupled import Layout
 from cablestudy.system.linear import LinearSystem
+from cablestudy.system.suspension import outward
 
 BALLOON = str(CONFIGS / "suspensions" / "carlina-balloon.yaml")
 NET = str(CONFIGS / "suspensions" / "carlina-net.yaml")

@@ -16,13 +16,14 @@ from test_suspension_ssm_command import read, response
 
 from cablestudy.cable.damping import Damping
 from cablestudy.control.loop import Loop, allocate, moved_by_winches
-from cablestudy.control.motion import Actuator, motion
+from cablestudy.control.motion import Actuator, motion_of_rows, with_actuators
 from cablestudy.control.notch import Notch
 from cablestudy.control.statespace import state_space_of
-from cablestudy.control.suspension import labels, outward, second_order
+from cablestudy.control.suspension import labels, second_order
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.ssm import StateSpaceOptions
 from cablestudy.study.suspension import ssm
+from cablestudy.system.suspension import outward
 
 VISCOUS = 0.02  # [kg/(m s)] of cables of 0.3 kg/m
 GAIN = 0.8  # [rad/s]
@@ -45,7 +46,8 @@ def whole_motion(state, actuators=()):
     whole = second_order(layout, kept, WINCHES, MARKERS)
     compliance, shapes = whole.strain_modes
     omega = 1 / np.sqrt(compliance)
-    return layout, motion(layout, whole, omega, shapes * omega, len(WINCHES), actuators)
+    reduced = motion_of_rows(whole.stack([whole]), omega[None], (shapes * omega)[None], len(WINCHES), 0.0)
+    return layout, with_actuators(layout, reduced.take(0), actuators)
 
 
 def built(state, closed, actuators=()):
