@@ -27,8 +27,8 @@ class TableColumns:
     ----------
     physical : list of Column
         All but those that describe the computation, such as its time.
-    in_wind, largest_gain : bool
-        True if any column is of the motion in the wind; needs the largest stable gain of the loop.
+    in_wind : bool
+        True if any column is of the motion in the wind.
     empty : dict
         Header of every column -> None.
     estimate, clock, run : bool
@@ -38,7 +38,6 @@ class TableColumns:
     def __init__(self, columns):
         self.physical = [column for column in columns if column.needs != "run"]
         self.in_wind = any(column.needs == "wind" for column in self.physical)
-        self.largest_gain = any(column.needs == "loop" and column.name != "gain" for column in self.physical)
         self.empty = {column.header: None for column in columns}
         names = {column.name for column in columns if column.needs == "run"}
         self.estimate, self.clock, self.run = "error_estimate" in names, "solve_time" in names, bool(names - {"status"})

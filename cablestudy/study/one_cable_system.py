@@ -17,7 +17,7 @@ from cablestudy.errors import outcome_of
 from cablestudy.scene.one_cable import CABLE, GONDOLA, as_suspension
 from cablestudy.study.motion_columns import GONDOLA_X, MIDSPAN
 from cablestudy.study.suspension.airflow import Airflow
-from cablestudy.study.suspension.dynamic_analysis import DynamicAnalysis, find_limits, solve_modes
+from cablestudy.study.suspension.dynamic_analysis import DynamicAnalysis, solve_modes
 from cablestudy.study.suspension.plant import drag_of
 from cablestudy.system.cables import Cables, FixedModel
 from cablestudy.system.suspension import GROUND, Equilibrium, SuspendedSystem
@@ -201,7 +201,7 @@ def _planes(case):
     return None if leaves_plane or case.scene.gondola is None else (IN_PLANE,)
 
 
-def prepare(cases, largest_gain=False):
+def prepare(cases):
     """Compute in advance the equilibrium and the first modes for loop and wind, of many cases together to save time.
 
     They are stored in the cases. A case with an error raises it only when it is asked for the result.
@@ -210,8 +210,6 @@ def prepare(cases, largest_gain=False):
     ----------
     cases : sequence of Case
         Cases of one batch, all with a gondola or all without.
-    largest_gain : bool
-        Whether the largest stable gain of each loop is needed too.
     """
     cases = [case for case in cases if case.index not in case.results.failures]
     if not cases:
@@ -224,8 +222,6 @@ def prepare(cases, largest_gain=False):
     solvable = [index for index, wind in enumerate(winds) if not isinstance(wind, Exception)]
     if solvable:
         solve_modes([winds[index] for index in solvable], equilibrium.take(np.array(solvable)))
-    if largest_gain:
-        find_limits([winds[index] for index in solvable if winds[index].scene.control is not None])
 
 
 def _first_wind(case):

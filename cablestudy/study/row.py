@@ -354,7 +354,7 @@ def _prepare_systems(answers, required):
     if not required.gondola:
         cases = [case for case in cases if not (case.exact_statics and _modal_gondola(case.scene))]
     with_gondola = [case for case in cases if case.scene.gondola is not None]
-    prepare(with_gondola, required.largest_gain)
+    prepare(with_gondola)
     prepare([case for case in cases if case.scene.gondola is None])
     if required.damped and with_gondola:
         from cablestudy.study.gondola import solve_damping_ratios

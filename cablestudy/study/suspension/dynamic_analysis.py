@@ -57,7 +57,8 @@ class DynamicAnalysis:
         self._shared, self._cables, self._modes = known, cables, {} if modes is None else modes
         self._accuracy = scene.model.accuracy or STUDY.fixed_model_accuracy
         self._midspans, self._fewest_modes, self._mean_drag = False, 0, mean_drag
-        self._together = [self]  # analyses of many rows whose numbers are computed in the same calls
+        # analyses of many rows whose numbers are computed in the same calls; whether that of the largest gain has begun
+        self._together, self._limits_begun = [self], False
 
     def closed_loop_of(self, count, responses=False, among=0):
         """`ClosedLoop`, stable or not, with a number of modes; cases that agree in all that it depends on share it.
@@ -320,6 +321,16 @@ class DynamicAnalysis:
         """
         return result_of(self._controlled_outcome)
 
+    @property
+    def _with_limits(self):
+        """`controlled` for its largest gain, whose search begins in one call for many rows; raises as `controlled`."""
+        waiting = [analysis for analysis in self._together if not analysis._limits_begun]
+        for analysis in waiting:
+            analysis._limits_begun = True
+        outcomes = [analysis._controlled_outcome for analysis in waiting if analysis.scene.control is not None]
+        find_first_limits([closed_loop for closed_loop in outcomes if isinstance(closed_loop, ClosedLoop)])
+        return self.controlled
+
     def check_stable(self):
         """Refuse an unstable loop: NoSolutionError; raises as `controlled` too."""
         self._check(self.controlled)
@@ -375,12 +386,12 @@ class DynamicAnalysis:
     @property
     def loop_error(self):
         """Estimated relative error of the largest gain by models; not a number for an exact choice of elements. [-]"""
-        return self.controlled.driven.errors[0]
+        return self._with_limits.driven.errors[0]
 
     @property
     def _limit_errors(self):
         """Estimated relative errors of the largest gain and of its frequency, by models and by the mean drag. [-]"""
-        driven = self.controlled.driven
+        driven = self._with_limits.driven
         return tuple(np.add(driven.errors, driven.drag_errors).tolist())
 
     @property
@@ -393,7 +404,7 @@ class DynamicAnalysis:
 
     def margin(self, name):
         """A number of `Margins` by its name, and its estimated relative error by the models of the cables."""
-        _ = self.controlled.driven  # margins need the largest gain, which then decides on stability too
+        _ = self._with_limits.driven  # margins need the largest gain, which then decides on stability too
         self.check_stable()
         margin, perturbed = getattr(self.controlled.margins, name), self.controlled.perturbed_margins
         if not perturbed:
@@ -404,21 +415,21 @@ class DynamicAnalysis:
     @property
     def gain(self):
         """Gain of the loop [rad/s], and its estimated relative error: 0 of one that the scene states."""
-        gain = self.controlled.loop.gain
         if isinstance(self.scene.control.gain, int | float):
-            return gain, 0.0
+            return self.controlled.loop.gain, 0.0
+        gain = self._with_limits.loop.gain
         return gain, max(self._limit_errors[0], self.margin("sensitivity_peak")[1])
 
     @property
     def largest_gain(self):
         """Gain below which the loop is stable [rad/s], None where there is none; and its estimated relative error."""
-        return self.controlled.largest_gain, self._limit_errors[0]
+        return self._with_limits.largest_gain, self._limit_errors[0]
 
     @property
     def gain_margin(self):
         """Largest over stated gain [dB], None where there is no limit; and its estimated relative error."""
         gain = self.controlled.loop.gain
-        limit = self.controlled.largest_gain if gain else None
+        limit = self._with_limits.largest_gain if gain else None
         if not limit:
             return None, self._limit_errors[0] if gain else 0.0
         margin, error = float(20 * np.log10(limit / gain)), self._limit_errors[0]
@@ -428,7 +439,7 @@ class DynamicAnalysis:
     def phase_crossover(self):
         """Frequency of the pole that the largest gain puts on the axis [Hz], None without limit; its relative error."""
         gain = self.controlled.loop.gain
-        limit = self.controlled.limit if gain else None
+        limit = self._with_limits.limit if gain else None
         if limit is None:
             return None, self._limit_errors[0] if gain else 0.0
         return limit.omega / (2 * np.pi), self._limit_errors[1]
@@ -672,17 +683,3 @@ def solve_modes(analyses, equilibrium):
             # the modes with damping, or the error that says why there are none
             result = modes if isinstance(modes, Exception) else outcome_of(lambda modes=modes: modes.damped)
             analysis._modes[count] = result
-
-
-def find_limits(analyses):
-    """Compute in advance what the search for the largest stable gain of each analysis begins with, all together.
-
-    An analysis without such a loop raises its error when it is asked for its numbers.
-
-    Parameters
-    ----------
-    analyses : sequence of DynamicAnalysis
-        With control.
-    """
-    outcomes = [analysis._controlled_outcome for analysis in analyses]
-    find_first_limits([closed_loop for closed_loop in outcomes if isinstance(closed_loop, ClosedLoop)])

@@ -7,7 +7,7 @@ import numpy as np
 from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of
 from cablestudy.study.scene_values import places_of
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.study.suspension.dynamic_analysis import find_limits, solve_modes
+from cablestudy.study.suspension.dynamic_analysis import solve_modes
 from cablestudy.study.suspension.group import Group
 from cablestudy.study.suspension.numbers import distinct_connections, kind_of_case, loads_of, topology_of
 
@@ -62,7 +62,7 @@ def _connections(scene):
     return (*topology_of(scene).values(), *load_counts, *[places_of(loads) for loads in loads_of(scene, False)])
 
 
-def prepare(cases, largest_gain):
+def prepare(cases):
     """Compute the coupled modes with which the analyses of loop and wind begin (`solve_modes`), of many cases together.
 
     A case without an equilibrium, or without such modes, raises its error when it is asked for its numbers.
@@ -70,8 +70,6 @@ def prepare(cases, largest_gain):
     Parameters
     ----------
     cases : sequence of SuspensionCase
-    largest_gain : bool
-        Whether the largest stable gain of each loop is needed too.
     """
     groups = {}
     for case in cases:
@@ -80,8 +78,6 @@ def prepare(cases, largest_gain):
     for group, members in groups.values():
         indices, winds = (list(values) for values in zip(*members, strict=True))
         solve_modes(winds, group.in_mean_wind[0].take(np.array(indices)))
-        if largest_gain:
-            find_limits([wind for wind in winds if wind.scene.control is not None])
 
 
 def _solved_groups(scenes):

@@ -69,7 +69,7 @@ def evaluate_suspensions(scenes, columns, estimate=False):
         for block in batched(cases, block_size):  # models of cables computed together
             start = time.perf_counter()
             if required.in_motion:
-                prepare(block, required.largest_gain)
+                prepare(block)
             unfinished = [UnfinishedRow(case) for case in block]
             compute_together(unfinished, required.computed, value)
             for row in unfinished:
