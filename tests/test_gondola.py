@@ -13,7 +13,7 @@ from cablestudy.study import gondola
 from cablestudy.study.case import Case
 from cablestudy.study.columns import find
 from cablestudy.study.notes import gondola_notes
-from cablestudy.study.row import evaluate
+from cablestudy.study.row import evaluate, evaluate_cases
 from cablestudy.study.suspension.body_mode import largest_share
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.cables import Models
@@ -136,3 +136,15 @@ def test_a_mesh_with_all_the_unknowns_there_may_be_is_not_tried_again(monkeypatc
     assert row.cells["gondola_damping_ratio"] is None
     assert row.cells["status"].startswith("gondola_damping_ratio: estimated error ")
     assert row.cells["status"].endswith("of which no mesh has more than 24")
+
+
+def test_a_damping_ratio_does_not_depend_on_the_size_of_the_mesh_of_another_row(monkeypatch):
+    """Of three rows one has more modes than are computed: all motion of its mesh takes their place, in it alone."""
+    sets = "model={accuracy: 1e-6}", "cable.damping={model: hysteretic, loss_factor: 0.02}"
+    scenes = [scene(*sets, f"gondola.mass={mass}") for mass in (50, 60, 70)]
+    columns = [find("gondola_damping_ratio")]
+    alone = [evaluate(one, columns).cells for one in scenes]
+    monkeypatch.setattr(Models, "large", np.array([False, True, False]))
+    together = [row.cells for row in evaluate_cases(scenes, columns)]
+    assert together[::2] == alone[::2]
+    assert together[1]["gondola_damping_ratio"] == pytest.approx(alone[1]["gondola_damping_ratio"], rel=1e-9)
