@@ -1,5 +1,6 @@
 """The coupled mode of a body along a coordinate: the mode with the largest share in the static compliance there."""
 
+from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property, partial
 
@@ -188,7 +189,8 @@ def damping_ratios(attempts, accuracies):
     """
     found, pending = [None] * len(attempts), list(range(len(attempts)))
     while pending:
-        together = {}  # rows of one trial that are solved alike, whatever the others are
+        together = {}  # rows of one trial that are solved alike, whatever the others are, and each once
+        uses = Counter()  # of each row of a trial: cases that hang alike share it
         for row in pending:
             attempt = outcome_of(partial(_next_damped, attempts[row]))
             if isinstance(attempt, Exception):
@@ -196,10 +198,13 @@ def damping_ratios(attempts, accuracies):
             elif attempt is not None:
                 mode, airflow = attempt
                 model, cables_in_air = mode.damped[0].solution.model, airflow is not None and airflow.damps_cables
-                key = id(model.trial), model.complete, model.laws, cables_in_air
+                use = id(model.trial), model.row
+                key = id(model.trial), uses[use], model.complete, model.laws, cables_in_air
+                uses[use] += 1
                 together.setdefault(key, []).append((row, mode, airflow))
         pending = []
         for members in together.values():
+            members.sort(key=lambda member: member[1].damped[0].solution.model.row)
             rows, modes, airflows = zip(*members, strict=True)
             for row, ratio in zip(rows, _damping_ratios(modes, airflows), strict=True):
                 found[row] = ratio
@@ -283,7 +288,7 @@ class _PoleSearch:
     Parameters
     ----------
     modes : list of BodyMode
-        Whose modes for damping are of this trial.
+        Whose modes for damping are of different rows of this trial, in ascending order.
     airflows : list of (Airflow or None)
         Whose aerodynamic damping is added.
     """
@@ -293,7 +298,7 @@ class _PoleSearch:
         self._airflows, self.trial = airflows, self._modes[0].solution.model.trial
         self._rows = np.array([modes.solution.model.row for modes in self._modes])
         layout, every = self.trial.layout, len(self._rows) == self.trial.rows
-        self._layout = layout if every and (np.diff(self._rows) > 0).all() else layout.take(self._rows)
+        self._layout = layout if every else layout.take(self._rows)
         self._cable_count = self.trial.coordinates.models.cables.count // self.trial.rows
         self._cables = (self._cable_count * self._rows[:, None] + np.arange(self._cable_count)).ravel()
         pairs = list(zip(self._modes, self._numbers, strict=True))
