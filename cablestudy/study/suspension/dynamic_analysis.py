@@ -1,12 +1,10 @@
 """A suspension in the wind and under control, with as many modes as the accuracy of its results needs."""
 
-import itertools
 from dataclasses import replace
 from functools import cached_property, partial
 
 import numpy as np
 
-from cablestudy.activity import doing
 from cablestudy.cable.damping import any_grows_with_modes
 from cablestudy.cable.steady_drag import concatenate
 from cablestudy.control.law import law_from
@@ -16,8 +14,9 @@ from cablestudy.study.column import relative
 from cablestudy.study.notes import unknown_rms_error
 from cablestudy.study.suspension.closed_loop import ClosedLoop, find_first_limits
 from cablestudy.study.suspension.gust_response import GustResponse
-from cablestudy.study.suspension.plant import Plant, solve_motions, solve_stiffness
-from cablestudy.study.suspension.turbulence import OWN, solve_state_spaces, solve_variances
+from cablestudy.study.suspension.model_search import closed_loops_of, search_models, stable_without_loop
+from cablestudy.study.suspension.plant import Plant
+from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.coupled_modes import coupled_modes, coupled_modes_of_cases, shaping_modes
 from cablestudy.wind.peak import peak_factor
@@ -147,13 +146,13 @@ class DynamicAnalysis:
         return self._modes_of(self._computed_modes(max(count, self._model_sizes[0])))
 
     @cached_property
-    def _sizes_to_try(self):
+    def sizes_to_try(self):
         """Numbers of modes of the models that are tried, from the fewest on with which notch frequencies are known.
 
         Fewer than the usual ones only where they have nearly all of the compliance of the bodies.
         """
         for count in (*self._model_sizes, *(STUDY.more_modes if self._model is None else ())):
-            closed_loop = self._closed_loop_with(count)
+            closed_loop = self.closed_loop_with(count)
             enough = count >= self._usual_counts[0] or closed_loop.plant.lacked_compliance < STUDY.lacked_compliance
             if (enough and closed_loop.body.notch_frequencies_known) or len(closed_loop.modes) < count:
                 break
@@ -184,7 +183,7 @@ class DynamicAnalysis:
             return (STUDY.element_modes,)
         return STUDY.plane_model_modes if self._cables is not None and self._cables.planes else STUDY.model_modes
 
-    def _closed_loop_with(self, count):
+    def closed_loop_with(self, count):
         """`closed_loop_of` a number of modes that is tried; in small models those left out have more responses."""
         responses = count < self._usual_counts[0] or self._models_compared
         return self.closed_loop_of(count, responses, self._computed_modes(count))
@@ -197,10 +196,12 @@ class DynamicAnalysis:
     @cached_property
     def _search_outcome(self):
         """`ClosedLoop` and response to the wind, or the error that says why there are none: computed once for a row."""
-        _search_models([analysis for analysis in self._together if "_search_outcome" not in analysis.__dict__])
-        return self.__dict__["_search_outcome"]
+        found = search_models([analysis for analysis in self._together if "_search_outcome" not in analysis.__dict__])
+        for analysis, outcome in found.items():
+            analysis._search_outcome = outcome
+        return found[self]
 
-    def _response_of(self, closed_loop, before):
+    def response_with(self, closed_loop, before):
         """`GustResponse` of a stable `ClosedLoop`, None without wind; `before` is that of the model tried before."""
         self._check(closed_loop)
         if self.airflow is None:
@@ -209,14 +210,14 @@ class DynamicAnalysis:
         compared = self._models_compared and len(closed_loop.modes) > self._computed_modes(0)
         return GustResponse(closed_loop, self.scene, before if compared else None)
 
-    def _with_critical_modes(self, closed_loop, response):
+    def with_critical_modes(self, closed_loop, response):
         """`ClosedLoop`, see `with_critical_modes` there, and its `GustResponse` or None."""
         if closed_loop.loop is not None and closed_loop.with_critical_modes is not closed_loop:
             closed_loop = closed_loop.with_critical_modes
             response = response and GustResponse(closed_loop, self.scene)
         return closed_loop, response
 
-    def _modes_suffice(self, response):
+    def modes_suffice(self, response):
         """True if the RMS of bodies in a `GustResponse` are accurate, by the modes left out and by quadrature."""
         accuracy, by_quadrature = self._accuracy, response.integration_error / 2
         allowed = STUDY.element_modes_change if self._model else max(accuracy - by_quadrature, accuracy / 2)
@@ -226,7 +227,7 @@ class DynamicAnalysis:
         """Refuse an unstable `ClosedLoop`: NoSolutionError that names the growing motion."""
         closed_loop.check_open()
         if not closed_loop.stable:
-            self._closed_loop_with(self._usual_counts[0]).check_stable()
+            self.closed_loop_with(self._usual_counts[0]).check_stable()
             closed_loop.check_stable()
 
     @property
@@ -303,10 +304,13 @@ class DynamicAnalysis:
     def _controlled_outcome(self):
         """`controlled`, or the error that says why there is none: computed once for a row."""
         waiting = [analysis for analysis in self._together if "_controlled_outcome" not in analysis.__dict__]
-        closed_loops = _closed_loops({analysis: outcome_of(lambda a=analysis: a._sizes_to_try) for analysis in waiting})
-        for analysis, closed_loop in closed_loops.items():
-            analysis.__dict__["_controlled_outcome"] = outcome_of(partial(_stable_without_loop, closed_loop))
-        return self.__dict__["_controlled_outcome"]
+        closed_loops = closed_loops_of(
+            {analysis: outcome_of(lambda a=analysis: a.sizes_to_try) for analysis in waiting}
+        )
+        outcomes = {analysis: outcome_of(partial(stable_without_loop, one)) for analysis, one in closed_loops.items()}
+        for analysis, outcome in outcomes.items():
+            analysis._controlled_outcome = outcome
+        return outcomes[self]
 
     @property
     def controlled(self):
@@ -346,9 +350,9 @@ class DynamicAnalysis:
         waiting = [one for one in self._together if one.scene.control and "_without_control" not in one.__dict__]
         others = [one._with_scene(control=None) for one in waiting]
         for analysis, other in zip(waiting, others, strict=True):
-            other._model_sizes, counts = analysis._model_sizes, outcome_of(lambda a=analysis: a._sizes_to_try)
+            other._model_sizes, counts = analysis._model_sizes, outcome_of(lambda a=analysis: a.sizes_to_try)
             if not isinstance(counts, Exception):  # a loop that cannot be had has none
-                other._sizes_to_try = counts
+                other.sizes_to_try = counts
             other._together = others
             analysis.__dict__["_without_control"] = other
         return self.__dict__["_without_control"]
@@ -577,79 +581,6 @@ class DynamicAnalysis:
         """Tension at both ends of a cable in the mean wind, shape (2,). [N]"""
         cable = self._equilibrium.suspension.cable_names.index(name)
         return np.linalg.norm(self._equilibrium.end_forces[cable], axis=-1)
-
-
-def _search_models(analyses):
-    """Find for each analysis a `ClosedLoop` with as many modes as needed, and its `GustResponse`, or None without wind.
-
-    They, or the errors that say why there are none, are kept in each analysis. Of all rows that need more modes the
-    next models are solved together.
-    """
-    sizes = {analysis: outcome_of(lambda a=analysis: a._sizes_to_try) for analysis in analyses}
-    outcomes, pending, responses = dict(sizes), dict(sizes), dict.fromkeys(analyses)
-    for trial in itertools.count():
-        outcomes |= _closed_loops(pending, trial)
-        closed_loops = {analysis: outcomes[analysis] for analysis in pending}
-        closed_loops = {analysis: one for analysis, one in closed_loops.items() if not isinstance(one, Exception)}
-        solve_state_spaces(_without_doubt(closed_loops.values()))
-        for analysis, closed_loop in closed_loops.items():
-            outcomes[analysis] = outcome_of(partial(analysis._response_of, closed_loop, responses[analysis]))
-        responses = {analysis: outcomes[analysis] for analysis in closed_loops}
-        responses = {analysis: one for analysis, one in responses.items() if not isinstance(one, Exception)}
-        in_wind = [response for response in responses.values() if response is not None]
-        solve_stiffness([response.closed_loop.plant for response in in_wind])
-        solve_variances([response.turbulence for response in in_wind])
-        pending = {}
-        for analysis, response in responses.items():
-            closed_loop = closed_loops[analysis]
-            last = trial + 1 == len(sizes[analysis]) or len(closed_loop.modes) < sizes[analysis][trial]
-            if response is None or last or analysis._modes_suffice(response):
-                outcomes[analysis] = outcome_of(partial(analysis._with_critical_modes, closed_loop, response))
-            else:
-                pending[analysis] = sizes[analysis]
-        if not pending:
-            break
-    for analysis, outcome in outcomes.items():
-        analysis.__dict__["_search_outcome"] = outcome
-
-
-def _closed_loops(sizes, trial=0):
-    """`ClosedLoop` of each analysis with as many modes as it tries first, second ..., or the error that it has none.
-
-    The motions of all are computed together.
-
-    Parameters
-    ----------
-    sizes : dict
-        Analysis -> `DynamicAnalysis._sizes_to_try`, or the error that says why there are none.
-    trial : int
-        From 0.
-    """
-    found = {}
-    for analysis, of_analysis in sizes.items():
-        found[analysis] = of_analysis
-        if not isinstance(of_analysis, Exception):
-            doing(f"motion with {of_analysis[trial]} modes")
-            found[analysis] = outcome_of(partial(analysis._closed_loop_with, of_analysis[trial]))
-    plants = [closed_loop.plant for closed_loop in found.values() if not isinstance(closed_loop, Exception)]
-    solve_motions([plant for plant in plants if not plant.refused])
-    return found
-
-
-def _stable_without_loop(closed_loop):
-    """A `ClosedLoop`, or why there is none, which is stable with the winches at rest; raises as `controlled`."""
-    result_of(closed_loop).check_open()
-    return closed_loop
-
-
-def _without_doubt(closed_loops):
-    """`Turbulence` of each `ClosedLoop` with a loop whose gain is stated and whose law has no delay: list."""
-    found = []
-    for closed_loop in closed_loops:
-        if closed_loop.gain_is_stated:
-            outcome = outcome_of(lambda closed_loop=closed_loop: closed_loop.turbulence)
-            found += [] if isinstance(outcome, Exception) else [outcome]
-    return found
 
 
 def solve_modes(analyses, equilibrium):

@@ -1,0 +1,89 @@
+"""Search of models with as many modes as the numbers of many rows need, each step for all rows together."""
+
+import itertools
+from functools import partial
+
+from cablestudy.activity import doing
+from cablestudy.errors import outcome_of, result_of
+from cablestudy.study.suspension.plant import solve_motions, solve_stiffness
+from cablestudy.study.suspension.turbulence import solve_state_spaces, solve_variances
+
+
+def search_models(analyses):
+    """Find for each analysis a `ClosedLoop` with as many modes as needed, and its `GustResponse`, or None without wind.
+
+    Of all rows that need more modes the next models are solved together.
+
+    Parameters
+    ----------
+    analyses : list of DynamicAnalysis
+
+    Returns
+    -------
+    dict
+        Analysis -> tuple of both, or the error that says why there are none.
+    """
+    sizes = {analysis: outcome_of(lambda a=analysis: a.sizes_to_try) for analysis in analyses}
+    outcomes, pending, responses = dict(sizes), dict(sizes), dict.fromkeys(analyses)
+    for trial in itertools.count():
+        outcomes |= closed_loops_of(pending, trial)
+        closed_loops = {analysis: outcomes[analysis] for analysis in pending}
+        closed_loops = {analysis: one for analysis, one in closed_loops.items() if not isinstance(one, Exception)}
+        solve_state_spaces(_without_doubt(closed_loops.values()))
+        for analysis, closed_loop in closed_loops.items():
+            outcomes[analysis] = outcome_of(partial(analysis.response_with, closed_loop, responses[analysis]))
+        responses = {analysis: outcomes[analysis] for analysis in closed_loops}
+        responses = {analysis: one for analysis, one in responses.items() if not isinstance(one, Exception)}
+        in_wind = [response for response in responses.values() if response is not None]
+        solve_stiffness([response.closed_loop.plant for response in in_wind])
+        solve_variances([response.turbulence for response in in_wind])
+        pending = {}
+        for analysis, response in responses.items():
+            closed_loop = closed_loops[analysis]
+            last = trial + 1 == len(sizes[analysis]) or len(closed_loop.modes) < sizes[analysis][trial]
+            if response is None or last or analysis.modes_suffice(response):
+                outcomes[analysis] = outcome_of(partial(analysis.with_critical_modes, closed_loop, response))
+            else:
+                pending[analysis] = sizes[analysis]
+        if not pending:
+            break
+    return outcomes
+
+
+def closed_loops_of(sizes, trial=0):
+    """`ClosedLoop` of each analysis with as many modes as it tries first, second ..., or the error that it has none.
+
+    The motions of all are computed together.
+
+    Parameters
+    ----------
+    sizes : dict
+        Analysis -> `DynamicAnalysis.sizes_to_try`, or the error that says why there are none.
+    trial : int
+        From 0.
+    """
+    found = {}
+    for analysis, of_analysis in sizes.items():
+        found[analysis] = of_analysis
+        if not isinstance(of_analysis, Exception):
+            doing(f"motion with {of_analysis[trial]} modes")
+            found[analysis] = outcome_of(partial(analysis.closed_loop_with, of_analysis[trial]))
+    plants = [closed_loop.plant for closed_loop in found.values() if not isinstance(closed_loop, Exception)]
+    solve_motions([plant for plant in plants if not plant.refused])
+    return found
+
+
+def stable_without_loop(closed_loop):
+    """A `ClosedLoop`, or why there is none, which is stable with the winches at rest; raises as `controlled`."""
+    result_of(closed_loop).check_open()
+    return closed_loop
+
+
+def _without_doubt(closed_loops):
+    """`Turbulence` of each `ClosedLoop` with a loop whose gain is stated and whose law has no delay: list."""
+    found = []
+    for closed_loop in closed_loops:
+        if closed_loop.gain_is_stated:
+            outcome = outcome_of(lambda closed_loop=closed_loop: closed_loop.turbulence)
+            found += [] if isinstance(outcome, Exception) else [outcome]
+    return found
