@@ -110,7 +110,7 @@ def energies(layout, moved, displacements, damping):
     of_cables = np.zeros((3, len(displacements) * count), dtype=complex)
     for cables, motion in moved:
         of_cables[:, cables.cables] = np.stack(cables.products(motion.conj(), motion))[..., 0, 0]
-    inertia, viscous, hysteretic = of_cables.reshape(3, -1, count).sum(axis=-1)
+    inertia, viscous, hysteretic = of_cables.reshape(3, len(displacements), count).sum(axis=-1)
     inertia = inertia + _quadratic(layout.body_matrices[1], displacements)
     return inertia, viscous + (_quadratic(damping, displacements) if np.ndim(damping) else 0.0), hysteretic
 
