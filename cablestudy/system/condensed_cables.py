@@ -17,6 +17,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
+from cablestudy.system.matrices import solved
 from cablestudy.system.tolerances import SYSTEM
 
 
@@ -190,14 +191,3 @@ def _dense_solution(diagonal, damped, dense, right):
 def _product(real, values):
     """Product of real matrices, shape (g, m, n), with complex ones, shape (g, n, k)."""
     return (real @ np.ascontiguousarray(values).view(float)).view(complex)
-
-
-def solved(matrices, right):
-    """Solutions of stacked linear systems, shapes (g, n, n) and (g, n, k); not numbers where one is singular."""
-    try:
-        return np.linalg.solve(matrices, right)
-    except np.linalg.LinAlgError:
-        if len(matrices) == 1:
-            return np.full(right.shape, np.nan, dtype=complex)
-        pairs = zip(matrices[:, None], right[:, None], strict=True)
-        return np.concatenate([solved(*of_one) for of_one in pairs])

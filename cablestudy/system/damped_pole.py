@@ -15,7 +15,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from cablestudy.system.condensed_cables import solved
+from cablestudy.system.matrices import solved
 from cablestudy.system.tolerances import SYSTEM
 
 

@@ -16,7 +16,7 @@ def polynomial(coefficients, s):
 
 
 def solved(matrices, right):
-    """Solutions of linear systems, not a number where one is singular, shapes (m, n, n) and (m, n, 1)."""
+    """Solutions of linear systems, not a number where one is singular, shapes (m, n, n) and (m, n, k)."""
     try:
         return np.linalg.solve(matrices, right)
     except np.linalg.LinAlgError:
