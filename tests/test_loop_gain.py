@@ -197,8 +197,11 @@ def test_the_largest_gain_to_first_order_is_that_of_little_damped_modes(seed):
 @pytest.mark.parametrize("seed", campaign([18, 22, 79], [18]))
 def test_vectors_for_the_highest_modes_change_the_largest_gain_and_the_margins_by_less_than_stated(seed, monkeypatch):
     """One cable with damped strain, to 1e-4: with six vectors at most for modes far above, and with
-    all modes in one eigenvalue problem."""
-    scene = CableScene.model_validate(random_scene(seed, model={"accuracy": 1e-4}))
+    all modes in one eigenvalue problem. No steady wind, whose drag has an error of its own."""
+    data = random_scene(seed, model={"accuracy": 1e-4})
+    for case in data.get("cases", {}).values():
+        case.pop("wind", None)
+    scene = CableScene.model_validate(data)
     names, winds = ("sensitivity_peak", "phase_margin", "disk_margin"), []
     for all_from, many in ((STUDY.all_modes_from, SYSTEM.windows_from), (1.0, 10_000)):
         monkeypatch.setattr(type(STUDY), "all_modes_from", all_from)

@@ -105,6 +105,7 @@ def compute(chunk):
         This process has other versions of the program or its libraries than the sweep, so that digits would differ.
     """
     begin, processor_begin = time.perf_counter(), time.process_time()
+    gc.collect()  # models of the rows before: they refer to each other, and their arrays are large
     _freeze()
     _check_versions(chunk.versions)
     study = _study(chunk.study)
