@@ -23,6 +23,7 @@ from cablestudy.sweeps.record import pack_all
 
 # that a chunk should take: its rows share what they have in common, such as an equilibrium; what is not stored is lost
 # where a run ends
+COLLECTED_AFTER = 1.0  # seconds of the processor that a chunk takes, beside which a search for garbage takes little
 SECONDS = 4.0  # of the processor
 MAX_CASES = 5000  # in a chunk: bounds the memory that rows in flight take
 MAX_GROWTH = 4  # of the size from one chunk to the next: the first cases may be the cheap ones
@@ -97,7 +98,18 @@ class Chunks:
 
 
 def compute(chunk):
-    """Compute the rows of a chunk, in this process or in a worker: `Done`.
+    """Compute the rows of a chunk, in this process or in a worker, and let go of their models: `Done`.
+
+    Raises as `_compute`.
+    """
+    done = _compute(chunk)
+    if done.processor > COLLECTED_AFTER:
+        gc.collect()  # models of rows refer to each other in circles, and their arrays are large
+    return done
+
+
+def _compute(chunk):
+    """Compute the rows of a chunk: `Done`.
 
     Raises
     ------
@@ -105,7 +117,6 @@ def compute(chunk):
         This process has other versions of the program or its libraries than the sweep, so that digits would differ.
     """
     begin, processor_begin = time.perf_counter(), time.process_time()
-    gc.collect()  # models of the rows before: they refer to each other, and their arrays are large
     _freeze()
     _check_versions(chunk.versions)
     study = _study(chunk.study)
