@@ -23,10 +23,10 @@ from cablestudy.sweeps.record import pack_all
 
 # that a chunk should take: its rows share what they have in common, such as an equilibrium; what is not stored is lost
 # where a run ends
-COLLECTED_AFTER = 1.0  # seconds of the processor that a chunk takes, beside which a search for garbage takes little
 SECONDS = 4.0  # of the processor
 MAX_CASES = 5000  # in a chunk: bounds the memory that rows in flight take
 MAX_GROWTH = 4  # of the size from one chunk to the next: the first cases may be the cheap ones
+COLLECTED_AFTER = 1.0  # seconds of the processor that a chunk takes, beside which a search for garbage takes little
 
 
 @dataclass(frozen=True)
