@@ -132,6 +132,11 @@ def result_of(outcome):
     return outcome
 
 
+def without_errors(outcomes):
+    """Those of a dict of `outcome_of` that are results."""
+    return {key: outcome for key, outcome in outcomes.items() if not isinstance(outcome, Exception)}
+
+
 def refuse_options(options: dict[str, Any], reason: str) -> None:
     """Refuse options (name -> value) that are given and would have no effect: SceneError."""
     given = [name for name, value in options.items() if value]

@@ -458,11 +458,12 @@ def _compute_motion(answers, required, noted):
 
     `noted`: whether to write notes.
     """
-    solved = []
     for answer in answers:
         answer.notes = ()
-        if not (required.of_models or required.run or noted):
-            continue
+    if not (required.of_models or required.run or noted):
+        return
+    solved = []
+    for answer in answers:
         try:
             _ = answer.case.model
         except CablestudyError as error:

@@ -10,10 +10,11 @@ from cablestudy.control.gain_limits import curves_of, limits_of, undamped
 from cablestudy.control.law import law_from
 from cablestudy.control.loop import Loop, decay_beyond_doubt, unstable_pole
 from cablestudy.control.tolerances import CONTROL
-from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of, result_of
+from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of, result_of, without_errors
 from cablestudy.study.suspension.controlled_body import ControlledBody
 from cablestudy.study.suspension.driven_cables import DrivenCables
 from cablestudy.study.suspension.driven_waves import Effects
+from cablestudy.study.suspension.together import together
 from cablestudy.study.suspension.turbulence import Turbulence
 from cablestudy.study.tolerances import STUDY
 
@@ -29,11 +30,9 @@ def find_first_limits(closed_loops):
     ----------
     closed_loops : sequence of ClosedLoop
     """
-    by_size = {}  # number of measured coordinates -> {id: StableGains}; loops of other exposures share theirs
-    for closed_loop in closed_loops:
-        if not isinstance(gains := outcome_of(partial(getattr, closed_loop, "first_gains")), Exception):
-            by_size.setdefault(len(closed_loop.body.measured), {})[id(gains)] = gains
-    for loops in map(list, map(dict.values, by_size.values())):
+    gains = without_errors({one: outcome_of(partial(getattr, one, "first_gains")) for one in closed_loops})
+    measured = {own: len(one.body.measured) for one, own in gains.items()}  # loops of other exposures share theirs
+    for loops in together(measured, measured.get, measured.get):
         for loop, curve in zip(loops, curves_of(loops), strict=True):
             loop.curve = curve
         for loop, limits in zip(loops, limits_of(loops), strict=True):

@@ -4,7 +4,7 @@ import itertools
 from functools import partial
 
 from cablestudy.activity import doing
-from cablestudy.errors import outcome_of, result_of
+from cablestudy.errors import outcome_of, result_of, without_errors
 from cablestudy.study.suspension.plant import solve_motions, solve_stiffness
 from cablestudy.study.suspension.turbulence import solve_state_spaces, solve_variances
 
@@ -27,13 +27,11 @@ def search_models(analyses):
     outcomes, pending, responses = dict(sizes), dict(sizes), dict.fromkeys(analyses)
     for trial in itertools.count():
         outcomes |= closed_loops_of(pending, trial)
-        closed_loops = {analysis: outcomes[analysis] for analysis in pending}
-        closed_loops = {analysis: one for analysis, one in closed_loops.items() if not isinstance(one, Exception)}
+        closed_loops = without_errors({analysis: outcomes[analysis] for analysis in pending})
         solve_state_spaces(_without_doubt(closed_loops.values()))
         for analysis, closed_loop in closed_loops.items():
             outcomes[analysis] = outcome_of(partial(analysis.response_with, closed_loop, responses[analysis]))
-        responses = {analysis: outcomes[analysis] for analysis in closed_loops}
-        responses = {analysis: one for analysis, one in responses.items() if not isinstance(one, Exception)}
+        responses = without_errors({analysis: outcomes[analysis] for analysis in closed_loops})
         in_wind = [response for response in responses.values() if response is not None]
         solve_stiffness([response.closed_loop.plant for response in in_wind])
         solve_variances([response.turbulence for response in in_wind])
@@ -68,7 +66,7 @@ def closed_loops_of(sizes, trial=0):
         if not isinstance(of_analysis, Exception):
             doing(f"motion with {of_analysis[trial]} modes")
             found[analysis] = outcome_of(partial(analysis.closed_loop_with, of_analysis[trial]))
-    plants = [closed_loop.plant for closed_loop in found.values() if not isinstance(closed_loop, Exception)]
+    plants = [closed_loop.plant for closed_loop in without_errors(found).values()]
     solve_motions([plant for plant in plants if not plant.refused])
     return found
 
@@ -81,9 +79,5 @@ def stable_without_loop(closed_loop):
 
 def _without_doubt(closed_loops):
     """`Turbulence` of each `ClosedLoop` with a loop whose gain is stated and whose law has no delay: list."""
-    found = []
-    for closed_loop in closed_loops:
-        if closed_loop.gain_is_stated:
-            outcome = outcome_of(lambda closed_loop=closed_loop: closed_loop.turbulence)
-            found += [] if isinstance(outcome, Exception) else [outcome]
-    return found
+    stated = [closed_loop for closed_loop in closed_loops if closed_loop.gain_is_stated]
+    return list(without_errors({one: outcome_of(partial(getattr, one, "turbulence")) for one in stated}).values())

@@ -130,8 +130,7 @@ def value(column, case):
     NoSolutionError, ConvergenceError
         There is no value.
     """
-    if case.lost:
-        case.refuse_lost(column.name.partition(".")[0])
+    case.refuse_lost(column.name.partition(".")[0])
     result = column.compute(case)
     number, error = result if isinstance(result, tuple) else (result, case.statics_error(column, result))
     if column.needs in ("loop", "wind") and error:
