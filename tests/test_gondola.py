@@ -9,7 +9,7 @@ from references import bars
 from scenes import CHORD, INCLINED, PAPER, SAGGING, cells, scene
 from scipy.optimize import brentq
 
-from cablestudy.study import gondola
+from cablestudy.study import one_cable_system
 from cablestudy.study.case import Case
 from cablestudy.study.columns import find
 from cablestudy.study.notes import gondola_notes
@@ -130,7 +130,7 @@ def test_a_mesh_with_all_the_unknowns_there_may_be_is_not_tried_again(monkeypatc
 
     monkeypatch.setattr(Models, "large", np.array([True]))
     monkeypatch.setattr(type(STUDY), "damped_pole_freedoms", 24)
-    monkeypatch.setattr(gondola, "coupled_modes", never)
+    monkeypatch.setattr(one_cable_system, "coupled_modes", never)
     strained = scene("model={accuracy: 1e-6}", "cable.damping={model: hysteretic, loss_factor: 0.02}")
     row = evaluate(strained, [find("gondola_damping_ratio")])
     assert row.cells["gondola_damping_ratio"] is None

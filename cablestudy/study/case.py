@@ -61,13 +61,15 @@ class Case:
         Name -> result, of cases at this level of refinement that are alike.
     computed : dict
         Name -> result of each `shared` property that this case was asked for.
+    together : list of Case
+        Cases, this one among them, whose damping ratios are computed in one call.
     """
 
     def __init__(self, scene, results=None, index=0, level=None, known_by_level=None):
         self.scene, self.index, self.level = scene, index, level
         self.results = results or Results(SceneValues([scene]))
         self._known_by_level, self.computed = {} if known_by_level is None else known_by_level, {}
-        self.known = self._known_by_level.setdefault(level, {})
+        self.known, self.together = self._known_by_level.setdefault(level, {}), [self]
 
     @cached_property
     def _closed_form(self):
@@ -428,10 +430,10 @@ class Case:
 
     @cached_property
     def gondola_mode(self):
-        """The coupled mode in which the gondola moves most: `GondolaMode`."""
-        from cablestudy.study.gondola import GondolaMode
+        """The coupled mode in which the gondola moves most along x: `RefinedMode`."""
+        from cablestudy.study.one_cable_system import gondola_mode_of
 
-        return GondolaMode(self)
+        return gondola_mode_of(self)
 
     # --------------------------------------------------------------------------------------------------------- wind
 

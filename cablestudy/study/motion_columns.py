@@ -8,9 +8,10 @@ from math import hypot
 
 import numpy as np
 
-from cablestudy.errors import CablestudyError
+from cablestudy.errors import CablestudyError, ConvergenceError
 from cablestudy.study.column import DIAMETER, MM, UM, Column, scaled
 from cablestudy.study.load_cases import wind_direction
+from cablestudy.study.tolerances import STUDY
 from cablestudy.wind.peak import peak_factor
 
 WINCH = "gondola.mass, winch.controller"
@@ -47,6 +48,17 @@ def mean_displacement(results):
     pressure = np.where(np.isnan(steady), by_wind, steady * along_x * results.pressure_on_gondola)
     with np.errstate(divide="ignore"):  # of cases that have no equilibrium
         return pressure * gondola("drag_coefficient") * gondola("area") / results.end_stiffness_along(0)
+
+
+def damping_ratio_of_gondola(case):
+    """Damping ratio of the gondola's mode, and its relative error; refused where no mesh is as fine as it needs. [-]"""
+    mode = case.gondola_mode
+    if mode.damping.finest and not mode.damping.within(mode.accuracy):
+        raise ConvergenceError(
+            f"{DAMPING_RATIO}: estimated error {mode.damping.error:.1e}, asked for {mode.accuracy:g}: it needs all "
+            f"modes of the cable, of which no mesh has more than {STUDY.damped_pole_freedoms}"
+        )
+    return mode.damping_ratio
 
 
 def peak_of_gondola(case):

@@ -17,9 +17,12 @@ from cablestudy.errors import outcome_of
 from cablestudy.scene.one_cable import CABLE, GONDOLA, as_suspension
 from cablestudy.study.motion_columns import GONDOLA_X, MIDSPAN
 from cablestudy.study.suspension.airflow import Airflow
+from cablestudy.study.suspension.body_mode import BodyMode, RefinedMode
 from cablestudy.study.suspension.dynamic_analysis import DynamicAnalysis, solve_modes
 from cablestudy.study.suspension.plant import drag_of
+from cablestudy.study.tolerances import STUDY
 from cablestudy.system.cables import Cables, FixedModel
+from cablestudy.system.coupled_modes import coupled_modes
 from cablestudy.system.suspension import GROUND, Equilibrium, SuspendedSystem
 from cablestudy.wind.coherence import along_cable
 from cablestudy.wind.gusts import Gusts
@@ -184,6 +187,24 @@ def _in_airflow(case, scene, airflow, known, kind):
     modes, drag = case.coupled_models.setdefault(damping.viscous, {}), case.results.drag.take([case.index])
     shared = exact_model(case), known, cables_of(case, damping), modes, drag
     return kind(scene, equilibrium, equilibrium, airflow, *shared)
+
+
+def gondola_mode_of(case):
+    """The coupled mode of a case in which the gondola moves most along x: `RefinedMode`, first of loop and wind."""
+    search = partial(BodyMode.search, name=GONDOLA, body=0, axis=0)
+
+    def sharper(factor):
+        accuracy, cables = factor * case.scene.model.accuracy, cables_of(case, case.scene.cable.damping)
+        return search(partial(coupled_modes, case.equilibrium, accuracy=accuracy, cables=cables))
+
+    return RefinedMode(
+        first=lambda: search(case.in_wind.lowest_modes),
+        sharper=sharper,
+        accuracy=case.scene.model.accuracy,
+        airflow=lambda: case.in_wind.airflow,
+        together=lambda: [other.gondola_mode for other in case.together],
+        rounding=max(STUDY.rounding, float(case.results.motion_rounding[case.index])),
+    )
 
 
 def cables_of(case, damping):

@@ -345,7 +345,7 @@ def _add_errors_by_drag(answers, columns):
 
 
 def _prepare_systems(answers, required):
-    """Compute in one call the modes and damping of gondola, loop and wind of many rows that lack no key for them."""
+    """Compute in one call the modes of gondola, loop and wind of many rows that lack no key for them."""
     from cablestudy.study.one_cable_system import prepare
 
     cases = [
@@ -356,10 +356,8 @@ def _prepare_systems(answers, required):
     with_gondola = [case for case in cases if case.scene.gondola is not None]
     prepare(with_gondola)
     prepare([case for case in cases if case.scene.gondola is None])
-    if required.damped and with_gondola:
-        from cablestudy.study.gondola import solve_damping_ratios
-
-        solve_damping_ratios([case.gondola_mode for case in with_gondola])
+    for case in with_gondola:
+        case.together = with_gondola
 
 
 def _modal_gondola(scene):

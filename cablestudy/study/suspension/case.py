@@ -7,12 +7,12 @@ import numpy as np
 
 from cablestudy.cable.damping import any_grows_with_modes
 from cablestudy.cable.linear_range import linear_range
-from cablestudy.errors import ConvergenceError, NoSolutionError, result_of
+from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.scene_values import merged_loads
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.suspension.airflow import Airflow
-from cablestudy.study.suspension.body_mode import BodyMode, damping_ratios, to_accuracy
+from cablestudy.study.suspension.body_mode import BodyMode, RefinedMode
 from cablestudy.study.suspension.cable_modes import CableModes
 from cablestudy.study.suspension.dynamic_analysis import DynamicAnalysis
 from cablestudy.study.suspension.group import Group, HangingCable
@@ -52,12 +52,15 @@ class SuspensionCase:
         Reason why an error in `differences` is not known.
     lost : tuple of str
         Names of the cables that the load case lacks.
+    together : list of SuspensionCase
+        Cases, this one among them, whose damping ratios are computed in one call.
     """
 
     def __init__(self, scene, group=None, index=0, estimate=False):
         self.scene, self.with_all_cables, self._group = scene.without_lost(), scene, group
-        self.index, self._modes, self.lost = index, {}, scene.load_case.lost
+        self.index, self._modes, self._modes_of_bodies, self.lost = index, {}, {}, scene.load_case.lost
         self.estimate, self.differences, self.reason = estimate and self.model is not None, {}, ""
+        self.together = [self]
 
     @cached_property
     def finer(self):
@@ -424,45 +427,32 @@ class SuspensionCase:
             count = min(2 * count, STUDY.most_body_modes)
 
     def mode_along(self, name, axis):
-        """`BodyMode` of a body or free point along an axis of `system.suspension.AXES`.
+        """`RefinedMode` of a body or free point along an axis of `system.suspension.AXES`, with its damping in the air.
 
-        Raises
-        ------
-        NoSolutionError
-            That motion is held, or its mode is not found.
+        The winches are at rest. The aerodynamic damping is that of all parts in the wind of the scene, about the
+        equilibrium of the modes. Its numbers raise NoSolutionError where that motion is held.
         """
-        body = self.body(name)
-        if not self.equilibrium.suspension.free[body, axis]:
-            raise NoSolutionError(f"{name} is held along {AXES[axis]}: it has no mode")
-        return BodyMode.search(self.modes, name, body, axis)
+        if (name, axis) not in self._modes_of_bodies:
+            model, damping = self.scene.model, [cable.damping for cable in self.scene.cables.values()]
 
-    def damping_ratio_along(self, name, axis):
-        """Damping ratio of `mode_along`, the winches at rest, and its estimated relative error. [-]
+            def search(modes_of):
+                body = self.body(name)
+                if not self.equilibrium.suspension.free[body, axis]:
+                    raise NoSolutionError(f"{name} is held along {AXES[axis]}: it has no mode")
+                return BodyMode.search(modes_of, name, body, axis)
 
-        With the aerodynamic damping of all parts in the wind of the scene, about the equilibrium of the modes.
+            def sharper(factor):
+                options = {"accuracy": factor * model.accuracy, "damping": damping}
+                return search(partial(coupled_modes, self.equilibrium, **options))
 
-        Raises
-        ------
-        NoSolutionError
-            As `mode_along`; or some cable has modal damping, whose effect grows with the number of modes, and the scene
-            states an accuracy and not the elements.
-        """
-        attempts = ((mode, self._airflow) for mode in self._modes_along(name, axis))
-        ratio = result_of(damping_ratios([attempts], [self.scene.model.accuracy])[0])
-        return ratio.value, ratio.error
-
-    def share_along(self, name, axis):
-        """Share of `mode_along` in the static compliance, and its relative error; raises as `mode_along`. [-]"""
-        return to_accuracy(lambda mode: mode.share, self._modes_along(name, axis), self.scene.model.accuracy)
-
-    def _modes_along(self, name, axis):
-        """Yield `mode_along`, then the mode found likewise to higher accuracies, unless the elements are stated."""
-        yield self.mode_along(name, axis)
-        damping = [cable.damping for cable in self.scene.cables.values()]
-        for sharper in STUDY.sharper[1:] if self.model is None else ():
-            options = {"accuracy": sharper * self.scene.model.accuracy, "damping": damping}
-            modes_of = partial(coupled_modes, self.equilibrium, **options)
-            yield BodyMode.search(modes_of, name, self.body(name), axis)
+            self._modes_of_bodies[name, axis] = RefinedMode(
+                first=lambda: search(self.modes),
+                sharper=sharper,
+                accuracy=None if model.elements else model.accuracy,
+                airflow=lambda: self._airflow,
+                together=lambda: [case.mode_along(name, axis) for case in self.together],
+            )
+        return self._modes_of_bodies[name, axis]
 
     @cached_property
     def _airflow(self):

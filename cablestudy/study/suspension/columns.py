@@ -224,10 +224,10 @@ def _mode_along(name, axis):
     yield Column(f"{name}.frequency_{axis}", "Hz", f"coupled mode with the largest share {of_compliance}", "modes",
                  lambda case: with_drag(case, case.mode_along(name, axis_index).frequency))  # fmt: skip
     yield Column(f"{name}.share_{axis}", "", f"share {of_compliance} in that mode, phi^2/w^2 over 1/k", "modes",
-                 lambda case: with_drag(case, case.share_along(name, axis_index)))  # fmt: skip
+                 lambda case: with_drag(case, case.mode_along(name, axis_index).share))  # fmt: skip
     yield Column(f"{name}.damping_ratio_{axis}", "", "damping ratio of that mode, winches at rest, with the air where "
                  "the scene has wind", "modes",
-                 lambda case: with_drag(case, case.damping_ratio_along(name, axis_index)))  # fmt: skip
+                 lambda case: with_drag(case, case.mode_along(name, axis_index).damping_ratio))  # fmt: skip
 
 
 def _static_frequency(name, number):

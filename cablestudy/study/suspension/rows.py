@@ -68,6 +68,8 @@ def evaluate_suspensions(scenes, columns, estimate=False):
             block_size = max(1, STUDY.cables_at_once // max(1, *(len(scene.cables) for scene in batch)))
         for block in batched(cases, block_size):  # models of cables computed together
             start = time.perf_counter()
+            for case in block:
+                case.together = block
             if required.in_motion:
                 prepare(block)
             unfinished = [UnfinishedRow(case) for case in block]

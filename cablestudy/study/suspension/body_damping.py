@@ -1,0 +1,230 @@
+"""Damping ratios of the modes of bodies: of the poles with all modes of the cables, those of many rows at once."""
+
+from collections import Counter
+from dataclasses import dataclass
+from functools import cached_property, partial
+
+import numpy as np
+
+from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of
+from cablestudy.study.status import MODAL
+from cablestudy.study.tolerances import STUDY
+from cablestudy.system.damped_pole import energies, poles_near
+from cablestudy.system.damping import damped_poles
+from cablestudy.system.tolerances import SYSTEM
+
+
+def damping_ratios(modes):
+    """Damping ratios of the poles of modes, each to the accuracy of its row: of many rows at once.
+
+    All modes of the cables are in the models of the poles; with an exact choice of elements, those of the coupled
+    modes. A mode that does not oscillate has the ratio 1, and a ratio of no more than rounding is zero. The error is
+    the change from coarser meshes; it is not a number for an exact choice of elements and without oscillation. Ever
+    finer models are tried until the error is within the accuracy, or the mesh has as many unknowns as may be. No digit
+    of a row depends on the others.
+
+    Parameters
+    ----------
+    modes : list of RefinedMode
+
+    Returns
+    -------
+    list of (DampingRatio or Exception)
+        NoSolutionError, ConvergenceError: of a model; modal damping of cables, and the elements are not stated; the
+        pole is not found.
+    """
+    models = [mode.damped_models() for mode in modes]
+    found, pending = [None] * len(modes), list(range(len(modes)))
+    while pending:
+        together = {}  # rows of one trial that are solved alike, whatever the others are, and each once
+        uses = Counter()  # of each row of a trial: cases that hang alike share it
+        for row in pending:
+            attempt = outcome_of(partial(_next_damped, models[row]))
+            if isinstance(attempt, Exception):
+                found[row] = attempt
+            elif attempt is not None:
+                mode, airflow = attempt
+                model, cables_in_air = mode.damped[0].solution.model, airflow is not None and airflow.damps_cables
+                use = id(model.trial), model.row
+                key = id(model.trial), uses[use], model.complete, model.laws, cables_in_air
+                uses[use] += 1
+                together.setdefault(key, []).append((row, mode, airflow))
+        pending = []
+        for members in together.values():
+            members.sort(key=lambda member: member[1].damped[0].solution.model.row)
+            rows, tried, airflows = zip(*members, strict=True)
+            for row, ratio in zip(rows, _damping_ratios(tried, airflows), strict=True):
+                found[row] = ratio
+                if not (isinstance(ratio, Exception) or ratio.finest or ratio.within(modes[row].accuracy)):
+                    pending.append(row)
+    return found
+
+
+def _next_damped(models):
+    """The next `BodyMode` of finer models, whose modes for damping are computed, and airflow; None after the last."""
+    mode, airflow = next(models, (None, None))
+    if mode is None:
+        return None
+    if mode.modes.solution.model.modal and not mode.exact:
+        raise NoSolutionError(MODAL)
+    return mode.damped and (mode, airflow)
+
+
+@dataclass(frozen=True)
+class DampingRatio:
+    """Damping ratio of the pole of a mode.
+
+    Attributes
+    ----------
+    value, error : float
+        The error is relative, and not a number where it is not known. [-]
+    finest : bool
+        True if no model has a finer mesh.
+    """
+
+    value: float
+    error: float
+    finest: bool
+
+    def within(self, accuracy):
+        """True if the error is not above an accuracy, or not known."""
+        return bool(np.isnan(self.error)) or self.error <= accuracy
+
+
+def _damping_ratios(modes, airflows):
+    """`DampingRatio` of each of some `BodyMode` of one `Trial`, or the reason why there is none: list."""
+    search, exact = _PoleSearch(modes, airflows), modes[0].exact
+    models = search.trial.coordinates.models
+    all_modes = exact or modes[0].damped[0].solution.model.complete
+    fine = models if all_modes else models.with_all_motion(STUDY.damped_pole_freedoms)
+    poles, near = search.poles(fine)
+    ratio, finest = _ratios(poles), search.any_cable(_differ(models.meshes, fine.meshes))
+    estimated = (ratio > 0) & (ratio < 1) & (not exact)
+    coarse_poles = near = np.where(estimated, poles, near)
+    if estimated.any():
+        coarse = models.with_all_motion(STUDY.damped_pole_freedoms, coarser=SYSTEM.finer_orders)
+        coarse_poles = search.poles_near(coarse, np.where(estimated, poles, np.nan), STUDY.known_pole_distance)
+    change = np.abs(_ratios(coarse_poles) - ratio) / np.where(estimated, ratio, 1.0)
+    error = np.where(estimated, np.maximum(STUDY.coarser_mesh_safety * change, STUDY.rounding), np.nan)
+    error = np.where((ratio == 0) & (not exact), STUDY.rounding, error)
+    lost, outcomes = np.isnan(poles) | (estimated & np.isnan(coarse_poles)), []
+    for row in range(len(modes)):
+        if lost[row]:
+            frequency = abs(near[row]) / (2 * np.pi)
+            text = f"no damped mode is found for certain near {frequency:.4g} Hz: the damping there is too strong"
+            outcomes.append(ConvergenceError(text))
+        else:
+            outcomes.append(DampingRatio(float(ratio[row]), float(error[row]), bool(finest[row])))
+    return outcomes
+
+
+def _differ(meshes, others):
+    """True where meshes of cables differ, shape (c,)."""
+    return np.array([mesh != other for mesh, other in zip(meshes, others, strict=True)], dtype=bool)
+
+
+def _ratios(poles):
+    """Damping ratios of poles, shape (n,). [-]"""
+    ratio = -poles.real / np.abs(poles)
+    return np.where(ratio <= STUDY.undamped_rounding, 0.0, ratio)
+
+
+class _PoleSearch:
+    """The search for the damped poles of one mode each of some rows of a `Trial`.
+
+    Parameters
+    ----------
+    modes : list of BodyMode
+        Whose modes for damping are of different rows of this trial, in ascending order.
+    airflows : list of (Airflow or None)
+        Whose aerodynamic damping is added.
+    """
+
+    def __init__(self, modes, airflows):
+        self._modes, self._numbers = zip(*(mode.damped for mode in modes), strict=True)
+        self._airflows, self.trial = airflows, self._modes[0].solution.model.trial
+        self._rows = np.array([modes.solution.model.row for modes in self._modes])
+        layout, every = self.trial.layout, len(self._rows) == self.trial.rows
+        self._layout = layout if every else layout.take(self._rows)
+        self._cable_count = self.trial.coordinates.models.cables.count // self.trial.rows
+        self._cables = (self._cable_count * self._rows[:, None] + np.arange(self._cable_count)).ravel()
+        pairs = list(zip(self._modes, self._numbers, strict=True))
+        self._omega = np.array([modes.solution.omega[number] for modes, number in pairs])
+        self._shapes = [modes.shapes[:, number] for modes, number in pairs]
+        self._displacements = np.stack([shape[len(shape) - len(layout.free) :] for shape in self._shapes])
+        self._condensed = {}
+
+    def any_cable(self, values):
+        """True for rows of which any cable is True in an array of all cables of the trial."""
+        return values[self._cables].reshape(len(self._rows), -1).any(axis=1)
+
+    def poles(self, models):
+        """The poles with the modes of the cables of `Models`, and where they were looked for, shape (n,). [rad/s]
+
+        The search begins, with light damping, at the pole of the undamped shape alone, s^2 + c s + w^2 + i h = 0 with
+        the viscous and hysteretic damping c and h of this shape, else at the pole of the model of the coupled modes. A
+        pole is -w, w the undamped frequency, where the mode does not oscillate, and not a number where it is not found.
+        """
+        viscous, hysteretic = self._damping_of_shapes()
+        near = 1j * np.sqrt(self._omega**2 + 1j * hysteretic - viscous**2 / 4) - viscous / 2
+        ratio = -near.real / np.abs(near)
+        light = (ratio != 0) & (ratio < STUDY.light_damping)
+        poles = self.poles_near(models, np.where(light, near, np.nan), STUDY.pole_distance * ratio)
+        poles = np.where(ratio == 0, 1j * self._omega, poles)
+        others = np.full(len(poles), complex(np.nan, np.nan))
+        for row in np.flatnonzero(np.isnan(poles)).tolist():  # strong damping, or another mode is near
+            near[row] = others[row] = self._pole_of_coupled_modes(row)
+            if np.isnan(others[row]):
+                poles[row] = -self._omega[row]
+        if not np.isnan(others).all():
+            poles = np.where(np.isnan(others), poles, self.poles_near(models, others, STUDY.known_pole_distance))
+        return poles, near
+
+    def poles_near(self, models, near, far):
+        """The poles within relative distances of others, shape (n,), see `damped_pole.poles_near`. [rad/s]"""
+        far, damping = np.broadcast_to(far, near.shape), self._damping_of_bodies
+        return poles_near(self._layout, self._cables_in_air(models), near, self._displacements, damping, far)
+
+    def _cables_in_air(self, models):
+        """`CondensedCables` of the rows, with the aerodynamic damping of each: list."""
+        if models not in self._condensed:
+            condensed, count, air = models.condensed(self._cables), self._cable_count, {}
+            for row, airflow in enumerate(self._airflows):
+                if airflow is not None and airflow.damps_cables:
+                    cables, solution = slice(count * row, count * (row + 1)), self._modes[row].solution
+                    of_row = models.take(self._cables[cables], solution.models.cables)
+                    for cable, matrix in airflow.damping_of_cables(of_row, None, self._modes[row].layout.equilibrium):
+                        air[count * row + cable] = matrix
+            self._condensed[models] = [cables.with_further(air) for cables in condensed] if air else condensed
+        return self._condensed[models]
+
+    @cached_property
+    def _damping_of_bodies(self):
+        """Damping of the free displacements by links and the drag on bodies, see `damped_pole.poles_near`."""
+        layout, by_drag = self._layout, 0.0
+        if any(airflow is not None and airflow.damps for airflow in self._airflows):
+            by_drag = np.zeros((len(self._rows), len(layout.free), len(layout.free)))
+            for row, airflow in enumerate(self._airflows):
+                if airflow is not None:
+                    by_drag[row] = airflow.damping_of_bodies(self._modes[row].layout, np.eye(len(layout.free)))
+            by_drag = by_drag[0] if layout.large else by_drag
+        return by_drag + layout.damping
+
+    def _damping_of_shapes(self):
+        """Viscous and hysteretic damping of the undamped shapes, mass-normalised, both of shape (n,). [1/s], [1/s^2]"""
+        models, amplitudes = self.trial.coordinates.models, self.trial.amplitudes(self._rows, self._shapes)
+        by_group = zip(amplitudes, (group.rows(self._cables) for group in models.groups), strict=True)
+        amplitudes = [of_group[rows] for of_group, (rows, positions) in by_group if len(positions)]
+        ends = self._layout.ends(self._displacements.reshape(*self._layout.shape, -1, 1)).reshape(-1, 6, 1)
+        condensed, motions = self._cables_in_air(models), []
+        for index, cables in enumerate(condensed):
+            modes = amplitudes[index] if index < len(amplitudes) else np.zeros((len(cables.cables), 0, 1))
+            motions.append(np.concatenate([modes, ends[cables.cables]], axis=1).astype(complex))
+        arguments = list(zip(condensed, motions, strict=True)), self._displacements, self._damping_of_bodies
+        return [values.real for values in energies(self._layout, *arguments)[1:]]
+
+    def _pole_of_coupled_modes(self, row):
+        """Pole of the model of the coupled modes of a row; not a number where the mode does not oscillate. [rad/s]"""
+        modes, airflow, lowest = self._modes[row], self._airflows[row], slice(self._numbers[row] + 1)
+        system = modes.system if airflow is None else airflow.damped_system(modes)
+        return damped_poles(system, modes.solution.omega[lowest], modes.shapes[:, lowest])[0][-1]
