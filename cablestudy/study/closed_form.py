@@ -5,42 +5,15 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cablestudy.errors import CablestudyError
-from cablestudy.study.column import least_work_first, not_finite, shapeless
+from cablestudy.study.column import CLOSED, SYSTEM, least_work_first, not_finite, shapeless
 from cablestudy.study.columns import is_own, over_strength
 from cablestudy.study.element_results import element_results
 from cablestudy.study.load_cases import relative_change
 from cablestudy.study.motion_columns import DAMPING_RATIO
 from cablestudy.study.results import Results
 from cablestudy.study.status import OK, OVER_STRENGTH, status_of
+from cablestudy.study.table_rows import TableColumns
 from cablestudy.study.tolerances import STUDY
-
-# values of `Column.needs`
-CLOSED = ("scene", "statics", "stiffness")
-SYSTEM = ("gondola", "loop", "wind")  # of gondola and cable as one linear system, which states its own errors
-DISCRETE = ("modes", *SYSTEM)
-
-
-class TableColumns:
-    """Columns of a table, and which of them describe the computation, found once for all rows.
-
-    Attributes
-    ----------
-    physical : list of Column
-        All but those that describe the computation, such as its time.
-    in_wind : bool
-        True if any column is of the motion in the wind.
-    empty : dict
-        Header of every column -> None.
-    estimate, clock, run : bool
-        True if a column is the estimated error; the time; anything that describes the computation but the status.
-    """
-
-    def __init__(self, columns):
-        self.physical = [column for column in columns if column.needs != "run"]
-        self.in_wind = any(column.needs == "wind" for column in self.physical)
-        self.empty = {column.header: None for column in columns}
-        names = {column.name for column in columns if column.needs == "run"}
-        self.estimate, self.clock, self.run = "error_estimate" in names, "solve_time" in names, bool(names - {"status"})
 
 
 class ColumnRequirements(TableColumns):

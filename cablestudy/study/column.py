@@ -23,6 +23,11 @@ WRITTEN = {
     "nonzero_gravity": "gravity",
 }  # fmt: skip
 
+# values of `Column.needs`
+CLOSED = ("scene", "statics", "stiffness")
+SYSTEM = ("gondola", "loop", "wind")  # of gondola and cable as one linear system, which states its own errors
+DISCRETE = ("modes", *SYSTEM)
+
 
 @dataclass(frozen=True)
 class Column:

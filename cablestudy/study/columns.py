@@ -33,7 +33,6 @@ from cablestudy.study.motion_columns import (
     tensions_at_peak,
     winch_columns,
 )
-from cablestudy.study.table import Field
 from cablestudy.study.tolerances import STUDY
 from cablestudy.wind.drag import shedding_frequencies
 
@@ -386,7 +385,6 @@ COLUMNS = (
 )  # fmt: skip
 
 TEXTS = frozenset(column.header for column in COLUMNS if column.text)
-STATUS = Field("status", "status", unless="ok", text=True)
 
 FAMILIES = (
     _frequency("inplane_frequency_K", "in-plane frequency K (1, 2, ...), axial modes not counted", 0, "in-plane"),

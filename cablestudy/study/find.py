@@ -15,13 +15,12 @@ from cablestudy.scene.section import Share
 from cablestudy.scene.units import common_factor
 from cablestudy.scene.words import counted
 from cablestudy.study.all_columns import find, why_not
-from cablestudy.study.closed_form import CLOSED
-from cablestudy.study.columns import STATUS
+from cablestudy.study.column import CLOSED
 from cablestudy.study.limits import limits_by_case, limits_of, unanswered
 from cablestudy.study.roots import Effort, points_between, ranges_about, zeros
 from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.scene_values import tables_of
-from cablestudy.study.status import has_answer
+from cablestudy.study.status import STATUS, has_answer
 from cablestudy.study.study_rows import checks_of, evaluate, evaluate_tables
 from cablestudy.study.table import Field, Table
 from cablestudy.study.tolerances import STUDY

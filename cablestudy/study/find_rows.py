@@ -9,10 +9,10 @@ from cablestudy.scene.words import counted
 from cablestudy.study.find import KeyValues, column_values, solve
 from cablestudy.study.goal import goal_of_study
 from cablestudy.study.in_step import in_step
-from cablestudy.study.row import batched
 from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.scene_values import CaseTable
 from cablestudy.study.study_rows import evaluate_tables
+from cablestudy.study.table_rows import batched
 from cablestudy.study.tolerances import STUDY
 
 

@@ -8,10 +8,10 @@ from cablestudy.scene.document import read_document
 from cablestudy.scene.fields import suggestion
 from cablestudy.scene.scene import read_scene
 from cablestudy.scene.words import first_of
-from cablestudy.study.columns import STATUS, find
+from cablestudy.study.columns import find
 from cablestudy.study.point_loads import FIELDS, NO_GROUND, fields_in, lacks_clearance
 from cablestudy.study.scene_kind import kind_of
-from cablestudy.study.status import OK
+from cablestudy.study.status import OK, STATUS
 from cablestudy.study.table import Field, Table
 from cablestudy.study.tolerances import STUDY
 

@@ -17,6 +17,14 @@ STATED_TENSIONS = ("preload",), ("tension", "value")  # paths in the table of a 
 CLOSED_FORM = "statics and end stiffness: closed form of the elastic catenary, no elements"
 NOTHING = ("nothing to model",)
 STATIC = (CLOSED_FORM, "left out: inertia and modes, which no column needs")
+DAMPING_IN_STATE_SPACES = {
+    "modal": (),
+    "hysteretic": (
+        "damping: hysteretic, which has no state space: viscous in A, each mode with the ratio that dissipates the "
+        "same energy",
+    ),
+    "kelvin_voigt": ("damping: Kelvin-Voigt, exact",),
+}
 
 
 def of_refined(case, error, tried):

@@ -7,11 +7,11 @@ from cablestudy.errors import Mistake, Mistakes, SceneError
 from cablestudy.scene.mistakes import at_most
 from cablestudy.scene.study import ALL_COLUMNS, CHECK_ALL
 from cablestudy.study.all_columns import column_named, find, find_header, key_column, why_not
-from cablestudy.study.columns import STATUS
 from cablestudy.study.find import check_goal, field_of_key
 from cablestudy.study.goal import goal_of_study
 from cablestudy.study.limits import limits_of
 from cablestudy.study.scene_values import tables_of
+from cablestudy.study.status import STATUS
 from cablestudy.study.table import Field, number, read_csv
 from cablestudy.study.varied_keys import varied_key, varied_keys
 

@@ -3,9 +3,8 @@
 import numpy as np
 
 from cablestudy.cable.catenary import split
-from cablestudy.study.column import lacks
+from cablestudy.study.column import CLOSED, lacks
 from cablestudy.study.columns import COLUMNS
-from cablestudy.study.row import evaluate
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.table import Field, Table
 from cablestudy.study.tolerances import STUDY
@@ -19,8 +18,9 @@ def static_table(scene, estimate=False):
 
     With `estimate` also of the errors of deflections by fixed elements; the errors of other statics cost nothing.
     """
-    kinds = ("scene", "statics", "stiffness")
-    columns = [column for column in COLUMNS if column.needs in kinds and not lacks(scene, column)]
+    from cablestudy.study.row import evaluate
+
+    columns = [column for column in COLUMNS if column.needs in CLOSED and not lacks(scene, column)]
     row = evaluate(scene, columns, estimate)
     if scene.cable.stress_strain is None:
         return row.table(columns), row

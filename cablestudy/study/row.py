@@ -1,8 +1,6 @@
-"""Rows of a table: the columns of cases, to the accuracy of each, with the reason where one has no value."""
+"""Rows of scenes of one cable: columns to the accuracy of each scene, with the reason where one has no value."""
 
 import time
-from dataclasses import dataclass, field
-from math import isnan
 
 from cablestudy.cable.damping import grows_with_modes
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
@@ -10,137 +8,16 @@ from cablestudy.scene.scene import missing
 from cablestudy.study import models, notes
 from cablestudy.study.case import Case
 from cablestudy.study.closed_form import ColumnRequirements, by_elements, closed_form
-from cablestudy.study.column import lacks, relative, value_and_error
-from cablestudy.study.columns import STATUS, find, is_own
+from cablestudy.study.column import lacks, relative
+from cablestudy.study.columns import find, is_own
 from cablestudy.study.load_cases import relative_change
 from cablestudy.study.motion_columns import DAMPING_RATIO, goes_slack
 from cablestudy.study.refinement import SETTINGS, Refinement, needs_of, reference_scene, refine
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues, load_count
-from cablestudy.study.status import MODAL, OVER_STRENGTH, SLACK, has_answer, status_of
-from cablestudy.study.table import Table
+from cablestudy.study.status import MODAL, OVER_STRENGTH, SLACK
+from cablestudy.study.table_rows import Row, UnfinishedRow, batched, compute_together
 from cablestudy.study.tolerances import STUDY
-
-
-@dataclass(frozen=True)
-class Row:
-    """Row of a table: the values of the columns for one case.
-
-    Attributes
-    ----------
-    cells : dict
-        Header -> float, or None where it has no value; `status` is a text.
-    case : Case or SuspensionCase
-    notes : tuple of str
-        On the model, and what it leaves out.
-    errors : dict
-        Header -> estimated relative error against the continuous cable; None where it is not known.
-    warnings : tuple of str
-        Shown to all users; notes are shown only if asked for.
-    """
-
-    cells: dict
-    case: Case
-    notes: tuple
-    errors: dict
-    warnings: tuple = ()
-
-    def known_errors(self):
-        """Yield the estimated errors of the cells, as a table of this one row has them."""
-        yield {name: error for name, error in self.errors.items() if error is not None}
-
-    @property
-    def failed(self):
-        """True if some column has no value."""
-        return not has_answer(self.cells["status"])
-
-    def table(self, columns, further_cells=()):
-        """The row as a `Table` of some columns, further cells (pairs of `Field`, cell), and its status."""
-        fields = (*(column.field for column in columns), *(field for field, _ in further_cells), STATUS)
-        cells = self.cells | {field.name: cell for field, cell in further_cells}
-        return Table(fields, [cells], single=True, errors=self.known_errors)
-
-
-@dataclass
-class UnfinishedRow:
-    """A `Row` while it is computed.
-
-    Attributes
-    ----------
-    case, notes, errors, warnings
-        Those of the row.
-    values : dict
-        Header -> number, or None where the case has no such number and none is missing.
-    failures : dict
-        Header -> CablestudyError of a column without a number, or name -> one that makes others doubtful.
-    doubts : tuple of str
-        See `status.status_of`.
-    dof : int
-        Number of unknowns of the model. [-]
-    """
-
-    case: object
-    values: dict = field(default_factory=dict)
-    failures: dict = field(default_factory=dict)
-    errors: dict = field(default_factory=dict)
-    notes: tuple = ()
-    warnings: tuple = ()
-    doubts: tuple = ()
-    dof: int = 0
-
-    def fail(self, columns, error):
-        """Record an error as the failure of those columns that have no value yet."""
-        for column in columns:
-            if column.header not in self.values:
-                self.failures.setdefault(column.header, error)
-
-    def compute(self, columns, value_of=value_and_error):
-        """Compute columns of this case alone, with the errors that they state, or their failures.
-
-        `value_of` is a function: column, case -> number and its relative error: not a number where it is not known,
-        None where the column states none.
-        """
-        for column in columns:
-            if column.header in self.failures:
-                continue
-            try:
-                number, error = value_of(column, self.case)
-            except CablestudyError as failure:
-                self.failures[column.header] = failure
-                continue
-            self.values[column.header] = number
-            if error is not None:
-                self.errors[column.header] = None if isnan(error) else float(error)
-
-    def finished(self, required, seconds=None):
-        """The `Row`.
-
-        Parameters
-        ----------
-        required : TableColumns
-        seconds : float, optional
-            Time that it took. [s]
-        """
-        cells = {**required.empty, **self.values}
-        errors = {name: error for name, error in self.errors.items() if name not in self.failures}
-        if required.run:
-            errors_known = None not in errors.values() and (errors or not self.failures)
-            run = {"dof": self.dof, "error_estimate": max(errors.values(), default=0.0) if errors_known else None}
-            run["solve_time_ms"] = 1e3 * seconds if required.clock else None
-            cells.update((header, number) for header, number in run.items() if header in cells)
-        cells["status"] = status_of(self.failures, *self.doubts)
-        return Row(cells, self.case, tuple(self.notes), errors, self.warnings)
-
-
-def compute_together(rows, columns, value_of=value_and_error):
-    """`UnfinishedRow.compute` of many rows, one column after the other.
-
-    What the first row needs for a column is computed for all rows at once; and what a row has computed before a column
-    does not depend on the other rows.
-    """
-    for column in columns:
-        for row in rows:
-            row.compute([column], value_of)
 
 
 def evaluate(scene, columns, estimate=False):
@@ -212,12 +89,6 @@ def evaluate_cases(scenes, columns, estimate=False):
             for index, row in zip(piece, rows_of_piece, strict=True):
                 rows[index] = row
     return rows
-
-
-def batched(sequence, width):
-    """Yield the pieces of a sequence that have at most `width` entries."""
-    for start in range(0, len(sequence), width):
-        yield sequence[start : start + width]
 
 
 def _fixed_rows_at_once(scenes):

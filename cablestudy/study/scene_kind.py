@@ -71,7 +71,8 @@ def _one_cable():
     from cablestudy.scene.one_cable import as_suspension
     from cablestudy.study import one_cable_columns, point_loads
     from cablestudy.study.case import Case
-    from cablestudy.study.closed_form import CLOSED, evaluate_table
+    from cablestudy.study.closed_form import evaluate_table
+    from cablestudy.study.column import CLOSED
     from cablestudy.study.freeze import freeze_cable
     from cablestudy.study.notes import reference_without_loads
 

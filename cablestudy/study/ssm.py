@@ -17,15 +17,6 @@ from cablestudy.study.table import write_whole
 from cablestudy.study.tolerances import STUDY
 
 KINDS = {"inplane": "in-plane", "outofplane": "out-of-plane", "axial": "axial"}
-DAMPING_NOTES = {
-    "modal": (),
-    "hysteretic": (
-        "damping: hysteretic, which has no state space: viscous in A, each mode with the ratio that dissipates the "
-        "same energy",
-    ),
-    "kelvin_voigt": ("damping: Kelvin-Voigt, exact",),
-}
-
 # input and output of the response of one cable with a gondola
 SHOWN = {"gondola": ("winch", "gondola_position"), "loop": ("force_gondola", "gondola_position")}
 

@@ -10,9 +10,9 @@ from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.scene.scene import missing
 from cablestudy.study.case import Case
 from cablestudy.study.case_modes import modes, notes_on_errors
-from cablestudy.study.notes import assumed_damping, strength_warning
+from cablestudy.study.notes import DAMPING_IN_STATE_SPACES, assumed_damping, strength_warning
 from cablestudy.study.report import PARTICIPATION, modes_as_rows
-from cablestudy.study.ssm import DAMPING_NOTES, Choice, StateSpaceOptions, fewest_modes, pairs_of
+from cablestudy.study.ssm import Choice, StateSpaceOptions, fewest_modes, pairs_of
 from cablestudy.study.ssm_tables import Curve
 from cablestudy.study.table import Field
 from cablestudy.study.tolerances import STUDY
@@ -168,7 +168,7 @@ class CableChoice(Choice):
             notes.append(f"delay: Padé approximants, whose phase is right to 1e-7 up to {limit:.4g} Hz")
         strain = case.end_model.strain
         law = "modal" if strain is None else strain.law
-        return [*notes, *assumed_damping(case.scene), *DAMPING_NOTES[law]]
+        return [*notes, *assumed_damping(case.scene), *DAMPING_IN_STATE_SPACES[law]]
 
     @property
     def warnings(self):

@@ -1,9 +1,11 @@
 """The status of a row: `ok`, `over strength` and other doubts about an answer, or why cells are empty."""
 
+from cablestudy.study.table import Field
 from cablestudy.study.tolerances import STUDY
 
 OK, OVER_STRENGTH, SLACK, FALLEN = "ok", "over strength", "a cable goes slack in the wind", "fallen"
 DOUBTS = OVER_STRENGTH, SLACK, FALLEN  # of rows that have an answer
+STATUS = Field("status", "status", unless="ok", text=True)  # in tables
 # reason for which there is no number to an accuracy
 MODAL = "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed elements"
 

@@ -19,12 +19,10 @@ from cablestudy.cable.damping import any_grows_with_modes
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError, SceneError
 from cablestudy.scene.scene import missing
 from cablestudy.study.all_columns import find, why_not
-from cablestudy.study.closed_form import DISCRETE
-from cablestudy.study.column import relative
-from cablestudy.study.columns import STATUS
+from cablestudy.study.column import DISCRETE, relative
 from cablestudy.study.pareto import pareto_front
 from cablestudy.study.scene_kind import kind_of
-from cablestudy.study.status import MODAL
+from cablestudy.study.status import MODAL, STATUS
 from cablestudy.study.table import Field, Table, short
 from cablestudy.study.tolerances import STUDY
 from cablestudy.study.trade_models import one_line

@@ -12,8 +12,7 @@ from cablestudy.control.loop import unstable_pole
 from cablestudy.control.loop_state_space import by_forces
 from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
 from cablestudy.study.case import Case
-from cablestudy.study.closed_form import DISCRETE, SYSTEM
-from cablestudy.study.column import lacks, value, value_and_error
+from cablestudy.study.column import DISCRETE, SYSTEM, lacks, value, value_and_error
 from cablestudy.study.columns import find, is_own
 from cablestudy.study.motion_columns import GONDOLA_X
 from cablestudy.study.notes import strength_warning as strength_warning

@@ -441,7 +441,7 @@ def refuse_unheld(suspension):
     held = np.append(~suspension.free[:, :3].all(axis=-1), True)  # the last one is the ground
     owner = suspension.owner % len(held)
     while True:
-        held_by_cables = np.unique(owner[held[owner].any(axis=-1)])  # at either end of a cable one end of which is held
+        held_by_cables = owner[held[owner].any(axis=-1)]  # at either end of a cable one end of which is held
         if held[held_by_cables].all():
             break
         held[held_by_cables] = True

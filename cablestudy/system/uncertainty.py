@@ -121,7 +121,7 @@ def _sampled(equilibrium):
     cable, end, body = tangent.held_ends(suspension)
     arm = arms[..., cable, end, :]
     wrench = np.ascontiguousarray(tangent.wrenches(arm, end_forces[..., cable, end, :]))
-    bodies = np.unique(body).tolist()
+    bodies = sorted(set(body.tolist()))
     ends_of_bodies = [(owner, slice(*np.searchsorted(body, [owner, owner + 1]).tolist())) for owner in bodies]
     for owner, of_owner in ends_of_bodies:
         by_ends = np.swapaxes(wrench[..., of_owner, :], -1, -2) @ changes.take(cable[of_owner], axis=-2)

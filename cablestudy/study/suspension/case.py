@@ -11,17 +11,9 @@ from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.scene_values import merged_loads
 from cablestudy.study.statics import ClosedStatics
-from cablestudy.study.suspension.airflow import Airflow
-from cablestudy.study.suspension.body_mode import BodyMode, RefinedMode
-from cablestudy.study.suspension.cable_modes import CableModes
-from cablestudy.study.suspension.dynamic_analysis import DynamicAnalysis
 from cablestudy.study.suspension.group import Group, HangingCable
 from cablestudy.study.suspension.numbers import CableValues
-from cablestudy.study.suspension.plant import drag_of
 from cablestudy.study.tolerances import STUDY
-from cablestudy.system.cables import FixedModel
-from cablestudy.system.coupled import Layout
-from cablestudy.system.coupled_modes import coupled_modes
 from cablestudy.system.failure import explain
 from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import AXES, GROUND
@@ -136,6 +128,9 @@ class SuspensionCase:
         NoSolutionError, ConvergenceError
             There is no stable equilibrium, or none in the mean wind; the loop lacks the cable of a winch.
         """
+        from cablestudy.study.suspension.airflow import Airflow
+        from cablestudy.study.suspension.dynamic_analysis import DynamicAnalysis
+
         if self.scene.control is not None:
             for name in self.with_all_cables.winches:
                 self.refuse_lost(name, "the loop needs the winch of {0}, which is lost in the load case {1}")
@@ -198,6 +193,8 @@ class SuspensionCase:
     @cached_property
     def _cable_modes(self):
         """Modes of single cables with fixed ends: `CableModes`; raises as `group`."""
+        from cablestudy.study.suspension.cable_modes import CableModes
+
         return CableModes(self.scene, self.equilibrium.catenary, self.group.steady_drag(self.index))
 
     def hanging(self, name):
@@ -261,6 +258,8 @@ class SuspensionCase:
         Junctions follow without mass, other bodies are at rest: an estimate, good for light and taut cables.
         """
         from scipy.linalg import eigvalsh
+
+        from cablestudy.system.coupled import Layout
 
         body, equilibrium = self.body(name), self.equilibrium
         suspension, mass = equilibrium.suspension, Layout(equilibrium).mass[body]
@@ -351,6 +350,8 @@ class SuspensionCase:
     @property
     def model(self):
         """`FixedModel` of the scene, or None where it states an accuracy."""
+        from cablestudy.system.cables import FixedModel
+
         model = self.scene.model
         return FixedModel(model.elements, model.order, model.mass) if model.elements else None
 
@@ -366,6 +367,8 @@ class SuspensionCase:
         ------
         NoSolutionError, ConvergenceError
         """
+        from cablestudy.system.coupled_modes import coupled_modes
+
         computed = [modes for computed_count, modes in self._modes.items() if computed_count >= count]
         if computed:
             return computed[0]
@@ -432,6 +435,9 @@ class SuspensionCase:
         The winches are at rest. The aerodynamic damping is that of all parts in the wind of the scene, about the
         equilibrium of the modes. Its numbers raise NoSolutionError where that motion is held.
         """
+        from cablestudy.study.suspension.body_mode import BodyMode, RefinedMode
+        from cablestudy.system.coupled_modes import coupled_modes
+
         if (name, axis) not in self._modes_of_bodies:
             model, damping = self.scene.model, [cable.damping for cable in self.scene.cables.values()]
 
@@ -457,6 +463,9 @@ class SuspensionCase:
     @cached_property
     def _airflow(self):
         """`Airflow` about the equilibrium of the modes, which is not that in the mean wind; None without wind."""
+        from cablestudy.study.suspension.airflow import Airflow
+        from cablestudy.study.suspension.drag import drag_of
+
         if self.scene.wind is None:
             return None
         suspension = self.equilibrium.suspension

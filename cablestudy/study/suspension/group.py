@@ -12,6 +12,7 @@ from cablestudy.study.columns import utilisation_of
 from cablestudy.study.load_cases import bounded, relative_change
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.suspension.conductors import conductors_of
+from cablestudy.study.suspension.drag import drag_of
 from cablestudy.study.suspension.load_cases import (
     cables_left,
     drag_change,
@@ -21,10 +22,8 @@ from cablestudy.study.suspension.load_cases import (
     too_long,
 )
 from cablestudy.study.suspension.numbers import CableValues, distribution_of, loads_of
-from cablestudy.study.suspension.plant import drag_of
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system import lengths
-from cablestudy.system.coupled_modes import coupled_modes_of_cases
 from cablestudy.system.equilibria import pose
 from cablestudy.system.failure import explain
 from cablestudy.system.force_density import find_form
@@ -432,6 +431,8 @@ class Group:
         ------
         NoSolutionError, ConvergenceError
         """
+        from cablestudy.system.coupled_modes import coupled_modes_of_cases
+
         if (index, count) not in self._modes:
             model, cables = self._scenes[index].model, len(self.cable_indices)
             block_size = max(1, STUDY.cables_at_once // max(1, cables))

@@ -7,7 +7,6 @@ import numpy as np
 from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of
 from cablestudy.study.scene_values import places_of
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.study.suspension.dynamic_analysis import solve_modes
 from cablestudy.study.suspension.group import Group
 from cablestudy.study.suspension.numbers import distinct_connections, kind_of_case, loads_of, topology_of
 
@@ -71,6 +70,8 @@ def prepare(cases):
     ----------
     cases : sequence of SuspensionCase
     """
+    from cablestudy.study.suspension.dynamic_analysis import solve_modes
+
     groups = {}
     for case in cases:
         if not isinstance(wind := outcome_of(partial(getattr, case, "in_wind")), Exception):

@@ -6,8 +6,7 @@ from cablestudy.cable.damping import grows_with_modes
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.scene.words import counted, first_of
 from cablestudy.study.columns import find
-from cablestudy.study.notes import averaged_wind, long_cables, of_comparison
-from cablestudy.study.ssm import DAMPING_NOTES
+from cablestudy.study.notes import DAMPING_IN_STATE_SPACES, averaged_wind, long_cables, of_comparison
 from cablestudy.study.tolerances import STUDY
 
 
@@ -201,7 +200,7 @@ def damping_notes(scene):
     """Yield notes on the damping that is assumed, and on how a state space represents that of the cables."""
     yield from assumed_damping(scene)
     for law in dict.fromkeys(cable.damping.model for cable in scene.cables.values()):
-        yield from DAMPING_NOTES[law]
+        yield from DAMPING_IN_STATE_SPACES[law]
 
 
 def assumed_damping(scene):

@@ -7,16 +7,15 @@ import numpy as np
 
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.scene.words import first_of
-from cablestudy.study.closed_form import DISCRETE, SYSTEM, TableColumns
-from cablestudy.study.column import least_work_first, not_finite, relative
+from cablestudy.study.column import DISCRETE, SYSTEM, least_work_first, not_finite, relative
 from cablestudy.study.refinement import reference_scene
-from cablestudy.study.row import UnfinishedRow, batched, compute_together
 from cablestudy.study.status import FALLEN, MODAL, OVER_STRENGTH, SLACK
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import WHOLE
 from cablestudy.study.suspension.grouping import cases_of, prepare
 from cablestudy.study.suspension.notes import fallen, notes_of, strength_warning
 from cablestudy.study.suspension.wind_columns import exceeded_limits, slackened
+from cablestudy.study.table_rows import TableColumns, UnfinishedRow, batched, compute_together
 from cablestudy.study.tolerances import STUDY
 
 OF_THE_WHOLE = {column.name: column for column in WHOLE}

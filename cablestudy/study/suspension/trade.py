@@ -6,8 +6,7 @@ from math import isnan
 import numpy as np
 
 from cablestudy.errors import NoSolutionError
-from cablestudy.study.closed_form import DISCRETE
-from cablestudy.study.column import least_work_first
+from cablestudy.study.column import DISCRETE, least_work_first
 from cablestudy.study.refinement import with_accuracy
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import MODE, find

@@ -1,0 +1,159 @@
+"""Columns of a table, and its rows while they are computed and when they are finished, of all kinds of scenes."""
+
+from dataclasses import dataclass, field
+from math import isnan
+
+from cablestudy.errors import CablestudyError
+from cablestudy.study.column import value_and_error
+from cablestudy.study.status import STATUS, has_answer, status_of
+from cablestudy.study.table import Table
+
+
+class TableColumns:
+    """Columns of a table, and which of them describe the computation, found once for all rows.
+
+    Attributes
+    ----------
+    physical : list of Column
+        All but those that describe the computation, such as its time.
+    in_wind : bool
+        True if any column is of the motion in the wind.
+    empty : dict
+        Header of every column -> None.
+    estimate, clock, run : bool
+        True if a column is the estimated error; the time; anything that describes the computation but the status.
+    """
+
+    def __init__(self, columns):
+        self.physical = [column for column in columns if column.needs != "run"]
+        self.in_wind = any(column.needs == "wind" for column in self.physical)
+        self.empty = {column.header: None for column in columns}
+        names = {column.name for column in columns if column.needs == "run"}
+        self.estimate, self.clock, self.run = "error_estimate" in names, "solve_time" in names, bool(names - {"status"})
+
+
+@dataclass(frozen=True)
+class Row:
+    """Row of a table: the values of the columns for one case.
+
+    Attributes
+    ----------
+    cells : dict
+        Header -> float, or None where it has no value; `status` is a text.
+    case : Case or SuspensionCase
+    notes : tuple of str
+        On the model, and what it leaves out.
+    errors : dict
+        Header -> estimated relative error against the continuous cable; None where it is not known.
+    warnings : tuple of str
+        Shown to all users; notes are shown only if asked for.
+    """
+
+    cells: dict
+    case: object
+    notes: tuple
+    errors: dict
+    warnings: tuple = ()
+
+    def known_errors(self):
+        """Yield the estimated errors of the cells, as a table of this one row has them."""
+        yield {name: error for name, error in self.errors.items() if error is not None}
+
+    @property
+    def failed(self):
+        """True if some column has no value."""
+        return not has_answer(self.cells["status"])
+
+    def table(self, columns, further_cells=()):
+        """The row as a `Table` of some columns, further cells (pairs of `Field`, cell), and its status."""
+        fields = (*(column.field for column in columns), *(field for field, _ in further_cells), STATUS)
+        cells = self.cells | {field.name: cell for field, cell in further_cells}
+        return Table(fields, [cells], single=True, errors=self.known_errors)
+
+
+@dataclass
+class UnfinishedRow:
+    """A `Row` while it is computed.
+
+    Attributes
+    ----------
+    case, notes, errors, warnings
+        Those of the row.
+    values : dict
+        Header -> number, or None where the case has no such number and none is missing.
+    failures : dict
+        Header -> CablestudyError of a column without a number, or name -> one that makes others doubtful.
+    doubts : tuple of str
+        See `status.status_of`.
+    dof : int
+        Number of unknowns of the model. [-]
+    """
+
+    case: object
+    values: dict = field(default_factory=dict)
+    failures: dict = field(default_factory=dict)
+    errors: dict = field(default_factory=dict)
+    notes: tuple = ()
+    warnings: tuple = ()
+    doubts: tuple = ()
+    dof: int = 0
+
+    def fail(self, columns, error):
+        """Record an error as the failure of those columns that have no value yet."""
+        for column in columns:
+            if column.header not in self.values:
+                self.failures.setdefault(column.header, error)
+
+    def compute(self, columns, value_of=value_and_error):
+        """Compute columns of this case alone, with the errors that they state, or their failures.
+
+        `value_of` is a function: column, case -> number and its relative error: not a number where it is not known,
+        None where the column states none.
+        """
+        for column in columns:
+            if column.header in self.failures:
+                continue
+            try:
+                number, error = value_of(column, self.case)
+            except CablestudyError as failure:
+                self.failures[column.header] = failure
+                continue
+            self.values[column.header] = number
+            if error is not None:
+                self.errors[column.header] = None if isnan(error) else float(error)
+
+    def finished(self, required, seconds=None):
+        """The `Row`.
+
+        Parameters
+        ----------
+        required : TableColumns
+        seconds : float, optional
+            Time that it took. [s]
+        """
+        cells = {**required.empty, **self.values}
+        errors = {name: error for name, error in self.errors.items() if name not in self.failures}
+        if required.run:
+            errors_known = None not in errors.values() and (errors or not self.failures)
+            run = {"dof": self.dof, "error_estimate": max(errors.values(), default=0.0) if errors_known else None}
+            run["solve_time_ms"] = 1e3 * seconds if required.clock else None
+            cells.update((header, number) for header, number in run.items() if header in cells)
+        cells["status"] = status_of(self.failures, *self.doubts)
+        return Row(cells, self.case, tuple(self.notes), errors, self.warnings)
+
+
+def compute_together(rows, columns, value_of=value_and_error):
+    """`UnfinishedRow.compute` of many rows, one column after the other.
+
+    What the first row needs for a column is computed for all rows at once; and what a row has computed before a column
+    does not depend on the other rows.
+    """
+    for column in columns:
+        for row in rows:
+            row.compute([column], value_of)
+
+
+def batched(sequence, width):
+    """Yield the pieces of a sequence that have at most `width` entries."""
+    for start in range(0, len(sequence), width):
+        yield sequence[start : start + width]
