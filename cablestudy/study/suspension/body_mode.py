@@ -9,6 +9,7 @@ import numpy as np
 from cablestudy.errors import NoSolutionError, result_of
 from cablestudy.study.column import first_of_largest
 from cablestudy.study.suspension.body_damping import damping_ratios
+from cablestudy.study.suspension.together import computed_together
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.coupled_solution import CoupledModes
 from cablestudy.system.suspension import AXES
@@ -37,7 +38,7 @@ class RefinedMode:
 
     def __init__(self, first, sharper, accuracy, airflow, together, rounding=0.0):
         self._first, self._sharper, self.accuracy, self._rounding = first, sharper, accuracy, rounding
-        self._airflow, self._together, self._damping = airflow, together, None
+        self._airflow, self._rows = airflow, together
 
     @cached_property
     def mode(self):
@@ -67,11 +68,17 @@ class RefinedMode:
     @property
     def damping(self):
         """`DampingRatio`; raises as `body_damping.damping_ratios` says."""
-        if self._damping is None:
-            modes = [mode for mode in self._together() if mode._damping is None]
-            for mode, ratio in zip(modes, damping_ratios(modes), strict=True):
-                mode._damping = ratio
-        return result_of(self._damping)
+        return result_of(self._damping_outcome)
+
+    @property
+    def together(self):
+        """Modes of all rows whose damping ratios are computed in one call: list of RefinedMode."""
+        return self._rows()
+
+    @computed_together
+    def _damping_outcome(modes):
+        """`damping`, or the error that says why there is none."""
+        return zip(modes, damping_ratios(modes), strict=True)
 
     def damped_models(self):
         """Yield pairs of the `BodyMode` of one model and the `Airflow` that damps it, of ever finer models."""

@@ -16,6 +16,7 @@ from cablestudy.study.suspension.closed_loop import ClosedLoop, find_first_limit
 from cablestudy.study.suspension.gust_response import GustResponse
 from cablestudy.study.suspension.model_search import closed_loops_of, search_models, stable_without_loop
 from cablestudy.study.suspension.plant import Plant
+from cablestudy.study.suspension.together import computed_together
 from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.coupled_modes import coupled_modes, coupled_modes_of_cases, shaping_modes
@@ -56,8 +57,7 @@ class DynamicAnalysis:
         self._shared, self._cables, self._modes = known, cables, {} if modes is None else modes
         self._accuracy = scene.model.accuracy or STUDY.fixed_model_accuracy
         self._midspans, self._fewest_modes, self._mean_drag = False, 0, mean_drag
-        # analyses of many rows whose numbers are computed in the same calls; whether that of the largest gain has begun
-        self._together, self._limits_begun = [self], False
+        self.together = [self]  # analyses of many rows whose numbers are computed in the same calls
 
     def closed_loop_of(self, count, responses=False, among=0):
         """`ClosedLoop`, stable or not, with a number of modes; cases that agree in all that it depends on share it.
@@ -193,13 +193,10 @@ class DynamicAnalysis:
         """True if models are compared with each other: those to an accuracy, of few cables and few excited modes."""
         return self._model is None and self._model_sizes[0] < self._usual_counts[0]
 
-    @cached_property
-    def _search_outcome(self):
-        """`ClosedLoop` and response to the wind, or the error that says why there are none: computed once for a row."""
-        found = search_models([analysis for analysis in self._together if "_search_outcome" not in analysis.__dict__])
-        for analysis, outcome in found.items():
-            analysis._search_outcome = outcome
-        return found[self]
+    @computed_together
+    def _search_outcome(analyses):
+        """`ClosedLoop` and response to the wind, or the error that says why there are none."""
+        return search_models(analyses).items()
 
     def response_with(self, closed_loop, before):
         """`GustResponse` of a stable `ClosedLoop`, None without wind; `before` is that of the model tried before."""
@@ -249,7 +246,7 @@ class DynamicAnalysis:
             return ""
         if self._modal_damping_counts:
             return unknown_rms_error(counted(len(self.closed_loop.modes), "mode"))
-        analyses = self, self.__dict__.get("_without_control")  # with the winches at rest, if it was needed
+        analyses = self, DynamicAnalysis._without_control.known(self)  # with the winches at rest, if it was needed
         solved = [analysis for analysis in analyses if analysis is not None and analysis.solved]
         variance_error = max(analysis.response.moving_error for analysis in solved)
         error = variance_error / 2  # of the root
@@ -269,9 +266,10 @@ class DynamicAnalysis:
     @property
     def solved(self):
         """True if the motion was computed, that of an unstable loop with its winches at rest too."""
-        outcomes = [self.__dict__[name] for name in ("_search_outcome", "_controlled_outcome") if name in self.__dict__]
-        at_rest = self.__dict__.get("_without_control")
-        return any(not isinstance(result, Exception) for result in outcomes) or (at_rest is not None and at_rest.solved)
+        outcomes = DynamicAnalysis._search_outcome.known(self), DynamicAnalysis._controlled_outcome.known(self)
+        at_rest = DynamicAnalysis._without_control.known(self)
+        found = any(not isinstance(outcome, Exception | None) for outcome in outcomes)
+        return found or (at_rest is not None and at_rest.solved)
 
     @property
     def _loop_and_response(self):
@@ -286,8 +284,8 @@ class DynamicAnalysis:
     @property
     def described(self):
         """`closed_loop`, or of an unstable loop, or where no response was asked for, `controlled`; raises as that."""
-        outcome = self.__dict__.get("_search_outcome")
-        return self.controlled if outcome is None or isinstance(outcome, Exception) else self.closed_loop
+        outcome = DynamicAnalysis._search_outcome.known(self)
+        return self.controlled if isinstance(outcome, Exception | None) else self.closed_loop
 
     @property
     def response(self):
@@ -300,17 +298,12 @@ class DynamicAnalysis:
         """
         return self._loop_and_response[1]
 
-    @cached_property
-    def _controlled_outcome(self):
-        """`controlled`, or the error that says why there is none: computed once for a row."""
-        waiting = [analysis for analysis in self._together if "_controlled_outcome" not in analysis.__dict__]
-        closed_loops = closed_loops_of(
-            {analysis: outcome_of(lambda a=analysis: a.sizes_to_try) for analysis in waiting}
-        )
-        outcomes = {analysis: outcome_of(partial(stable_without_loop, one)) for analysis, one in closed_loops.items()}
-        for analysis, outcome in outcomes.items():
-            analysis._controlled_outcome = outcome
-        return outcomes[self]
+    @computed_together
+    def _controlled_outcome(analyses):
+        """`controlled`, or the error that says why there is none."""
+        sizes = {analysis: outcome_of(lambda a=analysis: a.sizes_to_try) for analysis in analyses}
+        for analysis, closed_loop in closed_loops_of(sizes).items():
+            yield analysis, outcome_of(partial(stable_without_loop, closed_loop))
 
     @property
     def controlled(self):
@@ -325,14 +318,17 @@ class DynamicAnalysis:
         """
         return result_of(self._controlled_outcome)
 
+    @computed_together
+    def _limits_begun(analyses):
+        """True: the search for the largest gain has begun, if there is a loop."""
+        outcomes = [analysis._controlled_outcome for analysis in analyses if analysis.scene.control is not None]
+        find_first_limits([closed_loop for closed_loop in outcomes if isinstance(closed_loop, ClosedLoop)])
+        return dict.fromkeys(analyses, True).items()
+
     @property
     def _with_limits(self):
         """`controlled` for its largest gain, whose search begins in one call for many rows; raises as `controlled`."""
-        waiting = [analysis for analysis in self._together if not analysis._limits_begun]
-        for analysis in waiting:
-            analysis._limits_begun = True
-        outcomes = [analysis._controlled_outcome for analysis in waiting if analysis.scene.control is not None]
-        find_first_limits([closed_loop for closed_loop in outcomes if isinstance(closed_loop, ClosedLoop)])
+        _ = self._limits_begun
         return self.controlled
 
     def check_stable(self):
@@ -344,18 +340,17 @@ class DynamicAnalysis:
         """`DynamicAnalysis` with the winches at rest: it shares the modes and plants, and has as many modes."""
         return self if self.scene.control is None else self._without_control
 
-    @cached_property
-    def _without_control(self):
+    @computed_together
+    def _without_control(analyses):
         """`at_rest` of a scene with control, made with those of the analyses that are computed together."""
-        waiting = [one for one in self._together if one.scene.control and "_without_control" not in one.__dict__]
-        others = [one._with_scene(control=None) for one in waiting]
-        for analysis, other in zip(waiting, others, strict=True):
+        controlled = [analysis for analysis in analyses if analysis.scene.control]
+        others = [analysis._with_scene(control=None) for analysis in controlled]
+        for analysis, other in zip(controlled, others, strict=True):
             other._model_sizes, counts = analysis._model_sizes, outcome_of(lambda a=analysis: a.sizes_to_try)
             if not isinstance(counts, Exception):  # a loop that cannot be had has none
                 other.sizes_to_try = counts
-            other._together = others
-            analysis.__dict__["_without_control"] = other
-        return self.__dict__["_without_control"]
+            other.together = others
+            yield analysis, other
 
     @cached_property
     def finer(self):
@@ -598,7 +593,7 @@ def solve_modes(analyses, equilibrium):
         Equilibria of these suspensions, shape (n,).
     """
     for analysis in analyses:
-        analysis._together = analyses
+        analysis.together = analyses
     indices_by_model = {}  # key of the first model -> {id of a dict of modes: index of one analysis that shares it}
     for index, analysis in enumerate(analyses):
         if analysis.first_model[0] not in analysis._modes:

@@ -5,8 +5,8 @@ from functools import partial
 
 from cablestudy.activity import doing
 from cablestudy.errors import outcome_of, result_of, without_errors
-from cablestudy.study.suspension.plant import solve_motions, solve_stiffness
-from cablestudy.study.suspension.turbulence import solve_state_spaces, solve_variances
+from cablestudy.study.suspension.plant import Plant
+from cablestudy.study.suspension.turbulence import Turbulence
 
 
 def search_models(analyses):
@@ -28,13 +28,13 @@ def search_models(analyses):
     for trial in itertools.count():
         outcomes |= closed_loops_of(pending, trial)
         closed_loops = without_errors({analysis: outcomes[analysis] for analysis in pending})
-        solve_state_spaces(_without_doubt(closed_loops.values()))
+        Turbulence.space.compute(_without_doubt(closed_loops.values()))
         for analysis, closed_loop in closed_loops.items():
             outcomes[analysis] = outcome_of(partial(analysis.response_with, closed_loop, responses[analysis]))
         responses = without_errors({analysis: outcomes[analysis] for analysis in closed_loops})
         in_wind = [response for response in responses.values() if response is not None]
-        solve_stiffness([response.closed_loop.plant for response in in_wind])
-        solve_variances([response.turbulence for response in in_wind])
+        Plant.stiffness_of_outputs.compute([response.closed_loop.plant for response in in_wind])
+        Turbulence.variances.compute([response.turbulence for response in in_wind])
         pending = {}
         for analysis, response in responses.items():
             closed_loop = closed_loops[analysis]
@@ -67,7 +67,7 @@ def closed_loops_of(sizes, trial=0):
             doing(f"motion with {of_analysis[trial]} modes")
             found[analysis] = outcome_of(partial(analysis.closed_loop_with, of_analysis[trial]))
     plants = [closed_loop.plant for closed_loop in without_errors(found).values()]
-    solve_motions([plant for plant in plants if not plant.refused])
+    Plant.motion.compute([plant for plant in plants if not plant.refused])
     return found
 
 

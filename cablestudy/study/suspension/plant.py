@@ -15,7 +15,7 @@ from cablestudy.control.suspension import FROM, TO, Marker, Winch, check_size, s
 from cablestudy.errors import NoSolutionError, outcome_of
 from cablestudy.scene.actuator_tables import ReactionWheel
 from cablestudy.study.suspension.tension_waves import change_by_waves
-from cablestudy.study.suspension.together import together
+from cablestudy.study.suspension.together import computed_together, together
 from cablestudy.study.suspension.turbulence import OWN, Turbulence
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.connected import observed
@@ -146,11 +146,21 @@ class Plant:
         """Name of each output -> its row: displacements of bodies, markers, and perhaps mid-spans; tensions."""
         return {name: row for row, (name, _unit) in enumerate(self._full_system.outputs)}
 
-    @cached_property
+    @computed_together
+    def _system_and_observed(plants):
+        """`LinearSystem` with all coordinates, and which of these outputs depend on; raises as `_parts_of_system`.
+
+        Plants with equal numbers of everything are computed together: no digit of one depends on the others.
+        """
+        for members in together(plants, lambda plant: signature(*plant._parts_of_system), _size):
+            systems = second_order_of_rows(*map(list, zip(*(plant._parts_of_system for plant in members), strict=True)))
+            for row, (plant, mask) in enumerate(zip(members, observed(systems), strict=True)):
+                yield plant, (systems.take(row), mask)
+
+    @property
     def _full_system(self):
         """`LinearSystem` with all coordinates of the cables, see `control.suspension.second_order`."""
-        solve_systems([self])
-        return self.__dict__["_full_system"]
+        return self._system_and_observed[0]
 
     @property
     def refused(self):
@@ -166,10 +176,10 @@ class Plant:
         check_size(*parts[:2])
         return parts
 
-    @cached_property
+    @property
     def _observed(self):
         """Which coordinates of the full system outputs depend on, shape (n,)."""
-        return observed(self._full_system)
+        return self._system_and_observed[1]
 
     @property
     def _moving_loads(self):
@@ -181,7 +191,29 @@ class Plant:
         moving = np.concatenate(moving, axis=1)
         return moving[:, moving.any(axis=0)]
 
-    @cached_property
+    @computed_together
+    def _loads_and_basis(plants):
+        """`_loads` and `_basis`; raises as `_parts_of_system`."""
+        Plant._system_and_observed.compute(plants)
+        loads = {plant: plant._first_loads for plant in plants}
+
+        def numbers(plant):
+            """Numbers that plants have in common whose bases are computed together."""
+            return plant._full_system.signature, plant.modes.shapes.shape, *(part.shape for part in loads[plant])
+
+        for members in together(plants, numbers, _size):
+            systems = LinearSystem.stack([plant._full_system for plant in members])
+            first, moving = map(np.stack, zip(*(loads[plant] for plant in members), strict=True))
+            inertia = systems.mass @ systems.compliance(moving)
+            all_loads = np.concatenate([first, moving, inertia], axis=-1)
+            responses = systems.compliance(all_loads)
+            omega, shapes = zip(*((plant.modes.solution.omega, plant.modes.shapes) for plant in members), strict=True)
+            bases = basis_of_rows(systems, omega, np.stack(shapes), responses)
+            for plant, of_row, (frequencies, vectors) in zip(members, all_loads, bases, strict=True):
+                kept = np.concatenate([plant.kept, np.arange(len(plant.modes), len(frequencies))])
+                yield plant, (of_row, (frequencies[kept], vectors[:, kept]))
+
+    @property
     def _loads(self):
         """Forces on the coordinates of the suspension whose static responses are coordinates of the model, (n, r).
 
@@ -190,8 +222,7 @@ class Plant:
         those by inertia and damping of moving bodies and winches, and by the inertia of the response to these: they are
         what modes left out do to the motion and the damping of others, see `LinearSystem.few`.
         """
-        solve_motions([self])
-        return self.__dict__["_loads"]
+        return self._loads_and_basis[0]
 
     @property
     def _first_loads(self):
@@ -217,11 +248,10 @@ class Plant:
         at_midspan = [row for name, row in self.outputs.items() if ".midspan." in name]
         return self._full_system.c[0][at_midspan].real.T
 
-    @cached_property
+    @property
     def _basis(self):
         """Frequencies, shape (m,), and shapes, (n, m), of the coordinates: modes, then static responses to `_loads`."""
-        solve_motions([self])
-        return self.__dict__["_basis"]
+        return self._loads_and_basis[1]
 
     @cached_property
     def kept(self):
@@ -364,11 +394,21 @@ class Plant:
             other.__dict__.pop(name, None)
         return other
 
-    @cached_property
-    def stiffness_of_outputs(self):
+    @computed_together
+    def stiffness_of_outputs(plants):
         """Estimate of the energy per square of each output, by which different outputs are compared, shape (o,)."""
-        solve_stiffness([self])
-        return self.__dict__["stiffness_of_outputs"]
+
+        def numbers(plant):
+            return plant.motion.signature, *(one.wheel for one in plant.actuators)
+
+        for members in together(plants, numbers, _size):
+            motion = LinearSystem.stack([plant.motion for plant in members])
+            count, outputs = len(motion), rows(motion, actuators=members[0].actuators)[-1]
+            squares = np.abs(outputs[..., : 2 * count]) ** 2
+            stiffness, mass = (np.diagonal(part, axis1=-2, axis2=-1) for part in (motion.stiffness.real, motion.mass))
+            by_displacements = squares[..., :count] * (motion.unit**2 / stiffness)[:, None, :]
+            compliance = (by_displacements + squares[..., count:] / mass[:, None, :]).sum(axis=-1)
+            yield from zip(members, 1 / np.maximum(compliance, np.finfo(float).tiny), strict=True)
 
     @property
     def braked(self):
@@ -383,11 +423,20 @@ class Plant:
         """Aerodynamic damping of coordinates by the drag on bodies, see `damping_of_bodies`; 0 without."""
         return self.airflow.damping_of_bodies(self.layout, shapes) if self.airflow else 0.0
 
-    @cached_property
-    def motion(self):
-        """`LinearSystem` in the coordinates of the model, then the strokes of reaction masses."""
-        solve_motions([self])
-        return self.__dict__["motion"]
+    @computed_together
+    def motion(plants):
+        """`LinearSystem` in the coordinates of the model, then the strokes of reaction masses.
+
+        Raises NoSolutionError where the plant has too many coordinates for a linear system.
+        """
+        Plant._loads_and_basis.compute(plants)
+        for members in together(plants, lambda plant: (plant._full_system.signature, plant._basis[1].shape), _size):
+            systems = LinearSystem.stack([plant._full_system for plant in members])
+            omega, shapes = map(np.stack, zip(*(plant._basis for plant in members), strict=True))
+            air = np.stack([np.broadcast_to(plant._winches_and_air[1], (omega.shape[-1],) * 2) for plant in members])
+            motions = motion_of_rows(systems, omega, shapes, len(members[0].winches), air)
+            for row, plant in enumerate(members):
+                yield plant, with_actuators(plant.layout, motions.take(row), plant.actuators)
 
     @cached_property
     def viscous_motion(self):
@@ -403,91 +452,6 @@ class Plant:
     def _winches_and_air(self):
         """Number of winches, and aerodynamic damping of the coordinates of the model."""
         return len(self.winches), self.air_on_bodies(self._basis[1])
-
-
-def solve_systems(plants):
-    """Compute the `LinearSystem` of many plants, with all coordinates, and keep it in each.
-
-    Those with equal numbers of everything are computed together, as in `solve_motions`.
-
-    Parameters
-    ----------
-    plants : list of Plant
-
-    Raises
-    ------
-    NoSolutionError
-        One has too many coordinates.
-    """
-    waiting = [plant for plant in plants if "_full_system" not in plant.__dict__]
-    for members in together(waiting, lambda plant: signature(*plant._parts_of_system), _size):
-        systems = second_order_of_rows(*map(list, zip(*(plant._parts_of_system for plant in members), strict=True)))
-        masks = observed(systems)
-        for row, plant in enumerate(members):
-            plant.__dict__.update(_full_system=systems.take(row), _observed=masks[row])
-
-
-def solve_motions(plants):
-    """Compute `Plant.motion` of many plants, with the basis of its coordinates, and keep them in each.
-
-    Plants with equal numbers of everything are computed together: no digit of one depends on the others.
-
-    Parameters
-    ----------
-    plants : list of Plant
-
-    Raises
-    ------
-    NoSolutionError
-        As `solve_systems`.
-    """
-    waiting = [plant for plant in dict.fromkeys(plants) if "motion" not in plant.__dict__]
-    solve_systems(waiting)
-    loads = {plant: plant._first_loads for plant in waiting}
-
-    def numbers(plant):
-        """Numbers that plants have in common whose bases are computed together."""
-        return plant._full_system.signature, plant.modes.shapes.shape, *(part.shape for part in loads[plant])
-
-    for members in together(waiting, numbers, _size):
-        systems = LinearSystem.stack([plant._full_system for plant in members])
-        first, moving = map(np.stack, zip(*(loads[plant] for plant in members), strict=True))
-        inertia = systems.mass @ systems.compliance(moving)
-        all_loads = np.concatenate([first, moving, inertia], axis=-1)
-        responses = systems.compliance(all_loads)
-        omega, shapes = zip(*((plant.modes.solution.omega, plant.modes.shapes) for plant in members), strict=True)
-        bases = basis_of_rows(systems, omega, np.stack(shapes), responses)
-        for plant, of_row, (frequencies, vectors) in zip(members, all_loads, bases, strict=True):
-            kept = np.concatenate([plant.kept, np.arange(len(plant.modes), len(frequencies))])
-            plant.__dict__.update(_loads=of_row, _basis=(frequencies[kept], vectors[:, kept]))
-    for members in together(waiting, lambda plant: (plant._full_system.signature, plant._basis[1].shape), _size):
-        systems = LinearSystem.stack([plant._full_system for plant in members])
-        omega, shapes = map(np.stack, zip(*(plant._basis for plant in members), strict=True))
-        air = np.stack([np.broadcast_to(plant._winches_and_air[1], (omega.shape[-1],) * 2) for plant in members])
-        motions = motion_of_rows(systems, omega, shapes, len(members[0].winches), air)
-        for row, plant in enumerate(members):
-            plant.__dict__["motion"] = with_actuators(plant.layout, motions.take(row), plant.actuators)
-
-
-def solve_stiffness(plants):
-    """Compute `Plant.stiffness_of_outputs` of many plants together, and keep it in each.
-
-    Parameters
-    ----------
-    plants : list of Plant
-    """
-    waiting = [plant for plant in plants if "stiffness_of_outputs" not in plant.__dict__]
-    for members in together(
-        waiting, lambda plant: (plant.motion.signature, *(one.wheel for one in plant.actuators)), _size
-    ):
-        motion = LinearSystem.stack([plant.motion for plant in members])
-        count, outputs = len(motion), rows(motion, actuators=members[0].actuators)[-1]
-        squares = np.abs(outputs[..., : 2 * count]) ** 2
-        stiffness, mass = (np.diagonal(part, axis1=-2, axis2=-1) for part in (motion.stiffness.real, motion.mass))
-        by_displacements = squares[..., :count] * (motion.unit**2 / stiffness)[:, None, :]
-        compliance = (by_displacements + squares[..., count:] / mass[:, None, :]).sum(axis=-1)
-        for plant, of_row in zip(members, 1 / np.maximum(compliance, np.finfo(float).tiny), strict=True):
-            plant.__dict__["stiffness_of_outputs"] = of_row
 
 
 def _size(plant):

@@ -1,4 +1,4 @@
-"""Rows with equal numbers of everything, whose arrays are computed in one call."""
+"""Rows that are computed in one call: those with equal numbers of everything, and attributes of many rows."""
 
 from cablestudy.study.tolerances import STUDY
 
@@ -22,3 +22,43 @@ def together(rows, numbers, size):
         at_once = max(1, STUDY.entries_at_once // max(1, size(members[0])) ** 2)
         for begin in range(0, len(members), at_once):
             yield members[begin : begin + at_once]
+
+
+class RowAttribute:
+    """Attribute of a row that is computed for many rows in one call, and kept in each.
+
+    Asked for, it is computed for its row, with all rows of the list `together` of that row if it has one.
+
+    Parameters
+    ----------
+    function : callable
+        List of rows that lack the attribute, each once -> iterable of pairs: row, value. Its docstring is that of the
+        attribute.
+    """
+
+    def __init__(self, function):
+        self._function, self.__doc__ = function, function.__doc__
+
+    def __set_name__(self, owner, name):
+        self._name = name
+
+    def __get__(self, row, owner=None):
+        if row is None:
+            return self
+        self.compute(getattr(row, "together", [row]))
+        return row.__dict__[self._name]
+
+    def compute(self, rows):
+        """Compute the attribute of those of some rows that lack it."""
+        waiting = list(dict.fromkeys(row for row in rows if self._name not in row.__dict__))
+        for row, value in self._function(waiting) if waiting else ():
+            row.__dict__[self._name] = value
+
+    def known(self, row):
+        """Value of a row, None where it was not computed."""
+        return row.__dict__.get(self._name)
+
+
+def computed_together(function):
+    """Decorator: the `RowAttribute` that a function of many rows computes."""
+    return RowAttribute(function)

@@ -9,7 +9,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from cablestudy.study.suspension.together import together
+from cablestudy.study.suspension.together import computed_together, together
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.state_spaces import StateSpaces
 from cablestudy.wind.integrals import Integrals, variances_of_rows
@@ -38,25 +38,34 @@ class Turbulence:
         """True if the response is not one of poles alone."""
         return self.loop is not None and self.loop.law.delay > 0
 
-    @cached_property
-    def _space(self):
-        """`StateSpaces` of rows among which this one is, and its index there."""
-        solve_state_spaces([self])
-        return self.__dict__["_space"]
+    @computed_together
+    def space(turbulences):
+        """`StateSpaces` of rows with equal numbers of everything, and the index of this one; none with a delay.
+
+        Equations and poles are kept in the loops too.
+        """
+        without_delay = [one for one in turbulences if not one.has_delay]
+        for members in together(without_delay, lambda one: one._signature, lambda one: 2 * len(one.plant.motion)):
+            loops = [turbulence.loop for turbulence in members] if members[0].loop else None
+            motions = [turbulence.plant.motion for turbulence in members]
+            space = StateSpaces.of(motions, loops, members[0].plant.actuators)
+            known = [system.__dict__.get("eigen") for system in loops or motions]
+            if all(eigen is not None for eigen in known):
+                space.eigen = known
+            for row, (system, eigen) in enumerate(zip(loops or motions, space.eigen, strict=True)):
+                system.__dict__.setdefault("equations", space.equations.take(row))
+                system.__dict__["eigen"] = eigen
+            yield from ((turbulence, (space, row)) for row, turbulence in enumerate(members))
 
     @property
     def _signature(self):
         """Numbers of everything, by which rows are found that are one `StateSpaces`: tuple."""
         return StateSpaces.signature(self.plant.motion, self.loop), *(one.wheel for one in self.plant.actuators)
 
-    @cached_property
-    def residues(self):
-        """`Residues` from gusts to outputs, or `DelayedResponse` with a delay, see `Plant.residues_of`."""
-        return _residues_of_rows([self])[0]
-
-    def _coarse_residues(self, speeds=False):
-        """`Residues` with fewer modes; with `speeds` to the speeds of the winches."""
-        return _residues_of_rows([self], coarse=True, speeds=speeds)[0]
+    @computed_together
+    def residues(turbulences):
+        """`Residues` from gusts to outputs, or `DelayedResponse` with a delay."""
+        return zip(turbulences, _residues_of_rows(turbulences), strict=True)
 
     @cached_property
     def range(self):
@@ -88,15 +97,16 @@ class Turbulence:
         """`Integrals` of displacements and rates."""
         return self._integrals_of(OWN)
 
-    @cached_property
-    def _coarse(self):
-        """`residues` with fewer modes, computed once."""
-        return self._coarse_residues()
+    @computed_together
+    def coarse(turbulences):
+        """`residues` with fewer modes."""
+        return zip(turbulences, _residues_of_rows(turbulences, coarse=True), strict=True)
 
-    @cached_property
-    def variances(self):
+    @computed_together
+    def variances(turbulences):
         """Variances of the outputs and of their rates, and their errors; see `_variances_of_rows`."""
-        return _variances_of_rows([self], [self._integrals])[0]
+        integrals = [turbulence._integrals for turbulence in turbulences]
+        return zip(turbulences, _variances_of_rows(turbulences, integrals), strict=True)
 
     def seen(self, weights):
         """Variances of the outputs with weights: dict of functions of frequency [Hz]; see `_variances_of_rows`."""
@@ -134,7 +144,7 @@ class Turbulence:
         residues = _residues_of_rows([self], speeds=True)[0]
         value, coarse = self._integrals.variances(residues), np.nan
         if self.estimates:
-            coarse = self._integrals.variances(self._coarse_residues(speeds=True))
+            coarse = self._integrals.variances(_residues_of_rows([self], coarse=True, speeds=True)[0])
         return value, np.abs(value - coarse), self._integrals.undamped(residues, value[0], np.ones(value.shape[1]))
 
     def undamped(self, stiffness):
@@ -142,56 +152,16 @@ class Turbulence:
         return self._integrals.undamped(self.residues, self.variances[0][0], stiffness)
 
 
-def solve_state_spaces(turbulences):
-    """Compute the state spaces of many rows, those with equal numbers of everything together, and keep them in each.
-
-    Equations and poles are kept in the loops too. Rows whose loop has a delay have none.
-
-    Parameters
-    ----------
-    turbulences : list of Turbulence
-    """
-    waiting = [one for one in turbulences if "_space" not in one.__dict__ and not one.has_delay]
-    for members in together(waiting, lambda one: one._signature, lambda one: 2 * len(one.plant.motion)):
-        loops = [turbulence.loop for turbulence in members] if members[0].loop else None
-        motions = [turbulence.plant.motion for turbulence in members]
-        space = StateSpaces.of(motions, loops, members[0].plant.actuators)
-        for row, (turbulence, system) in enumerate(zip(members, loops or motions, strict=True)):
-            turbulence.__dict__["_space"] = space, row
-            system.__dict__.setdefault("equations", space.equations.take(row))
-        known = [system.__dict__.get("eigen") for system in loops or motions]
-        if all(eigen is not None for eigen in known):
-            space.__dict__["eigen"] = known
-        for eigen, system in zip(space.eigen, loops or motions, strict=True):
-            system.__dict__["eigen"] = eigen
-
-
-def solve_variances(turbulences):
-    """Compute `Turbulence.variances` of many rows together, and keep them in each.
-
-    Parameters
-    ----------
-    turbulences : list of Turbulence
-        Of stable systems.
-    """
-    waiting = [one for one in dict.fromkeys(turbulences) if "variances" not in one.__dict__]  # rows may share one
-    integrals = [turbulence._integrals for turbulence in waiting]
-    for turbulence, found in zip(waiting, _variances_of_rows(waiting, integrals), strict=True):
-        turbulence.__dict__["variances"] = found
-
-
 def _variances_of_rows(turbulences, integrals):
     """Variances of the outputs of each row, their errors by modes and those by a delay, three arrays of shape (w, o).
 
     Errors by modes are not numbers where they are not computed.
     """
-    for name, coarse in (("residues", False), ("_coarse", True)):
-        rows = [row for row in turbulences if name not in row.__dict__ and (row.estimates or not coarse)]
-        for row, found in zip(rows, _residues_of_rows(rows, coarse), strict=True):
-            row.__dict__[name] = found
+    Turbulence.residues.compute(turbulences)
+    Turbulence.coarse.compute([row for row in turbulences if row.estimates])
     values = variances_of_rows(integrals, [row.residues for row in turbulences])
     estimated = [index for index, row in enumerate(turbulences) if row.estimates]
-    of_coarse = [integrals[index] for index in estimated], [turbulences[index]._coarse for index in estimated]
+    of_coarse = [integrals[index] for index in estimated], [turbulences[index].coarse for index in estimated]
     by_modes = [np.full(value.shape, np.nan) for value in values]
     for index, coarse in zip(estimated, variances_of_rows(*of_coarse), strict=True):
         by_modes[index] = np.abs(values[index] - coarse)
@@ -210,14 +180,14 @@ def _residues_of_rows(turbulences, coarse=False, speeds=False):
     speeds : bool
         True for the speeds of the winches instead of the outputs.
     """
-    solve_state_spaces(turbulences)
+    Turbulence.space.compute(turbulences)
     found, groups = [None] * len(turbulences), {}
     for index, turbulence in enumerate(turbulences):
         plant = turbulence.plant
         if turbulence.has_delay:
             found[index] = plant.delayed_response(turbulence.loop, coarse, speeds)
             continue
-        space, row = turbulence._space
+        space, row = turbulence.space
         basis = plant.coarse_space if coarse else None
         inputs = plant.gust_forces, basis, plant.direct
         key = id(space), *(array is not None and array.shape for array in inputs)
