@@ -13,8 +13,11 @@ from functools import partial
 
 import click
 import pytest
+import yaml
 from command import CARLINA, CONFIGS, LONGEST, ROOT, SLACK, process, rows_of, run, study_file, table_of
 from picture import undrawn
+from solved import contents
+from twins import swinging
 
 from cablestudy import __version__
 from cablestudy.cli import main
@@ -487,9 +490,30 @@ def test_top_of_a_table_of_one_row_is_refused(command):
 
 def test_modes_of_a_scene_with_a_gondola_say_that_it_is_held():
     said = run("modes", CARLINA, "-n", "2").lines
-    assert said[0].startswith(
-        "note: these are modes between fixed ends, with the gondola held; the column gondola_frequency"
-    )
-    assert "gondola_frequency" in said[0]
+    assert said[0].startswith("note: these are modes between fixed ends, with the gondola held; --coupled")
     assert "fixed ends" not in run("modes", CARLINA, "-n", "2", "--set", "gondola=null", "--set", "winch=null").err
     assert run("modes", CARLINA, "-n", "2", "--quiet").err == ""
+    assert run("modes", CARLINA, "-n", "2", "--coupled").err == ""
+
+
+@pytest.mark.parametrize("scene", ["slack.yaml", "carlina-inclined.yaml"])
+def test_coupled_modes_of_gondola_and_cable_are_those_of_the_suspension(tmp_path, scene):
+    path = CONFIGS / scene
+    sets = ("model={accuracy: 1e-6}", "cable.damping={model: kelvin_voigt, time: 1 ms}", "winch=null")
+    options = [word for change in sets for word in ("--set", change)]
+    twin = tmp_path / "twin.yaml"
+    twin.write_text(yaml.safe_dump(swinging(contents(path, *sets))), encoding="utf-8")
+    columns = "-n", "9", "--columns", "frequency_Hz,damping_ratio,body_share"
+    own, of_twin = table_of("modes", path, "--coupled", *options, *columns), table_of("modes", twin, *columns)
+    for name in own[0]:
+        expected = [row[name] for row in of_twin]
+        assert [row[name] for row in own] == pytest.approx(expected, rel=1e-5, abs=1e-9)
+    frequency = table_of("windrms", path, *options)[0]["gondola_frequency_Hz"]
+    assert min(abs(row["frequency_Hz"] / frequency - 1) for row in own) < 1e-6
+
+
+def test_coupled_modes_are_refused_where_there_is_nothing_to_couple():
+    done = run("modes", CONFIGS / "guy.yaml", "--coupled", code=2)
+    assert "gondola: missing key: 'cablestudy modes --coupled' needs it" in done.err
+    done = run("modes", CONFIGS / "suspensions" / "fast.yaml", "--coupled", code=2)
+    assert done.lines == ["--coupled: no effect: without --cable the modes of a suspension are coupled"]

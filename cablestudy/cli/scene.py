@@ -91,8 +91,9 @@ def static(scene, sets, case, shape, limits, name, locus, form, style, plot, exp
 @click.option("-n", "count", type=click.IntRange(1, 100_000), help="How many, from the lowest. Default: 12.")
 @click.option("--upto", metavar="FREQ", help="All up to a frequency instead, e.g. 20 Hz.")
 @click.option("--cable", metavar="NAME", help="Of a suspension: modes of this cable, its ends held.")
+@click.option("--coupled", is_flag=True, help="Of one cable: its modes together with those of the gondola on it.")
 @click.option("--animate", metavar="FILE", help="Draw the modes in motion too: .gif, or .html of one file.")
-def modes(scene, sets, case, count, upto, cable, animate, style, plot, explain, quiet):
+def modes(scene, sets, case, count, upto, cable, coupled, animate, style, plot, explain, quiet):
     """Frequencies, kinds and participation factors of the cable with fixed ends; of a suspension its coupled modes."""
     if count is not None and upto is not None:
         raise SceneError("-n and --upto exclude each other")
@@ -100,6 +101,7 @@ def modes(scene, sets, case, count, upto, cable, animate, style, plot, explain, 
         refuse_options({"--plot": plot, "--animate": animate}, f"--case {ALL} has the modes of each case")
     check_picture(animate, "--animate", (".gif", ".html"))
     options = {"count": count, "upto": upto, "cable": cable, "estimate": explain}
+    options |= {"coupled": True} if coupled else {}
     answer = compute(read(scene, sets, case), case, "modes", **options)
     code = finish(scene, answer, style, plot, explain, quiet)
     if animate:

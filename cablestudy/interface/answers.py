@@ -87,6 +87,31 @@ def fewer_modes(modes, asked, limit):
     return (f"the model has {len(modes)} modes, not {asked}",) if is_short else ()
 
 
+def coupled_modes(case, count, upto):
+    """`Answer` with the coupled modes of a case, without what is said of the case itself.
+
+    Parameters
+    ----------
+    case : SuspensionCase
+    count, upto
+        See `one_cable.modes`.
+    """
+    from cablestudy.study.suspension.report import mode_notes, mode_table
+    from cablestudy.study.vibration import diameters_of_coupled_modes, with_lock_in
+
+    limit, size = frequency_limit(count, upto), count or DEFAULT_MODES
+    modes = case.modes(size) if limit is None else case.modes_up_to(limit)
+    asked = range(len(modes)) if limit is None else modes.up_to(limit)  # indices of those to show
+    table = mode_table(case, modes, asked)
+    return Answer(
+        tables=only(with_lock_in(table, diameters_of_coupled_modes(table, case.scene))),
+        explain=lambda: mode_notes(case, modes, len(asked)),
+        warnings=fewer_modes(modes, size, limit),
+        draw=lambda plots, share=None: plots.coupled_mode_shapes(case, modes, len(asked), share),
+        case=case,
+    )
+
+
 def loop(
     scene,
     response: Frequencies | None = None,

@@ -1,10 +1,11 @@
 """Functions behind the commands static, modes, windrms and loop of a scene of one cable, which return an `Answer`."""
 
 from dataclasses import replace
+from itertools import chain
 
 from cablestudy.errors import SceneError
 from cablestudy.interface.answer import Answer, only
-from cablestudy.interface.answers import DEFAULT_MODES, SHARED, fewer_modes, frequency_limit, with_loop
+from cablestudy.interface.answers import DEFAULT_MODES, SHARED, coupled_modes, fewer_modes, frequency_limit, with_loop
 from cablestudy.interface.kinds import Frequency, Modes, WindOn
 
 WIND_ON = {"gondola": "gondola", "cable": "the cable of the gondola", "both": "gondola and cable"}  # in titles
@@ -25,7 +26,9 @@ def shape(scene, estimate: bool = False):
     return replace(answer, tables={} if answer.failures else only(shape_table(answer.case)))
 
 
-def modes(scene, count: Modes | None = None, upto: Frequency | None = None, estimate: bool = False):
+def modes(
+    scene, count: Modes | None = None, upto: Frequency | None = None, coupled: bool = False, estimate: bool = False
+):
     """Answer of the command modes: natural frequencies and types of the modes of the cable between fixed ends.
 
     Parameters
@@ -35,9 +38,13 @@ def modes(scene, count: Modes | None = None, upto: Frequency | None = None, esti
         Number of modes, from the lowest.
     upto : float or str, optional
         Frequency up to which all modes are given instead, in Hz or with a unit.
+    coupled : bool
+        True for the modes of gondola and cable together instead, as of a suspension.
     estimate : bool
         True if errors are estimated too.
     """
+    if coupled:
+        return _modes_with_gondola(scene, count, upto)
     from cablestudy.study import case_modes
     from cablestudy.study.case import Case
     from cablestudy.study.notes import fixed_gondola, long_cable, reference_without_loads
@@ -61,6 +68,24 @@ def modes(scene, count: Modes | None = None, upto: Frequency | None = None, esti
         ),
         draw=lambda plots, share=None: plots.mode_shapes(case, cable_modes, share),
         case=case,
+    )
+
+
+def _modes_with_gondola(scene, count, upto):
+    """The coupled modes of gondola and cable, without winch and wind."""
+    from cablestudy.scene.scene import missing
+    from cablestudy.study.case import Case
+    from cablestudy.study.gondola_on_cable import gondola_on_cable
+    from cablestudy.study.notes import reference_without_loads
+    from cablestudy.study.suspension.notes import of_modes
+
+    if scene.model.gondola is None:
+        raise missing(scene.document, "gondola", "modes --coupled")
+    answer = coupled_modes(gondola_on_cable(Case(scene.model)), count, upto)
+    return replace(
+        answer,
+        explain=lambda: (*chain.from_iterable(map(of_modes, answer.case.largest_modes)), *answer.explain()),
+        warnings=(*reference_without_loads(scene.model), *answer.warnings),
     )
 
 

@@ -242,7 +242,9 @@ class Scene:
         return self.compute("locus", load=load).frame()
 
     @checked
-    def modes(self, count: Modes | None = None, upto: Frequency | None = None) -> pandas.DataFrame:
+    def modes(
+        self, count: Modes | None = None, upto: Frequency | None = None, coupled: bool = False
+    ) -> pandas.DataFrame:
         """The modes with fixed ends: pandas.DataFrame.
 
         Parameters
@@ -251,8 +253,10 @@ class Scene:
             How many, from the lowest; 12 where nothing is given.
         upto : float or str, optional
             All up to this frequency instead, in Hz or with a unit.
+        coupled : bool
+            Those of gondola and cable together instead, as of a suspension.
         """
-        return self.compute("modes", count=count, upto=upto).frame()
+        return self.compute("modes", count=count, upto=upto, coupled=coupled).frame()
 
     @checked
     def windrms(self, on: WindOn | None = None) -> Values:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.interface.answer import Answer, Tables, only
-from cablestudy.interface.answers import DEFAULT_MODES, SHARED, fewer_modes, frequency_limit, with_loop
+from cablestudy.interface.answers import DEFAULT_MODES, SHARED, coupled_modes, fewer_modes, frequency_limit, with_loop
 from cablestudy.interface.arguments import checked
 from cablestudy.interface.kinds import Frequency, Modes, Text, WindOn
 from cablestudy.interface.scene import Scene
@@ -62,21 +62,18 @@ def modes(
     estimate : bool
         Without effect: errors are always known.
     """
-    from cablestudy.study.suspension.report import mode_notes, mode_table
-    from cablestudy.study.vibration import diameters_of_coupled_modes, galloping_notes, tension_notes, with_lock_in
+    from cablestudy.study.vibration import galloping_notes, tension_notes
 
-    limit, case, size = frequency_limit(count, upto), scene.case, count or DEFAULT_MODES
+    case = scene.case
     if cable is not None:
-        return _modes_of_cable(case, cable, size, limit)
-    coupled_modes = case.modes(size) if limit is None else case.modes_up_to(limit)
-    asked = range(len(coupled_modes)) if limit is None else coupled_modes.up_to(limit)  # indices of those to show
-    table, group = mode_table(case, coupled_modes, asked), case.group
+        return _modes_of_cable(case, cable, count or DEFAULT_MODES, frequency_limit(count, upto))
+    answer, group = coupled_modes(case, count, upto), case.group
     return _of_case(
         case,
-        warnings=(*galloping_notes(case.scene.load_case), *fewer_modes(coupled_modes, size, limit)),
-        notes=lambda: (*mode_notes(case, coupled_modes, len(asked)), *tension_notes(case.scene, group.cables)),
-        tables=only(with_lock_in(table, diameters_of_coupled_modes(table, case.scene))),
-        draw=lambda plots, share=None: plots.coupled_mode_shapes(case, coupled_modes, len(asked), share),
+        warnings=(*galloping_notes(case.scene.load_case), *answer.warnings),
+        notes=lambda: (*answer.explain(), *tension_notes(case.scene, group.cables)),
+        tables=answer.tables,
+        draw=answer.draw,
     )
 
 
@@ -151,6 +148,7 @@ class Suspension(Scene):
     absent: ClassVar[Mapping[str, str]] = {
         "on": "--on: no effect: the scene is a suspension, whose key wind.on says so",
         "gondola": "--with gondola: no effect: the bodies of a suspension are always attached",
+        "coupled": "--coupled: no effect: without --cable the modes of a suspension are coupled",
     }
     loop_key: ClassVar[str] = "control"
     loads_key: ClassVar[str] = "cables.CABLE.loads"

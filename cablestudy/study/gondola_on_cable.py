@@ -1,9 +1,13 @@
 """A gondola on its cable as a case of a suspension, for numbers that a scene of one cable has no function for."""
 
+from functools import cached_property
+
 import numpy as np
 
 from cablestudy.scene.one_cable import CABLE, GONDOLA, as_suspension
+from cablestudy.study.case import Case
 from cablestudy.study.one_cable_system import equilibria_of
+from cablestudy.study.refinement import reference_scene
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.group import Group
 from cablestudy.study.suspension.load_cases import DragChange
@@ -51,6 +55,11 @@ class GondolaOnCable(SuspensionCase):
         case.results.check(case.index)
         super().__init__(as_suspension(case.scene), OneCableGroup(case))
         self._case = case
+
+    @cached_property
+    def finer(self):
+        """`GondolaOnCable` with a model to the accuracy `reference_accuracy`, for comparison."""
+        return gondola_on_cable(Case(reference_scene(self._case.scene)))
 
     @property
     def in_wind(self):

@@ -192,9 +192,7 @@ def fixed_gondola(scene):
     if scene.gondola is None:
         return ()
     return (
-        "note: these are modes between fixed ends, with the gondola held; the column gondola_frequency "
-        "('cablestudy find', studies) is that of the gondola on the cable, and as a suspension with a body a scene has "
-        "all modes together",
+        "note: these are modes between fixed ends, with the gondola held; --coupled has those of cable and gondola",
     )
 
 

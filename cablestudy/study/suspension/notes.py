@@ -37,7 +37,7 @@ def notes_of(case):
         *_of_load_case(case),
         *_of_slack(equilibrium),
         *_of_wind(case),
-        *(line for modes in case.largest_modes for line in _of_modes(modes)),
+        *(line for modes in case.largest_modes for line in of_modes(modes)),
         *of_comparison(case.differences, case.reason),
     )
 
@@ -174,7 +174,7 @@ def law_notes(loop):
         yield f"delay of {law.delay:.4g} s: Padé approximants, whose phase is right to 1e-7 up to {right_up_to:.4g} Hz"
 
 
-def _of_modes(modes):
+def of_modes(modes):
     """Yield notes on the coupled modes: their number, the model of each cable, and modes that coincide."""
     error = modes.error.max(initial=0.0)
     stated = "" if np.isnan(error) else f"; estimated error {error:.1e}"
