@@ -81,10 +81,15 @@ class LoopGain:
         return any(cable.element.spoilt for cable in self._cables)
 
     @property
+    def coupling_damping(self):
+        """`CouplingDamping` of each cable whose modes damping couples: list."""
+        elements = [cable.element for cable in self._cables]
+        return [element.coupling_damping for element in elements if element.coupled]
+
+    @property
     def windowed(self):
         """True if poles of a cable are found in windows, which leaves a small error."""
-        elements = [cable.element for cable in self._cables]
-        return any(element.coupled and element.coupling_damping.windowed for element in elements)
+        return any(damping.windowed for damping in self.coupling_damping)
 
     def _stiffness_and_forces(self, s):
         """Z, shape (f, d, d), and F, shape (f, d, i)."""

@@ -37,18 +37,23 @@ def _coupled(mass, damping, stiffness):
 
 
 def coupled_groups(mass, damping, stiffness):
-    """Indices of the coordinates that depend on each other: list of ndarray; arguments as of `connected`."""
-    return components(_coupled(mass, damping, stiffness))
+    """Number of the group of coordinates that depend on each other, from 0, shape (..., n); see `connected`."""
+    return component_numbers(_coupled(mass, damping, stiffness))
+
+
+def component_numbers(joined):
+    """Number of the connected component of each node of graphs, from 0, shape (..., n); see `reachable`."""
+    group, count, index = np.full(joined.shape[:-1], -1), 0, np.arange(joined.shape[-1])
+    while (remaining := group < 0).any():
+        group[remaining & reachable(joined, index == np.argmax(remaining, axis=-1)[..., None])] = count
+        count += 1
+    return group
 
 
 def components(joined):
     """Connected components of a graph with the symmetric matrix `joined` of bool: list of ndarray of indices."""
-    remaining, components = np.ones(len(joined), dtype=bool), []
-    while remaining.any():
-        component = reachable(joined, np.arange(len(joined)) == np.argmax(remaining))
-        components.append(np.flatnonzero(component))
-        remaining &= ~component
-    return components
+    number = component_numbers(joined)
+    return [np.flatnonzero(number == component) for component in range(number.max(initial=-1) + 1)]
 
 
 def reachable(joined, start):

@@ -37,14 +37,14 @@ class PoleSum:
 
     @classmethod
     def of(cls, matrices, poles, left, right):
-        """Condense the n modes out of the matrix polynomial of a cable: the end displacements are left, as a `PoleSum`.
+        """Condense the modes out of the matrix polynomial of a cable: the end displacements are left, as a `PoleSum`.
 
         Parameters
         ----------
-        matrices : sequence of 2 or 3 ndarray, shape (n + e, n + e)
-            Coefficients by ascending power of x: K and M, or K, C and M, for the modes and then the ends; M is the
+        matrices : sequence of 2 or 3 ndarray, shape (..., n + e, n + e)
+            Coefficients by ascending power of x: K and M, or K, C and M, for the n modes and then the ends; M is the
             identity for the modes.
-        poles, left, right : ndarray, shapes (N,), (n, N), (N, n)
+        poles, left, right : ndarray, shapes (..., N), (..., n, N), (..., N, n)
             The inverse of the polynomial Q_nn of the modes is the sum of left right/(x - pole) over the poles.
 
         Notes
@@ -52,22 +52,30 @@ class PoleSum:
         The forces are Q_ee - Q_en Q_nn^-1 Q_ne, Q being the polynomial of modes n and ends e. The product Q_en left
         right Q_ne at each pole is divided by pole^d, since the sum of a `PoleSum` is times x^d.
         """
-        n = len(left)
+        n = left.shape[-2]
         static, *_, mass = matrices
-        static_shapes = np.concatenate([-np.linalg.solve(static[:n, :n], static[:n, n:]), np.eye(len(static) - n)])
-        polynomial = [static_shapes.T @ matrix @ static_shapes for matrix in matrices[:-1]]
-        polynomial.append(mass[n:, n:] - mass[n:, :n] @ mass[:n, n:])
+        by_ends = -np.linalg.solve(static[..., :n, :n], static[..., :n, n:])
+        ends = np.broadcast_to(np.eye(by_ends.shape[-1]), (*by_ends.shape[:-2], *by_ends.shape[-1:] * 2))
+        shapes = np.concatenate([by_ends, ends], axis=-2)  # static ones
+        polynomial = [np.swapaxes(shapes, -1, -2) @ matrix @ shapes for matrix in matrices[:-1]]
+        polynomial.append(mass[..., n:, n:] - mass[..., n:, :n] @ mass[..., :n, n:])
         powers = [poles**order for order in range(len(matrices))]
-        forces = sum(matrix[n:, :n] @ left * power for power, matrix in zip(powers, matrices, strict=True)).T
-        driven = sum(right @ matrix[:n, n:] * power[:, None] for power, matrix in zip(powers, matrices, strict=True))
-        return cls(polynomial, poles, forces[:, :, None] * (driven / powers[-1][:, None])[:, None, :])
+        of_powers = list(zip(powers, matrices, strict=True))
+        forces = sum(matrix[..., n:, :n] @ left * power[..., None, :] for power, matrix in of_powers)
+        driven = sum(right @ matrix[..., :n, n:] * power[..., None] for power, matrix in of_powers)
+        driven = driven / powers[-1][..., None]
+        return cls(polynomial, poles, np.swapaxes(forces, -1, -2)[..., None] * driven[..., None, :])
 
-    def __call__(self, x, rows, columns):
-        """The value for x of shape (m,) and some of the ends, shape (m, r, c)."""
-        residues = self.residues[:, rows][:, :, columns]
-        moving = np.tensordot(1 / (x[:, None] - self.poles), residues, axes=1)
-        *lower, highest = (matrix[rows][:, columns] for matrix in self.polynomial)
-        return _polynomial([*lower, highest - moving], x)
+    def take(self, row):
+        """`PoleSum` of one row of many."""
+        return PoleSum([matrix[row] for matrix in self.polynomial], self.poles[row], self.residues[row])
+
+    def __call__(self, x, rows=slice(None), columns=slice(None)):
+        """The value for x of shape (..., m) and some of the ends, shape (..., m, r, c)."""
+        residues = self.residues[..., rows, :][..., columns]
+        moving = (1 / (x[..., None] - self.poles[..., None, :])) @ residues.reshape(*self.poles.shape, -1)
+        *lower, highest = (matrix[..., None, rows, :][..., columns] for matrix in self.polynomial)
+        return _polynomial([*lower, highest - moving.reshape(*x.shape, *residues.shape[-2:])], x)
 
     def __add__(self, other):
         """Sum of two of them, whose polynomials have the same degree."""
@@ -161,7 +169,7 @@ class CouplingDamping:
     def dynamic_stiffness(self, s, rows, columns):
         """Dynamic stiffness at some of the ends, see `Superelement.dynamic_stiffness`."""
         below = np.imag(s) < 0
-        x = self._variable(np.where(below, np.conj(s), s))
+        x = self.variable(np.where(below, np.conj(s), s))
         few = len(s) <= SYSTEM.solved_places  # at few frequencies the poles cost more than they spare
         few &= self._similar is None and "_pole_sum_and_resolvent" not in self.__dict__
         by_poles = None if few else self.pole_sum
@@ -171,7 +179,7 @@ class CouplingDamping:
             value[real] = _solved(lossless, x[real], rows, columns, len(self.omega))
         return np.where(below[:, None, None], value.conj(), value)
 
-    def _variable(self, s):
+    def variable(self, s):
         """x of the polynomial for s."""
         return s**2 + self._viscous * s if self._squared else s
 
@@ -195,63 +203,22 @@ class CouplingDamping:
         -----
         Where a similar element is known, its resolvent is corrected to first order, unchecked: it serves for small
         changes of a loop gain. Else the poles are found in windows of frequency, or of all modes at once, and the first
-        sum that agrees with the equations (`_difference`) is taken. None and None where rounding spoils all of them.
+        sum that agrees with the equations (`_differences`) is taken. None and None where rounding spoils all of them.
         """
         similar = self._similar and self._similar.coupling_damping
         if similar and (resolvent_of_similar := similar._pole_sum_and_resolvent[1]):
             resolvent = self._to_first_order(similar.matrices, *resolvent_of_similar)
             return PoleSum.of(self.matrices, *resolvent), resolvent
-        n = len(self.omega)
-        of_modes = [matrix[:n, :n] for matrix in self.matrices]
-        try:
-            if self.windowed:
-                resolvent = poles_in_windows(of_modes, self.omega)
-                pole_sum = PoleSum.of(self.matrices, *resolvent)
-                if self._difference(pole_sum, *resolvent) <= SYSTEM.trusted_windows:
-                    return pole_sum, resolvent
-        except np.linalg.LinAlgError:
-            pass
-        try:
-            poles, vectors = eigen(of_modes, self.omega)
-            left = shapes(vectors, self.omega)
-            for right_of in self._right_by_symmetry, self._right_by_inverse:
-                resolvent = poles, left, right_of(poles, left, vectors)
-                pole_sum = PoleSum.of(self.matrices, *resolvent)
-                if self._difference(pole_sum, *resolvent) <= SYSTEM.trusted:
-                    return pole_sum, resolvent
-        except np.linalg.LinAlgError:
-            pass
-        return None, None
-
-    def _right_by_symmetry(self, poles, left, _):
-        """`right` of poles that are apart: left^T over left^T Q' left, Q' the slope of the symmetric polynomial."""
-        n, (_, *higher) = len(self.omega), self.matrices
-        slope = sum(order * poles ** (order - 1) * (matrix[:n, :n] @ left) for order, matrix in enumerate(higher, 1))
-        return (left / (left * slope).sum(axis=0)).T
-
-    def _right_by_inverse(self, _, left, vectors):
-        """`right` from the inverse of the eigenvectors, right for poles that coincide too."""
-        inverse = np.linalg.inv(vectors)
-        return inverse if self._squared else inverse[:, len(left) :]
-
-    def _difference(self, pole_sum, poles, left, right):
-        """Largest difference of a `PoleSum` from the forces Q_ee - Q_en q - q^T Q_ne + q^T Q_nn q, over their size.
-
-        These are stationary in q = Q_nn^-1 Q_ne, so that their error is the square of that of q by the resolvent.
-        """
-        n, ends = len(self.omega), slice(None)
-        if not n:
-            return 0.0
-        x = self._variable(checked(self.omega))
-        q_ee, q_ne = (_polynomial([matrix[rows, n:] for matrix in self.matrices], x) for rows in np.s_[n:, :n])
-        q = left @ ((right @ q_ne) / (x[:, None] - poles)[:, :, None])
-        q_nn_q = sum(x[:, None, None] ** order * (matrix[:n, :n] @ q) for order, matrix in enumerate(self.matrices))
-        forces = q_ee - np.swapaxes(q_ne, 1, 2) @ q + np.swapaxes(q, 1, 2) @ (q_nn_q - q_ne)
-        size = np.abs(x[:, None] ** (len(self.matrices) - 1)) * np.diagonal(self.matrices[-1])[n:]
-        size = size + np.abs(np.diagonal(self.matrices[0])[n:])
-        size = np.sqrt(size[:, :, None] * size[:, None])
-        error = np.abs(pole_sum(x, ends, ends) - forces) / np.where(size > 0, size, 1.0)
-        return error.max()
+        if self.windowed:
+            n, found = len(self.omega), None
+            try:
+                resolvent = poles_in_windows([matrix[:n, :n] for matrix in self.matrices], self.omega)
+                (found,) = _where_trusted([self], *(part[None] for part in resolvent), SYSTEM.trusted_windows)
+            except np.linalg.LinAlgError:
+                pass
+            if found:
+                return found
+        return _of_all_modes([self])[0]
 
     @property
     def pole_sum_in_s(self):
@@ -270,6 +237,11 @@ class CouplingDamping:
         return changed, left, right if self._squared else right * (poles / changed)[:, None]
 
     @property
+    def signature(self):
+        """Numbers of everything, by which cables are found that `solve_pole_sums` puts together: tuple."""
+        return self.matrices[0].shape, len(self.omega), *(matrix.dtype for matrix in self.matrices)
+
+    @property
     def poles(self):
         """Poles of the upper half plane and the real axis; none where rounding spoils them. [rad/s]"""
         if self.pole_sum is None:
@@ -279,6 +251,82 @@ class CouplingDamping:
             poles = np.sqrt(self._viscous**2 / 4 + poles + 0j)
             poles = np.where(poles.imag < 0, -poles, poles) - self._viscous / 2
         return poles[poles.imag >= 0]
+
+
+def solve_pole_sums(cables):
+    """Compute the `CouplingDamping.pole_sum` of many cables with equal `signature`, by all their modes, and keep it."""
+    waiting = [cable for cable in cables if not cable.windowed and "_pole_sum_and_resolvent" not in cable.__dict__]
+    for cable, found in zip(waiting, _of_all_modes(waiting) if waiting else (), strict=True):
+        cable.__dict__["_pole_sum_and_resolvent"] = found
+
+
+@np.errstate(all="ignore")
+def _of_all_modes(cables):
+    """`CouplingDamping._pole_sum_and_resolvent` of many cables by all their modes at once: list."""
+    n, found, omega = len(cables[0].omega), [None] * len(cables), np.stack([cable.omega for cable in cables])
+    matrices = [np.stack([matrix[:n, :n] for matrix in of_order]) for of_order in _by_order(cables)]
+    try:
+        poles, vectors = eigen(matrices, omega)
+        left = shapes(vectors, omega)
+        for right_of in _right_by_symmetry, _right_by_inverse:
+            rows = [row for row, of_row in enumerate(found) if of_row is None]
+            if rows:
+                parts = poles[rows], left[rows]
+                right = right_of([matrix[rows] for matrix in matrices], *parts, vectors[rows])
+                trusted = _where_trusted([cables[row] for row in rows], *parts, right, SYSTEM.trusted)
+                for row, of_row in zip(rows, trusted, strict=True):
+                    found[row] = of_row
+    except np.linalg.LinAlgError:
+        if len(cables) > 1:
+            return [_of_all_modes([cable])[0] for cable in cables]
+    return [of_row or (None, None) for of_row in found]
+
+
+def _by_order(cables):
+    """The matrices of some cables by ascending power of x: iterable of tuples."""
+    return zip(*(cable.matrices for cable in cables), strict=True)
+
+
+def _right_by_symmetry(matrices, poles, left, _):
+    """`right` of poles that are apart: left^T over left^T Q' left, Q' the slope of the symmetric polynomial."""
+    by_order = enumerate(matrices[1:], 1)
+    slope = sum(order * poles[:, None] ** (order - 1) * (matrix @ left) for order, matrix in by_order)
+    return np.swapaxes(left / (left * slope).sum(axis=1, keepdims=True), 1, 2)
+
+
+def _right_by_inverse(matrices, _, left, vectors):
+    """`right` from the inverse of the eigenvectors, right for poles that coincide too."""
+    inverse = np.linalg.inv(vectors)
+    return inverse if len(matrices) == 2 else inverse[:, :, left.shape[1] :]
+
+
+def _where_trusted(cables, poles, left, right, trusted):
+    """`CouplingDamping._pole_sum_and_resolvent` of many cables, or None where the sum is not as good: list."""
+    matrices = [np.stack(of_order) for of_order in _by_order(cables)]
+    sums, difference = PoleSum.of(matrices, poles, left, right), np.zeros(len(cables))
+    if left.shape[1]:
+        x = np.stack([cable.variable(checked(cable.omega)) for cable in cables])
+        difference = _differences(matrices, x, sums, poles, left, right)
+    parts = zip((difference <= trusted).tolist(), poles, left, right, strict=True)
+    return [(sums.take(row), tuple(resolvent)) if usable else None for row, (usable, *resolvent) in enumerate(parts)]
+
+
+def _differences(matrices, x, sums, poles, left, right):
+    """Largest difference of `PoleSum`s from the forces Q_ee - Q_en q - q^T Q_ne + q^T Q_nn q, over their size, (r,).
+
+    These are stationary in q = Q_nn^-1 Q_ne, so that their error is the square of that of q by the resolvent. `x` has
+    the shape (r, m).
+    """
+    n = left.shape[1]
+    q_ee, q_ne = (_polynomial([matrix[:, None, rows, n:] for matrix in matrices], x) for rows in np.s_[n:, :n])
+    q = left[:, None] @ ((right[:, None] @ q_ne) / (x[:, :, None] - poles[:, None])[..., None])
+    q_nn_q = sum(x[..., None, None] ** order * (part[:, None, :n, :n] @ q) for order, part in enumerate(matrices))
+    forces = q_ee - np.swapaxes(q_ne, 2, 3) @ q + np.swapaxes(q, 2, 3) @ (q_nn_q - q_ne)
+    first, last = (np.diagonal(matrix, axis1=1, axis2=2)[:, None, n:] for matrix in (matrices[0], matrices[-1]))
+    size = np.abs(x[..., None] ** (len(matrices) - 1)) * last + np.abs(first)
+    size = np.sqrt(size[..., :, None] * size[..., None, :])
+    error = np.abs(sums(x) - forces) / np.where(size > 0, size, 1.0)
+    return error.max(axis=(1, 2, 3))
 
 
 def checked(omega):
@@ -299,8 +347,8 @@ def _solved(matrices, x, rows, columns, n):
 
 
 def _polynomial(matrices, x):
-    """Sum of matrices of shape (r, c) times powers of x, from the zeroth on, shape (m, r, c)."""
-    value, x = matrices[-1], x[:, None, None]
+    """Sum of matrices of shape (..., r, c) times powers of x, shape (..., m), from the zeroth on: (..., m, r, c)."""
+    value, x = matrices[-1], x[..., None, None]
     for matrix in matrices[-2::-1]:
         value = value * x + matrix
     return value

@@ -26,6 +26,16 @@ def solved(matrices, right):
         return np.concatenate([solved(matrices[:half], right[:half]), solved(matrices[half:], right[half:])])
 
 
+def inverse(matrices):
+    """Inverses of matrices, shape (n, m, m); infinite where one is singular."""
+    try:
+        return np.linalg.inv(matrices)
+    except np.linalg.LinAlgError:
+        if len(matrices) == 1:
+            return np.full_like(matrices, np.inf)
+        return np.concatenate([inverse(matrix[None]) for matrix in matrices])
+
+
 def compliance_shares(displacement, compliance):
     """Share of each mode in the static compliance of a displacement: all of them add up to one. [-]
 

@@ -58,10 +58,10 @@ def poles_in_windows(matrices, omega):
         is_last = begin + (factor + 0.5) * SYSTEM.window >= len(size)
         end = len(size) if is_last else begin + factor * SYSTEM.window
         near = np.unique(mode[max(begin - SYSTEM.window_margin, 0) : end + factor * SYSTEM.window_margin])  # modes A
-        poles, vectors = eigen([matrix[np.ix_(near, near)] for matrix in matrices], omega[near])
+        (poles,), vectors = eigen([matrix[None, near[:, None], near] for matrix in matrices], omega[None, near])
         high = np.inf if is_last else _gap_near(np.abs(poles), size[end])
         inside = (np.abs(poles) >= low) & (np.abs(poles) < high)
-        amplitudes = shapes(vectors, omega[near])[:, inside]
+        amplitudes = shapes(vectors, omega[None, near])[0][:, inside]
         windows.append(_completed(coupling, diagonal, near, poles[inside], amplitudes))
         low, begin = high, max(np.searchsorted(size, high), begin + 1)
     poles, left, slope = (np.concatenate(arrays, axis=-1) for arrays in zip(*windows, strict=True))
@@ -71,57 +71,73 @@ def poles_in_windows(matrices, omega):
 
 
 def eigen(matrices, omega):
-    """All poles x of the symmetric matrix polynomial of the modes of a cable, by one linear eigenvalue problem.
+    """All poles x of the symmetric matrix polynomials of the modes of r cables, by one linear eigenvalue problem each.
 
     Groups of modes that damping does not couple have a problem each: of a level cable the symmetric and the
-    antisymmetric modes.
+    antisymmetric modes. No digit of a cable depends on the others.
 
     Parameters
     ----------
     matrices, omega
-        As for `poles_in_windows`.
+        As for `poles_in_windows`, of each cable: shapes (r, n, n) and (r, n).
 
     Returns
     -------
-    poles : ndarray, shape (N,)
-    vectors : ndarray, shape (N, N)
+    poles : ndarray, shape (r, N)
+    vectors : ndarray, shape (r, N, N)
         Eigenvectors of the linear problem, from which `shapes` takes the amplitudes of the modes.
     """
-    n, states = len(omega), len(matrices) - 1
+    (rows, n), states = omega.shape, len(matrices) - 1
     stiffness, *damping, mass = matrices
-    poles, vectors = [np.zeros(0)], [np.zeros((states * n, 0))]
-    for group in coupled_groups(mass, damping[0] if damping else 0 * mass, stiffness):
-        matrices_of_group = [matrix[np.ix_(group, group)] for matrix in matrices]
-        group_poles, group_vectors = _eigen_of_coupled(matrices_of_group, omega[group])
-        all_rows = np.zeros((states, n, len(group_poles)), dtype=complex)  # zero for the modes of other groups
-        all_rows[:, group] = group_vectors.reshape(states, len(group), -1)
-        poles.append(group_poles)
-        vectors.append(all_rows.reshape(-1, len(group_poles)))
-    return np.concatenate(poles), np.concatenate(vectors, axis=1)
+    groups, alike = coupled_groups(mass, damping[0] if damping else 0 * mass, stiffness), {}
+    for row in range(rows):
+        alike.setdefault(groups[row].tobytes(), []).append(row)
+    poles, vectors = np.empty((rows, states * n), dtype=complex), np.zeros((rows, states, n, states * n), dtype=complex)
+    for of_rows in alike.values():
+        at, end = np.array(of_rows)[:, None], 0
+        for number in range(groups[at[0, 0]].max(initial=-1) + 1):
+            group = np.flatnonzero(groups[at[0, 0]] == number)
+            matrices_of_group = [matrix[at[:, None], group[:, None], group] for matrix in matrices]
+            begin, end = end, end + states * len(group)
+            poles[of_rows, begin:end], own = _eigen_of_coupled(matrices_of_group, omega[at, group])
+            own = own.reshape(len(at), states, len(group), end - begin)
+            # zero for the modes of other groups
+            vectors[at[:, None], np.arange(states)[:, None], group, begin:end] = own
+    return poles, vectors.reshape(rows, states * n, states * n)
 
 
 def _eigen_of_coupled(matrices, omega):
     """`eigen` of modes that damping couples.
 
     The frequencies of the modes differ by many powers of ten, and an eigen-solution has rounding of the size of its
-    largest eigenvalue: so the inverse is taken, for W q, and W q' in s: entries no larger than they must be.
+    largest eigenvalue: so the inverse is taken, for W q, and W q' in s: entries no larger than they must be. Where
+    damping is weak, that of a solvent is half as large.
     """
-    if len(matrices) > 2 and np.iscomplexobj(matrices[0]) and (found := eigen_by_solvents(*matrices[:2])):
-        poles, amplitudes = found
-        return poles, np.concatenate([omega[:, None] * amplitudes, amplitudes * poles])
-    n, unit = len(omega), np.outer(omega, omega)
-    stiffness, *damping, _ = (matrix / unit for matrix in matrices)
-    flexibility = np.linalg.inv(stiffness)
-    inverse = -flexibility / unit
-    if damping:
-        inverse = np.block([[-flexibility @ damping[0], -flexibility / omega], [np.diag(1 / omega), np.zeros((n, n))]])
-    inverse_poles, vectors = np.linalg.eig(inverse)
-    return 1 / inverse_poles, vectors
+    (rows, n), states = omega.shape, len(matrices) - 1
+    found, size = np.zeros(rows, dtype=bool), states * n
+    poles, vectors = np.empty((rows, size), dtype=complex), np.empty((rows, size, size), dtype=complex)
+    if states > 1:
+        of_solvents, amplitudes, found = eigen_by_solvents(*matrices[:2])
+        poles[found], amplitudes = of_solvents[found], amplitudes[found]
+        both = omega[found][:, :, None] * amplitudes, amplitudes * poles[found][:, None]
+        vectors[found] = np.concatenate(both, axis=1)
+    if not found.all():
+        others, unit = omega[~found], omega[~found][:, :, None] * omega[~found][:, None]
+        stiffness, *damping, _ = (matrix[~found] / unit for matrix in matrices)
+        flexibility = np.linalg.inv(stiffness)
+        inverse = -flexibility / unit
+        if damping:
+            lower = np.eye(n) / others[:, None]
+            inverse = np.block([[-flexibility @ damping[0], -flexibility / others[:, None]], [lower, 0 * lower]])
+        inverse_poles, vectors[~found] = np.linalg.eig(inverse)
+        poles[~found] = 1 / inverse_poles
+    return poles, vectors
 
 
 def shapes(vectors, omega):
-    """Amplitudes of the modes in the vectors of `eigen`, shape (n, N)."""
-    return vectors[: len(omega)] / (1 if len(vectors) == len(omega) else omega[:, None])
+    """Amplitudes of the modes in the vectors of `eigen`, shape (r, n, N), for omega of shape (r, n)."""
+    n = omega.shape[-1]
+    return vectors[:, :n] / (1 if vectors.shape[1] == n else omega[:, :, None])
 
 
 def _uncoupled_poles(diagonal):

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cablestudy.system.connected import all_joined, components, joined_states
+from cablestudy.system.matrices import inverse
 from cablestudy.system.solvents import eigen_by_solvents
 from cablestudy.system.tolerances import SYSTEM
 
@@ -113,23 +114,13 @@ def _inverse_of_vectors(poles, right, is_complex):
     conjugate.
     """
     if is_complex or not np.iscomplexobj(right):
-        return _inverse(right)
+        return inverse(right)
     first, second = poles.imag > 0, poles.imag < 0  # of each pair, one after the other
-    rows = _inverse(np.where(second[:, None, :], -right.imag, right.real))
+    rows = inverse(np.where(second[:, None, :], -right.imag, right.real))
     left = rows + 0j
     left[first] = (rows[first] - 1j * rows[second]) / 2
     left[second] = left[first].conj()
     return left
-
-
-def _inverse(matrices):
-    """Inverses of matrices, shape (n, N, N); infinite where one is singular."""
-    try:
-        return np.linalg.inv(matrices)
-    except np.linalg.LinAlgError:
-        if len(matrices) == 1:
-            return np.full_like(matrices, np.inf)
-        return np.concatenate([_inverse(matrix[None]) for matrix in matrices])
 
 
 def _independent(right, left):
@@ -164,7 +155,7 @@ def _eigen_with_complex_stiffness(a):
         squares, right = np.linalg.eig(np.linalg.inv(unit[:, :, None] * a[:, half:, :half]))
     except np.linalg.LinAlgError:
         return [None] if len(a) == 1 else [_eigen_with_complex_stiffness(of_row[None])[0] for of_row in a]
-    left = _inverse(right)
+    left = inverse(right)
     independent, poles = _independent(right, left), np.sqrt(1 / squares)
     speeds, by_speeds = right * (poles[:, None] / unit[:, :, None]), left * (unit[:, None] / poles[:, :, None])
     right, left = np.block([[right, right], [speeds, -speeds]]), np.block([[left, by_speeds], [left, -by_speeds]]) / 2
@@ -172,24 +163,22 @@ def _eigen_with_complex_stiffness(a):
     return [Eigen(*of_row, one_sided=True) if usable else None for usable, *of_row in found]
 
 
+@np.errstate(invalid="ignore")  # of rows whose damping is not weak
 def _eigen_of_weakly_damped(a):
     """`eigen_of_rows` of weakly damped systems with a complex stiffness: A = [0 U; S D], U diagonal, S complex.
 
     The displacements p of a pole l solve l^2 p - l U D U^-1 p - U S p = 0 (`eigen_by_solvents`). None where damping is
     not weak, or eigenvectors are nearly dependent.
     """
-    half, result = a.shape[-1] // 2, []
+    half = a.shape[-1] // 2
     unit = np.diagonal(a[:, :half, half:], axis1=-2, axis2=-1)
     stiffness, damping = -unit[:, :, None] * a[:, half:, :half], -unit[:, :, None] * a[:, half:, half:] / unit[:, None]
-    for of_row in zip(unit, stiffness, damping, strict=True):
-        result.append(None)
-        if found := eigen_by_solvents(*of_row[1:]):
-            poles, shapes = found
-            right = np.concatenate([shapes, shapes * poles / of_row[0][:, None]])
-            left = _inverse(right[None])[0]
-            if _independent(right[None], left[None])[0]:
-                result[-1] = Eigen(poles, right, left, one_sided=True)
-    return result
+    poles, shapes, weak = eigen_by_solvents(stiffness, damping.real)
+    right = np.concatenate([shapes, shapes * poles[:, None] / unit[:, :, None]], axis=1)
+    left = inverse(right)
+    usable = weak & _independent(right, left)
+    found = zip(usable.tolist(), poles, right, left, strict=True)
+    return [Eigen(*of_row, one_sided=True) if is_usable else None for is_usable, *of_row in found]
 
 
 def _separating_change(a, poles, right):

@@ -12,40 +12,52 @@ fast for weak damping, since all a are far from all b: Newton's method with the 
 
 import numpy as np
 
+from cablestudy.system.matrices import inverse
 from cablestudy.system.tolerances import SYSTEM
 
 
-@np.errstate(divide="ignore", invalid="ignore")  # at critical damping both poles of a coordinate are equal
+@np.errstate(all="ignore")  # at critical damping both poles of a coordinate are equal; what is not finite is not found
 def eigen_by_solvents(stiffness, damping):
-    """Poles, shape (2 n,), and shapes, (n, 2 n), of Q(x) = x^2 + x C + K; None where the solvents are not found.
+    """Poles, shape (n, 2 m), and shapes, (n, m, 2 m), of Q(x) = x^2 + x C + K of n rows, and which were found, (n,).
 
     The inverses of the solvents are taken, since the slow poles then are the largest eigenvalues, which rounding
-    spares.
+    spares. Of a real Q the poles of one half plane are those of the other, conjugate.
 
     Parameters
     ----------
-    stiffness : ndarray, complex, shape (n, n)
-        K.
-    damping : ndarray, shape (n, n)
-        C.
+    stiffness, damping : ndarray, shape (n, m, m)
+        K and C; C is real.
     """
-    half = np.diagonal(damping) / 2
-    uncoupled = np.sqrt(half**2 - np.diagonal(stiffness) + 0j) * np.array([[1], [-1]]) - half
-    uncoupled = np.take_along_axis(uncoupled, np.argsort(uncoupled.imag, axis=0), axis=0)  # lower half plane, upper one
-    settled, poles, shapes = SYSTEM.sum_rounding * SYSTEM.rounding, [], []
-    for own, other in (uncoupled, uncoupled[::-1]):
-        solvent, distance = np.diag(own), own - other[:, None]
-        for _ in range(SYSTEM.solvent_steps):
-            change = ((solvent + damping) @ solvent + stiffness) / distance
-            solvent = solvent - change
-            if not settled < (size := np.abs(change / distance).max()) < 1:
-                break
-        if not size <= settled:
-            return None
-        try:
-            inverse_poles, of_half = np.linalg.eig(np.linalg.inv(solvent))
-        except np.linalg.LinAlgError:  # a pole is zero
-            return None
+    half = np.diagonal(damping, axis1=1, axis2=2) / 2
+    root = np.sqrt(half**2 - np.diagonal(stiffness, axis1=1, axis2=2) + 0j)
+    uncoupled = np.stack([root - half, -root - half])
+    uncoupled = np.take_along_axis(uncoupled, np.argsort(-uncoupled.imag, axis=0), axis=0)  # upper half plane, lower
+    is_real, poles, shapes = not np.iscomplexobj(stiffness), [], []
+    found = (uncoupled[0].imag > 0).all(axis=-1) | (not is_real)
+    for own, other in (uncoupled, uncoupled[::-1])[: 1 if is_real else 2]:
+        solvent = _solvents(stiffness, damping, own, other)
+        inverse_of_half = inverse(solvent)  # not finite where no solvent was found, or a pole is zero
+        found &= np.isfinite(inverse_of_half).all(axis=(-2, -1))
+        inverse_of_half[~found] = 0.0
+        inverse_poles, of_half = np.linalg.eig(inverse_of_half)
         poles.append(1 / inverse_poles)
         shapes.append(of_half)
-    return np.concatenate(poles), np.concatenate(shapes, axis=1)
+    if is_real:
+        poles.append(poles[0].conj())
+        shapes.append(shapes[0].conj())
+    return np.concatenate(poles, axis=-1), np.concatenate(shapes, axis=-1), found
+
+
+def _solvents(stiffness, damping, own, other):
+    """Solvents with the poles that coordinates alone have at `own`, but not at `other`, shape (n, m); or infinite."""
+    solvents, distance = own[:, None] * np.eye(own.shape[-1]), own[:, None] - other[:, :, None]
+    found, rows = np.full(solvents.shape, np.inf, dtype=complex), np.arange(len(own))
+    for _ in range(SYSTEM.solvent_steps):
+        solvent = solvents[rows]
+        change = ((solvent + damping[rows]) @ solvent + stiffness[rows]) / distance[rows]
+        solvents[rows] = solvent - change
+        size = np.abs(change / distance[rows]).max(axis=(-2, -1))
+        settled = size <= SYSTEM.sum_rounding * SYSTEM.rounding
+        found[rows[settled]] = solvents[rows[settled]]
+        rows = rows[~settled & (size < 1)]
+    return found

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from functools import cached_property, partial
 from math import ceil, log2
+from operator import attrgetter
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from cablestudy.study.suspension.driven_waves import Effects
 from cablestudy.study.suspension.together import together
 from cablestudy.study.suspension.turbulence import Turbulence
 from cablestudy.study.tolerances import STUDY
+from cablestudy.system.coupling_damping import solve_pole_sums
 
 TURN = 2 * np.pi
 
@@ -30,7 +32,11 @@ def find_first_limits(closed_loops):
     ----------
     closed_loops : sequence of ClosedLoop
     """
-    gains = without_errors({one: outcome_of(partial(getattr, one, "first_gains")) for one in closed_loops})
+    driven = without_errors({one: outcome_of(partial(getattr, one, "first_driven")) for one in closed_loops})
+    coupling = [damping for one in driven.values() for damping in one.coupling_damping]
+    for members in together(coupling, attrgetter("signature"), lambda damping: len(damping.matrices[0])):
+        solve_pole_sums(members)
+    gains = without_errors({one: outcome_of(partial(getattr, own, "gains")) for one, own in driven.items()})
     measured = {own: len(one.body.measured) for one, own in gains.items()}  # loops of other exposures share theirs
     for loops in together(measured, measured.get, measured.get):
         for loop, curve in zip(loops, curves_of(loops), strict=True):
@@ -215,10 +221,10 @@ class ClosedLoop:
         return driven_cables[power]
 
     @property
-    def first_gains(self):
-        """`StableGains` of the first trial of `driven`, by which its search begins; raises as `driven`."""
+    def first_driven(self):
+        """`DrivenCables` of the first trial of `driven`, by which its search begins; raises as `driven`."""
         self.check_open()
-        return self._driven_cables_of(self._trial_gains[0]).gains
+        return self._driven_cables_of(self._trial_gains[0])
 
     @property
     def gains(self):

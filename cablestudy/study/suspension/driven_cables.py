@@ -98,6 +98,11 @@ class DrivenCables:
             self.models, self.kept = models, models.with_modes(self._in_loop)
             self.loop_gain = self._loop_gain(self.kept)
 
+    @property
+    def coupling_damping(self):
+        """`CouplingDamping` of each cable in the loop gain whose modes damping couples: list."""
+        return [] if self._spoilt else self.loop_gain.coupling_damping
+
     @cached_property
     def gains(self):
         """`StableGains` by the loop gain; its `limit` is right if it is at most the gain, and resolved: see `limit`.
