@@ -25,6 +25,7 @@ import numpy as np
 
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.system.linear import LinearSystem
+from cablestudy.system.matrices import solve
 from cablestudy.system.tolerances import SYSTEM
 
 
@@ -72,7 +73,7 @@ class LoopGain:
         """L/g for s of shape (f,), shape (f, k, k). [s]"""
         bodies, pulled = self._stiffness_and_forces(s)
         pulled = pulled @ self.shares
-        moved = self.measured @ (pulled / bodies if bodies.shape[-1] == 1 else np.linalg.solve(bodies, pulled))
+        moved = self.measured @ solve(bodies, pulled)
         return moved * self.controller(s)[:, None, :]
 
     @property
@@ -159,7 +160,7 @@ class LoopGain:
             stiffness, winch_forces = self._stiffness_and_forces(s)  # Z and F
             of_mode_alone = s**4 / (omega[block] ** 2 + s * (s + rate[block]))
             without_mode = stiffness + of_mode_alone[:, None, None] * w[:, :, None] * w[:, None, :]  # Z_r
-            displacements = np.linalg.solve(without_mode, w[..., None])[..., 0]  # Z_r^-1 w
+            displacements = solve(without_mode, w[..., None])[..., 0]  # Z_r^-1 w
             excitation = (displacements[:, None, :] @ winch_forces)[:, 0] + coupling[block] @ self.reeled[cable]
             winch_movement = (self.controller(s) * (displacements @ self.measured.T)) @ self.shares.T
             blocks.append(np.stack([(w * displacements).sum(axis=-1), (excitation * winch_movement).sum(axis=-1)]))

@@ -15,6 +15,11 @@ def polynomial(coefficients, s):
     return a + s * b + s**2 * c
 
 
+def solve(matrices, right):
+    """Solutions of linear systems, shapes (m, n, n) and (m, n, k); of one unknown by division, which is much faster."""
+    return right / matrices if matrices.shape[-1] == 1 else np.linalg.solve(matrices, right)
+
+
 def solved(matrices, right):
     """Solutions of linear systems, not a number where one is singular, shapes (m, n, n) and (m, n, k)."""
     try:

@@ -30,7 +30,7 @@ from cablestudy.control.suspension import reeled
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.scene.determinacy import MOTIONS
 from cablestudy.study.tolerances import STUDY
-from cablestudy.system.matrices import dense
+from cablestudy.system.matrices import dense, solve
 from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import outward
 
@@ -137,7 +137,7 @@ class Effects:
         measured = np.broadcast_to(self.measured, (len(omega), *self.measured.shape))
         right_side = np.concatenate([measured, force.swapaxes(1, 2)], axis=1)
         dynamic_stiffness = stiffness + body_stiffness + 1j * omega * waves - omega**2 * mass
-        solution = np.linalg.solve(dynamic_stiffness, right_side.swapaxes(1, 2)).swapaxes(1, 2)  # Z is symmetric
+        solution = solve(dynamic_stiffness, right_side.swapaxes(1, 2)).swapaxes(1, 2)  # Z is symmetric
         of_measured, of_winches = solution[:, : len(self.measured)], solution[:, len(self.measured) :]
         return of_measured, of_winches, of_measured @ force
 
@@ -147,24 +147,23 @@ class Effects:
         controller = self.closed_loop.untuned_loop.controller(1j * self.omega)
         return np.abs(self.closed_loop.body.allocation.shares) * np.abs(controller)[:, None]
 
-    def shift_per_gain(self, cable, index, coupling):
-        """Bound on the shift of poles per gain, |C1 N| |b| |A| |P u|/(2 W), shape (n, w).
+    def _shift_per_gain(self, cable, index, coupling):
+        """Bound on the shift of poles of modes of a cable per gain, |C1 N| |b| |A| |P u|/(2 W), shape (n,).
 
         Parameters
         ----------
         cable : int
         index : ndarray of int, shape (n,)
             Which of the frequencies is that of each mode.
-        coupling : ndarray, shape (n, w, 6)
-            m of `Superelement`, of w modes at each of these frequencies. [sqrt(kg)]
+        coupling : ndarray, shape (n, 6)
+            m of `Superelement`. [sqrt(kg)]
         """
-        of_measured, of_winches, _ = (np.swapaxes(response, 1, 2) for response in self._responses)
-        omega = self.omega[index, None, None]
-        force = omega**2 * (coupling @ self.moved[cable])  # W^2 G^T m
-        measured = np.abs(force @ of_measured[index])
-        push = np.abs(omega**2 * (coupling @ self.reeled[cable])) + np.abs(force @ of_winches[index])
-        winches = measured @ np.swapaxes(self._winch_gain, 1, 2)[index]
-        return (push * winches).sum(axis=-1) / (2 * omega[:, 0])
+        square = self.omega[index, None] ** 2
+        force = square * (coupling @ self.moved[cable])  # W^2 G^T m
+        measured, pushed = (np.abs(part[index] @ force[..., None]) for part in self._responses[:2])
+        push = np.abs(square * (coupling @ self.reeled[cable])) + pushed[..., 0]
+        winches = (self._winch_gain[index] @ measured)[..., 0]
+        return (push * winches).sum(axis=-1) / (2 * self.omega[index])
 
     def driven_up_to(self, gain):
         """Frequency up to which the gain could drive waves across and along each cable, shape (2, c). [rad/s]
@@ -176,28 +175,46 @@ class Effects:
     @cached_property
     def _driving_gain(self):
         """Gain above which waves across and along each cable could be driven, shape (2, c, f). [rad/s]"""
-        omega, indices = self.omega, np.arange(len(self.omega))
-        gain = np.full((2, self.cables.count, len(omega)), np.inf)
+        gain = np.full((2, self.cables.count, len(self.omega)), np.inf)
+        responses = *self._responses[:2], self._winch_gain
+        responses = [np.ascontiguousarray(part.transpose(2, 1, 0)) for part in responses]
         for cable in np.flatnonzero(self.cables.heavy).tolist():
-            (across, *_), (along, *_) = waves = self._waves(cable)
-            coupling = np.moveaxis(np.concatenate([across, along]), 0, 1)
-            shifts = np.split(self.shift_per_gain(cable, indices, coupling), [len(across)], axis=1)
-            for direction, ((_, decay), shift) in enumerate(zip(waves, shifts, strict=True)):
-                harmless = np.maximum(STUDY.driven_decay * decay, UNDAMPED * omega) / STUDY.driven_wave_safety
-                with np.errstate(divide="ignore"):  # waves that move no winch
-                    gain[direction, cable] = harmless / shift.max(axis=1)
+            gain[:, cable] = self._driving_gain_of(cable, *responses)
         return gain
 
+    def _driving_gain_of(self, cable, of_measured, of_winches, winch_gain):
+        """`_driving_gain` of a cable, (2, f), by `_responses` and `_winch_gain`, shapes (d, k, f), (d, i, f), (k, i, f)."""
+        forces, across, by_sag, along, decay = self._waves(cable)
+
+        def of_waves(values):
+            """Sizes for four waves across, then two along, shape (6, ..., f), of values for the `forces`."""
+            return np.abs(np.concatenate([across * values[:4] + by_sag * values[4:5], along * values[5:]]))
+
+        moved = forces @ self.moved[cable]
+        measured, pushed = (
+            of_waves((moved @ part.reshape(len(part), -1)).reshape(len(forces), *part.shape[1:]))
+            for part in (of_measured, of_winches)
+        )
+        push = of_waves((forces @ self.reeled[cable])[..., None]) + pushed
+        shift = (push * (winch_gain * measured[:, :, None]).sum(axis=1)).sum(axis=1) * self.omega**3 / 2
+        harmless = np.maximum(STUDY.driven_decay * decay, UNDAMPED * self.omega) / STUDY.driven_wave_safety
+        with np.errstate(divide="ignore"):  # waves that move no winch
+            return harmless / np.stack([shift[:4].max(axis=0), shift[4:].max(axis=0)])
+
     def _waves(self, cable):
-        """Coupling and decay of waves across and along a cable, taken as modes at each of the f frequencies.
+        """Waves across and along a cable, taken as modes at each of the f frequencies.
 
         Masses on the cable divide it: the shortest part has the largest forces on its ends, and is taken for all.
 
         Returns
         -------
-        tuple of 2 (ndarray, ndarray)
-            For the w = 4 waves across, then the w = 2 along: coupling m to the ends, shape (w, f, 6), the forces of
-            the module's docstring over W^2 [sqrt(kg)]; and their rate of decay, shape (f,) [1/s].
+        forces : ndarray, shape (7, 6)
+            Directions of forces on both ends: of the four waves across, along the cable by its sag, of two along it.
+        across, by_sag, along : ndarray, shape (f,)
+            Sizes of the forces of the module's docstring, over W^2, by waves across, their stretching, and those along:
+            m of `Superelement`. [sqrt(kg)]
+        decay : ndarray, shape (2, f)
+            Rates at which waves across and along decay. [1/s]
         """
         omega, span = self.omega, self.cables.catenary.span
         values = span.axial_stiffness, span.mass, span.unstretched_length, span.gravity
@@ -212,24 +229,22 @@ class Effects:
         by_sag = stiffness * mass * gravity / tension * np.sqrt(2 / (mass * length)) * 2 / time[ACROSS] / omega**3
         # forces on both ends, in phase or opposite: two waves along, four across in two normal directions
         signs, tangents = np.repeat([[1.0, 1.0], [1.0, -1.0]], 3, axis=1), direction.reshape(6)
-        normals = (_normals(direction)[:, None] * signs).reshape(4, 1, 6)
-        decay_across, decay_along = self._wave_decay(cable, mass, divided=shortest != 1)
-        return (
-            (across[:, None] * normals + by_sag[:, None] * tangents, decay_across + self.air[cable]),
-            (along[:, None] * (signs * tangents)[:, None], decay_along),
-        )
+        normals = (_normals(direction)[:, None] * signs).reshape(4, 6)
+        decay = self._wave_decay(cable, mass, divided=shortest != 1)
+        decay[ACROSS] += self.air[cable]
+        return np.concatenate([normals, tangents[None], signs * tangents]), across, by_sag, along, decay
 
     def _wave_decay(self, cable, mass, divided):
-        """Rates at which waves across and along a cable of a mass per length [kg/m] decay without wind, shape (f,).
+        """Rates at which waves across and along a cable of a mass per length [kg/m] decay without wind, shape (2, f).
 
         [1/s]. Masses that divide the cable take half of the viscous part at most, see `stability`.
         """
         damping, omega = self.cables.damping[cable], self.omega
         viscous = damping.viscous / mass / (4 if divided else 2)
         if damping.model == "modal":
-            return (viscous + damping.ratio * omega,) * 2
+            return viscous + damping.ratio * np.stack([omega, omega])
         loss = damping.loss_factor if damping.model == "hysteretic" else damping.time * omega
-        return viscous + 0.0 * omega, viscous + loss * omega / 2
+        return viscous + np.stack([0.0 * omega, loss * omega / 2])
 
     def loop_up_to(self, gain):
         """Frequency up to which the loop gain is above `broad_loop_gain` where waves do not return. [rad/s]"""
@@ -274,7 +289,7 @@ class Effects:
         """
         # index of the frequency of the bound next above each mode
         index = np.clip(np.searchsorted(self.omega, element.omega), 0, len(self.omega) - 1)
-        bound = gain * self.shift_per_gain(cable, index, element.coupling[:, None])[:, 0]
+        bound = gain * self._shift_per_gain(cable, index, element.coupling)
         return bound > self._harmless_shift(self._decay(cable, element), element.omega)
 
     @staticmethod
