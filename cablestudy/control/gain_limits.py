@@ -70,7 +70,7 @@ class StableGains:
 
     def __init__(self, loop_gain, poles, notches, law, most=np.inf):
         self.loop_gain, self.law, self.poles, self.most = loop_gain, law, poles, most
-        self.first_frequencies = frequencies(self.poles, notches, law)
+        self.measured, self.first_frequencies = len(notches), frequencies(self.poles, notches, law)
 
     @cached_property
     def curve(self):

@@ -67,11 +67,16 @@ class Cables:
         As for `FixedModel`.
     planes : tuple, optional
         As for `Dynamics`: directions in which the cables move; by default all.
+
+    Attributes
+    ----------
+    among : (Cables, ndarray of int) or None
+        The cables of which these were taken, and their indices there.
     """
 
     def __init__(self, catenary, damping, static=None, drag=None, planes=None):
         self.catenary, self.count, self._static = catenary, len(catenary.span.chord), static
-        self._drag, self.planes = drag, planes
+        self._drag, self.planes, self.among = drag, planes, None
         self.damping = list(damping) if isinstance(damping, (list, tuple)) else [damping] * self.count
 
     def take(self, indices):
@@ -79,6 +84,8 @@ class Cables:
         damping, drag = [self.damping[cable] for cable in indices], self._drag
         drag = None if drag is None else drag.take(indices)
         taken = Cables(self.catenary.take(indices), damping, drag=drag, planes=self.planes)
+        all_cables, own = self.among or (self, np.arange(self.count))
+        taken.among = all_cables, own[indices]
         for name in ("heavy", "shapeless", "folded", "travel_time", "end_stiffness"):
             taken.__dict__[name] = getattr(self, name)[indices]
         taken.__dict__["edges"] = [self.edges[cable] for cable in indices]
@@ -260,6 +267,18 @@ class Models:
         groups = [group.take(indices) for group in self.groups]
         taken.__dict__["groups"] = [group for group in groups if group is not None]
         return taken
+
+    @property
+    def batch(self):
+        """Key of models that `solve_models` puts together; None of those that are solved, or alone."""
+        if "groups" in self.__dict__ or self.cables.among is None or self._fixed:
+            return None
+        return id(self.cables.among[0]), self._most_modes
+
+    @property
+    def freedoms(self):
+        """Number of displacements of all nodes of the cables."""
+        return sum(3 * mesh.nodes for mesh in self.meshes if mesh is not None)
 
     def with_all_motion(self, most_displacements, coarser=0):
         """`Models` of the same cables with all motion of their meshes, without modes: they serve for `condensed` alone.
@@ -520,6 +539,24 @@ class Models:
             in_plane = total - (out_of_plane + axial)
             moving_mass[group.cable_indices] = mass * np.stack([in_plane, out_of_plane, axial], axis=1)
         return moving_mass
+
+
+def solve_models(models):
+    """Compute the modes of many `Models` with equal `batch`, and keep them in each.
+
+    Raises
+    ------
+    ConvergenceError
+        A cable has no modes: nothing is kept then.
+    """
+    all_cables, begin = models[0].cables.among[0], 0
+    cables = all_cables.take(np.concatenate([one.cables.among[1] for one in models]))
+    together = Models(cables, [mesh for one in models for mesh in one.meshes], most_modes=models[0]._most_modes)
+    _ = together.first  # computed, or refused, before any is kept
+    for one in models:
+        own = np.arange(begin, begin + one.cables.count)
+        groups = (group.take(own) for group in together.groups)
+        one.__dict__["groups"], begin = [group for group in groups if group is not None], begin + one.cables.count
 
 
 def _with_at_most(mesh, displacements, coarser):

@@ -18,27 +18,41 @@ from cablestudy.study.suspension.driven_waves import Effects
 from cablestudy.study.suspension.together import together
 from cablestudy.study.suspension.turbulence import Turbulence
 from cablestudy.study.tolerances import STUDY
+from cablestudy.system.cables import solve_models
 from cablestudy.system.coupling_damping import solve_pole_sums
 
 TURN = 2 * np.pi
 
 
-def find_first_limits(closed_loops):
-    """Find where poles of many loops cross the imaginary axis in the trials with which `driven` begins, all together.
-
-    Each loop keeps what is found of its own; one without such a trial raises its error when it is asked for `driven`.
+def find_limits(closed_loops):
+    """Find `driven` of many loops, or why one has none, and keep it in each: the trials of all are computed together.
 
     Parameters
     ----------
     closed_loops : sequence of ClosedLoop
     """
-    driven = without_errors({one: outcome_of(partial(getattr, one, "first_driven")) for one in closed_loops})
-    coupling = [damping for one in driven.values() for damping in one.coupling_damping]
+    searches = {one: one._driven_cables_tried() for one in closed_loops}
+    while searches:
+        trials = {one: outcome_of(partial(next, search, None)) for one, search in searches.items()}
+        for one in [one for one, trial in trials.items() if not isinstance(trial, DrivenCables)]:
+            del searches[one]
+            if trials[one] is not None:
+                one.__dict__["_driven_outcome"] = trials[one]
+        _solve_trials(dict.fromkeys(trials[one] for one in searches))  # loops of other exposures share theirs
+
+
+def _solve_trials(trials):
+    """Compute the `limits` of the gains of many `DrivenCables` together; where there are none, they are asked again."""
+    models = [trial.models for trial in trials if trial.models.batch]
+    for members in together(models, attrgetter("batch"), attrgetter("freedoms")):
+        outcome_of(partial(solve_models, members))
+    coupling = without_errors({trial: outcome_of(partial(getattr, trial, "coupling_damping")) for trial in trials})
+    coupling = [damping for of_trial in coupling.values() for damping in of_trial]
     for members in together(coupling, attrgetter("signature"), lambda damping: len(damping.matrices[0])):
         solve_pole_sums(members)
-    gains = without_errors({one: outcome_of(partial(getattr, own, "gains")) for one, own in driven.items()})
-    measured = {own: len(one.body.measured) for one, own in gains.items()}  # loops of other exposures share theirs
-    for loops in together(measured, measured.get, measured.get):
+    gains = without_errors({trial: outcome_of(partial(getattr, trial, "gains")) for trial in trials}).values()
+    waiting = [loop for loop in gains if "limits" not in loop.__dict__]
+    for loops in together(waiting, attrgetter("measured"), attrgetter("measured")):
         for loop, curve in zip(loops, curves_of(loops), strict=True):
             loop.curve = curve
         for loop, limits in zip(loops, limits_of(loops), strict=True):
@@ -155,42 +169,47 @@ class ClosedLoop:
     @cached_property
     def _driven_outcome(self):
         """`driven`, or the error that says why there is none: computed once for a row."""
-        return outcome_of(self._search_driven_cables)
+        find_limits([self])
+        return self.__dict__["_driven_outcome"]
 
-    def _search_driven_cables(self):
-        """Find `DrivenCables` with all modes of cables that decide on the largest stable gain.
+    def _driven_cables_tried(self):
+        """Find `DrivenCables` with all modes of cables that decide on the largest stable gain, and keep it.
 
         Trials: `DrivenCables` with all modes that a trial gain could drive have a largest stable gain; where this is
         above the trial gain, it is the next trial gain. Where the loop is stable with every gain,
-        `STUDY.unlimited_gain` times the lowest frequency stands for the largest one. Raises as `driven`.
+        `STUDY.unlimited_gain` times the lowest frequency stands for the largest one. Each trial is yielded before its
+        `limit` is asked for. Raises as `driven`.
         """
         _, driven_cables, first_gains = self._shared_by_gains
         self.check_open()
         gain = self.untuned_loop.gain
         if gain not in first_gains:
-            first_gains[gain] = self._first_gain()
+            first_gains[gain] = yield from self._first_gain_tried()
         gain = first_gains[gain]
         # exponents of the gains tried, powers of two, and their `DrivenCables`
         powers, driven_of_gain = [], None
         for _ in range(STUDY.gain_trials):
             if powers and driven_of_gain.models is not self.modes.solution.models:
-                driven_cables.pop(powers[-1])  # its models may be large
+                driven_cables.pop(powers[-1], None)  # its models may be large
                 driven_of_gain = None
             powers.append(ceil(log2(gain)))
             driven_of_gain = self._driven_cables_of(gain)
+            yield driven_of_gain
             limit = driven_of_gain.limit
             needed_gain = limit.factor if limit else STUDY.unlimited_gain * self.modes.solution.omega[0]
             if needed_gain <= 2.0 ** powers[-1]:
                 driven_cables.update(dict.fromkeys(powers, driven_of_gain))
                 break
             gain = needed_gain
-        return driven_of_gain
+        self.__dict__["_driven_outcome"] = driven_of_gain
 
-    def _first_gain(self):
+    def _first_gain_tried(self):
         """Gain for the first `DrivenCables` of the loop, the first of `_trial_gains` that can be judged. [rad/s]"""
         for trial in self._trial_gains:
             try:
-                _ = self._driven_cables_of(trial).limit
+                driven_of_gain = self._driven_cables_of(trial)
+                yield driven_of_gain
+                _ = driven_of_gain.limit
             except (NoSolutionError, ConvergenceError):  # that gain may be far above the largest one
                 continue
             return trial
@@ -219,12 +238,6 @@ class ClosedLoop:
         if power not in driven_cables:
             driven_cables[power] = DrivenCables(self, 2.0**power, list(driven_cables.values()))
         return driven_cables[power]
-
-    @property
-    def first_driven(self):
-        """`DrivenCables` of the first trial of `driven`, by which its search begins; raises as `driven`."""
-        self.check_open()
-        return self._driven_cables_of(self._trial_gains[0])
 
     @property
     def gains(self):

@@ -71,10 +71,6 @@ class DrivenCables:
     ----------
     models : Models
         Elements of the cables, fine enough for the waves that the gain could drive.
-    kept : list of Kept
-        Modes of each cable in the loop gain, and vectors that stand for its others.
-    loop_gain : LoopGain or callable
-        L over the gain: s, shape (f,) -> shape (f, k, k).
     resolved_to : float
         Frequency up to which waves across all cables are resolved. [rad/s]
 
@@ -89,14 +85,37 @@ class DrivenCables:
         self._base, self._fixed_elements = closed_loop.modes.solution, closed_loop.plant.model is not None
         self.resolved_to = max(self._highest_resolved, resolved_to)
         models = self._models()
-        self._in_loop = self._modes_in_loop(models)
-        for other in others:
-            if other.models.equal(models) and all(map(np.array_equal, other._in_loop, self._in_loop)):
-                self.models, self.kept, self.loop_gain = other.models, other.kept, other.loop_gain
-                break
-        else:
-            self.models, self.kept = models, models.with_modes(self._in_loop)
-            self.loop_gain = self._loop_gain(self.kept)
+        self._alike = [other for other in others if other.models.equal(models)]
+        self.models = self._alike[0].models if self._alike else models
+
+    @cached_property
+    def _in_loop(self):
+        """`_modes_in_loop` of the models, whose modes are computed; raises ConvergenceError where there are none."""
+        try:
+            return self._modes_in_loop(self.models)
+        except ConvergenceError as error:
+            highest = np.maximum(self._highest_driven, [[self.resolved_to], [0.0]]).max() / TURN
+            message = f"{self._gain_in_words} needs modes of a cable up to {highest:.4g} Hz: {error}"
+            raise ConvergenceError(message) from None
+
+    @cached_property
+    def _kept_and_loop_gain(self):
+        """`kept` and `loop_gain`."""
+        for other in self._alike:
+            if all(map(np.array_equal, other._in_loop, self._in_loop)):
+                return other._kept_and_loop_gain
+        kept = self.models.with_modes(self._in_loop)
+        return kept, self._loop_gain(kept)
+
+    @property
+    def kept(self):
+        """Modes of each cable in the loop gain, and vectors that stand for its others: list of Kept."""
+        return self._kept_and_loop_gain[0]
+
+    @property
+    def loop_gain(self):
+        """L over the gain: s, shape (f,) -> shape (f, k, k); `LoopGain` or callable; raises as `_in_loop`."""
+        return self._kept_and_loop_gain[1]
 
     @property
     def coupling_damping(self):
@@ -231,8 +250,8 @@ class DrivenCables:
 
         Raises
         ------
-        NoSolutionError, ConvergenceError
-            More half-waves along a cable than can be resolved, or no modes to the accuracy.
+        NoSolutionError
+            More half-waves along a cable than can be resolved.
         """
         base, highest, travel_time = self._base, self._highest_driven, self._effects.travel_time
         resolved_to = self.resolved_to
@@ -248,14 +267,7 @@ class DrivenCables:
         plant, cables = self._closed_loop.plant, base.models.cables
         search = Search(plant.equilibrium, len(base.omega), plant.accuracy, cables=cables)
         meshes = cables.meshes(search.orders_of(half_waves.max(axis=0)))
-        models = Models(cables, meshes, most_modes=STUDY.driven_modes_of_cable)
-        try:
-            models.first  # noqa: B018 computes the modes of the elements, or raises
-        except ConvergenceError as error:
-            hertz = largest / travel_time[direction, cable] / 2
-            message = f"{self._gain_in_words} needs modes of a cable up to {hertz:.4g} Hz: {error}"
-            raise ConvergenceError(message) from None
-        return models
+        return Models(cables, meshes, most_modes=STUDY.driven_modes_of_cable)
 
     def _modes_in_loop(self, models, share=1.0):
         """Which modes of each cable are in the loop gain by themselves: list of ndarray of bool, shape (n,).

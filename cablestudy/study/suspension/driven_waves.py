@@ -183,7 +183,7 @@ class Effects:
         return gain
 
     def _driving_gain_of(self, cable, of_measured, of_winches, winch_gain):
-        """`_driving_gain` of a cable, (2, f), by `_responses` and `_winch_gain`, shapes (d, k, f), (d, i, f), (k, i, f)."""
+        """`_driving_gain` of one cable, (2, f), by `_responses` and `_winch_gain` with their last axis first."""
         forces, across, by_sag, along, decay = self._waves(cable)
 
         def of_waves(values):
