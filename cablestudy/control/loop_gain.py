@@ -112,9 +112,9 @@ class LoopGain:
     @cached_property
     def _divided(self):
         """`_PoleSumCables`, of the cables whose stiffness is a sum over poles, or None; and the other cables."""
-        summed = [cable for cable in self._cables if cable.pole_sum is not None]
+        summed = [cable for cable in self._cables if cable.is_sum]
         sums = _PoleSumCables(summed, self.lifted.shape[1]) if summed else None
-        return sums, [cable for cable in self._cables if cable.pole_sum is None]
+        return sums, [cable for cable in self._cables if not cable.is_sum]
 
     @cached_property
     def _cables(self):
@@ -197,10 +197,10 @@ class _CableInLoop:
         element = element if used.all() else element.select(used)
         return cls(replace(element, near=near and near.element, windowed=windows), used, moved, winches)
 
-    @cached_property
-    def pole_sum(self):
-        """`PoleSum` of the stiffness in s; None without coupling by damping, or see `pole_sum_in_s`."""
-        return self.element.coupling_damping.pole_sum_in_s if self.element.coupled else None
+    @property
+    def is_sum(self):
+        """True if the stiffness is a sum over poles: damping couples modes, and rounding does not spoil the sum."""
+        return self.element.coupled and self.element.coupling_damping.pole_sum is not None
 
     def stiffness(self, s):
         """Forces at the ends that bodies move, by these displacements and by the winches, shape (f, e, e + w)."""
@@ -231,21 +231,21 @@ class _PoleSumCables:
     def __init__(self, cables, winches):
         self._sums, self._polynomial = [], [0.0, 0.0, 0.0]
         for cable in cables:
-            pole_sum, columns, rows = cable.pole_sum, cable.columns(winches), slice(len(cable.moved))
+            damping, columns, rows = cable.element.coupling_damping, cable.columns(winches), slice(len(cable.moved))
             spread = np.kron(cable.moved, columns)  # from forces at the ends to those on bodies
-            residues = pole_sum.residues[:, rows].reshape(len(pole_sum.poles), len(spread))
+            residues = damping.pole_sum.residues[:, rows].reshape(-1, len(spread))
             if len(spread) >= spread.shape[1]:  # residues with the fewer columns: of the ends, or of the bodies
                 residues, spread = residues @ spread, None
-            self._sums.append((pole_sum.poles, residues, spread))
-            for order, coefficient in enumerate(pole_sum.polynomial):
+            self._sums.append((damping, residues, spread))
+            for order, coefficient in enumerate(damping.polynomial_in_s):
                 self._polynomial[order] = self._polynomial[order] + cable.moved.T @ coefficient[rows] @ columns
 
     def __call__(self, s):
         """Forces on the bodies by their displacements and by the winches, shape (f, d, d + i)."""
         moving = 0.0
-        for poles, residues, spread in self._sums:
-            of_cable = (1 / (s[:, None] - poles)) @ residues
+        for damping, residues, spread in self._sums:
+            of_cable = damping.in_s(s) @ residues
             moving = moving + (of_cable if spread is None else of_cable @ spread)
         static, first, second = self._polynomial
         s = s[:, None, None]
-        return s * (s * (second - moving.reshape(len(s), *second.shape)) + first) + static
+        return s * (s * second + first) + static - moving.reshape(len(s), *second.shape)

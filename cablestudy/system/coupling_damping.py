@@ -83,20 +83,6 @@ class PoleSum:
         poles, residues = np.append(self.poles, other.poles), np.concatenate([self.residues, other.residues])
         return PoleSum(polynomial, poles, residues)
 
-    def in_s(self, viscous):
-        """`PoleSum` in s, from one in x = s^2 + viscous s; None where two poles in s nearly coincide.
-
-        x/(x - X) = -viscous s/X - s^2 sum of q/(p (p - q))/(s - p), for both orders of the two poles p and q.
-        """
-        if (viscous > 2 * SYSTEM.pole_pair_decay * np.sqrt(np.abs(self.poles))).any():
-            return None
-        half = np.sqrt(viscous**2 / 4 + self.poles + 0j) * np.array([[1], [-1]])
-        poles, other = half - viscous / 2, -half - viscous / 2
-        residues = -(other / (2 * poles * half))[..., None, None] * self.residues
-        static, first = self.polynomial
-        slope = viscous * (first + (self.residues / self.poles[:, None, None]).sum(axis=0))
-        return PoleSum([static, slope, first], poles.ravel(), residues.reshape(-1, *residues.shape[2:]))
-
 
 @dataclass(frozen=True)
 class Strain:
@@ -220,10 +206,20 @@ class CouplingDamping:
                 return found
         return _of_all_modes([self])[0]
 
+    def in_s(self, s):
+        """Terms of `pole_sum` for s of shape (f,), x^d/(x - pole), shape (f, N)."""
+        poles, s = self.pole_sum.poles, s[:, None]
+        if not self._squared:
+            return s**2 / (s - poles)
+        # the two poles in s: that nearest to s is subtracted without loss
+        half, middle = np.sqrt(self._viscous**2 / 4 + poles + 0j), s + self._viscous / 2
+        return self.variable(s) / ((middle - half) * (middle + half))
+
     @property
-    def pole_sum_in_s(self):
-        """`PoleSum` in s; None where rounding spoils it, or viscous damping makes poles coincide nearly."""
-        return self.pole_sum.in_s(self._viscous) if self._squared and self.pole_sum else self.pole_sum
+    def polynomial_in_s(self):
+        """Coefficients of s^0, s^1 and s^2 in the polynomial of `pole_sum`: list of ndarray."""
+        static, *others = self.pole_sum.polynomial
+        return [static, self._viscous * others[0], others[0]] if self._squared else [static, *others]
 
     def _to_first_order(self, matrices, poles, left, right):
         """(poles, left, right) to first order from those of the similar `matrices` with other frequencies and decay.

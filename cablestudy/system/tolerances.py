@@ -189,7 +189,6 @@ class SystemTolerances:
     solvent_steps: int = 20  # of the iteration for half of the poles of a cable, which takes seven of a usual one
     solved_places: int = 16  # places up to which solving is cheaper than finding the poles
     systems_at_once: int = 64  # systems of equations that are solved in one call
-    pole_pair_decay: float = 0.9  # rate of decay over frequency of a mode up to which its two poles stand for it
     window: int = 60  # poles of a window,
     window_margin: int = 20  # and those on each side of it of which the modes are in its eigenvalue problem
     lowest_window: int = 3  # the lowest window is so many times as wide: there coupling is strongest
