@@ -8,7 +8,7 @@ from campaign import campaign
 from test_margins import Chain, bisected
 
 from cablestudy.control.gain_limits import Limit
-from cablestudy.control.nearby_margins import nearby_limit, nearby_margins
+from cablestudy.control.nearby_margins import nearby_limits, nearby_margins
 
 NAMES = ("phase_margin", "gain_crossover", "delay_margin", "sensitivity_peak", "sensitivity_frequency", "bandwidth",
          "disk_margin", "disk_frequency", "disk_gain_margin", "disk_phase_margin")  # fmt: skip
@@ -69,7 +69,7 @@ def test_the_largest_gain_is_that_of_the_first_eigenvalue_to_cross(seed, k):
     rounding = 1e-13 * np.abs(loop.poles(0.0)).max() / rate * loop.limit  # of the gain at which an eigenvalue crosses
     for change in (1e-9, 1e-7, 1e-5):  # over the width of the pole from 1e-7 to more than 1
         other = changed(loop, change, seed)
-        found = nearby_limit(loop.unit_gain, other.unit_gain, limit)
+        (found,) = nearby_limits(loop.unit_gain, [other.unit_gain], limit)
         if found is None:
             continue
 
@@ -90,8 +90,8 @@ def test_a_shift_of_more_than_the_width_of_the_pole_is_refused():
         return lambda s: (-share * s / (s**2 + 2 * ratio * frequency * s + frequency**2))[:, None, None]
 
     limit = Limit(2 * ratio / share, 1.0, ratio)
-    near = nearby_limit(loop(1.0), loop(1 + 0.01 * ratio), limit)
+    (near,) = nearby_limits(loop(1.0), [loop(1 + 0.01 * ratio)], limit)
     assert near.omega - 1 == pytest.approx(0.01 * ratio, rel=1e-4)
     assert near.factor == pytest.approx(limit.factor * (1 + 0.01 * ratio), rel=1e-9)
-    assert nearby_limit(loop(1.0), loop(1 + ratio), limit) is None
-    assert nearby_limit(loop(1.0), loop(1.0), replace(limit, rate=1e-12)) is None  # as good as undamped
+    assert nearby_limits(loop(1.0), [loop(1 + ratio)], limit) == [None]
+    assert nearby_limits(loop(1.0), [loop(1.0)], replace(limit, rate=1e-12)) == [None]  # as good as undamped

@@ -7,7 +7,7 @@ right eigenvectors p and q, becomes l' of L' there, and moves along the frequenc
 
 A crossing is searched on with this slope until it is found. Margins are of first order, and a peak of a singular value
 is that of the parabola through its values at three frequencies about the known one. Where L' differs too much for that,
-or L turns too fast, `nearby_margins` and `nearby_limit` return None.
+or L turns too fast, `nearby_margins` and `nearby_limits` give None.
 """
 
 from dataclasses import dataclass, replace
@@ -61,21 +61,30 @@ def nearby_margins(known, loop_gain):
 
 
 @np.errstate(divide="ignore", invalid="ignore")
-def nearby_limit(known, loop_gain, limit):
-    """`Limit` of a loop gain that differs little from a known one, of which `limit` is; None where it does too much.
+def nearby_limits(known, loop_gains, limit):
+    """`Limit` of each of some loop gains that differ little from a known one; None where one does too much: list.
 
     Parameters
     ----------
-    known, loop_gain : callable
-        L and L' over the gain: s, shape (f,) -> shape (f, k, k).
+    known, loop_gains : callable, list of callable
+        L and several L' over the gain: s, shape (f,) -> shape (f, k, k).
     limit : Limit
+        Of L.
     """
-    if limit.undamped:
-        return None
-    width, omega = min(limit.rate, 1.0) * limit.omega, limit.omega
-    step = CONTROL.nearby_peak * width
+    step = CONTROL.nearby_peak * min(limit.rate, 1.0) * limit.omega
     try:
-        eigenvalue = _Eigenvalues(known(1j * (omega + step * THREE))[None], [-1 / limit.factor], step)
+        if limit.undamped:
+            raise _DifferenceError
+        eigenvalue = _Eigenvalues(known(1j * (limit.omega + step * THREE))[None], [-1 / limit.factor], step)
+    except (_DifferenceError, np.linalg.LinAlgError):
+        return [None] * len(loop_gains)
+    return [_nearby_limit(eigenvalue, loop_gain, limit) for loop_gain in loop_gains]
+
+
+def _nearby_limit(eigenvalue, loop_gain, limit):
+    """`nearby_limits` of one loop gain; `eigenvalue` are the `_Eigenvalues` of L at the limit."""
+    width, omega = min(limit.rate, 1.0) * limit.omega, limit.omega
+    try:
         for _ in range(CONTROL.nearby_steps):
             change = eigenvalue.change(loop_gain(np.array([1j * omega])))
             shift = -change.imag / eigenvalue.slope.imag  # a pole crosses where the eigenvalue is real

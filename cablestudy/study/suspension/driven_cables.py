@@ -25,7 +25,7 @@ from cablestudy.control.gain_limits import StableGains, limit_near, limits_near,
 from cablestudy.control.loop_gain import LoopGain
 from cablestudy.control.margins import Margins
 from cablestudy.control.motion import actuated, with_strokes
-from cablestudy.control.nearby_margins import nearby_limit, nearby_margins
+from cablestudy.control.nearby_margins import nearby_limits, nearby_margins
 from cablestudy.control.suspension import winch_loads
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import ConvergenceError
@@ -328,7 +328,7 @@ class DrivenCables:
         lifted = winch_loads(layout, closed_loop.winches)
         loop_gain = LoopGain(
             bodies,
-            elements=[in_air.element for in_air in plant.in_air(models or self.models, kept)],
+            elements=self._elements(models or self.models, kept),
             moved=with_strokes(effects.moved, strokes),
             reeled=effects.reeled,
             lifted=with_strokes(lifted.T, strokes).T,
@@ -338,6 +338,10 @@ class DrivenCables:
             windows=plant.accuracy > STUDY.all_modes_from,
         )
         return closed_loop.untuned_loop.unit_gain if loop_gain.spoilt else loop_gain
+
+    def _elements(self, models, kept):
+        """`Superelement` of each cable in the loop gain, in the air: list; arguments as of `_loop_gain`."""
+        return [in_air.element for in_air in self._closed_loop.plant.in_air(models, kept)]
 
     def _poles(self):
         """Poles of the model, and estimates of those of modes above it that the gain could drive. [rad/s]"""
@@ -404,8 +408,8 @@ class DrivenCables:
             perturbed.append([_half_damped(element) if element.strain is None else element for element in elements])
         loop_gains = [replace(self.loop_gain, elements=elements, near=self.loop_gain) for elements in perturbed]
         if self._vectors_used:
-            fewer = self._modes_in_loop(self.models, STUDY.coarser_share)
-            loop_gains.append(self._loop_gain(self.models.with_modes(fewer)))
+            fewer = self.models.with_modes(self._modes_in_loop(self.models, STUDY.coarser_share))
+            loop_gains.append(replace(self.loop_gain, elements=self._elements(self.models, fewer)))
         return loop_gains
 
     @cached_property
@@ -472,11 +476,10 @@ class DrivenCables:
         limit, resolving = self.limit, self.resolving
         if limit is None or not limit.omega <= resolving.resolved_to or self._fixed_elements or resolving._spoilt:
             return np.nan, np.nan
-        perturbed = getattr(resolving, others)
-        if resolving is not self:  # at the few frequencies of a local search poles cost more than they spare
-            perturbed = [replace(loop_gain, near=None) for loop_gain in perturbed]
-        known = resolving.loop_gain
-        limits = [nearby_limit(known, loop_gain, limit) or limit_near(loop_gain, limit) for loop_gain in perturbed]
+        # at the few frequencies of a local search poles cost more than they spare
+        perturbed = [replace(loop_gain, near=None) for loop_gain in getattr(resolving, others)]
+        nearby = nearby_limits(resolving.loop_gain, perturbed, limit)
+        limits = [found or limit_near(loop_gain, limit) for found, loop_gain in zip(nearby, perturbed, strict=True)]
         if None in limits:
             return np.nan, np.nan
         changes = [(abs(other.factor / limit.factor - 1), abs(other.omega / limit.omega - 1)) for other in limits]
