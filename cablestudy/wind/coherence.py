@@ -33,12 +33,15 @@ class Coherence:
         Frequencies, shape (f,) [Hz] -> kappa, shape (f,), ascending. [1/m]
     per_decade : int
         Number of values of kappa in a decade at which a covariance is computed; between them it is a spline.
+    panels_per_decade : int
+        Number of panels of frequency in a decade by which such a spline is integrated.
     error : float
-        Relative error of a variance by the spline. [-]
+        Relative error of a variance by both. [-]
     """
 
     kappa: Callable
     per_decade: int
+    panels_per_decade: int
     error: float
 
     @property

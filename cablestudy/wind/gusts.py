@@ -132,8 +132,9 @@ class Gusts:
 
     def edges(self, low, high):
         """Edges from low to high, ascending, of panels of frequency on each of which `noise` is smooth. [Hz]"""
-        count = ceil(WIND.panels_per_decade * np.log10(high / low) - WIND.panel_boundary)
-        inner = low * 10 ** (np.arange(1, count) / WIND.panels_per_decade)
+        per_decade = WIND.panels_per_decade if self._table[0] is None else self.coherence.panels_per_decade
+        count = ceil(per_decade * np.log10(high / low) - WIND.panel_boundary)
+        inner = low * 10 ** (np.arange(1, count) / per_decade)
         return np.concatenate([[low], inner, [high]])
 
     def _frequency_functions(self, frequency):
@@ -196,7 +197,7 @@ class Gusts:
 
     @property
     def error(self):
-        """Relative error of a variance by interpolation between covariances. [-]"""
+        """Relative error of a variance by interpolation between covariances, see `Coherence`. [-]"""
         return self.coherence.error if self._table[0] is not None else 0.0
 
     @property

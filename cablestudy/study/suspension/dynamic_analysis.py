@@ -342,9 +342,12 @@ class DynamicAnalysis:
 
     @computed_together
     def _without_control(analyses):
-        """`at_rest` of a scene with control, made with those of the analyses that are computed together."""
+        """`at_rest` of a scene with control, made with those of the analyses that are computed together.
+
+        Without what a telescope sees: no column shows it with the winches at rest, and no model has modes for it.
+        """
         controlled = [analysis for analysis in analyses if analysis.scene.control]
-        others = [analysis._with_scene(control=None) for analysis in controlled]
+        others = [analysis._with_scene(control=None, exposure=None, correction=None) for analysis in controlled]
         for analysis, other in zip(controlled, others, strict=True):
             other._model_sizes, counts = analysis._model_sizes, outcome_of(lambda a=analysis: a.sizes_to_try)
             if not isinstance(counts, Exception):  # a loop that cannot be had has none

@@ -176,8 +176,8 @@ class GustResponse:
         displacements = [row for row, name in enumerate(self.names) if name.endswith((".x", ".y", ".z"))]
         groups, errors = np.array(_groups(self.names))[displacements], [0.0]
         value, by_modes, _ = self._variances()
-        if weights := seen_weights(self.scene.exposure, self.scene.correction):
-            value, by_modes = np.concatenate([(value, by_modes), self._variances(weights)[:2]], axis=1)
+        if self._seen_weights:
+            value, by_modes = np.concatenate([(value, by_modes), self._seen_variances[:2]], axis=1)
         for group in set(groups.tolist()):
             rows = np.array(displacements)[groups == group]
             kinds = 1 if ".midspan." in self.names[rows[0]] else len(value)  # no column has velocities of mid-spans
@@ -193,8 +193,17 @@ class GustResponse:
     @cached_property
     def seen(self):
         """`Variances` of what a telescope sees of all outputs, see `seen_weights`."""
-        weights = seen_weights(self.scene.exposure, self.scene.correction)
-        return self._with_errors(weights, self._variances(weights))
+        return self._with_errors(self._seen_weights, self._seen_variances)
+
+    @property
+    def _seen_weights(self):
+        """`seen_weights` of the scene."""
+        return seen_weights(self.scene.exposure, self.scene.correction)
+
+    @cached_property
+    def _seen_variances(self):
+        """`_variances` of what a telescope sees."""
+        return self._variances(self._seen_weights)
 
     def _with_errors(self, weights, variances):
         """`Variances` of results of `_variances` under some weights: with all errors, and 0 where rounding is left."""
