@@ -256,6 +256,23 @@ def test_a_gust_on_the_gondola_is_that_of_the_dense_matrix_by_its_exponential(na
     assert found.measured == pytest.approx(expected, abs=2e-6 * np.abs(expected).max())
 
 
+@pytest.mark.parametrize("name", ["ground", "sagging"])
+def test_a_step_of_the_winch_has_the_stated_error_by_all_modes_of_the_dense_matrix(name):
+    size, step = 1e-3, 0.05
+    case = case_of(*BARS[name], automatic(10))
+    gain = case.in_wind.gain[0]
+    A, _ = loop_matrix.matrices(bar_loop(case), gain)
+    states = [np.zeros(len(A))]
+    states[0][-1] = -size / gain  # the integrator, which moves the winch by -gain times its value
+    onwards = scipy.linalg.expm(A * step)
+    while len(states) < 41:
+        states.append(onwards @ states[-1])
+    expected = np.array([state[loop_matrix.place(A)] for state in states])
+    found = in_time(case, "winch", step * np.arange(41), "1 mm")
+    error = np.abs(found.measured - expected).max() / np.abs(expected).max()
+    assert error < found.error < 10 * error
+
+
 @pytest.mark.parametrize("name", ["ground", "gondola"])
 def test_the_reference_is_reached_and_a_step_of_the_winch_is_taken_back(name):
     case = case_of(*BARS[name], automatic(30))

@@ -300,11 +300,10 @@ def in_time(closed_loop, output, input_, components, times):
     NoSolutionError
         The state space overflows.
     """
-    plant = closed_loop.plant
-    all_coordinates = plant.viscous_motion
+    all_coordinates, coarse_space = closed_loop.plant.viscous_motion, closed_loop.plant.coarse_space_in_time
     full, coarse = (
         _response_in_space(closed_loop, motion, space, output, input_, components, times)
-        for motion, space in ((all_coordinates, None), (all_coordinates.within(plant.coarse_space), plant.coarse_space))
+        for motion, space in ((all_coordinates, None), (all_coordinates.within(coarse_space), coarse_space))
     )
     response = loop_response.compared(full, coarse)
     if closed_loop.loop.gain:

@@ -292,15 +292,29 @@ class Plant:
     def coarse_space(self):
         """Basis of a space of the coordinates with fewer modes, static responses and all strokes, shape (m, r).
 
-        The highest of the lowest modes are left out; modes that the loop could drive stay. To an accuracy the static
-        responses are those to winches and loads alone: where those to the forces of moving bodies matter, what they
-        leave out may too (3e-5 of an RMS without them, 1.5e-3 in truth). Of exact elements all of them are kept.
+        To an accuracy the static responses are those to winches and loads alone: where those to the forces of moving
+        bodies matter, what they leave out may too (3e-5 of an RMS without them, 1.5e-3 in truth). Of exact elements all
+        of them are kept.
+        """
+        return self._space_with_fewer_modes(self._applied_loads if self.model is None else self._loads)
+
+    @cached_property
+    def coarse_space_in_time(self):
+        """The same, with static responses to winches and loads alone of exact elements too.
+
+        A step moves the ends of cables at once, and so waves in them of all frequencies, for which these stand.
+        """
+        return self.coarse_space if self.model is None else self._space_with_fewer_modes(self._applied_loads)
+
+    def _space_with_fewer_modes(self, loads):
+        """Basis of a space of the coordinates, shape (m, r): fewer modes, static responses to `loads`, all strokes.
+
+        The highest of the lowest modes are left out; modes that the loop could drive stay.
         """
         (omega, shapes), count = self._basis, len(self.kept)
         modes = np.count_nonzero(self.kept < len(self.modes) - self.driven)
         lowest = int(STUDY.fewer_modes * modes)
         replaced = np.concatenate([np.arange(lowest, modes), np.arange(count, len(omega))])
-        loads = self._applied_loads if self.model is None else self._loads
         static = (shapes.T @ loads / omega[:, None] ** 2)[replaced]
         static, sizes, _ = np.linalg.svd(static, full_matrices=False)
         static = static[:, sizes > STUDY.dependent_response * sizes.max(initial=0.0)]
