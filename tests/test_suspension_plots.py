@@ -64,7 +64,8 @@ def controlled(tmp_path_factory):
 
 def test_spectra_and_variances_are_those_computed(controlled):
     figure = whole(plots.wind_response([controlled.in_wind]))
-    _, places, below, turns, below_turns, above, side = figure.axes
+    speed, places, below, turns, below_turns, above, side = figure.axes
+    assert any(tick.label1.get_visible() for tick in speed.xaxis.get_major_ticks())
     responses = [controlled.in_wind.response_of(open_loop) for open_loop in (False, True)]
     response = responses[0]
     drawn = lines(places)
@@ -138,6 +139,7 @@ def test_actuators_are_drawn_with_and_without(tmp_path, controlled):
 def test_a_body_with_one_motion_has_one_panel(tmp_path):
     figure = whole(plots.wind_response([case_of(tmp_path, SLIDER).in_wind]))
     speed, spectra, below = figure.axes
+    assert not any(tick.label1.get_visible() for tick in speed.xaxis.get_major_ticks())
     assert legend(speed)[0] == "wind speed"
     assert legend(spectra) == ["without control"]
     assert legend(below)[0].startswith("without control: ")

@@ -20,6 +20,7 @@ from cablestudy.study.plots.style import (
     SERIES,
     WIDTH,
     heading,
+    legend_below,
     plain,
     plain_axis,
     styled,
@@ -276,8 +277,7 @@ def loop_in_time(solved):
     winch_axes.set_ylabel("winches [mm]" if several else "winch [mm]")
     winch_axes.set_xlabel("time [s]")
     if several:
-        _room_above(winch_axes)
-        winch_axes.legend(loc="upper right", ncols=6, **LEGEND)
+        legend_below(figure, list(zip(*winch_axes.get_legend_handles_labels(), strict=True)))
     winch_axes.set_xlim(time[0], time[-1])
     plain_axis(winch_axes.xaxis, 8)
     for axes in grid:

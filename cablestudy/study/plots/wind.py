@@ -92,6 +92,7 @@ def wind_response(winds, at_rest=None, on=None):
     grid = figure.add_gridspec(len(heights), 2, height_ratios=heights)
     shared, high = figure.add_subplot(grid[0, :]), _highest(frequency, states, kinds)
     _speed(shared, winds, frequency[frequency <= high], body)
+    shared.tick_params(labelbottom=len(kinds) > 1)  # wider than the axes below it
     for column, kind in enumerate(kinds):
         columns = column if len(kinds) > 1 else slice(None)
         upper, lower = (figure.add_subplot(grid[row, columns], sharex=shared) for row in (1, 2))
@@ -133,7 +134,6 @@ def _speed(axes, winds, frequency, body):
         averaged = of_speed * admittance(frequency, wind.speed, area, wind.admittance)
         axes.loglog(frequency, averaged, color=BLUE, ls="--", label=f"averaged over {body}")
     axes.set_ylabel("spectrum of the\nwind speed [(m/s)²/Hz]")
-    axes.tick_params(labelbottom=False)
     axes.legend(loc="lower left")
 
 
