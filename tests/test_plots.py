@@ -9,7 +9,7 @@ import pytest
 from campaign import campaign
 from command import CONFIGS, run, study_file, table_of
 from matplotlib.collections import LineCollection
-from picture import curves
+from picture import curves, faults
 from scenes import computed
 from scipy.interpolate import RegularGridInterpolator
 
@@ -365,6 +365,14 @@ def test_two_varied_numbers_are_a_heat_map_of_the_third(tmp_path):
     np.testing.assert_allclose(mesh.get_coordinates()[:, 0, 1], [250, 750, 1250])
     assert {float(text.get_text()) for text in axes.texts} == {float(f"{sag:.3g}") for sag in sags}
     assert bar.get_ylabel() == "sag [m]"
+
+
+def test_numbers_that_do_not_fit_into_the_cells_of_a_heat_map_are_lines_of_equal_values(tmp_path):
+    ropes = "vary: [{cable.diameter: {from: 1 mm, to: 8 mm, count: 9, spacing: log}}, {cable.preload: [%s]}]"
+    text = f"{ropes % '1 kN, 2 kN, 3 kN, 4 kN'}\ncolumns: [stress]\n"
+    _, figure = drawn_study(tmp_path, f"{text}plot: {{x: cable.diameter, y: cable.preload, color: stress}}\n")
+    assert faults(figure) == []
+    assert len(figure.axes[0].collections) == 2  # cells and lines
 
 
 def test_a_fine_heat_map_has_lines_of_equal_values(tmp_path):

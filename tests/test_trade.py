@@ -423,6 +423,13 @@ def test_picture_shows_every_model_and_the_front():
     assert len(legend.get_texts()) == len(families)
 
 
+def test_a_picture_of_a_single_model_has_more_than_one_time_along_its_axis():
+    found = trade.compare(scene(), columns("end_stiffness"), 1, named("catenary"))
+    axes = plots.trade_plot(found, "title").axes[0]
+    low, high = axes.get_xlim()
+    assert sum(low <= tick <= high for tick in axes.get_xticks()) > 1
+
+
 @pytest.mark.parametrize(("name", "count"), [("carlina", 25), ("slack", 25), ("fast", 19)])
 def test_stored_errors_are_the_computed_ones(name, count):
     stored = {row["model"]: row for row in rows_of((RESULTS / f"trade-{name}.csv").read_text(encoding="utf-8"), "csv")}

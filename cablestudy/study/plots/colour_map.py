@@ -23,7 +23,8 @@ from cablestudy.study.plots.words import number, panels_left_out, shortened
 
 PANELS = 6  # in one picture
 SPARSE = 4  # cells of a grid over rows, above which the rows are drawn as points instead
-CELLS = 9  # along a side, up to which each cell has its number
+CELLS = 9  # along a side, up to which each cell has its number, if all of these fit
+SIZE = 7.5  # of the numbers
 SMOOTH, LINES = 4, 7  # least cells along a side with lines of equal values; how many of these, about
 MANY = 3000  # cells or points above which a vector file has them as an image, which is far smaller
 EMPTY = "#f0f0f0"  # cells without a value
@@ -33,8 +34,8 @@ def colour_map(study, every, rows):
     """Figure of one column of a study as colour (`plot.color`) over two others, `plot.x` and each of `plot.y`.
 
     There is a panel for each y and each series of rows. If x and y are two varied keys with one row for each pair of
-    their values, it is a heat map: with the numbers in the cells where there are few, else with lines of equal values;
-    a grey cell has no answer. Otherwise each row is a coloured point.
+    their values, it is a heat map: with the numbers in the cells where these are few and wide enough, else with lines
+    of equal values; a grey cell has no answer. Otherwise each row is a coloured point.
 
     Parameters
     ----------
@@ -113,7 +114,8 @@ def _heat(axes, sides, points, mappable, numbered, contoured):
     points : (ndarray, ndarray, ndarray)
         x, y and colour of each row, shape (n,); pairs of x and y without a row are empty cells.
     numbered, contoured : bool
-        Whether to write the numbers into the cells if they are few, and to draw lines of equal values if they are many.
+        Whether to write the numbers into the cells if they are few and wide enough, and to draw lines of equal values
+        else.
     """
     x_values, y_values = sides
     x, y, colour = points
@@ -125,14 +127,23 @@ def _heat(axes, sides, points, mappable, numbered, contoured):
     look = {"norm": mappable.norm, "cmap": mappable.cmap, "rasterized": cells.size > MANY}
     axes.pcolormesh(*edges, np.ma.masked_invalid(cells), **look)
     axes.set(xlim=edges[0][[0, -1]], ylim=edges[1][[0, -1]])
-    if max(cells.shape) > CELLS and min(cells.shape) >= SMOOTH and contoured:
+    few = max(cells.shape) <= CELLS
+    written = np.argwhere(np.isfinite(cells)) if few and numbered else ()
+    numbers = {(row, column): number(float(f"{cells[row, column]:.3g}")) for row, column in written}
+    if numbers and _fit(numbers, edges[0], axes):
+        for (row, column), text in numbers.items():
+            dark = np.dot(mappable.to_rgba(cells[row, column])[:3], (0.3, 0.6, 0.1)) < 0.5
+            look = {"ha": "center", "va": "center", "fontsize": SIZE, "color": "white" if dark else "black"}
+            axes.text(x_values[column], y_values[row], text, **look)
+    elif contoured and min(cells.shape) >= SMOOTH and (numbered or not few):
         _contours(axes, sides, np.ma.masked_invalid(cells), mappable)
-    if numbered and max(cells.shape) <= CELLS:
-        for (row, column), value in np.ndenumerate(cells):
-            if np.isfinite(value):
-                dark = np.dot(mappable.to_rgba(value)[:3], (0.3, 0.6, 0.1)) < 0.5
-                look = {"ha": "center", "va": "center", "fontsize": 7.5, "color": "white" if dark else "black"}
-                axes.text(x_values[column], y_values[row], number(float(f"{value:.3g}")), **look)
+
+
+def _fit(numbers, edges, axes):
+    """True if the numbers of cells, a dict of (row, column) -> text, are not wider than the cells, with their edges."""
+    along = np.column_stack([edges, np.full(len(edges), axes.get_ylim()[0])])
+    width = np.diff((axes.transScale + axes.transLimits).transform(along)[:, 0]) * axes.bbox.width / axes.figure.dpi
+    return all(text_width(text, SIZE) < width[column] for (_row, column), text in numbers.items())
 
 
 def _contours(axes, sides, cells, mappable):
@@ -143,7 +154,7 @@ def _contours(axes, sides, cells, mappable):
     levels = [level for level in levels.tick_values(low, high) if cells.min() < level < cells.max()]
     if levels:
         lines = axes.contour(*sides, cells, levels, colors="black", linewidths=0.8)
-        numbers = axes.clabel(lines, fontsize=7.5, inline=False, fmt=lambda level: number(float(f"{level:.6g}")))
+        numbers = axes.clabel(lines, fontsize=SIZE, inline=False, fmt=lambda level: number(float(f"{level:.6g}")))
         keep_apart(axes, numbers)
 
 
@@ -152,7 +163,7 @@ def keep_apart(axes, texts):
     size, kept = axes.bbox.size / axes.figure.dpi, np.zeros((0, 2))
     for text in texts:
         position = (axes.transScale + axes.transLimits).transform(text.get_position()) * size  # [in]
-        distance = text_width(text.get_text(), 7.5) + 0.1  # enough whatever the angles of both
+        distance = text_width(text.get_text(), SIZE) + 0.1  # enough whatever the angles of both
         over_edge = (np.minimum(position, size - position) < distance / 2).any()
         if over_edge or (np.hypot(*(kept - position).T) < distance).any():
             text.remove()

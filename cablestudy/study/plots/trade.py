@@ -20,6 +20,7 @@ from cablestudy.study.plots.style import (
     WIDTH,
     heading,
     legend_below,
+    round_ticks,
     styled,
     wrapped,
 )
@@ -134,8 +135,9 @@ def _panel(axes, trade, column):
         if family == "closed form":
             for entry in entries:
                 axes.annotate(entry.name, _point(entry, name), (6, 5), textcoords="offset points", zorder=4, **MARKED)
-    spread = np.log10(times.max() / times.min())
-    axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if spread < 1.5 else (1,), numticks=20))
+    decades = np.log10(times.max() / times.min())
+    locator = LogLocator(subs=(1, 2, 5) if decades < 1.5 else (1,), numticks=20)
+    axes.xaxis.set_major_locator(round_ticks(4) if decades < 0.3 else locator)
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: number(value)))
     axes.yaxis.set_major_locator(LogLocator(numticks=9))
     for axis in (axes.xaxis, axes.yaxis):
