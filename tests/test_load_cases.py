@@ -302,7 +302,7 @@ def test_the_error_of_the_drag_is_stated(line, tmp_path):
         (["cable.tension={at: middle, value: 3}"], "got \"middle\""),
         (["cable.tension={value: 3}"], "missing key: at"),
         (["cable.reference.loads=1"], "expected true or false"),
-        (["cable.reference.temperature=-300 degC"], "must be positive"),
+        (["cable.reference.temperature=-300 degC"], "must be from 60 K to 5000 K"),
         (["cable.expansion=null"], "missing key: expansion (case cold has a temperature)"),
         (["ground=[[0, 0]]"], "expected at least 2 items, got 1"),
         (["ground=[[0, 0], [0, 1]]"], "the x of its points must ascend"),

@@ -688,7 +688,7 @@ def test_the_stated_error_of_uniform_drag_holds_for_motion_in_the_wind(made, ste
         (["cases.storm.loads.a=[{at: 78, mass: 2}]"], "78 m is not on the cable, which is 77 m long"),
         (["cases.storm.loads.a=[{at: 3, masss: 2}]"], "cases.storm.loads.a.0.masss: unknown key (did you mean mass?)"),
         (["cable.expansion=null"], "cable: missing key: expansion (case cold has a temperature)"),
-        (["cables.a.reference.temperature=-300 degC"], "cables.a.reference.temperature: must be positive"),
+        (["cables.a.reference.temperature=-300 degC"], "cables.a.reference.temperature: must be from 60 K to 5000 K"),
         (["cables.a.reference.loads=3"], "cables.a.reference.loads: expected true or false, got 3"),
         (["cables.a.reference.load=true"], "cables.a.reference.load: unknown key (did you mean loads?)"),
         (["cables.a.loads=[{at: 80 m, mass: 3}]"], "80 m is not on the cable, which is 77 m long"),

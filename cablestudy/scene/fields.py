@@ -118,7 +118,7 @@ class Quantity(_Type):
             return number
         if not math.isfinite(number):
             raise wrong(f"expected {expected(self.unit)}, got {show(value)}, which is not finite")
-        if "bare number" in self.limits and not isinstance(value, str):  # the limits then name its unit
+        if "bare number" in self.limits:  # the limits then name its unit; -300 degC is no positive temperature
             raise wrong(f"must be {self.limits}, got {show(value)}")
         if number <= 0 < self.low:
             raise wrong(f"must be positive, got {show(value)}")

@@ -54,6 +54,16 @@ def _without_misspelt(found):
     ]
 
 
+def as_meant(value, found):
+    """A file as plain values, and beside them each table of it whose key is misspelt, under the key that is meant.
+
+    What refers to names in that table is right: the unknown key is the one mistake, among the (path, message) pairs.
+    """
+    hints = {path[0]: DID_YOU_MEAN.search(message) for path, message in found
+             if len(path) == 1 and message.startswith(UNKNOWN)}  # fmt: skip
+    return {hint[1]: value[key] for key, hint in hints.items() if hint} | value
+
+
 def located(found, document):
     """SceneError from (path, message) pairs, each once and at its place in the document."""
     mistakes_with_place = []

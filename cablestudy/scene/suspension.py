@@ -18,7 +18,7 @@ from cablestudy.scene.layers import merge
 from cablestudy.scene.limit_table import Limits, case_relations
 from cablestudy.scene.load_tables import SuspensionLoadCase, paths_of_loads
 from cablestudy.scene.materials import Materials
-from cablestudy.scene.mistakes import empty_keys, findings, located
+from cablestudy.scene.mistakes import as_meant, empty_keys, findings, located
 from cablestudy.scene.references import case_mistakes, reference_mistakes
 from cablestudy.scene.section import limited, within
 from cablestudy.scene.stress_strain_table import loaded_by_a_case
@@ -329,10 +329,10 @@ def read_suspension(document):
         context = {"materials": document.value.get("materials")}
         scene = SuspensionScene.model_validate(document.value, context=context)
     except ValidationError as error:
-        paths_and_messages = findings(error, _with_shared(document.value), tables)
-        paths_and_messages += connection_mistakes(*written_connections(document.value))  # which pydantic did not reach
-        explained = dict.fromkeys((path, _explain(path, message)) for path, message in paths_and_messages)
-        raise located([*mistakes, *_move_to_shared(explained, document.value)], document) from None
+        found = [(path, _explain(path, text)) for path, text in findings(error, _with_shared(document.value), tables)]
+        # which pydantic did not reach
+        found += connection_mistakes(*written_connections(as_meant(document.value, found)))
+        raise located([*mistakes, *_move_to_shared(dict.fromkeys(found), document.value)], document) from None
     if mistakes:
         raise located(mistakes, document)
     scene._written = document.value
