@@ -148,7 +148,8 @@ def expected(truth, data, name):
 class Cell:
     """One number of one scene at one accuracy, asked for alone or with the other columns of motion.
 
-    `error` is None where there is no truth, `estimate` where the program refused; `cpu` is what the row cost [s].
+    `error` is None where there is no truth, `estimate` where the program refused or states none, as of a mode that does
+    not oscillate: the number is then exact; `cpu` is what the row cost [s].
     """
 
     seed: int
@@ -168,7 +169,7 @@ class Cell:
         """Error, less what the reference itself may be wrong by, over the error that the program states."""
         if self.error is None:
             return 0.0
-        return max(self.error - 3 * self.doubt, 0.0) / max(self.estimate, 1e-300)
+        return max(self.error - 3 * self.doubt, 0.0) / max(self.estimate or 0.0, 1e-300)
 
     @property
     def caution(self):

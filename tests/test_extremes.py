@@ -6,12 +6,13 @@ The truth is `references/scene_truth.py`: the 50-digit catenary and the spectral
 import json
 import sys
 
+import numpy as np
 import pytest
 import random_scenes
 from campaign import WHOLE, campaign
 from command import ROOT
-from random_scenes import ACCURACIES, examine, replay
-from references.scene_truth import Cable, Truth
+from random_scenes import ACCURACIES, Cell, examine, replay
+from references.scene_truth import Cable, Truth, Unknown
 
 from cablestudy.scene.study import read_study
 from cablestudy.study.case import Case
@@ -48,6 +49,35 @@ def test_what_is_refused_has_a_reason(cells):
     refused = [cell for cell in cells if cell.value is None]
     assert all(cell.note.startswith("refused: ") and len(cell.note) > 20 for cell in refused)
     assert len(refused) < 0.1 * len(cells)
+
+
+def test_a_number_without_a_stated_error_counts_as_stated_exactly():
+    right, wrong = (
+        Cell(102, 1e-6, "gondola_damping_ratio", False, 1.0, None, error, 2e-13, "") for error in (0.0, 0.1)
+    )
+    assert right.excess == 0
+    assert right.caution is None
+    assert wrong.excess > 1e10
+
+
+def test_a_mode_that_ceases_to_oscillate_and_begins_again_has_no_truth():
+    """Of scene 604 the pair of poles is real at 92 % of its damping; at all of it there is another pair."""
+    data = random_scenes.scene_data(604)
+    cable, mass = data["cable"], data["gondola"]["mass"]
+    chord, weight = cable["chord"], cable["area"] * cable["density"] * data["gravity"]
+    tension = weight * chord**2 / (8 * cable["sag"])
+    own, sag = cable["elastic_modulus"] * cable["area"] / chord, 12 * tension**3 / (weight**2 * chord**3)  # springs
+    poles = {}
+    for share in (0.5, 0.92, 1.0):
+        time = share * cable["damping"]["time"]
+        poles[share] = np.roots([mass * own * time, mass * (own + sag), own * sag * time, own * sag])
+    assert [sum(abs(pole.imag) > 0 for pole in poles[share]) for share in poles] == [2, 0, 2]
+    case = Case(random_scenes.scene_of(data, 1e-4))
+    with pytest.raises(Unknown, match="which pole continues it"):
+        random_scenes.truth_of(data, case.span).gondola_damping_ratio()
+    pair = poles[1.0][np.abs(poles[1.0].imag) > 0][0]
+    ratio = evaluate(case.scene, [find("gondola_damping_ratio")]).cells["gondola_damping_ratio"]
+    assert ratio == pytest.approx(-pair.real / abs(pair), rel=1e-4)
 
 
 def test_a_scene_that_takes_too_long_is_given_up(monkeypatch):

@@ -334,7 +334,11 @@ class Truth:
         return fine / (2 * np.pi), abs(fine / coarse - 1) + ROUNDING
 
     def gondola_damping_ratio(self):
-        """Of that mode, the strain damped: followed from no damping to all of it."""
+        """Of that mode, the strain damped: followed from no damping to all of it.
+
+        A pair of poles that becomes real is followed no further: one of the two may meet a third real pole and with it
+        oscillate again, as in scene 604 (a gondola on k (1 + time s) in series with the spring of the sag: a cubic).
+        """
         if self.straight and self.cable.gravity and not self.loads:
             return 0.0, 0.0  # upright: the gondola moves across
         _, omega, points = self._gondola
@@ -356,4 +360,6 @@ class Truth:
             raise Unknown("damping lost in the rounding of the reference")
         if value <= 0:
             raise Unknown("the damped mode was lost")
+        if value >= 1 - ROUNDING:
+            raise Unknown("the damped mode does not oscillate: which pole continues it is not decided")
         return value, error / value + ROUNDING / min(1.0, value)
