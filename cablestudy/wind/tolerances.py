@@ -28,9 +28,8 @@ class WindTolerances:
     # ---------------------------------------------------- covariance of the forces of gusts over frequency
 
     panels_per_decade: int = 8  # of frequency, where no covariance is interpolated
-    # kappa times the size of the suspension up to which a covariance is smooth in kappa, and beyond in its logarithm
-    # (with a tenth of it the splines are no closer),
-    linear_covariance: float = 1.0
+    # kappa times the size of the suspension up to which a covariance is about linear in kappa,
+    linear_covariance: float = 0.1
     falling_covariance: float = 1e4  # and from which on it falls with 1/kappa,
     far_above_least: float = 100.0  # or so far above the least kappa
     panel_boundary: float = 1e-6  # rounding of a boundary of panels in numbers of panels
