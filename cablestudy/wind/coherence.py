@@ -150,10 +150,10 @@ def rods(mesh, stretch):
         # cosines have no slope at the ends: two more functions give them any
         functions = np.concatenate([np.cos(np.pi * x * np.arange(count - 2)), x, x**2], axis=1)
     length, stiffness, mass = galerkin(mesh, stretch, functions)
-    root = np.linalg.cholesky(mass)
-    scaled = np.linalg.solve(root, np.swapaxes(np.linalg.solve(root, stiffness), -1, -2))
-    square, vectors = np.linalg.eigh(scaled)
-    shapes = functions @ np.linalg.solve(np.swapaxes(root, -1, -2), vectors)
+    inverse = np.linalg.inv(np.linalg.cholesky(mass))
+    transposed = np.swapaxes(inverse, -1, -2)
+    square, vectors = np.linalg.eigh(inverse @ stiffness @ transposed)
+    shapes = functions @ (transposed @ vectors)
     square = np.maximum(square, 0.0)
     square[:, 0] = 0.0  # the constant
     return Rods(square, np.swapaxes(shapes[:, [0, -1]], 1, 2), length, shapes)
