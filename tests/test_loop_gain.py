@@ -19,6 +19,7 @@ from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.driven_cables import DrivenCables
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system import pole_windows
+from cablestudy.system.coupling_damping import solve_pole_sums
 from cablestudy.system.tolerances import SYSTEM
 
 BARS, TURN = 6, 2 * np.pi
@@ -152,6 +153,42 @@ def test_cables_in_the_air_are_summed_together(seed):
         expected, pushed, size = condensed_bodies(found, s)
         assert np.abs(bodies[place] - expected).max() < ROUNDING * size
         assert np.abs(pulled[place] - pushed).max() < ROUNDING * size
+
+
+@pytest.mark.parametrize("damped", [0.02, 0.999, 1.0, 1.3])  # over critical damping of the lowest mode
+@pytest.mark.parametrize("law", ["hysteretic", "kelvin_voigt"])
+def test_stiffness_of_cables_of_any_viscous_damping(law, damped):
+    """Against the matrices of each cable, its modes eliminated, up to critical damping and beyond."""
+    found, _ = both(14)  # all cables with Kelvin-Voigt damping
+    elements = [
+        replace(
+            element,
+            viscous=2 * damped * element.omega.min(),
+            strain=replace(element.strain, law=law, amount=0.02 if law == "hysteretic" else 1e-4),
+        )
+        for element in found.elements
+    ]
+    found = replace(found, elements=elements)
+    s = 1j * np.geomspace(0.1, 2 * max(element.omega.max() for element in found.elements), 31)
+    bodies, pulled = found._stiffness_and_forces(s)
+    if law == "hysteretic" or damped != 1.0:  # else poles of a real matrix coincide, and equations are solved
+        assert not found._divided[1]
+    for place, one in enumerate(s):
+        expected, pushed, size = condensed_bodies(found, one)
+        assert np.abs(bodies[place] - expected).max() < ROUNDING * size
+        assert np.abs(pulled[place] - pushed).max() < ROUNDING * size
+
+
+@pytest.mark.parametrize("seed", [0, 2, 14, 58])
+def test_poles_of_cables_that_are_found_together_are_those_of_each_alone(seed):
+    """Digit for digit; the cables are also those of another scene."""
+    dampings = [[one for number in (seed, 2) for one in both(number, wind=WIND)[0].coupling_damping] for _ in range(2)]
+    for signature in {damping.signature for damping in dampings[0]}:
+        solve_pole_sums([damping for damping in dampings[0] if damping.signature == signature])
+    for together, alone in zip(*dampings, strict=True):
+        assert "_pole_sum_and_resolvent" in together.__dict__
+        assert np.array_equal(together.pole_sum.poles, alone.pole_sum.poles)
+        assert np.array_equal(together.pole_sum.residues, alone.pole_sum.residues)
 
 
 @pytest.mark.parametrize("seed", [0, 2, 14])
