@@ -15,30 +15,13 @@ from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of, res
 from cablestudy.study.suspension.controlled_body import ControlledBody
 from cablestudy.study.suspension.driven_cables import DrivenCables
 from cablestudy.study.suspension.driven_waves import Effects
-from cablestudy.study.suspension.together import together
+from cablestudy.study.suspension.together import computed_together, together
 from cablestudy.study.suspension.turbulence import Turbulence
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.cables import solve_models
 from cablestudy.system.coupling_damping import solve_pole_sums
 
 TURN = 2 * np.pi
-
-
-def find_limits(closed_loops):
-    """Find `driven` of many loops, or why one has none, and keep it in each: the trials of all are computed together.
-
-    Parameters
-    ----------
-    closed_loops : sequence of ClosedLoop
-    """
-    searches = {one: one._driven_cables_tried() for one in closed_loops}
-    while searches:
-        trials = {one: outcome_of(partial(next, search, None)) for one, search in searches.items()}
-        for one in [one for one, trial in trials.items() if not isinstance(trial, DrivenCables)]:
-            del searches[one]
-            if trials[one] is not None:
-                one.__dict__["_driven_outcome"] = trials[one]
-        _solve_trials(dict.fromkeys(trials[one] for one in searches))  # loops of other exposures share theirs
 
 
 def _solve_trials(trials):
@@ -164,16 +147,29 @@ class ClosedLoop:
         NoSolutionError, ConvergenceError
             The loop is unstable without gain, or could drive too many modes.
         """
-        return result_of(self._driven_outcome)
+        return result_of(self.driven_outcome)
 
-    @cached_property
-    def _driven_outcome(self):
-        """`driven`, or the error that says why there is none: computed once for a row."""
-        find_limits([self])
-        return self.__dict__["_driven_outcome"]
+    @computed_together
+    def driven_outcome(closed_loops):
+        """`driven`, or the error that says why there is none; the trials of many loops are computed together."""
+        searches = {one: one._driven_cables_tried() for one in closed_loops}
+        while searches:
+            trials = {}
+            for one, search in list(searches.items()):
+                try:
+                    trials[one] = next(search)
+                except StopIteration as end:
+                    outcome = end.value
+                except (NoSolutionError, ConvergenceError) as error:
+                    outcome = error
+                else:
+                    continue
+                del searches[one]
+                yield one, outcome
+            _solve_trials(dict.fromkeys(trials.values()))  # loops of other exposures share theirs
 
     def _driven_cables_tried(self):
-        """Find `DrivenCables` with all modes of cables that decide on the largest stable gain, and keep it.
+        """Find `DrivenCables` with all modes of cables that decide on the largest stable gain, which is returned.
 
         Trials: `DrivenCables` with all modes that a trial gain could drive have a largest stable gain; where this is
         above the trial gain, it is the next trial gain. Where the loop is stable with every gain,
@@ -201,7 +197,7 @@ class ClosedLoop:
                 driven_cables.update(dict.fromkeys(powers, driven_of_gain))
                 break
             gain = needed_gain
-        self.__dict__["_driven_outcome"] = driven_of_gain
+        return driven_of_gain
 
     def _first_gain_tried(self):
         """Gain for the first `DrivenCables` of the loop, the first of `_trial_gains` that can be judged. [rad/s]"""
@@ -330,7 +326,7 @@ class ClosedLoop:
     @property
     def _seen_far_from_unstable(self):
         """`_far_from_unstable`, or False where the largest gain is known already."""
-        return "_driven_outcome" not in self.__dict__ and self._far_from_unstable
+        return ClosedLoop.driven_outcome.known(self) is None and self._far_from_unstable
 
     @cached_property
     def _far_from_unstable(self):

@@ -12,7 +12,7 @@ from cablestudy.errors import outcome_of, result_of
 from cablestudy.scene.words import counted
 from cablestudy.study.column import relative
 from cablestudy.study.notes import unknown_rms_error
-from cablestudy.study.suspension.closed_loop import ClosedLoop, find_limits
+from cablestudy.study.suspension.closed_loop import ClosedLoop
 from cablestudy.study.suspension.gust_response import GustResponse
 from cablestudy.study.suspension.model_search import closed_loops_of, search_models, stable_without_loop
 from cablestudy.study.suspension.plant import Plant
@@ -322,7 +322,7 @@ class DynamicAnalysis:
     def _limits_begun(analyses):
         """True: the search for the largest gain has begun, if there is a loop."""
         outcomes = [analysis._controlled_outcome for analysis in analyses if analysis.scene.control is not None]
-        find_limits([closed_loop for closed_loop in outcomes if isinstance(closed_loop, ClosedLoop)])
+        ClosedLoop.driven_outcome.compute(one for one in outcomes if isinstance(one, ClosedLoop))
         return dict.fromkeys(analyses, True).items()
 
     @property
