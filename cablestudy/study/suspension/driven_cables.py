@@ -101,10 +101,11 @@ class DrivenCables:
     @cached_property
     def _kept_and_loop_gain(self):
         """`kept` and `loop_gain`."""
+        in_loop = self._in_loop
         for other in self._alike:
-            if all(map(np.array_equal, other._in_loop, self._in_loop)):
+            if all(map(np.array_equal, other._in_loop, in_loop)):
                 return other._kept_and_loop_gain
-        kept = self.models.with_modes(self._in_loop)
+        kept = self.models.with_modes(in_loop)
         return kept, self._loop_gain(kept)
 
     @property
