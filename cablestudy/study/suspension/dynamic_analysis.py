@@ -78,7 +78,7 @@ class DynamicAnalysis:
         """
         scene, (winches, control) = self.scene, self._keys
         computed, loops = max(count, among), self._shared.setdefault(winches, {})
-        # each level of keys adds what the next object depends on: plant, plant in the gusts of one wind, loop
+        # each level of keys adds what the next object depends on: plant, plant in the gusts of one wind, loop, loop in them
         plant_key = count, computed, responses, winches, self._midspans
         if plant_key not in self._shared:
             modes = self._modes_of(computed).first(count)
@@ -88,9 +88,11 @@ class DynamicAnalysis:
         plant_in_wind_key = *plant_key, self.airflow and self.airflow.side
         if plant_in_wind_key not in self._shared:
             self._shared[plant_in_wind_key] = self._shared[plant_key].blown_by(self.airflow)
-        closed_loop_key = *plant_in_wind_key, control
+        loop_key, closed_loop_key = (*plant_key, control), (*plant_in_wind_key, control)
+        if loop_key not in self._shared:
+            self._shared[loop_key] = ClosedLoop(scene, self._shared[plant_in_wind_key])
         if closed_loop_key not in self._shared:
-            self._shared[closed_loop_key] = ClosedLoop(scene, self._shared[plant_in_wind_key])
+            self._shared[closed_loop_key] = self._shared[loop_key].blown_by(self._shared[plant_in_wind_key])
         return self._shared[closed_loop_key]
 
     @cached_property
