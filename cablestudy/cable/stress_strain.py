@@ -251,22 +251,21 @@ def uneven_strain(condition, strain, tensions, weights):
     Parameters
     ----------
     condition : Condition
-        Of n conductors.
-    strain : ndarray, shape (n,)
+    strain : ndarray, shape (...)
         At the mean tension. [-]
-    tensions : ndarray, shape (n, k)
+    tensions : ndarray, shape (..., k)
         At k points along the cables. [N]
     weights : ndarray, shape (k,)
         Of the points in the mean; their sum is 1. [-]
 
     Returns
     -------
-    ndarray, shape (n,)
+    ndarray, shape (...)
         [-]
     """
     mean_tension, slope = condition.pull(strain)
-    excess = np.zeros(len(strain))
-    for tension, weight in zip(tensions.T, weights.tolist(), strict=True):
+    excess = np.zeros(strain.shape)
+    for tension, weight in zip(np.moveaxis(tensions, -1, 0), weights.tolist(), strict=True):
         tension = np.maximum(tension, CABLE.curve_rounding * mean_tension)
         along_tangent = (tension - mean_tension) / slope
         excess = excess + weight * (condition.strain_at(tension) - strain - along_tangent)

@@ -46,6 +46,8 @@ class LinearCables:
         State of the conductors.
     strain : ndarray, shape (...)
         Strain of the conductors at their mean tension. [-]
+    earlier_errors : ndarray, shape (...)
+        Errors of their strain by the length of the new conductors and the permanent sets, see `uneven_errors`. [-]
     labels : ndarray of str, shape (...)
         The state, of `final` the one that leaves the conductor longer, and the parts that are slack or stretched beyond
         what their curve is measured to.
@@ -56,7 +58,19 @@ class LinearCables:
     length_ratio: np.ndarray
     condition: Condition
     strain: np.ndarray
+    earlier_errors: np.ndarray
     labels: np.ndarray
+
+    def take(self, index):
+        """`LinearCables` of several of the conductors, or of one."""
+        return LinearCables(
+            **{
+                field.name: value.take(index)
+                if isinstance(value := getattr(self, field.name), Condition)
+                else value[index]
+                for field in fields(self)
+            }
+        )
 
 
 def curves_of(cables, shape):
@@ -127,11 +141,12 @@ class Conductors:
     shape : tuple of int
         Shape of arrays with a value for each cable: (n,), or (n, c).
     solve_reference : callable
-        `stiffness`, `elongation` and `length_ratio` of `LinearCables`, of `shape` -> tuple whose first item is the mean
-        tensions of these linear cables in the reference state [N]; the others are for `solve_cases`.
+        `stiffness`, `elongation` and `length_ratio` of `LinearCables`, of `shape` -> tuple whose first items are the
+        mean tensions of these linear cables in the reference state [N], and `tensions_along` them; the others are for
+        `solve_cases`.
     solve_cases : callable
         Indices of k scenes; these scenes with their cases; result of `solve_reference`; and `stiffness`, `elongation`
-        and `length_ratio` of the k scenes' linear cables -> their mean tensions. [N]
+        and `length_ratio` of the k scenes' linear cables -> their mean tensions [N], and `tensions_along` them.
     independent : bool
         Whether the tension of a cable depends on its own strain only, as `alone` of `Condition.settle`.
 
@@ -162,6 +177,7 @@ class Conductors:
             tension_at, self._slack_strain + STUDY.first_conductor_strain, independent, STUDY.conductor_tension
         )
         tension_at(self._strain, *new.pull(self._strain))
+        self._length_errors = _uneven_strain(new, self._strain, self.reference[1])
 
     def _linear(self, tangent, condition, rows=slice(None)):
         """`stiffness`, `elongation` and `length_ratio` of the linear cables with these strains, tensions and slopes."""
@@ -169,15 +185,19 @@ class Conductors:
         return stiffness, ratio / (1.0 + self._slack_strain[rows]) - 1.0, (1.0 + condition.slack_strain) / ratio
 
     def _solve_strains(self, rows, scenes, condition):
-        """Strains of some conductors in their cases, and mean tensions there, not a number without an equilibrium."""
-        tensions = []
+        """Strains of some conductors in their cases, mean tensions there, and errors of the strains (`uneven_errors`).
+
+        Tensions and errors are not numbers without an equilibrium.
+        """
+        solved = []
 
         def tension_at(*tangent):
-            tensions.append(self._solve_cases(rows, scenes, self.reference, *self._linear(tangent, condition, rows)))
-            return tensions[-1]
+            solved.append(self._solve_cases(rows, scenes, self.reference, *self._linear(tangent, condition, rows)))
+            return solved[-1][0]
 
         strain = condition.settle(tension_at, self._strain[rows], self._independent, STUDY.conductor_tension)
-        return strain, tensions[-1]
+        tension, along = solved[-1]
+        return strain, tension, _uneven_strain(condition, strain, along)
 
     def _condition(self, rows, scenes, sets, creeping=False):
         """`Condition` of the conductors of some scenes at the temperatures of their cases, with permanent sets."""
@@ -189,23 +209,29 @@ class Conductors:
 
     @cached_property
     def _sets_by_creep(self):
-        """Permanent sets of all conductors by 10 years of creep under the everyday tension."""
+        """Permanent sets of all conductors by 10 years of creep under the everyday tension; errors of the strain."""
         rows = np.arange(len(self._scenes))
         condition = self._condition(rows, self._scenes, self.curves.unset, creeping=True)
-        return condition.sets_after(self._solve_strains(rows, self._scenes, condition)[0])
+        strain, _, errors = self._solve_strains(rows, self._scenes, condition)
+        return condition.sets_after(strain), errors
 
     @cached_property
     def _sets(self):
         """Permanent sets of both parts of each conductor in its state, shape (..., 2) [-], and the heaviest load case.
 
-        Four arrays: sets by creep; by creep and the heaviest case; by this case alone; names of these cases (...).
+        Five arrays: sets by creep; by creep and the heaviest case; by this case alone; names of these cases (...);
+        `earlier_errors` of `LinearCables` (...).
         """
         unset, with_creep, with_load = self.curves.unset, np.isin(self.states, CREPT), np.isin(self.states, LOADED)
-        by_creep = np.where(with_creep[..., None], self._sets_by_creep, unset) if with_creep.any() else unset
+        by_creep, errors = unset, self._length_errors
+        if with_creep.any():
+            by_creep = np.where(with_creep[..., None], self._sets_by_creep[0], unset)
+            errors = errors + np.where(with_creep, self._sets_by_creep[1], 0.0)
         if not with_load.any():
-            return by_creep, by_creep, unset, np.full(self._shape, "", dtype=object)
-        sets, by_load, heaviest = self._sets_by_load(by_creep)
-        return by_creep, np.where(with_load[..., None], sets, by_creep), by_load, heaviest
+            return by_creep, by_creep, unset, np.full(self._shape, "", dtype=object), errors
+        sets, by_load, heaviest, errors_by_load = self._sets_by_load(by_creep)
+        errors = errors + np.where(with_load, errors_by_load, 0.0)
+        return by_creep, np.where(with_load[..., None], sets, by_creep), by_load, heaviest, errors
 
     def _sets_by_load(self, sets):
         """Permanent sets that the heaviest load case leaves in each conductor: the case with its largest mean tension.
@@ -222,18 +248,20 @@ class Conductors:
             ones. [-]
         heaviest : ndarray of str, shape (...)
             Name of the heaviest case, followed by BEYOND where the strain is beyond the curve; empty without a case.
+        errors : ndarray, shape (...)
+            Of the strain under the load. [-]
         """
         # all load cases of all scenes, but those in which cables are lost, are solved together
         rows_and_scenes = [(row, scene.model_copy(update={"case": name}))
                            for row, scene in enumerate(self._scenes) for name, case in scene.cases.items()
                            if not getattr(case, "lost", ())]  # fmt: skip
         largest, by_load = np.zeros(self._shape), self.curves.unset.copy()
-        heaviest = np.full(self._shape, "", dtype=object)
+        heaviest, errors = np.full(self._shape, "", dtype=object), np.zeros(self._shape)
         if not rows_and_scenes:
-            return sets, by_load, heaviest
+            return sets, by_load, heaviest, errors
         rows, scenes = np.array([row for row, _ in rows_and_scenes]), [scene for _, scene in rows_and_scenes]
         condition = self._condition(rows, scenes, sets[rows])
-        strain, tension = self._solve_strains(rows, scenes, condition)
+        strain, tension, strain_errors = self._solve_strains(rows, scenes, condition)
         beyond = condition.beyond(strain).any(axis=-1)
         for index, row in enumerate(rows.tolist()):
             heavier = tension[index] > largest[row]
@@ -245,7 +273,8 @@ class Conductors:
             label = np.where(beyond[index], f"{scenes[index].case}{BEYOND}", scenes[index].case)
             heaviest[row] = np.where(heavier, label, heaviest[row])[()]
             largest[row] = np.where(heavier, tension[index], largest[row])
-        return np.maximum(sets, by_load), by_load, heaviest
+            errors[row] = np.where(heavier, strain_errors[index], errors[row])
+        return np.maximum(sets, by_load), by_load, heaviest, errors
 
     def _moved_by_force(self, scenes):
         """True of scenes in which a force of their case moves an end of the cable, shape (n, ...)."""
@@ -264,11 +293,11 @@ class Conductors:
         scenes : sequence of scenes
             k scenes, each in its load case.
         """
-        by_creep, sets, by_load, heaviest = (array[rows] for array in self._sets)
+        by_creep, sets, by_load, heaviest, earlier_errors = (array[rows] for array in self._sets)
         states = self.states[rows]
         with_creep, with_load = np.isin(states, CREPT), np.isin(states, LOADED)
         condition = self._condition(rows, scenes, sets)
-        strain, _ = self._solve_strains(rows, scenes, condition)
+        strain, _, _ = self._solve_strains(rows, scenes, condition)
         tension, slope = condition.pull(strain)
         # small motion about the equilibrium follows the final moduli; an end that a force has moved followed the curve
         slope = np.where(self._moved_by_force(scenes), slope, condition.elastic(strain))
@@ -287,32 +316,43 @@ class Conductors:
         for marked, text in ((slack, " slack"), (condition.beyond(strain), BEYOND)):
             for index, name in enumerate((", outer", ", core")):
                 labels = np.where(marked[..., index], labels + name + text, labels)
-        return LinearCables(*linear, condition, strain, labels)
+        return LinearCables(*linear, condition, strain, earlier_errors, labels)
 
 
-def uneven_errors(condition, strain, catenary):
+def tensions_along(catenary):
+    """Tension of cables at Gauss points along them, shape (..., k). [N]"""
+    nodes, _ = np.polynomial.legendre.leggauss(STUDY.conductor_points)
+    return np.sqrt((catenary.tension_at((1 + nodes) / 2) ** 2).sum(axis=-1))
+
+
+@np.errstate(all="ignore")  # tensions are not numbers without an equilibrium
+def _uneven_strain(condition, strain, along):
+    """Size of `stress_strain.uneven_strain`, with `tensions_along` the cables, shape (...). [-]"""
+    _, weights = np.polynomial.legendre.leggauss(STUDY.conductor_points)
+    return np.abs(uneven_strain(condition, strain, along, weights / 2))
+
+
+def uneven_errors(linear, catenary):
     """Estimated relative errors of k equilibria in which linear cables stand for conductors, shape (k,). [-]
 
     A linear cable has the conductor's strain at the mean tension only, but the tension varies along the cable. The
     estimate is the sum of two errors, both to first order. Error of the tension: the mean strain of a conductor exceeds
-    its strain at the mean tension, which lengthens it and changes the tension by the stiffness of the span. Error of
+    its strain at the mean tension, which lengthens it and changes the tension by the stiffness of the span; as much was
+    missing when its length followed from the reference state, and its permanent sets from creep and load. Error of
     the positions of points: off the mean tension, the strain of a conductor differs from the strain of the linear
     cable, whose slope is that of the final moduli.
 
     Parameters
     ----------
-    condition : Condition
-        State of the k conductors.
-    strain : ndarray, shape (k,)
-        Strains of the conductors at their mean tensions. [-]
+    linear : LinearCables
+        Shape (k,).
     catenary : Catenary
         Equilibria of the linear cables.
     """
-    nodes, weights = np.polynomial.legendre.leggauss(STUDY.conductor_points)
-    force = catenary.tension_at((1 + nodes) / 2)
-    tension, mean_tension = np.sqrt((force**2).sum(axis=-1)), np.maximum(catenary.mean_tension, np.finfo(float).tiny)
+    condition, strain, tension = linear.condition, linear.strain, tensions_along(catenary)
+    mean_tension = np.maximum(catenary.mean_tension, np.finfo(float).tiny)
     with np.errstate(all="ignore"):
-        extra_strain = np.abs(uneven_strain(condition, strain, tension, weights / 2))
+        extra_strain = _uneven_strain(condition, strain, tension) + linear.earlier_errors
         error = extra_strain * catenary.span.unstretched_length * catenary.end_stiffness[..., 0, 0] / mean_tension
         compliance_difference = np.abs(1 / condition.pull(strain)[1] - 1 / condition.elastic(strain))
         error = error + compliance_difference * np.abs(tension - mean_tension[:, None]).max(axis=-1)

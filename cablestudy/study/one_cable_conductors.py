@@ -6,7 +6,13 @@ import numpy as np
 
 from cablestudy.cable.catenary import solve
 from cablestudy.study import load_cases
-from cablestudy.study.conductors import Conductors, LinearCables, distinct_without_case, uneven_errors
+from cablestudy.study.conductors import (
+    Conductors,
+    LinearCables,
+    distinct_without_case,
+    tensions_along,
+    uneven_errors,
+)
 from cablestudy.study.reference_length import chord_strain
 from cablestudy.study.scene_values import SceneValues
 
@@ -82,42 +88,45 @@ def equivalent_cables(values, results_class):
         return _reference_state(values_without_case, stiffness, elongation)
 
     def solve_cases(chosen, cases, reference, *linear):
-        """Mean tensions in load cases, as `Conductors` asks for them; not a number without an equilibrium."""
-        cables, chord_strains = LinearCables(*linear, condition=None, strain=None, labels=None), reference[1]
-        equivalent = EquivalentCables(np.arange(len(chosen)), cables, chord_strains[chosen], {})
+        """Tensions in load cases, as `Conductors` asks for them; the mean is not a number without an equilibrium."""
+        cables = LinearCables(*linear, condition=None, strain=None, earlier_errors=None, labels=None)
+        equivalent = EquivalentCables(np.arange(len(chosen)), cables, reference[2][chosen], {})
         loaded = results_class(SceneValues(cases), equivalent)
         tension = np.array(loaded.catenary.mean_tension)
         tension[list(loaded.failures)] = np.nan
-        return tension
+        return tension, tensions_along(loaded.catenary)
 
     conductors = Conductors(different, (len(different),), solve_reference, solve_cases, independent=True)
     cables = conductors.equivalent_cables(indices, scenes)
-    _, chord_strains, reasons = conductors.reference
+    _, _, chord_strains, reasons = conductors.reference
     reasons = {index: reasons[row] for index, row in enumerate(indices.tolist()) if row in reasons}
     return EquivalentCables(np.array(rows), cables, chord_strains[indices], reasons)
 
 
 def _reference_state(values, stiffness, elongation):
-    """Mean tensions [N] and chord strains of n new conductors in the reference state, as linear cables, shape (n,).
+    """New conductors in the reference state, as linear cables: what `Conductors` asks for, chord strains, reasons.
 
-    Tensions are not a number where there is no such cable, and a dict of index -> reason says why. Strains are relative
-    to the lengths of the conductors without tension.
+    Mean tensions are not a number where there is no such cable, and a dict of index -> reason says why. Strains, shape
+    (n,), are relative to the lengths of the conductors without tension.
     """
     span, stretch = load_cases.bare_spans(values), 1.0 + elongation
     span = replace(span, axial_stiffness=stiffness, mass=span.mass / stretch)
     strain, reasons = chord_strain(span, values, stretch)
     with_loads = values.given("cable.reference.loads") > 0
-    tension = solve(span.with_chord_strain(strain)).mean_tension
+    bare = solve(span.with_chord_strain(strain))
+    tension, along = bare.mean_tension, tensions_along(bare)
     if with_loads.any():
         loaded_span = load_cases.with_loads(span, values, of_case=False, length_ratio=stretch).with_chord_strain(strain)
-        tension = np.where(with_loads, solve(loaded_span).mean_tension, tension)
+        loaded = solve(loaded_span)
+        tension = np.where(with_loads, loaded.mean_tension, tension)
+        along = np.where(with_loads[:, None], tensions_along(loaded), along)
     tension = np.where(np.isin(np.arange(len(values)), list(reasons)), np.nan, tension)
-    return tension, strain * stretch + elongation, reasons
+    return tension, along, strain * stretch + elongation, reasons
 
 
 def uneven_stretch_errors(results):
     """`conductors.uneven_errors` of `Results`, zero of linear cables, shape (n,). [-]"""
     rows, linear = results.equivalent_cables.rows, results.equivalent_cables.linear
     error = np.zeros(len(results.values))
-    error[rows] = uneven_errors(linear.condition, linear.strain, results.catenary.take(rows))
+    error[rows] = uneven_errors(linear, results.catenary.take(rows))
     return error

@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from cablestudy.study.conductors import Conductors, distinct_without_case, uneven_errors
+from cablestudy.study.conductors import Conductors, distinct_without_case, tensions_along, uneven_errors
 from cablestudy.study.suspension.load_cases import CablesOfCase, cables_left, loaded_state, numbers_at_rest
 from cablestudy.study.suspension.numbers import kind_of_case
+from cablestudy.study.tolerances import STUDY
 
 
 class SuspendedConductors:
@@ -48,8 +49,7 @@ class SuspendedConductors:
         stretching = self._stretching[:, present]
         row, cable = np.nonzero(stretching)
         indices, error = (row, present[cable]), np.zeros(stretching.shape)
-        condition, strain = self._linear.condition.take(indices), self._linear.strain[indices]
-        error[row, cable] = uneven_errors(condition, strain, equilibrium.catenary.take((row, cable)))
+        error[row, cable] = uneven_errors(self._linear.take(indices), equilibrium.catenary.take((row, cable)))
         return error.max(axis=-1)
 
 
@@ -65,7 +65,7 @@ class _ConductorsWithoutCase:
         self.names, self.stretching = list(scenes[0].cables), np.array(stretching)
         solve = self._solve_reference, self._solve_cases
         self.conductors = Conductors(scenes, self.stretching.shape, *solve, independent=False)
-        _, self.reference, self._lengths = self.conductors.reference
+        _, _, self.reference, self._lengths = self.conductors.reference
 
     def cables(self, rows, stiffness, elongation, length_ratio):
         """`CablesOfCase` of some of the suspensions, from these attributes of `LinearCables` in their cases."""
@@ -73,7 +73,7 @@ class _ConductorsWithoutCase:
         return CablesOfCase(self._lengths[rows], 1.0 + elongation, stiffness, mass, length_ratio)
 
     def _solve_reference(self, stiffness, elongation, _):
-        """Mean tensions [N] in the reference state, its `Equilibrium`, and lengths without tension there [m]."""
+        """Tensions in the reference state, mean and along cables [N], its `Equilibrium`, lengths unstretched [m]."""
         numbers, stretch = self._numbers, 1.0 + elongation
         states_length = np.array([kind == "unstretched_length" for kind in numbers.given])
         linear = replace(
@@ -84,23 +84,25 @@ class _ConductorsWithoutCase:
         )
         equilibrium, self.problems = self._at_rest(self._scenes, linear)
         tension = np.where(equilibrium.record.converged[:, None], equilibrium.catenary.mean_tension, np.nan)
-        return tension, equilibrium, equilibrium.lengths / stretch
+        return tension, tensions_along(equilibrium.catenary), equilibrium, equilibrium.lengths / stretch
 
     def _solve_cases(self, rows, scenes, reference, *linear):
-        """Mean tensions of suspensions in load cases, as `solve_cases` of `Conductors`, shape (k, c). [N]"""
+        """Mean tensions of suspensions in load cases, shape (k, c), and along the cables: see `Conductors`. [N]"""
         tension, groups = np.full(linear[0].shape, np.nan), {}
+        along = np.full((*tension.shape, STUDY.conductor_points), np.nan)
         for index, scene in enumerate(scenes):
             groups.setdefault(kind_of_case(scene), []).append(index)
         for indices in groups.values():
             rows_of_group = rows[indices]
             cables = self.cables(rows_of_group, *(array[indices] for array in linear))
             loaded_scenes = [scenes[index].without_lost() for index in indices]
-            cables_present = cables_left(reference[1], loaded_scenes[0])
-            equilibrium = loaded_state(reference[1].take(rows_of_group), loaded_scenes, cables=cables).equilibrium
+            cables_present = cables_left(reference[2], loaded_scenes[0])
+            equilibrium = loaded_state(reference[2].take(rows_of_group), loaded_scenes, cables=cables).equilibrium
             converged = equilibrium.record.converged[:, None]
             of_group = np.where(converged, equilibrium.catenary.mean_tension, np.nan)
             tension[np.ix_(indices, cables_present)] = of_group
-        return tension
+            along[np.ix_(indices, cables_present)] = tensions_along(equilibrium.catenary)
+        return tension, along
 
 
 def conductors_of(scenes, at_rest):
