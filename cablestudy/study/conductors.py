@@ -185,9 +185,9 @@ class Conductors:
         return stiffness, ratio / (1.0 + self._slack_strain[rows]) - 1.0, (1.0 + condition.slack_strain) / ratio
 
     def _solve_strains(self, rows, scenes, condition):
-        """Strains of some conductors in their cases, mean tensions there, and errors of the strains (`uneven_errors`).
+        """Strains of some conductors in their cases, mean tensions there, and `tensions_along` them.
 
-        Tensions and errors are not numbers without an equilibrium.
+        Tensions are not numbers without an equilibrium.
         """
         solved = []
 
@@ -196,8 +196,7 @@ class Conductors:
             return solved[-1][0]
 
         strain = condition.settle(tension_at, self._strain[rows], self._independent, STUDY.conductor_tension)
-        tension, along = solved[-1]
-        return strain, tension, _uneven_strain(condition, strain, along)
+        return strain, *solved[-1]
 
     def _condition(self, rows, scenes, sets, creeping=False):
         """`Condition` of the conductors of some scenes at the temperatures of their cases, with permanent sets."""
@@ -212,8 +211,8 @@ class Conductors:
         """Permanent sets of all conductors by 10 years of creep under the everyday tension; errors of the strain."""
         rows = np.arange(len(self._scenes))
         condition = self._condition(rows, self._scenes, self.curves.unset, creeping=True)
-        strain, _, errors = self._solve_strains(rows, self._scenes, condition)
-        return condition.sets_after(strain), errors
+        strain, _, along = self._solve_strains(rows, self._scenes, condition)
+        return condition.sets_after(strain), _uneven_strain(condition, strain, along)
 
     @cached_property
     def _sets(self):
@@ -261,7 +260,8 @@ class Conductors:
             return sets, by_load, heaviest, errors
         rows, scenes = np.array([row for row, _ in rows_and_scenes]), [scene for _, scene in rows_and_scenes]
         condition = self._condition(rows, scenes, sets[rows])
-        strain, tension, strain_errors = self._solve_strains(rows, scenes, condition)
+        strain, tension, along = self._solve_strains(rows, scenes, condition)
+        strain_errors = _uneven_strain(condition, strain, along)
         beyond = condition.beyond(strain).any(axis=-1)
         for index, row in enumerate(rows.tolist()):
             heavier = tension[index] > largest[row]
