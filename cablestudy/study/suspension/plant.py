@@ -300,7 +300,7 @@ class Plant:
 
     @cached_property
     def coarse_space_in_time(self):
-        """The same, with static responses to winches and loads alone of exact elements too.
+        """Basis as of `coarse_space`, with static responses to winches and loads alone of exact elements too.
 
         A step moves the ends of cables at once, and so waves in them of all frequencies, for which these stand.
         """
