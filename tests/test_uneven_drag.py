@@ -8,13 +8,17 @@ import math
 
 import numpy as np
 import pytest
+from command import CONFIGS
 from references import cable_in_wind
+from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
-from cablestudy.scene.scene import CableScene
+from cablestudy.scene.scene import CableScene, load_scene
 from cablestudy.study.case import Case
 from cablestudy.study.columns import find
 from cablestudy.study.row import evaluate
+from cablestudy.study.suspension.case import SuspensionCase
+from cablestudy.study.suspension.columns import find as find_of_suspension
 
 G, PIECES = 9.81, 400
 # EA [N], mass [kg/m], diameter [m], end 2 [m], preload [N], share of the length -> load [N], pressure [Pa], direction
@@ -24,6 +28,8 @@ CABLES = {
     # what moves along a steep cable moves its sag
     "steep": (2.5e8, 2.9, 0.032, (180.3, 0, 429.2), 188e3, {}, 1087, -2.939),
     "steep, loaded": (2.4e7, 0.5, 0.027, (466.9, 176, -1434.2), 90e3, {0.4575: (0, 0, -7964)}, 454, 1.571),
+    # the wind blows nearly along it
+    "along": (1.0e6, 1.0, 0.03, (200, 0, 0), 1400, {}, 100, 0.1),
     # next to no weight
     "thin": (1.0e5, 8e-4, 1.04e-3, (1055.5, 0, -188.8), 887, {}, 378, 1.5708),
 }  # fmt: skip
@@ -93,6 +99,29 @@ def test_stated_errors_are_those_against_400_pieces_or_more(name):
         assert abs(row.cells[header] - value) <= (stated + 2e-5) * abs(value), column
 
 
+GROUNDS = {
+    "level": -45.0,
+    "along the cable": ((-50, 14.2), (100, -57.8), (300, -57.8)),
+    "steep": ((-50, -200), (160, -31), (161, -200), (300, -200)),
+}
+
+
+@pytest.mark.parametrize("ground", GROUNDS)
+def test_clearance_counts_what_moves_along_a_slope(ground):
+    """Wind along a cable that sags moves its points along it."""
+    ground = GROUNDS[ground]
+    scene = scene_of("along").model_copy(update={"ground": ground})
+    case = Case(scene)
+    place, _ = pieces_of("along", 0.0, case.reference_length, case.catenary.end_forces("global")[0])
+    curve = CubicSpline(place[:, 0], place[:, 2])
+    x = np.union1d(np.linspace(0, place[-1, 0], 200_001), [160.0])
+    level = ground if isinstance(ground, float) else np.interp(x, *np.transpose(ground))
+    true = (curve(x) - level).min()
+    row = evaluate(scene, [find("clearance")])
+    assert abs(row.cells["clearance_m"] - true) <= row.errors["clearance_m"] * abs(true)
+    assert row.errors["clearance_m"] * abs(true) < 4.0
+
+
 def test_a_pushed_gondola_states_what_the_drag_with_and_without_the_push_changes():
     """What holds it in the wind holds against the actual drag, and moves it no more than the push does."""
     force = -74.0
@@ -149,3 +178,24 @@ def test_the_largest_gain_of_one_cable_states_what_its_own_drag_changes():
     true = abs(row.cells["largest_gain_rad_per_s"] * -loop_gain(crossing).real - 1)
     assert row.errors["max_tension_N"] < true < row.errors["largest_gain_rad_per_s"] < 4 * true
     assert row.errors["gain_margin_dB"] > row.errors["max_tension_N"]
+
+
+def test_lengths_and_masses_of_the_reference_state_state_no_error_by_drag():
+    """No steady wind blows in the state in which the preload holds: numbers and errors are those without a case."""
+    scene, columns = scene_of("along"), [find("unstretched_length"), find("mass")]
+    calm = evaluate(scene.model_copy(update={"case": None}), columns)
+    windy = evaluate(scene, [*columns, find("max_tension")])
+    for column in columns:
+        assert windy.cells[column.header] == calm.cells[column.header]
+        assert windy.errors[column.header] == calm.errors[column.header] <= 1e-12
+    assert windy.errors["max_tension_N"] > 1e-2
+
+
+def test_lengths_and_masses_of_a_suspension_state_no_error_by_drag():
+    scene = load_scene(CONFIGS / "suspensions" / "mast-levels.yaml", ["case=storm"])[1]
+    case = SuspensionCase(scene)
+    name = next(iter(scene.cables))
+    columns = {quantity: find_of_suspension(quantity) for quantity in (f"{name}.unstretched_length", "cable_mass")}
+    for quantity, column in columns.items():
+        assert case.statics_error(column, column.compute(case)) < 1e-11, quantity
+    assert case.statics_error(find_of_suspension("max_tension")) > 1e-2

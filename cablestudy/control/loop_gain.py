@@ -76,6 +76,17 @@ class LoopGain:
         moved = self.measured @ solve(bodies, pulled)
         return moved * self.controller(s)[:, None, :]
 
+    @np.errstate(divide="ignore", invalid="ignore")  # at the pole of an undamped mode it is not a number
+    def receptance(self, s, gain=0.0):
+        """Coordinates per force on them with a gain g, (Z + g F A C1 N P)^-1 for s of shape (f,), shape (f, d, d)."""
+        bodies, pulled = self._stiffness_and_forces(s)
+        if gain:
+            bodies = bodies + gain * (pulled @ self.shares * self.controller(s)[:, None, :]) @ self.measured
+        finite = np.isfinite(bodies).all(axis=(1, 2))
+        receptance = np.full(bodies.shape, np.nan, dtype=complex)
+        receptance[finite] = np.linalg.inv(bodies[finite])
+        return receptance
+
     @property
     def spoilt(self):
         """True if so much strain is damped that rounding spoils the response of a cable."""

@@ -285,7 +285,9 @@ def _coarse_errors(results, required, numbers):
     `numbers` are those of the columns, header -> ndarray of shape (n,).
     """
     statics_error = np.maximum(results.statics_rounding, results.model_error)
+    reference_error = np.maximum(results.statics_rounding, results.model_error - results.drag_error)
     sag_headers = [column.header for column in required.closed if column.determined_by == "sag"]
+    reference_headers = [column.header for column in required.closed if column.of_reference]
     pushed_headers = [column.header for column in required.closed if column.name == "force_displacement"]
     none = np.zeros(len(statics_error))
     sag_error = results.sag_rounding if sag_headers else none
@@ -295,6 +297,8 @@ def _coarse_errors(results, required, numbers):
     for case in np.flatnonzero(largest > STUDY.rounding).tolist():
         by_statics = float(statics_error[case])
         errors[case] = {name: max(least, by_statics if least else 0.0) for name, least in required.least_errors.items()}
+        of_reference = dict.fromkeys(reference_headers, max(STUDY.rounding, float(reference_error[case])))
+        errors[case].update(of_reference)
         for headers, error in ((sag_headers, sag_error), (pushed_headers, push_error)):
             errors[case].update((header, max(errors[case][header], float(error[case]))) for header in headers)
     for column in required.closed if results.drag_errors is not None else ():

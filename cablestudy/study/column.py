@@ -48,6 +48,7 @@ class Column:
     # "form": by how the cable hangs between its ends, which a slack part without weight leaves open: refused there;
     # "sag": by its sag, whose estimated error counts too; empty: by neither
     determined_by: str = ""
+    of_reference: bool = False  # by the reference state alone, in which no steady wind blows
     # Results -> its error, shape (n,), by drag that is taken as uniform: beside the relative one of all results
     by_drag: Callable | None = None
 

@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from cablestudy.cable import taut
-from cablestudy.cable.geometry import chord_angles, clearance, load_sag, lowest_point, sag_and_swing
+from cablestudy.cable.geometry import chord_angles, clearance, load_sag, lowest_point, places, sag_and_swing
 from cablestudy.study.column import DIAMETER, METAL, MM, STRONG, Column, scaled
 from cablestudy.study.motion_columns import (
     BODY,
@@ -156,6 +156,27 @@ def _angle_by_drag(end):
     return compute
 
 
+def clearance_by_drag(results):
+    """Error of the clearance by drag taken as uniform: largest movement of a point of each cable to the ground. [m]
+
+    Above a slope that is the vertical movement less what the ground rises by along the horizontal one: on all sides of
+    the ground that the point may be above.
+    """
+    movement, error = results.drag_errors.displacement, lowering_by_drag(results)
+    x = results.end_1[..., None, 0] + places(results.form, results.drag_errors.points)[..., 0]
+    for case, ground in enumerate(results.grounds):
+        if not isinstance(ground, tuple):
+            continue
+        corners, levels = np.array(ground, dtype=float).T
+        slopes = np.diff(levels) / np.diff(corners)
+        along, towards = movement[case, ..., 0], 0.0
+        for reach in (-np.abs(along), 0.0, np.abs(along)):
+            side = np.clip(np.searchsorted(corners, x[case] + reach, side="right") - 1, 0, len(slopes) - 1)
+            towards = np.maximum(towards, np.abs(movement[case, ..., 2] - slopes[side] * along))
+        error[case] = towards.max(axis=-1)
+    return error
+
+
 def lowering_by_drag(results):
     """Largest vertical movement of a point of each cable by what the uniform drag leaves out. [m]"""
     return np.abs(results.drag_errors.displacement[..., 2]).max(axis=-1)
@@ -272,7 +293,7 @@ COLUMNS = (
     Column("max_tension", "N", "largest tension along the cable", "statics", lambda r: r.statics.max_tension),
     Column("min_tension", "N", "smallest tension along the cable", "statics", lambda r: r.statics.min_tension),
     Column("unstretched_length", "m", "length without tension, at the reference temperature", "statics",
-           _unstretched_length),
+           _unstretched_length, of_reference=True),
     Column("stretched_length", "m", "length under tension", "statics", lambda r: r.statics.stretched_length),
     Column("chord", "m", "distance between the ends", "scene", lambda r: r.chord),
     Column("sag", "m", "vertical distance from chord to cable at mid-span", "statics",
@@ -280,7 +301,7 @@ COLUMNS = (
     Column("sag_ratio", "", "sag over chord", "statics", lambda r: r.statics.sag / r.chord, determined_by="sag",
            by_drag=lambda r: sag_by_drag(r) / r.chord),
     Column("mass", "kg", "mass of the cable, mass per length x unstretched length", "statics",
-           lambda r: r.given("cable.section_mass") * r.reference_length),
+           lambda r: r.given("cable.section_mass") * r.reference_length, of_reference=True),
     Column("diameter", "mm", "outer diameter of the cross-section", "scene",
            lambda r: 1e3 * r.given("cable.section_diameter"), DIAMETER),
     Column("area", "mm^2", "metallic area of the cross-section", "scene",
@@ -314,7 +335,7 @@ COLUMNS = (
            determined_by="form", by_drag=_lowest_by_drag),
     Column("clearance", "m", "least vertical distance from the cable down to the ground", "statics",
            lambda c: clearance(c.form, c.end_1, c.scene.ground), "ground", each=True, determined_by="form",
-           by_drag=lowering_by_drag),
+           by_drag=clearance_by_drag),
     Column("swing", "deg", "angle out of the vertical plane of the chord, at mid-span", "statics",
            lambda r: np.degrees(sag_and_swing(r.form, r.middle)[1]), determined_by="form", by_drag=_swing_by_drag),
     Column("inclination_from_plumb", "deg", "angle of the chord from the vertical", "statics",

@@ -256,6 +256,11 @@ class Results:
         balanced = STUDY.epsilon * self.statics.max_tension / np.where(least > 0, least, np.inf)
         return np.maximum(balanced, self.length_rounding)
 
+    @property
+    def grounds(self):
+        """Ground of each case, see `SceneValues.grounds`."""
+        return self.values.grounds
+
     @cached_property
     def drag_error(self):
         """Relative error of all results in a steady wind, as drag is taken as uniform along a cable, shape (n,). [-]"""

@@ -299,6 +299,8 @@ class SuspensionCase:
         """
         if column is not None and column.needs == "scene":
             return 0.0
+        if column is not None and column.of_reference:
+            return self.group.reference_errors[self.index]
         largest = self.group.statics_errors[self.index]
         if column is None or not column.by_drag:
             return largest

@@ -14,7 +14,7 @@ from cablestudy.cable.geometry import chord_angles, clearance
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.fields import suggestion
 from cablestudy.study.column import Column, attribute, lacks, written_key
-from cablestudy.study.columns import COLUMNS, FAMILIES, lowering_by_drag
+from cablestudy.study.columns import COLUMNS, FAMILIES, clearance_by_drag
 from cablestudy.study.columns import find as find_of_one
 from cablestudy.study.suspension.wind_columns import (
     LOOP,
@@ -125,7 +125,7 @@ def _clearance(name):
         return clearance(equilibrium.catenary.take(cable), equilibrium.ends[cable, 0], case.scene.ground)
 
     meaning = "least vertical distance from the cable down to the ground"
-    return Column(f"{name}.clearance", "m", meaning, "statics", compute, "ground", by_drag=lowering_by_drag)
+    return Column(f"{name}.clearance", "m", meaning, "statics", compute, "ground", by_drag=clearance_by_drag)
 
 
 def cable_columns(name):
@@ -292,7 +292,7 @@ def _frequency(number):
                   mode=(number,))  # fmt: skip
 
 
-def _over_all(name, unit, meaning, values, extreme, key=""):
+def _over_all(name, unit, meaning, values, extreme, key="", of_reference=False):
     """Column of the least, largest or sum, by a ufunc `extreme`, of numbers of all cables that have them.
 
     `values` is a function of `CableResults` for these numbers, shape (n, c), not a number where a cable has none.
@@ -302,7 +302,7 @@ def _over_all(name, unit, meaning, values, extreme, key=""):
     def compute(case):
         return case.over_cables(each, extreme) if case.group.cable_indices else None
 
-    return Column(name, unit, meaning, "statics", compute, key)
+    return Column(name, unit, meaning, "statics", compute, key, of_reference=of_reference)
 
 
 WHOLE = (
@@ -313,7 +313,7 @@ WHOLE = (
     _over_all("max_utilisation", "", "largest tension over breaking force of any cable", lambda r: r.utilisation,
               np.fmax, "cables.*.section_breaking_force"),
     PEAK_UTILISATION,
-    _over_all("cable_mass", "kg", "mass of all cables", lambda r: r.mass, np.add),
+    _over_all("cable_mass", "kg", "mass of all cables", lambda r: r.mass, np.add, of_reference=True),
     *(column for column in COLUMNS if column.needs in ("limits", "run")),
 )  # fmt: skip
 

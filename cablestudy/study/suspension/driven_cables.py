@@ -24,7 +24,7 @@ from cablestudy.activity import doing
 from cablestudy.control.gain_limits import StableGains, limit_near, limits_near, too_many
 from cablestudy.control.loop_gain import LoopGain
 from cablestudy.control.margins import Margins
-from cablestudy.control.motion import actuated, with_strokes
+from cablestudy.control.motion import with_strokes
 from cablestudy.control.nearby_margins import nearby_limits, nearby_margins
 from cablestudy.control.suspension import winch_loads
 from cablestudy.control.tolerances import CONTROL
@@ -34,8 +34,6 @@ from cablestudy.study.tolerances import STUDY
 from cablestudy.system.cable_coordinates import residual_vectors
 from cablestudy.system.cables import Models
 from cablestudy.system.coupled_modes import Search
-from cablestudy.system.linear import LinearSystem
-from cablestudy.system.matrices import dense
 
 MODES_TOGETHER = np.arange(5.0)  # shifts of the poles of modes that nearly coincide, over that of one alone
 TURN = 2 * np.pi
@@ -321,14 +319,10 @@ class DrivenCables:
         """
         closed_loop, effects = self._closed_loop, self._effects
         layout, plant = closed_loop.layout, closed_loop.plant
-        stiffness, mass = (dense(matrix) for matrix in layout.body_matrices)
-        damping = np.zeros_like(mass) + plant.air_on_bodies(np.eye(len(mass))) + dense(layout.damping)
-        *matrices, feedback = actuated(layout, np.eye(len(mass)), mass, damping, stiffness, closed_loop.actuators)
-        bodies = LinearSystem(*matrices, feedback=feedback)
-        strokes = len(bodies) - len(mass)
+        strokes = len(plant.bodies) - len(layout.free)
         lifted = winch_loads(layout, closed_loop.winches)
         loop_gain = LoopGain(
-            bodies,
+            plant.bodies,
             elements=self._elements(models or self.models, kept),
             moved=with_strokes(effects.moved, strokes),
             reeled=effects.reeled,

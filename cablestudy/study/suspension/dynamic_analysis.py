@@ -78,7 +78,7 @@ class DynamicAnalysis:
         """
         scene, (winches, control) = self.scene, self._keys
         computed, loops = max(count, among), self._shared.setdefault(winches, {})
-        # each level of keys adds what the next object depends on: plant, plant in the gusts of one wind, loop, loop in them
+        # each level of keys adds what the next object depends on: plant, the same in the gusts of a wind, loop, loop in them
         plant_key = count, computed, responses, winches, self._midspans
         if plant_key not in self._shared:
             modes = self._modes_of(computed).first(count)
@@ -207,13 +207,24 @@ class DynamicAnalysis:
             return None
         # the change from the fewest modes to the next says little of the change after it
         compared = self._models_compared and len(closed_loop.modes) > self._computed_modes(0)
-        return GustResponse(closed_loop, self.scene, before if compared else None)
+        return GustResponse(closed_loop, self.scene, before if compared else None, self._least_error(closed_loop))
+
+    def _least_error(self, closed_loop):
+        """Relative error of an RMS that is stated at least, infinite where none is known.
+
+        Found on random scenes: larger for the smallest model.
+        """
+        if not self._error_known:
+            return np.inf
+        modes = len(closed_loop.modes)
+        fewest = modes == self._model_sizes[0] < self._computed_modes(modes)
+        return (STUDY.resolved_by_fewest if fewest else STUDY.resolved) * self._accuracy
 
     def with_critical_modes(self, closed_loop, response):
         """`ClosedLoop`, see `with_critical_modes` there, and its `GustResponse` or None."""
         if closed_loop.loop is not None and closed_loop.with_critical_modes is not closed_loop:
             closed_loop = closed_loop.with_critical_modes
-            response = response and GustResponse(closed_loop, self.scene)
+            response = response and GustResponse(closed_loop, self.scene, least=self._least_error(closed_loop))
         return closed_loop, response
 
     def modes_suffice(self, response):
@@ -463,13 +474,9 @@ class DynamicAnalysis:
         if not total > 0:
             return np.sqrt(total), 0.0 if self._model is None else np.nan
         error, accuracy = variances.error_of(variance, names) / (2 * total), self._accuracy
-        # no error is stated below a share of the accuracy, found on random scenes: larger for the smallest model
-        modes = len(response.closed_loop.modes)
-        fewest = modes == self._model_sizes[0] < self._computed_modes(modes)
-        least = STUDY.resolved_by_fewest if fewest else STUDY.resolved
         # of what a telescope sees, which hangs on high modes, the highest ones say less if they do not suffice
         highest = np.inf if variance not in OWN and error > accuracy else accuracy
-        error = max(error, min(STUDY.one_model_safety * error, highest), least * accuracy)
+        error = max(error, min(STUDY.one_model_safety * error, highest), self._least_error(response.closed_loop))
         return np.sqrt(total), error if self._error_known else np.nan
 
     def _variance_of(self, names, variance, open_loop):

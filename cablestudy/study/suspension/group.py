@@ -67,6 +67,11 @@ class CableResults(CableValues):
         return self._drag_errors()
 
     @property
+    def grounds(self):
+        """Ground of each case, see `SceneValues.grounds`."""
+        return [scene.ground for scene in self._scenes]
+
+    @property
     def middle(self):
         """Arc length at mid-span over unstretched length, shape (n, c). [-]"""
         return self.form.middle
@@ -334,6 +339,12 @@ class Group:
             max(STUDY.rounding, by_rounding, self.drag_error(index))
             for index, by_rounding in enumerate(self._rounding_errors)
         ]
+
+    @cached_property
+    def reference_errors(self):
+        """`statics_errors` of what the reference state determines, in which no steady wind blows: list of float. [-]"""
+        stretch = np.zeros(len(self._scenes)) if self._conductors is None else self._stretch_errors
+        return [max(STUDY.rounding, *both) for both in zip(self._rounding_errors, stretch.tolist(), strict=True)]
 
     @cached_property
     def _rounding_errors(self):

@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.errors import NoSolutionError
+from cablestudy.study.suspension.left_out_modes import LeftOutModes
 from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.study.tolerances import STUDY
 from cablestudy.wind.imaging import seen_weights
@@ -65,10 +66,12 @@ class GustResponse:
     before : GustResponse, optional
         Response of a model with fewer modes and coarser cables: the change from it may tell more of the error than one
         model.
+    least : float
+        Relative error of an RMS that is stated at least. [-]
     """
 
-    def __init__(self, closed_loop, scene, before=None):
-        self.closed_loop, self.scene, self._before = closed_loop, scene, before
+    def __init__(self, closed_loop, scene, before=None, least=0.0):
+        self.closed_loop, self.scene, self._before, self._least = closed_loop, scene, before, least
 
     @cached_property
     def names(self):
@@ -154,14 +157,30 @@ class GustResponse:
     def _variances(self, weights=None):
         """Variances under some weights, or `Turbulence.variances`; their errors by modes and by a delay: three (w, o).
 
-        The error by modes is the smaller one of two: the share of the highest modes, and the change from a model with
-        fewer modes.
+        The error by modes is the smaller one of two, the share of the highest modes and the change from a model with
+        fewer modes, and the change by modes that both leave out.
         """
+        if weights is None:
+            return self._own_variances
+        return self._with_left_out_modes(weights)
+
+    @cached_property
+    def _own_variances(self):
+        """`_variances` of displacements and rates."""
+        return self._with_left_out_modes(None)
+
+    def _with_left_out_modes(self, weights):
+        """`_variances`, computed."""
         value, by_modes, by_delay = self._variances_of(self.turbulence, weights)
-        if self._before is None:
-            return value, by_modes, by_delay
-        change = np.abs(value - self._variances_of(self._before.turbulence, weights)[0])
-        return value, np.minimum(by_modes, STUDY.change_safety * change), by_delay
+        if self._before is not None:
+            change = np.abs(value - self._variances_of(self._before.turbulence, weights)[0])
+            by_modes = np.minimum(by_modes, STUDY.change_safety * change)
+        return value, by_modes + self._left_out_modes.of_displacements(weights or OWN, value), by_delay
+
+    @cached_property
+    def _left_out_modes(self):
+        """`LeftOutModes`."""
+        return LeftOutModes(self.closed_loop, self._least)
 
     @staticmethod
     def _variances_of(turbulence, weights):
@@ -251,8 +270,9 @@ class GustResponse:
         NoSolutionError
             A resonance that nothing damps moves a winch.
         """
-        value, by_modes, undamped = self.turbulence.winch_speeds
+        value, by_modes, undamped, residues = self.turbulence.winch_speeds
         self._refuse(undamped)
+        by_modes = by_modes + self._left_out_modes.of_winch_speeds(residues, OWN, value)
         return value, by_modes + (self.integration_error + STUDY.winch_speeds) * value
 
     @property

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.control.loop_state_space import ExactResponse
-from cablestudy.control.motion import Actuator, basis_of_rows, motion_of_rows, with_actuators
+from cablestudy.control.motion import Actuator, actuated, basis_of_rows, motion_of_rows, with_actuators
 from cablestudy.control.suspension import FROM, TO, Marker, Winch, check_size, second_order_of_rows, signature
 from cablestudy.errors import NoSolutionError, outcome_of
 from cablestudy.scene.actuator_tables import ReactionWheel
@@ -27,6 +27,7 @@ from cablestudy.system.state_spaces import StateSpaces
 from cablestudy.wind.strips import midspan_shapes
 
 TURN = 2 * np.pi
+MIDSPAN = ".midspan."  # in names of outputs
 
 
 def winches_of(scene, cable_names):
@@ -245,7 +246,7 @@ class Plant:
     @property
     def _midspan_loads(self):
         """Forces on the coordinates by unit forces at mid-spans that are outputs, shape (n, r)."""
-        at_midspan = [row for name, row in self.outputs.items() if ".midspan." in name]
+        at_midspan = [row for name, row in self.outputs.items() if MIDSPAN in name]
         return self._full_system.c[0][at_midspan].real.T
 
     @property
@@ -436,6 +437,27 @@ class Plant:
     def air_on_bodies(self, shapes):
         """Aerodynamic damping of coordinates by the drag on bodies, see `damping_of_bodies`; 0 without."""
         return self.airflow.damping_of_bodies(self.layout, shapes) if self.airflow else 0.0
+
+    @cached_property
+    def bodies(self):
+        """`LinearSystem` of the bodies without cables: free displacements, then strokes of what moves on the bodies."""
+        layout = self.layout
+        stiffness, mass = (dense(matrix) for matrix in layout.body_matrices)
+        damping = np.zeros_like(mass) + self.air_on_bodies(np.eye(len(mass))) + dense(layout.damping)
+        *matrices, feedback = actuated(layout, np.eye(len(mass)), mass, damping, stiffness, self.actuators)
+        return LinearSystem(*matrices, feedback=feedback)
+
+    @cached_property
+    def displacements(self):
+        """Outputs that are displacements of bodies and markers: rows, shape (r,), by the free displacements, (r, d)."""
+        rows = [row for name, row in self.outputs.items() if name.endswith((".x", ".y", ".z")) and MIDSPAN not in name]
+        return np.array(rows, dtype=int), self._full_system.c[0].real[rows, -len(self.layout.free) :]
+
+    @property
+    def loads_on_bodies(self):
+        """Forces on the coordinates of `motion` by unit forces on the free displacements of bodies, shape (m, d)."""
+        shapes = self.layout.bodies(self._basis[1])
+        return np.pad(shapes.T, ((0, len(self.motion) - shapes.shape[1]), (0, 0)))
 
     @computed_together
     def motion(plants):

@@ -9,6 +9,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
+from cablestudy.control.loop_state_space import ExactResponse
 from cablestudy.study.suspension.together import computed_together, together
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.state_spaces import StateSpaces
@@ -66,6 +67,19 @@ class Turbulence:
     def residues(turbulences):
         """`Residues` from gusts to outputs, or `DelayedResponse` with a delay."""
         return zip(turbulences, _residues_of_rows(turbulences), strict=True)
+
+    def response_to_forces(self, forces, speeds=False):
+        """Response of the outputs to forces on the coordinates, the columns of `forces`, shape (m, j).
+
+        A function of s, shape (f,) -> shape (f, o, j); with `speeds` of the speeds of the winches.
+        """
+        plant = self.plant
+        if self.has_delay:
+            exact = ExactResponse(plant.motion, forces, self.loop, plant.actuators)
+            return exact.winch_speeds if speeds else exact.outputs
+        space, row = self.space
+        direct = np.zeros((1, len(plant.outputs), forces.shape[1]))
+        return space.take([row]).residues(forces[None], direct, speeds)[0].response
 
     @cached_property
     def range(self):
@@ -139,13 +153,14 @@ class Turbulence:
     def winch_speeds(self):
         """Variances of speed and acceleration of each winch, their errors by modes, both of shape (2, i).
 
-        And of each winch the pole that nothing damps, see `Integrals.undamped`.
+        And of each winch the pole that nothing damps, see `Integrals.undamped`; and the `residues` of the speeds.
         """
         residues = _residues_of_rows([self], speeds=True)[0]
         value, coarse = self._integrals.variances(residues), np.nan
         if self.estimates:
             coarse = self._integrals.variances(_residues_of_rows([self], coarse=True, speeds=True)[0])
-        return value, np.abs(value - coarse), self._integrals.undamped(residues, value[0], np.ones(value.shape[1]))
+        undamped = self._integrals.undamped(residues, value[0], np.ones(value.shape[1]))
+        return value, np.abs(value - coarse), undamped, residues
 
     def undamped(self, stiffness):
         """Poles of the displacements that nothing damps, see `Integrals.undamped`."""

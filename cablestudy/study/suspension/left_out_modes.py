@@ -1,0 +1,190 @@
+"""Changes of variances by modes of cables that a model leaves out, as by a wave along a cable above its modes.
+
+A model has the lowest modes, and static responses in place of the others. Where a wave along a cable lies above these
+modes, a static response moves the bodies with another frequency than the wave does, in a model with fewer modes too:
+comparing the two shows nothing of it. Here the bodies stand on the dynamic stiffness of the cables with all modes of
+their elements, in the notation of `control.loop_gain`
+
+    H(s) = (Z(s) + g F(s) A C1(s) N(s) P)^-1,
+
+and the spectrum of each displacement, or speed of a winch, changes by the ratio of its squared responses to forces on
+the bodies, those of H over those of the model.
+"""
+
+from functools import cached_property
+
+import numpy as np
+
+from cablestudy.control.loop_gain import LoopGain
+from cablestudy.control.margins_grid import distinct, near_poles
+from cablestudy.control.motion import with_strokes
+from cablestudy.study.tolerances import STUDY
+from cablestudy.system.cables import Models
+from cablestudy.system.matrices import dense
+
+TURN = 2 * np.pi
+
+
+class LeftOutModes:
+    """Changes of the variances of a `ClosedLoop` by the modes that its model leaves out.
+
+    Parameters
+    ----------
+    closed_loop : ClosedLoop
+        With gusts, and stable.
+    least : float
+        Relative error of an RMS that is stated at least, infinite where none is: smaller changes are not computed. [-]
+    """
+
+    def __init__(self, closed_loop, least):
+        self._closed_loop, self._plant, self._turbulence = closed_loop, closed_loop.plant, closed_loop.turbulence
+        self._least = least
+        loop, low = self._turbulence.loop, STUDY.left_out_from * self._plant.modes.solution.omega[-1]
+        self._beyond_integrator = loop is not None and not loop.law.integrates_only
+        self._coarse = np.geomspace(low, max(TURN * self._turbulence.range[1], low), STUDY.left_out_points)  # [rad/s]
+
+    def of_displacements(self, weights, variances):
+        """Changes of the variances of displacements of bodies, shape (w, o); 0 of other outputs.
+
+        Parameters
+        ----------
+        weights : dict
+            Name -> function of frequency [Hz], as of `Turbulence.seen`.
+        variances : ndarray, shape (w, o)
+            Of the model.
+        """
+        (rows, displacements), change = self._plant.displacements, np.zeros(variances.shape)
+        if len(rows) and np.isfinite(self._least):
+            residues = self._turbulence.residues
+            model = self._turbulence.response_to_forces(self._plant.loads_on_bodies)
+
+            def by_forces(s):
+                return displacements @ self._receptance(s), model(s)[:, rows]
+
+            change[:, rows] = self._changes(by_forces, residues, rows, weights, variances[:, rows])
+        return change
+
+    def of_winch_speeds(self, residues, weights, variances):
+        """Changes of the variances of the speeds of winches by `residues`, shape (w, i); others as above."""
+        if not (self._beyond_integrator and np.isfinite(self._least)):
+            return np.zeros(variances.shape)
+        model = self._turbulence.response_to_forces(self._plant.loads_on_bodies, speeds=True)
+
+        def by_forces(s):
+            exact, receptance = self._on_all_modes, self._receptance(s)
+            moved = exact.controller(s)[:, :, None] * (exact.measured[:, : receptance.shape[1]] @ receptance)
+            return s[:, None, None] * self._turbulence.loop.gain * (exact.shares @ moved), model(s)
+
+        return self._changes(by_forces, residues, slice(None), weights, variances)
+
+    def _changes(self, by_forces, residues, rows, weights, variances):
+        """Changes of the variances of some outputs, shape (w, r).
+
+        Parameters
+        ----------
+        by_forces : callable
+            s, shape (f,) -> responses of these outputs to forces on the bodies, by all modes and by the model.
+        residues : Residues or DelayedResponse
+            Response to the gusts, of all outputs.
+        rows : ndarray of int or slice
+            Which outputs these are.
+        weights, variances
+            As of `of_displacements`.
+        """
+
+        def spectra(omega):
+            response = residues.response(1j * omega)[:, rows]
+            return self._closed_loop.gusts.input_spectra(omega / TURN, np.swapaxes(response, -1, -2))
+
+        def integrals(omega, values):
+            frequency = omega / TURN
+            weighted = [weight(frequency)[:, None] * values for weight in weights.values()]
+            return np.abs(np.trapezoid(weighted, frequency, axis=1))
+
+        above = self._coarse[self._coarse > STUDY.left_out_seen * self._plant.modes.solution.omega[-1]]
+        of_model = integrals(above, spectra(above)) if len(above) else np.zeros(variances.shape)
+        seen = STUDY.left_out_change_at_most * of_model > 2 * self._least * variances  # a variance has twice the error
+        if not seen.any() or self._on_all_modes is None:
+            return np.zeros(variances.shape)
+
+        def sizes(omega):
+            both = by_forces(1j * omega)
+            return np.stack([(np.abs(response * self._units) ** 2).sum(axis=-1) for response in both], axis=1)
+
+        omega, squares = _resolved(sizes, self._frequencies)
+        of_all, of_model = squares[:, 0], squares[:, 1]
+        ratio = np.divide(of_all, of_model, out=np.ones_like(of_all), where=of_model > 0)
+        return STUDY.left_out_safety * integrals(omega, spectra(omega) * (ratio - 1))
+
+    @cached_property
+    def _on_all_modes(self):
+        """`LoopGain` with all modes of the cables; None where rounding spoils the response of a cable."""
+        if self._beyond_integrator:
+            loop_gain = self._closed_loop.judged_by.loop_gain
+            return loop_gain if isinstance(loop_gain, LoopGain) else None
+        plant, models = self._plant, self._plant.modes.solution.models
+        if not models.complete:
+            models = Models(models.cables, models.meshes, fixed=True)
+        kept = models.with_modes([np.ones(len(element.omega), dtype=bool) for element in models.elements])
+        size, free, cables = len(plant.bodies), len(plant.layout.free), len(models.elements)
+        loop_gain = LoopGain(
+            plant.bodies,
+            elements=[in_air.element for in_air in plant.in_air(models, kept)],
+            moved=with_strokes(dense(plant.layout.connection).reshape(cables, 6, -1), size - free),
+            reeled=np.zeros((cables, 6, 0)),
+            lifted=np.zeros((size, 0)),
+            measured=np.zeros((0, size)),
+            shares=np.zeros((0, 0)),
+            controller=None,
+            windows=True,
+        )
+        return None if loop_gain.spoilt else loop_gain
+
+    def _receptance(self, s):
+        """Free displacements of bodies by forces on them, with all modes of the cables, shape (f, d, d)."""
+        free = len(self._plant.layout.free)
+        gain = self._turbulence.loop.gain if self._beyond_integrator else 0.0
+        return self._on_all_modes.receptance(s, gain)[:, :free, :free]
+
+    @cached_property
+    def _units(self):
+        """Forces on the free displacements that each do the same work at rest, shape (d,)."""
+        return 1 / np.sqrt(np.diagonal(np.linalg.inv(dense(self._plant.modes.solution.reduced.stiffness))))
+
+    @cached_property
+    def _frequencies(self):
+        """Frequencies at which responses are compared at first, beside poles of the model and of modes of cables."""
+        loop, poles = self._turbulence.loop, []
+        for element, moved in zip(self._on_all_modes.elements, self._on_all_modes.moved, strict=True):
+            force = element.omega * np.linalg.norm(element.coupling @ moved, axis=-1)
+            strong = force > STUDY.left_out_force * force.max(initial=0.0)
+            poles.append((1j * element.omega - element.decay)[strong])
+        poles.append((loop or self._plant.motion).eigen.poles)
+        poles = np.concatenate(poles)
+        omega = np.append(self._coarse, near_poles(poles[poles.imag > 0]))
+        return distinct(omega[(omega >= self._coarse[0]) & (omega <= self._coarse[-1])])
+
+
+def _resolved(function, omega):
+    """Frequencies close enough for a function of them, with more where its logarithm changes fast, and its values.
+
+    Parameters
+    ----------
+    function : callable
+        Frequencies, shape (f,) -> values, shape (f, ...), 0 or more; not numbers where there is no value.
+    omega : ndarray, shape (f,)
+        Frequencies to begin with, ascending. [rad/s]
+    """
+    values = function(omega)
+    for _ in range(STUDY.left_out_rounds):
+        known = np.isfinite(values).reshape(len(omega), -1).all(axis=1)
+        omega, values = omega[known], values[known]
+        logarithm = np.log(np.maximum(values, STUDY.tiny)).reshape(len(omega), -1)
+        fast = (np.abs(np.diff(logarithm, axis=0)) > STUDY.left_out_change).any(axis=1)
+        fast &= np.diff(omega) > STUDY.left_out_step * omega[1:]
+        if not fast.any():
+            break
+        between = (omega[:-1] + omega[1:])[fast] / 2
+        order = np.argsort(np.append(omega, between), kind="stable")
+        omega, values = np.append(omega, between)[order], np.concatenate([values, function(between)])[order]
+    return omega, values
