@@ -78,7 +78,7 @@ class DynamicAnalysis:
         """
         scene, (winches, control) = self.scene, self._keys
         computed, loops = max(count, among), self._shared.setdefault(winches, {})
-        # each level of keys adds what the next object depends on: plant, the same in the gusts of a wind, loop, loop in them
+        # each level of keys adds what the next object depends on: plant, plant in a wind, loop, loop in this wind
         plant_key = count, computed, responses, winches, self._midspans
         if plant_key not in self._shared:
             modes = self._modes_of(computed).first(count)
