@@ -114,6 +114,13 @@ class StudyTolerances:
     # others 2 times at most;
     left_out_change_at_most: float = 2e2
     left_out_seen: float = 0.9  # and from which of these on, over the highest of the model
+    # what a mode adds to a variance over the largest such number, below which it is left out
+    left_out_share: float = 1e-6
+    # so many times an estimate to first order is less than what is stated at least: nothing is looked for
+    left_out_estimate: float = 100.0
+    # so many times what the first of these frequencies show is less than what is stated at least: no others are looked
+    # at. With them it is a tenth to five times as much in rows of Kelvin-Voigt and hysteretic cables
+    left_out_first_look: float = 100.0
     left_out_safety: float = 2.0  # on the changes that are found
     fixed_model_accuracy: float = 1e-4  # where the scene has a fixed model
     # on what the highest modes add to the variance of a tension: what is left out falls slowly

@@ -55,6 +55,9 @@ class LeftOutModes:
         """
         (rows, displacements), change = self._plant.displacements, np.zeros(variances.shape)
         if len(rows) and np.isfinite(self._least):
+            estimated = np.inf if self._beyond_integrator else self._by_resonances(weights)
+            if (STUDY.left_out_estimate * estimated < 2 * self._least * variances[:, rows]).all():
+                return change
             residues = self._turbulence.residues
             model = self._turbulence.response_to_forces(self._plant.loads_on_bodies)
 
@@ -103,7 +106,8 @@ class LeftOutModes:
 
         above = self._coarse[self._coarse > STUDY.left_out_seen * self._plant.modes.solution.omega[-1]]
         of_model = integrals(above, spectra(above)) if len(above) else np.zeros(variances.shape)
-        seen = STUDY.left_out_change_at_most * of_model > 2 * self._least * variances  # a variance has twice the error
+        least = 2 * self._least * variances  # a variance has twice the error
+        seen = STUDY.left_out_change_at_most * of_model > least
         if not seen.any() or self._on_all_modes is None:
             return np.zeros(variances.shape)
 
@@ -111,26 +115,28 @@ class LeftOutModes:
             both = by_forces(1j * omega)
             return np.stack([(np.abs(response * self._units) ** 2).sum(axis=-1) for response in both], axis=1)
 
-        omega, squares = _resolved(sizes, self._frequencies)
-        of_all, of_model = squares[:, 0], squares[:, 1]
-        ratio = np.divide(of_all, of_model, out=np.ones_like(of_all), where=of_model > 0)
-        return STUDY.left_out_safety * integrals(omega, spectra(omega) * (ratio - 1))
+        def changes(omega, squares):
+            of_all, of_model = squares[:, 0], squares[:, 1]
+            ratio = np.divide(of_all, of_model, out=np.ones_like(of_all), where=of_model > 0)
+            return STUDY.left_out_safety * integrals(omega, spectra(omega) * (ratio - 1))
+
+        omega, squares = _with_values(self._frequencies, sizes(self._frequencies))
+        if (STUDY.left_out_first_look * changes(omega, squares) < least).all():
+            return np.zeros(variances.shape)
+        return changes(*_resolved(sizes, omega, squares))
 
     @cached_property
     def _on_all_modes(self):
-        """`LoopGain` with all modes of the cables; None where rounding spoils the response of a cable."""
+        """`LoopGain` with all modes of the cables that count; None where rounding spoils the response of a cable."""
         if self._beyond_integrator:
             loop_gain = self._closed_loop.judged_by.loop_gain
             return loop_gain if isinstance(loop_gain, LoopGain) else None
-        plant, models = self._plant, self._plant.modes.solution.models
-        if not models.complete:
-            models = Models(models.cables, models.meshes, fixed=True)
-        kept = models.with_modes([np.ones(len(element.omega), dtype=bool) for element in models.elements])
-        size, free, cables = len(plant.bodies), len(plant.layout.free), len(models.elements)
+        plant, moved = self._plant, self._moved
+        size, free, cables = len(plant.bodies), len(plant.layout.free), len(moved)
         loop_gain = LoopGain(
             plant.bodies,
-            elements=[in_air.element for in_air in plant.in_air(models, kept)],
-            moved=with_strokes(dense(plant.layout.connection).reshape(cables, 6, -1), size - free),
+            elements=[of_cable.element for of_cable in self._kept],
+            moved=with_strokes(moved, size - free),
             reeled=np.zeros((cables, 6, 0)),
             lifted=np.zeros((size, 0)),
             measured=np.zeros((0, size)),
@@ -139,6 +145,62 @@ class LeftOutModes:
             windows=True,
         )
         return None if loop_gain.spoilt else loop_gain
+
+    @cached_property
+    def _moved(self):
+        """Movements of the ends of each cable by the free displacements of bodies, shape (c, 6, d)."""
+        return dense(self._plant.layout.connection).reshape(self._plant.modes.solution.models.cables.count, 6, -1)
+
+    @cached_property
+    def _kept(self):
+        """`Kept` of each cable, in the air: the modes that the model may have, or that may add to a variance.
+
+        A resonance adds about c^4 S/(z w^3) by a coupling c to the bodies, a damping ratio z and the spectrum S of the
+        gusts, which falls with w^(-5/3).
+        """
+        plant, models, highest = self._plant, self._plant.modes.solution.models, self._highest
+        if not models.complete:
+            models = Models(models.cables, models.meshes, fixed=True)
+        added = []
+        for element, by_bodies in zip(models.elements, self._moved, strict=True):
+            of_cable = np.linalg.norm(element.coupling @ by_bodies, axis=-1) ** 4 / element.omega ** (14 / 3)
+            added.append(np.where(element.omega > STUDY.left_out_from * highest, of_cable, 0.0))
+        least = STUDY.left_out_share * max(of_cable.max(initial=0.0) for of_cable in added)
+        pairs = zip(models.elements, added, strict=True)
+        return plant.in_air(models, models.with_modes([(e.omega <= highest) | (one > least) for e, one in pairs]))
+
+    @property
+    def _highest(self):
+        """Highest frequency of the modes of the model. [rad/s]"""
+        return self._plant.modes.solution.omega[-1]
+
+    def _by_resonances(self, weights):
+        """What resonances above the modes of the model add to variances of displacements, shape (w, r).
+
+        To first order, without the loop. The model moves the free displacements by R F, F being forces on them. A mode
+        with the coupling c is driven by w^2 c^T R F, whose spectrum is S, has the variance S/(8 z w^3), and moves the
+        bodies by w^2 R c. The spectra of F are those of `_units`, as many times as the spectra of the gusts' response
+        over that of these units are.
+        """
+        plant, (rows, displacements), parts = self._plant, self._plant.displacements, []
+        for of_cable, by_bodies in zip(self._kept, self._moved, strict=True):
+            element, modes = of_cable.element, slice(of_cable.modes)
+            above = element.omega[modes] > self._highest
+            decay = np.maximum(element.decay, STUDY.undamped_motion * element.omega)
+            arrays = element.omega, element.coupling @ by_bodies, decay
+            parts.append([array[modes][above] for array in arrays])
+        omega, coupling, decay = (np.concatenate(part) for part in zip(*parts, strict=True))
+        loads = plant.loads_on_bodies
+        receptance = loads.T @ np.linalg.solve(plant.motion.dynamic_stiffness(1j * omega), loads.astype(complex))
+        by_units = displacements @ receptance * self._units  # (k, r, d)
+        response = self._turbulence.residues.response(1j * omega)[:, rows]
+        spectra = plant.gusts.input_spectra(omega / TURN, np.swapaxes(response, -1, -2))
+        of_units = (np.abs(by_units) ** 2).sum(axis=-1)
+        times = np.divide(spectra, of_units, out=np.zeros_like(spectra), where=of_units > 0).max(axis=-1, initial=0.0)
+        driven = omega**4 * times * (np.abs(_times(coupling, receptance) * self._units) ** 2).sum(axis=-1)
+        moved = omega[:, None] ** 4 * np.abs(_times(coupling, np.swapaxes(displacements @ receptance, -1, -2))) ** 2
+        added = moved * (driven / (8 * decay * omega**2))[:, None]
+        return np.stack([weight(omega / TURN) @ added for weight in weights.values()])
 
     def _receptance(self, s):
         """Free displacements of bodies by forces on them, with all modes of the cables, shape (f, d, d)."""
@@ -165,7 +227,18 @@ class LeftOutModes:
         return distinct(omega[(omega >= self._coarse[0]) & (omega <= self._coarse[-1])])
 
 
-def _resolved(function, omega):
+def _times(vectors, matrices):
+    """Products of vectors, shape (k, d), and matrices, shape (k, d, r): shape (k, r)."""
+    return (vectors[:, None, :] @ matrices)[:, 0]
+
+
+def _with_values(omega, values):
+    """Those of some frequencies that have a value, shape (f, ...), and the values."""
+    known = np.isfinite(values).reshape(len(omega), -1).all(axis=1)
+    return omega[known], values[known]
+
+
+def _resolved(function, omega, values):
     """Frequencies close enough for a function of them, with more where its logarithm changes fast, and its values.
 
     Parameters
@@ -174,11 +247,10 @@ def _resolved(function, omega):
         Frequencies, shape (f,) -> values, shape (f, ...), 0 or more; not numbers where there is no value.
     omega : ndarray, shape (f,)
         Frequencies to begin with, ascending. [rad/s]
+    values : ndarray, shape (f, ...)
+        Values there.
     """
-    values = function(omega)
     for _ in range(STUDY.left_out_rounds):
-        known = np.isfinite(values).reshape(len(omega), -1).all(axis=1)
-        omega, values = omega[known], values[known]
         logarithm = np.log(np.maximum(values, STUDY.tiny)).reshape(len(omega), -1)
         fast = (np.abs(np.diff(logarithm, axis=0)) > STUDY.left_out_change).any(axis=1)
         fast &= np.diff(omega) > STUDY.left_out_step * omega[1:]
@@ -187,4 +259,5 @@ def _resolved(function, omega):
         between = (omega[:-1] + omega[1:])[fast] / 2
         order = np.argsort(np.append(omega, between), kind="stable")
         omega, values = np.append(omega, between)[order], np.concatenate([values, function(between)])[order]
+        omega, values = _with_values(omega, values)
     return omega, values
