@@ -4,11 +4,14 @@ import math
 
 import numpy as np
 import pytest
+from campaign import campaign
 from mpmath import mp
 from references import bars
 from scenes import CHORD, INCLINED, PAPER, SAGGING, cells, scene
 from scipy.optimize import brentq
 
+from cablestudy.cable import dynamics
+from cablestudy.scene.scene import CableScene
 from cablestudy.study import one_cable_system
 from cablestudy.study.case import Case
 from cablestudy.study.columns import find
@@ -17,6 +20,7 @@ from cablestudy.study.row import evaluate, evaluate_cases
 from cablestudy.study.suspension.body_mode import largest_share
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.cables import Models
+from cablestudy.system.coupled_modes import Search
 
 
 def frequency_on(mass, stiffness):
@@ -148,3 +152,35 @@ def test_a_damping_ratio_does_not_depend_on_the_size_of_the_mesh_of_another_row(
     together = [row.cells for row in evaluate_cases(scenes, columns)]
     assert together[::2] == alone[::2]
     assert together[1]["gondola_damping_ratio"] == pytest.approx(alone[1]["gondola_damping_ratio"], rel=1e-9)
+
+
+# nearly vertical and slack, with a load: a narrow loop, whose mesh has 2,494 unknowns
+NARROW = {
+    "gravity": 9.739707481965484,
+    "cable": {
+        "chord": 54940.79473084152, "inclination": 1.5707953156646726, "unstretched_length": 55945.299649482826,
+        "area": 0.00013369354535583002, "elastic_modulus": 390287295794.633, "density": 5.157553840189807,
+        "loads": [{"at": 38017.20258524358, "force": [0.0, 0.0, -4136.043005267464]}],
+    },
+    "gondola": {"mass": 35504077.588596724},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("estimate", campaign([None, 10], [None]))
+def test_of_a_large_mesh_the_modes_are_computed_that_the_gondola_needs(estimate, monkeypatch):
+    """Of 600 modes that may be computed 73 are below the limit; where too few are expected, 600 are computed."""
+    counts, lanczos = [], dynamics._lanczos
+
+    def counted(system, count):
+        counts.append(count)
+        return lanczos(system, count)
+
+    monkeypatch.setattr(dynamics, "_lanczos", counted)
+    if estimate:
+        monkeypatch.setattr(Search, "_modes_up_to", lambda *_: np.array([estimate]))
+    one = CableScene.model_validate(NARROW)
+    frequency, stiffness = (evaluate(one, [find(name)]).cells for name in ("gondola_frequency", "end_stiffness"))
+    # some 40 kg of cable under 35,000 t
+    expected = frequency_on(NARROW["gondola"]["mass"], stiffness["end_stiffness_N_per_m"])
+    assert frequency["gondola_frequency_Hz"] == pytest.approx(expected, rel=2e-6)
+    assert counts == ([148] if estimate is None else [estimate, 600])

@@ -247,23 +247,31 @@ class Models:
         True if the elements are in their own equilibrium, False if on the closed form of the catenary.
     most_modes : int
         Modes of each cable that are computed at most; six vectors stand for the others.
+    modes_of_large : ndarray of int, shape (c,), optional
+        Modes that are computed of each cable that has more than `most_modes`, up to as many, which is the default.
     in_modes : bool
         False for `EndsOfAllMotion`, which serve for `condensed` alone.
     """
 
-    def __init__(self, cables, meshes, fixed=False, most_modes=SYSTEM.modes_of_cable, in_modes=True):
+    def __init__(
+        self, cables, meshes, fixed=False, most_modes=SYSTEM.modes_of_cable, in_modes=True, modes_of_large=None
+    ):
         self.cables, self.meshes, self._fixed, self._most_modes = cables, meshes, fixed, most_modes
+        most = np.full(cables.count, most_modes)
+        self._modes_of_large = most if modes_of_large is None else np.minimum(modes_of_large, most)
         self._in_modes, self._on_other_meshes = in_modes, {}
 
     def equal(self, other):
         """True if these are superelements of the same cables on the same meshes."""
         settings = self.cables, self.meshes, self._fixed, self._most_modes
-        return settings == (other.cables, other.meshes, other._fixed, other._most_modes)
+        equal = settings == (other.cables, other.meshes, other._fixed, other._most_modes)
+        return equal and (~self.large | (self._modes_of_large == other._modes_of_large)).all()
 
     def take(self, indices, cables=None):
         """`Models` of some cables, by their indices, ascending; `cables` are these `Cables`, where they are known."""
         meshes = [self.meshes[cable] for cable in indices]
-        taken = Models(cables or self.cables.take(indices), meshes, self._fixed, self._most_modes, self._in_modes)
+        settings = self._fixed, self._most_modes, self._in_modes, self._modes_of_large[indices]
+        taken = Models(cables or self.cables.take(indices), meshes, *settings)
         groups = [group.take(indices) for group in self.groups]
         taken.__dict__["groups"] = [group for group in groups if group is not None]
         return taken
@@ -279,6 +287,17 @@ class Models:
     def freedoms(self):
         """Number of displacements of all nodes of the cables."""
         return sum(3 * mesh.nodes for mesh in self.meshes if mesh is not None)
+
+    def reaching(self, limits):
+        """`Models` with the modes of large cables up to frequencies, shape (c,) [rad/s]: itself where it has them."""
+        modes = self._modes_of_large.copy()
+        for group in self.groups:
+            if isinstance(group.ends, EndsOfLarge):
+                (cable,) = group.cable_indices.tolist()
+                modes[cable] = modes[cable] if group.ends.highest_computed > limits[cable] else self._most_modes
+        if (modes == self._modes_of_large).all():
+            return self
+        return Models(self.cables, self.meshes, self._fixed, self._most_modes, self._in_modes, modes)
 
     def with_all_motion(self, most_displacements, coarser=0):
         """`Models` of the same cables with all motion of their meshes, without modes: they serve for `condensed` alone.
@@ -328,7 +347,7 @@ class Models:
             state = equilibrium.from_catenary(catenary, mesh)
         dynamics = Dynamics(state, (SPATIAL,) if blown else self.cables.planes)
         if self._large(mesh):
-            ends = EndsOfLarge(dynamics, catenary.span.frame, self._most_modes)
+            ends = EndsOfLarge(dynamics, catenary.span.frame, int(self._modes_of_large[indices[0]]))
         else:
             ends = (Ends if self._in_modes else EndsOfAllMotion)(dynamics, catenary.span.frame, dynamics.dof)
         return MeshGroup(np.array(indices), ends)
@@ -551,7 +570,8 @@ def solve_models(models):
     """
     all_cables, begin = models[0].cables.among[0], 0
     cables = all_cables.take(np.concatenate([one.cables.among[1] for one in models]))
-    together = Models(cables, [mesh for one in models for mesh in one.meshes], most_modes=models[0]._most_modes)
+    meshes, modes = [mesh for one in models for mesh in one.meshes], [one._modes_of_large for one in models]
+    together = Models(cables, meshes, most_modes=models[0]._most_modes, modes_of_large=np.concatenate(modes))
     _ = together.first  # computed, or refused, before any is kept
     for one in models:
         own = np.arange(begin, begin + one.cables.count)

@@ -63,7 +63,8 @@ class Search:
         orders, limits = self._orders(rows, highest), self._limits(rows, highest)
         for _ in range(SYSTEM.mesh_trials):
             cables = self._cables_of(rows)
-            models = Models(cables, cables.meshes(orders.ravel() + SYSTEM.finer_orders * self._damped))
+            meshes = cables.meshes(orders.ravel() + SYSTEM.finer_orders * self._damped)
+            models = Models(cables, meshes, modes_of_large=self._modes_up_to(limits, rows))
             trials, highest, limits = self._with_enough_coordinates(rows, models, highest, limits)
             # error by the mesh of each cable over the error allowed, 1 where it is allowed
             mesh_error, unresolved_rows = np.ones(orders.shape), np.zeros(len(rows), dtype=bool)
@@ -229,6 +230,12 @@ class Search:
         """Least `_margin` of cables whose first mode is among those asked for, or near. [-]"""
         return SYSTEM.damping_limit / SYSTEM.wider if self._damped else 1.0
 
+    def _modes_up_to(self, limits, rows):
+        """Estimate of the number of modes of each cable of some rows up to its limit [rad/s], with some more."""
+        waves = (limits * self._travel_time[rows]).ravel() / np.pi
+        modes = np.ceil(SYSTEM.modes_beyond + SYSTEM.wider * self.cables.across * waves)
+        return np.minimum(modes, SYSTEM.modes_of_cable).astype(int)
+
     def _modes_needed(self, row):
         """Number of modes of each cable of one row that an exact choice of elements needs: others change no digit."""
         highest = SYSTEM.mode_limit * SYSTEM.exact_elements ** (-1 / SYSTEM.left_out_power) * self._first_guess(row)[0]
@@ -312,8 +319,9 @@ class Search:
         outcomes = [self._accuracy_error("too many modes of cables")] * len(rows)
         highest, limits, pending = highest.copy(), limits.copy(), np.arange(len(rows))
         for _ in range(SYSTEM.limit_trials):
-            pending_models = models if len(pending) == len(rows) else models.take(self._cable_indices(pending))
             tried_limits = limits[pending]
+            models = models.reaching(limits.ravel())
+            pending_models = models if len(pending) == len(rows) else models.take(self._cable_indices(pending))
             trial = self._trial(pending_models, tried_limits.ravel(), rows[pending])
             too_few = np.isinf(trial.omega).any(axis=1) & self._heavy[rows[pending]].any(axis=1)
             top = np.where(np.isfinite(trial.omega), trial.omega, 0.0).max(axis=1, initial=0.0)

@@ -321,6 +321,12 @@ class EndsOfLarge(Ends):
         return self
 
     @property
+    def highest_computed(self):
+        """Highest angular frequency of the modes computed. [rad/s]"""
+        omega, _, forces = self._basis_and_forces
+        return float(omega[0, : omega.shape[-1] - forces.shape[-1]].max(initial=0.0))
+
+    @property
     def _basis(self):
         """Angular frequencies [rad/s] and shapes of the modes computed, and of the vectors for the others."""
         return self._basis_and_forces[:2]

@@ -19,7 +19,6 @@ from cablestudy.control.loop_gain import LoopGain
 from cablestudy.control.margins_grid import distinct, near_poles
 from cablestudy.control.motion import with_strokes
 from cablestudy.study.tolerances import STUDY
-from cablestudy.system.cables import Models
 from cablestudy.system.matrices import dense
 
 TURN = 2 * np.pi
@@ -158,10 +157,7 @@ class LeftOutModes:
         A resonance adds about c^4 S/(z w^3) by a coupling c to the bodies, a damping ratio z and the spectrum S of the
         gusts, which falls with w^(-5/3).
         """
-        plant, models, highest = self._plant, self._plant.modes.solution.models, self._highest
-        if not models.complete:
-            models = Models(models.cables, models.meshes, fixed=True)
-        added = []
+        plant, models, highest, added = self._plant, self._plant.modes.solution.models, self._highest, []
         for element, by_bodies in zip(models.elements, self._moved, strict=True):
             of_cable = np.linalg.norm(element.coupling @ by_bodies, axis=-1) ** 4 / element.omega ** (14 / 3)
             added.append(np.where(element.omega > STUDY.left_out_from * highest, of_cable, 0.0))
