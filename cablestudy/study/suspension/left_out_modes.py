@@ -54,9 +54,10 @@ class LeftOutModes:
         """
         (rows, displacements), change = self._plant.displacements, np.zeros(variances.shape)
         if len(rows) and np.isfinite(self._least):
-            estimated = np.inf if self._beyond_integrator else self._by_resonances(weights)
-            if (STUDY.left_out_estimate * estimated < 2 * self._least * variances[:, rows]).all():
-                return change
+            if not self._beyond_integrator:
+                change[:, rows] = STUDY.left_out_estimate * self._by_resonances(weights)
+                if (change <= 2 * STUDY.left_out_stated * self._plant.accuracy * variances).all():
+                    return change
             residues = self._turbulence.residues
             model = self._turbulence.response_to_forces(self._plant.loads_on_bodies)
 
