@@ -116,8 +116,9 @@ class StudyTolerances:
     left_out_seen: float = 0.9  # and from which of these on, over the highest of the model
     # what a mode adds to a variance over the largest such number, below which it is left out
     left_out_share: float = 1e-6
-    # on an estimate to first order, with winches at rest or a law that only integrates: of 250 RMS of random scenes with
-    # winches at rest what was found is 13 times as much at most, with the safety below
+    left_out_resonances: float = 1e-3  # and below which it is not in an estimate to first order
+    # safety on this estimate, with winches at rest or a law that only integrates: of 250 RMS of random scenes with
+    # winches at rest what was found by all frequencies, with the safety below, is 13 times as much at most
     left_out_estimate: float = 30.0
     left_out_stated: float = 0.1  # error by that estimate, over the accuracy, up to which nothing is looked for
     # so many times what the first of these frequencies show is less than what is stated at least: no others are looked

@@ -153,14 +153,10 @@ class LeftOutModes:
 
     @cached_property
     def _kept(self):
-        """`Kept` of each cable, in the air: the modes that the model may have, or that may add to a variance.
-
-        A resonance adds about c^4 S/(z w^3) by a coupling c to the bodies, a damping ratio z and the spectrum S of the
-        gusts, which falls with w^(-5/3).
-        """
+        """`Kept` of each cable, in the air: the modes that the model may have, or that may add to a variance."""
         plant, models, highest, added = self._plant, self._plant.modes.solution.models, self._highest, []
         for element, by_bodies in zip(models.elements, self._moved, strict=True):
-            of_cable = np.linalg.norm(element.coupling @ by_bodies, axis=-1) ** 4 / element.omega ** (14 / 3)
+            of_cable = _resonance(element.omega, element.coupling @ by_bodies, element.omega)
             added.append(np.where(element.omega > STUDY.left_out_from * highest, of_cable, 0.0))
         least = STUDY.left_out_share * max(of_cable.max(initial=0.0) for of_cable in added)
         pairs = zip(models.elements, added, strict=True)
@@ -187,6 +183,9 @@ class LeftOutModes:
             arrays = element.omega, element.coupling @ by_bodies, decay
             parts.append([array[modes][above] for array in arrays])
         omega, coupling, decay = (np.concatenate(part) for part in zip(*parts, strict=True))
+        added = _resonance(omega, coupling, decay)
+        large = added > STUDY.left_out_resonances * added.max(initial=0.0)
+        omega, coupling, decay = omega[large], coupling[large], decay[large]
         loads = plant.loads_on_bodies
         receptance = loads.T @ np.linalg.solve(plant.motion.dynamic_stiffness(1j * omega), loads.astype(complex))
         by_units = displacements @ receptance * self._units  # (k, r, d)
@@ -222,6 +221,15 @@ class LeftOutModes:
         poles = np.concatenate(poles)
         omega = np.append(self._coarse, near_poles(poles[poles.imag > 0]))
         return distinct(omega[(omega >= self._coarse[0]) & (omega <= self._coarse[-1])])
+
+
+def _resonance(omega, coupling, decay):
+    """What resonances of modes add to variances, over an unknown factor, shape (n,).
+
+    A mode with a coupling c to the bodies, shape (n, d), and a decay a [1/s] adds about c^4 S/(a w^2), and the spectrum
+    S of the gusts falls with w^(-5/3).
+    """
+    return np.linalg.norm(coupling, axis=-1) ** 4 / (decay * omega ** (11 / 3))
 
 
 def _times(vectors, matrices):
