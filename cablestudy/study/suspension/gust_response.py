@@ -160,22 +160,16 @@ class GustResponse:
         The error by modes is the smaller one of two, the share of the highest modes and the change from a model with
         fewer modes, and the change by modes that both leave out.
         """
-        if weights is None:
-            return self._own_variances
-        return self._with_left_out_modes(weights)
-
-    @cached_property
-    def _own_variances(self):
-        """`_variances` of displacements and rates."""
-        return self._with_left_out_modes(None)
-
-    def _with_left_out_modes(self, weights):
-        """`_variances`, computed."""
         value, by_modes, by_delay = self._variances_of(self.turbulence, weights)
         if self._before is not None:
             change = np.abs(value - self._variances_of(self._before.turbulence, weights)[0])
             by_modes = np.minimum(by_modes, STUDY.change_safety * change)
         return value, by_modes + self._left_out_modes.of_displacements(weights or OWN, value), by_delay
+
+    @cached_property
+    def _own_variances(self):
+        """`_variances` of displacements and rates."""
+        return self._variances()
 
     @cached_property
     def _left_out_modes(self):
@@ -194,7 +188,7 @@ class GustResponse:
         """
         displacements = [row for row, name in enumerate(self.names) if name.endswith((".x", ".y", ".z"))]
         groups, errors = np.array(_groups(self.names))[displacements], [0.0]
-        value, by_modes, _ = self._variances()
+        value, by_modes, _ = self._own_variances
         if self._seen_weights:
             value, by_modes = np.concatenate([(value, by_modes), self._seen_variances[:2]], axis=1)
         for group in set(groups.tolist()):
@@ -207,7 +201,7 @@ class GustResponse:
     @cached_property
     def variances(self):
         """`Variances` of all outputs and their rates, without what nothing damps: see `check_damped`."""
-        return self._with_errors(OWN, self._variances())
+        return self._with_errors(OWN, self._own_variances)
 
     @cached_property
     def seen(self):

@@ -38,7 +38,7 @@ class LeftOutModes:
     def __init__(self, closed_loop, least):
         self._closed_loop, self._plant, self._turbulence = closed_loop, closed_loop.plant, closed_loop.turbulence
         self._least = least
-        loop, low = self._turbulence.loop, STUDY.left_out_from * self._plant.modes.solution.omega[-1]
+        loop, low = self._turbulence.loop, STUDY.left_out_from * self._highest
         self._beyond_integrator = loop is not None and not loop.law.integrates_only
         self._coarse = np.geomspace(low, max(TURN * self._turbulence.range[1], low), STUDY.left_out_points)  # [rad/s]
 
@@ -104,7 +104,7 @@ class LeftOutModes:
             weighted = [weight(frequency)[:, None] * values for weight in weights.values()]
             return np.abs(np.trapezoid(weighted, frequency, axis=1))
 
-        above = self._coarse[self._coarse > STUDY.left_out_seen * self._plant.modes.solution.omega[-1]]
+        above = self._coarse[self._coarse > STUDY.left_out_seen * self._highest]
         of_model = integrals(above, spectra(above)) if len(above) else np.zeros(variances.shape)
         least = 2 * self._least * variances  # a variance has twice the error
         seen = STUDY.left_out_change_at_most * of_model > least
