@@ -6,6 +6,7 @@ is evaluated as a sum over its poles, unless rounding spoils that sum; then equa
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import prod
 
 import numpy as np
 
@@ -73,9 +74,10 @@ class PoleSum:
     def __call__(self, x, rows=slice(None), columns=slice(None)):
         """The value for x of shape (..., m) and some of the ends, shape (..., m, r, c)."""
         residues = self.residues[..., rows, :][..., columns]
-        moving = (1 / (x[..., None] - self.poles[..., None, :])) @ residues.reshape(*self.poles.shape, -1)
+        ends = residues.shape[-2:]
+        moving = (1 / (x[..., None] - self.poles[..., None, :])) @ residues.reshape(*self.poles.shape, prod(ends))
         *lower, highest = (matrix[..., None, rows, :][..., columns] for matrix in self.polynomial)
-        return _polynomial([*lower, highest - moving.reshape(*x.shape, *residues.shape[-2:])], x)
+        return _polynomial([*lower, highest - moving.reshape(*x.shape, *ends)], x)
 
     def __add__(self, other):
         """Sum of two of them, whose polynomials have the same degree."""
