@@ -120,10 +120,12 @@ class StudyTolerances:
     # safety on this estimate, with winches at rest or a law that only integrates: of 250 RMS of random scenes with
     # winches at rest what was found by all frequencies, with the safety below, is 13 times as much at most
     left_out_estimate: float = 30.0
-    left_out_stated: float = 0.1  # error by that estimate, over the accuracy, up to which nothing is looked for
+    left_out_stated: float = 0.1  # error by that estimate, over the accuracy, up to which nothing is looked for,
+    left_out_small: float = 1e-6  # and variance over the largest, below which it counts as that much
     # so many times what the first of these frequencies show is less than what is stated at least: no others are looked
     # at. With them it is a tenth to five times as much in rows of Kelvin-Voigt and hysteretic cables
     left_out_first_look: float = 100.0
+    left_out_flank: float = 100.0  # what a peak may add over what its flank shows between two frequencies
     left_out_safety: float = 2.0  # on the changes that are found
     fixed_model_accuracy: float = 1e-4  # where the scene has a fixed model
     # on what the highest modes add to the variance of a tension: what is left out falls slowly

@@ -271,6 +271,10 @@ class Residues:
         """Residues of r combinations of the outputs, the columns of `space`, shape (o, r)."""
         return replace(self, outputs=space.T @ self.outputs, direct=space.T @ self.direct)
 
+    def of_outputs(self, rows):
+        """Residues of some of the outputs."""
+        return replace(self, outputs=self.outputs[rows], direct=self.direct[rows])
+
     def take(self, chosen):
         """Residues of some of its poles, chosen by an array of bool."""
         return replace(self, poles=self.poles[chosen], inputs=self.inputs[chosen], outputs=self.outputs[:, chosen])
@@ -306,6 +310,10 @@ class DelayedResponse:
     def combined(self, space):
         """Response of combinations of the outputs, see `Residues.combined`."""
         return DelayedResponse(lambda s: space.T @ self.response(s), self.sharp.combined(space))
+
+    def of_outputs(self, rows):
+        """Response of some of the outputs."""
+        return DelayedResponse(lambda s: self.response(s)[:, rows], self.sharp.of_outputs(rows))
 
 
 def delayed_response(response, slow, fast, highest):

@@ -56,15 +56,14 @@ class LeftOutModes:
         if len(rows) and np.isfinite(self._least):
             if not self._beyond_integrator:
                 change[:, rows] = STUDY.left_out_estimate * self._by_resonances(weights)
-                if (change <= 2 * STUDY.left_out_stated * self._plant.accuracy * variances).all():
+                if (change <= 2 * STUDY.left_out_stated * self._plant.accuracy * _asked(variances)).all():
                     return change
-            residues = self._turbulence.residues
-            model = self._turbulence.response_to_forces(self._plant.loads_on_bodies)
+            model = self._turbulence.response_to_forces(self._plant.loads_on_bodies, rows)
 
             def by_forces(s):
-                return displacements @ self._receptance(s), model(s)[:, rows]
+                return displacements @ self._receptance(s), model(s)
 
-            change[:, rows] = self._changes(by_forces, residues, rows, weights, variances[:, rows])
+            change[:, rows] = self._changes(by_forces, self._by_gusts, weights, variances[:, rows])
         return change
 
     def of_winch_speeds(self, residues, weights, variances):
@@ -78,9 +77,14 @@ class LeftOutModes:
             moved = exact.controller(s)[:, :, None] * (exact.measured[:, : receptance.shape[1]] @ receptance)
             return s[:, None, None] * self._turbulence.loop.gain * (exact.shares @ moved), model(s)
 
-        return self._changes(by_forces, residues, slice(None), weights, variances)
+        return self._changes(by_forces, residues, weights, variances)
 
-    def _changes(self, by_forces, residues, rows, weights, variances):
+    @property
+    def _by_gusts(self):
+        """Response of the displacements to the gusts: `Residues` or `DelayedResponse`."""
+        return self._turbulence.residues.of_outputs(self._plant.displacements[0])
+
+    def _changes(self, by_forces, residues, weights, variances):
         """Changes of the variances of some outputs, shape (w, r).
 
         Parameters
@@ -88,15 +92,13 @@ class LeftOutModes:
         by_forces : callable
             s, shape (f,) -> responses of these outputs to forces on the bodies, by all modes and by the model.
         residues : Residues or DelayedResponse
-            Response to the gusts, of all outputs.
-        rows : ndarray of int or slice
-            Which outputs these are.
+            Response of these outputs to the gusts.
         weights, variances
             As of `of_displacements`.
         """
 
         def spectra(omega):
-            response = residues.response(1j * omega)[:, rows]
+            response = residues.response(1j * omega)
             return self._closed_loop.gusts.input_spectra(omega / TURN, np.swapaxes(response, -1, -2))
 
         def integrals(omega, values):
@@ -106,7 +108,7 @@ class LeftOutModes:
 
         above = self._coarse[self._coarse > STUDY.left_out_seen * self._highest]
         of_model = integrals(above, spectra(above)) if len(above) else np.zeros(variances.shape)
-        least = 2 * self._least * variances  # a variance has twice the error
+        least = 2 * self._least * _asked(variances)  # a variance has twice the error
         seen = STUDY.left_out_change_at_most * of_model > least
         if not seen.any() or self._on_all_modes is None:
             return np.zeros(variances.shape)
@@ -115,15 +117,29 @@ class LeftOutModes:
             both = by_forces(1j * omega)
             return np.stack([(np.abs(response * self._units) ** 2).sum(axis=-1) for response in both], axis=1)
 
-        def changes(omega, squares):
-            of_all, of_model = squares[:, 0], squares[:, 1]
-            ratio = np.divide(of_all, of_model, out=np.ones_like(of_all), where=of_model > 0)
-            return STUDY.left_out_safety * integrals(omega, spectra(omega) * (ratio - 1))
+        first, squares = _with_values(self._frequencies, sizes(self._frequencies))
+        # spectra over the squared responses to forces, which are smoother than both: between frequencies interpolated
+        of_model = squares[:, 1]
+        forcing = np.divide(spectra(first), of_model, out=np.zeros_like(of_model), where=of_model > 0)
 
-        omega, squares = _with_values(self._frequencies, sizes(self._frequencies))
-        if (STUDY.left_out_first_look * changes(omega, squares) < least).all():
+        def interpolated(omega):
+            return np.stack([np.interp(omega, first, of_row) for of_row in forcing.T], axis=-1)
+
+        def changes(omega, squares):
+            return STUDY.left_out_safety * integrals(omega, interpolated(omega) * (squares[:, 0] - squares[:, 1]))
+
+        @np.errstate(divide="ignore", invalid="ignore")  # where nothing moves
+        def matters(omega, squares):
+            """True between neighbours by which a peak may add to a variance what is stated at least, shape (f - 1,)."""
+            spectrum, frequency = interpolated(omega) * squares.max(axis=1), omega / TURN
+            shares = [weight(frequency)[:, None] * spectrum / of_weight
+                      for weight, of_weight in zip(weights.values(), least, strict=True)]  # fmt: skip
+            density = np.max(shares, axis=(0, 2))
+            return STUDY.left_out_flank * np.maximum(density[:-1], density[1:]) * np.diff(frequency) > 1
+
+        if (STUDY.left_out_first_look * changes(first, squares) < least).all():
             return np.zeros(variances.shape)
-        return changes(*_resolved(sizes, omega, squares))
+        return changes(*_resolved(sizes, first, squares, matters))
 
     @cached_property
     def _on_all_modes(self):
@@ -170,12 +186,11 @@ class LeftOutModes:
     def _by_resonances(self, weights):
         """What resonances above the modes of the model add to variances of displacements, shape (w, r).
 
-        To first order, without the loop. The model moves the free displacements by R F, F being forces on them. A mode
-        with the coupling c is driven by w^2 c^T R F, whose spectrum is S, has the variance S/(8 z w^3), and moves the
-        bodies by w^2 R c. The spectra of F are those of `_units`, as many times as the spectra of the gusts' response
-        over that of these units are.
+        To first order, with the winches at rest. In the gusts the model moves the free displacements by x. A mode with
+        the coupling c is driven by w^2 c^T x, whose spectrum is S, has the variance S/(8 z w^3), and moves the bodies
+        by w^2 R c, R being the response of the free displacements to forces on them.
         """
-        plant, (rows, displacements), parts = self._plant, self._plant.displacements, []
+        plant, (_, displacements), parts = self._plant, self._plant.displacements, []
         for of_cable, by_bodies in zip(self._kept, self._moved, strict=True):
             element, modes = of_cable.element, slice(of_cable.modes)
             above = element.omega[modes] > self._highest
@@ -187,15 +202,13 @@ class LeftOutModes:
         large = added > STUDY.left_out_resonances * added.max(initial=0.0)
         omega, coupling, decay = omega[large], coupling[large], decay[large]
         loads = plant.loads_on_bodies
-        receptance = loads.T @ np.linalg.solve(plant.motion.dynamic_stiffness(1j * omega), loads.astype(complex))
-        by_units = displacements @ receptance * self._units  # (k, r, d)
-        response = self._turbulence.residues.response(1j * omega)[:, rows]
-        spectra = plant.gusts.input_spectra(omega / TURN, np.swapaxes(response, -1, -2))
-        of_units = (np.abs(by_units) ** 2).sum(axis=-1)
-        times = np.divide(spectra, of_units, out=np.zeros_like(spectra), where=of_units > 0).max(axis=-1, initial=0.0)
-        driven = omega**4 * times * (np.abs(_times(coupling, receptance) * self._units) ** 2).sum(axis=-1)
-        moved = omega[:, None] ** 4 * np.abs(_times(coupling, np.swapaxes(displacements @ receptance, -1, -2))) ** 2
-        added = moved * (driven / (8 * decay * omega**2))[:, None]
+        forces = np.concatenate([loads, plant.gust_forces], axis=1).astype(complex)
+        moved = loads.T @ np.linalg.solve(plant.motion.dynamic_stiffness(1j * omega), forces)  # (k, d, d + i)
+        by_forces, by_gusts = np.split(moved, [loads.shape[1]], axis=-1)
+        accelerated = omega[:, None] ** 2 * coupling  # w^2 c
+        driven = plant.gusts.input_spectra(omega / TURN, np.swapaxes(accelerated[:, None] @ by_gusts, -1, -2))
+        response = (displacements @ by_forces @ accelerated[..., None])[..., 0]
+        added = np.abs(response) ** 2 * driven / (8 * decay * omega**2)[:, None]
         return np.stack([weight(omega / TURN) @ added for weight in weights.values()])
 
     def _receptance(self, s):
@@ -232,18 +245,18 @@ def _resonance(omega, coupling, decay):
     return np.linalg.norm(coupling, axis=-1) ** 4 / (decay * omega ** (11 / 3))
 
 
-def _times(vectors, matrices):
-    """Products of vectors, shape (k, d), and matrices, shape (k, d, r): shape (k, r)."""
-    return (vectors[:, None, :] @ matrices)[:, 0]
-
-
 def _with_values(omega, values):
     """Those of some frequencies that have a value, shape (f, ...), and the values."""
     known = np.isfinite(values).reshape(len(omega), -1).all(axis=1)
     return omega[known], values[known]
 
 
-def _resolved(function, omega, values):
+def _asked(variances):
+    """Variances, shape (w, o), but no less than a share of the largest under the same weight."""
+    return np.maximum(variances, STUDY.left_out_small * variances.max(axis=1, keepdims=True))
+
+
+def _resolved(function, omega, values, matters):
     """Frequencies close enough for a function of them, with more where its logarithm changes fast, and its values.
 
     Parameters
@@ -254,11 +267,13 @@ def _resolved(function, omega, values):
         Frequencies to begin with, ascending. [rad/s]
     values : ndarray, shape (f, ...)
         Values there.
+    matters : callable
+        Frequencies and values -> where more are needed, between neighbours, ndarray of bool, shape (f - 1,).
     """
     for _ in range(STUDY.left_out_rounds):
         logarithm = np.log(np.maximum(values, STUDY.tiny)).reshape(len(omega), -1)
         fast = (np.abs(np.diff(logarithm, axis=0)) > STUDY.left_out_change).any(axis=1)
-        fast &= np.diff(omega) > STUDY.left_out_step * omega[1:]
+        fast &= (np.diff(omega) > STUDY.left_out_step * omega[1:]) & matters(omega, values)
         if not fast.any():
             break
         between = (omega[:-1] + omega[1:])[fast] / 2

@@ -68,18 +68,19 @@ class Turbulence:
         """`Residues` from gusts to outputs, or `DelayedResponse` with a delay."""
         return zip(turbulences, _residues_of_rows(turbulences), strict=True)
 
-    def response_to_forces(self, forces, speeds=False):
-        """Response of the outputs to forces on the coordinates, the columns of `forces`, shape (m, j).
+    def response_to_forces(self, forces, rows=slice(None), speeds=False):
+        """Response of some outputs to forces on the coordinates, the columns of `forces`, shape (m, j).
 
-        A function of s, shape (f,) -> shape (f, o, j); with `speeds` of the speeds of the winches.
+        A function of s, shape (f,) -> shape (f, r, j); with `speeds` of the speeds of the winches.
         """
         plant = self.plant
         if self.has_delay:
             exact = ExactResponse(plant.motion, forces, self.loop, plant.actuators)
-            return exact.winch_speeds if speeds else exact.outputs
+            response = exact.winch_speeds if speeds else exact.outputs
+            return lambda s: response(s)[:, rows]
         space, row = self.space
         direct = np.zeros((1, len(plant.outputs), forces.shape[1]))
-        return space.take([row]).residues(forces[None], direct, speeds)[0].response
+        return space.take([row]).residues(forces[None], direct, speeds)[0].of_outputs(rows).response
 
     @cached_property
     def range(self):
