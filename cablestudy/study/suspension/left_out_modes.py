@@ -56,7 +56,8 @@ class LeftOutModes:
         if len(rows) and np.isfinite(self._least):
             if not self._beyond_integrator:
                 change[:, rows] = STUDY.left_out_estimate * self._by_resonances(weights)
-                if (change <= 2 * STUDY.left_out_stated * self._plant.accuracy * _asked(variances)).all():
+                allowed = 2 * STUDY.left_out_stated * self._plant.accuracy * _asked(variances[:, rows])
+                if (change[:, rows] <= allowed).all():
                     return change
             model = self._turbulence.response_to_forces(self._plant.loads_on_bodies, rows)
 
