@@ -37,8 +37,8 @@ class LeftOutModes:
 
     def __init__(self, closed_loop, least):
         self._closed_loop, self._plant, self._turbulence = closed_loop, closed_loop.plant, closed_loop.turbulence
-        self._least = least
-        loop, low = self._turbulence.loop, STUDY.left_out_from * self._highest
+        self._least, self._resonances = least, self._plant.resonances
+        loop, low = self._turbulence.loop, STUDY.left_out_from * self._resonances.highest
         self._beyond_integrator = loop is not None and not loop.law.integrates_only
         self._coarse = np.geomspace(low, max(TURN * self._turbulence.range[1], low), STUDY.left_out_points)  # [rad/s]
 
@@ -55,7 +55,7 @@ class LeftOutModes:
         (rows, displacements), change = self._plant.displacements, np.zeros(variances.shape)
         if len(rows) and np.isfinite(self._least):
             if not self._beyond_integrator:
-                change[:, rows] = STUDY.left_out_estimate * self._by_resonances(weights)
+                change[:, rows] = STUDY.left_out_estimate * self._resonances.variances(weights)
                 allowed = 2 * STUDY.left_out_stated * self._plant.accuracy * _asked(variances[:, rows])
                 if (change[:, rows] <= allowed).all():
                     return change
@@ -107,7 +107,7 @@ class LeftOutModes:
             weighted = [weight(frequency)[:, None] * values for weight in weights.values()]
             return np.abs(np.trapezoid(weighted, frequency, axis=1))
 
-        above = self._coarse[self._coarse > STUDY.left_out_seen * self._highest]
+        above = self._coarse[self._coarse > STUDY.left_out_seen * self._resonances.highest]
         of_model = integrals(above, spectra(above)) if len(above) else np.zeros(variances.shape)
         least = 2 * self._least * _asked(variances)  # a variance has twice the error
         seen = STUDY.left_out_change_at_most * of_model > least
@@ -148,11 +148,11 @@ class LeftOutModes:
         if self._beyond_integrator:
             loop_gain = self._closed_loop.judged_by.loop_gain
             return loop_gain if isinstance(loop_gain, LoopGain) else None
-        plant, moved = self._plant, self._moved
+        plant, moved = self._plant, self._resonances.moved
         size, free, cables = len(plant.bodies), len(plant.layout.free), len(moved)
         loop_gain = LoopGain(
             plant.bodies,
-            elements=[of_cable.element for of_cable in self._kept],
+            elements=[of_cable.element for of_cable in self._resonances.kept],
             moved=with_strokes(moved, size - free),
             reeled=np.zeros((cables, 6, 0)),
             lifted=np.zeros((size, 0)),
@@ -162,55 +162,6 @@ class LeftOutModes:
             windows=True,
         )
         return None if loop_gain.spoilt else loop_gain
-
-    @cached_property
-    def _moved(self):
-        """Movements of the ends of each cable by the free displacements of bodies, shape (c, 6, d)."""
-        return dense(self._plant.layout.connection).reshape(self._plant.modes.solution.models.cables.count, 6, -1)
-
-    @cached_property
-    def _kept(self):
-        """`Kept` of each cable, in the air: the modes that the model may have, or that may add to a variance."""
-        plant, models, highest, added = self._plant, self._plant.modes.solution.models, self._highest, []
-        for element, by_bodies in zip(models.elements, self._moved, strict=True):
-            of_cable = _resonance(element.omega, element.coupling @ by_bodies, element.omega)
-            added.append(np.where(element.omega > STUDY.left_out_from * highest, of_cable, 0.0))
-        least = STUDY.left_out_share * max(of_cable.max(initial=0.0) for of_cable in added)
-        pairs = zip(models.elements, added, strict=True)
-        return plant.in_air(models, models.with_modes([(e.omega <= highest) | (one > least) for e, one in pairs]))
-
-    @property
-    def _highest(self):
-        """Highest frequency of the modes of the model. [rad/s]"""
-        return self._plant.modes.solution.omega[-1]
-
-    def _by_resonances(self, weights):
-        """What resonances above the modes of the model add to variances of displacements, shape (w, r).
-
-        To first order, with the winches at rest. In the gusts the model moves the free displacements by x. A mode with
-        the coupling c is driven by w^2 c^T x, whose spectrum is S, has the variance S/(8 z w^3), and moves the bodies
-        by w^2 R c, R being the response of the free displacements to forces on them.
-        """
-        plant, (_, displacements), parts = self._plant, self._plant.displacements, []
-        for of_cable, by_bodies in zip(self._kept, self._moved, strict=True):
-            element, modes = of_cable.element, slice(of_cable.modes)
-            above = element.omega[modes] > self._highest
-            decay = np.maximum(element.decay, STUDY.undamped_motion * element.omega)
-            arrays = element.omega, element.coupling @ by_bodies, decay
-            parts.append([array[modes][above] for array in arrays])
-        omega, coupling, decay = (np.concatenate(part) for part in zip(*parts, strict=True))
-        added = _resonance(omega, coupling, decay)
-        large = added > STUDY.left_out_resonances * added.max(initial=0.0)
-        omega, coupling, decay = omega[large], coupling[large], decay[large]
-        loads = plant.loads_on_bodies
-        forces = np.concatenate([loads, plant.gust_forces], axis=1).astype(complex)
-        moved = loads.T @ np.linalg.solve(plant.motion.dynamic_stiffness(1j * omega), forces)  # (k, d, d + i)
-        by_forces, by_gusts = np.split(moved, [loads.shape[1]], axis=-1)
-        accelerated = omega[:, None] ** 2 * coupling  # w^2 c
-        driven = plant.gusts.input_spectra(omega / TURN, np.swapaxes(accelerated[:, None] @ by_gusts, -1, -2))
-        response = (displacements @ by_forces @ accelerated[..., None])[..., 0]
-        added = np.abs(response) ** 2 * driven / (8 * decay * omega**2)[:, None]
-        return np.stack([weight(omega / TURN) @ added for weight in weights.values()])
 
     def _receptance(self, s):
         """Free displacements of bodies by forces on them, with all modes of the cables, shape (f, d, d)."""
@@ -235,15 +186,6 @@ class LeftOutModes:
         poles = np.concatenate(poles)
         omega = np.append(self._coarse, near_poles(poles[poles.imag > 0]))
         return distinct(omega[(omega >= self._coarse[0]) & (omega <= self._coarse[-1])])
-
-
-def _resonance(omega, coupling, decay):
-    """What resonances of modes add to variances, over an unknown factor, shape (n,).
-
-    A mode with a coupling c to the bodies, shape (n, d), and a decay a [1/s] adds about c^4 S/(a w^2), and the spectrum
-    S of the gusts falls with w^(-5/3).
-    """
-    return np.linalg.norm(coupling, axis=-1) ** 4 / (decay * omega ** (11 / 3))
 
 
 def _with_values(omega, values):

@@ -14,6 +14,7 @@ from cablestudy.control.motion import Actuator, actuated, basis_of_rows, motion_
 from cablestudy.control.suspension import FROM, TO, Marker, Winch, check_size, second_order_of_rows, signature
 from cablestudy.errors import NoSolutionError, outcome_of
 from cablestudy.scene.actuator_tables import ReactionWheel
+from cablestudy.study.suspension.resonances import Resonances
 from cablestudy.study.suspension.tension_waves import change_by_waves
 from cablestudy.study.suspension.together import computed_together, together
 from cablestudy.study.suspension.turbulence import OWN, Turbulence
@@ -398,6 +399,11 @@ class Plant:
         """`Gusts` on the coordinates; None without wind."""
         return self.airflow and self.airflow.gusts(self.modes.solution, self.layout, self._basis[1])
 
+    @cached_property
+    def resonances(self):
+        """`Resonances` above the modes of the model, which all loops share."""
+        return Resonances(self)
+
     def blown_by(self, airflow):
         """Copy in the gusts of another `Airflow` that damps the suspension alike; itself where the gusts are equal."""
         if airflow is None or airflow.side == self.airflow.side:
@@ -405,7 +411,7 @@ class Plant:
         _ = self.motion  # computed before copying: both share it
         other = copy(self)
         other.airflow = airflow
-        for name in ("gusts", "gust_forces", "direct", "at_rest", "change_by_waves"):
+        for name in ("gusts", "gust_forces", "direct", "at_rest", "change_by_waves", "resonances"):
             other.__dict__.pop(name, None)
         return other
 
