@@ -43,7 +43,7 @@ class Resonances:
         return self._plant.in_air(self._models, self._models.with_modes(chosen))
 
     def variances(self, weights):
-        """What the resonances add to variances of displacements under weights as of `Turbulence.seen`, shape (w, r)."""
+        """Variances of displacements that the resonances add, under weights as of `Turbulence.seen`, shape (w, r)."""
         omega, added = self._added
         return np.stack([weight(omega / TURN) @ added for weight in weights.values()])
 
