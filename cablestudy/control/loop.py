@@ -57,8 +57,13 @@ def allocate(measured, sizes, gain, weights):
     """
     # A = W^-1/2 (D G W^-1/2)^+ D, D = diag(sizes): errors of rotations count as lengths
     inverse_root = 1 / np.sqrt(weights)
-    pseudo_inverse = np.linalg.pinv(sizes[:, None] * gain * inverse_root, rcond=SYSTEM.uncorrected)
-    return Allocation(measured, inverse_root[:, None] * pseudo_inverse * sizes, gain)
+    left, values, right = np.linalg.svd(sizes[:, None] * gain * inverse_root, full_matrices=False)
+    corrected = np.flatnonzero(values > SYSTEM.uncorrected * values.max(initial=0.0))[::-1]  # most movement first
+    movements = inverse_root[:, None] * right[corrected].T
+    most = np.take_along_axis(movements, np.abs(movements).argmax(axis=0)[None], axis=0)[0]
+    lengths = np.sign(most) * np.sqrt((movements**2).sum(axis=0))
+    rates = (left[:, corrected] * (lengths / values[corrected])).T * sizes
+    return Allocation(measured, movements / lengths, rates, gain)
 
 
 @dataclass(frozen=True)

@@ -71,7 +71,8 @@ def state_space(model, chosen=None, residual=True, nodes=None, gondola=None, loc
         return state_space_of(system, free_cable)
     (notch,), (law, law_names) = loop.notches, loop.law.state_space(highest)
     # measured is the last coordinate, the gondola's position: the winch moves it forwards, or backwards if on board
-    allocation = Allocation(np.eye(len(system))[-1:], np.array([[-1.0 if location == "gondola" else 1.0]]))
+    rates = np.array([[-1.0 if location == "gondola" else 1.0]])
+    allocation = Allocation(np.eye(len(system))[-1:], np.eye(1), rates)
     control = LinearControl(allocation, loop.gain, loop.notches, law, law_names)
     closed = state_space_of(system, loop=control, measured=(("position", "m"),))
     loop_states = [*(("notch_1", "notch_2") if notch else ()), *law_names, "winch"]

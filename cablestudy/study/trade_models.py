@@ -28,7 +28,6 @@ from cablestudy.study.tolerances import STUDY
 from cablestudy.system.assemble import assemble
 from cablestudy.system.damping import damping_ratios
 from cablestudy.system.ends import Ends
-from cablestudy.system.first_order import Allocation
 from cablestudy.system.residues import residues
 from cablestudy.system.superelement import GONDOLA, GROUND
 from cablestudy.wind.imaging import seen_weights
@@ -354,7 +353,7 @@ class AnalysisOfSystem(DynamicAnalysis):
         closed_loop, loop = response.closed_loop, response.loop
         if loop is not None:
             measured = np.eye(len(self._system))[[-1]]
-            loop = replace(loop, motion=self._system, allocation=Allocation(measured, loop.allocation.shares))
+            loop = replace(loop, motion=self._system, allocation=replace(loop.allocation, measured=measured))
         eigen = (loop or self._system).eigen
         if unstable_pole(eigen.poles) is not None:
             raise NoSolutionError("the loop is unstable with these modes")

@@ -15,8 +15,6 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.system.tolerances import SYSTEM
-
 NOTHING = np.zeros((0, 0)), np.zeros(0), np.zeros(0), 1.0  # a law of no states that passes what it is given
 
 
@@ -28,47 +26,37 @@ class Allocation:
     ----------
     measured : ndarray, shape (..., k, m)
         The k measured coordinates per unit of each of the m coordinates of the motion.
-    shares : ndarray, shape (..., i, k)
-        A: length that each of the i winches reels in per error of each measured coordinate. [-], [m/rad]
+    movements : ndarray, shape (..., i, r)
+        U: independent movements of the i winches, of length 1. The winch that moves most reels in.
+    rates : ndarray, shape (..., r, k)
+        R: each of these movements per error of each measured coordinate. [-], [m/rad]
     static_gain : ndarray, shape (k, i), optional
         G: static movement of the measured coordinates per length reeled in. [-], [rad/m]
     """
 
     measured: np.ndarray
-    shares: np.ndarray
+    movements: np.ndarray
+    rates: np.ndarray
     static_gain: np.ndarray = None
 
     @cached_property
-    def movements_and_rates(self):
-        """A = U R: independent movements of the winches, U, (i, r), and their rates by errors, R, (r, k); of one row.
-
-        The sign of each movement is such that the winch that moves most reels in.
-        """
-        left, values, right = np.linalg.svd(self.shares, full_matrices=False)
-        kept = values > SYSTEM.uncorrected * values.max(initial=0.0)
-        left, right = left[:, kept], values[kept, None] * right[kept]
-        sign = np.sign(np.take_along_axis(left, np.abs(left).argmax(axis=0)[None], axis=0))[0]
-        return left * sign, right * sign[:, None]
+    def shares(self):
+        """A = U R: length that each winch reels in per error of each measured coordinate, (..., i, k). [-], [m/rad]"""
+        return self.movements @ self.rates
 
     @staticmethod
     def stack(allocations):
         """`Allocation` of n rows from those of each, whose winches have equally many independent movements."""
-        stacked = Allocation(*(np.stack([getattr(a, name) for a in allocations]) for name in ("measured", "shares")))
-        pairs = zip(*(allocation.movements_and_rates for allocation in allocations), strict=True)
-        stacked.__dict__["movements_and_rates"] = tuple(map(np.stack, pairs))
-        return stacked
+        parts = zip(*((one.measured, one.movements, one.rates) for one in allocations), strict=True)
+        return Allocation(*map(np.stack, parts))
 
     def take(self, rows):
         """`Allocation` of some of many rows."""
-        taken = Allocation(self.measured[rows], self.shares[rows])
-        taken.__dict__["movements_and_rates"] = tuple(part[rows] for part in self.movements_and_rates)
-        return taken
+        return Allocation(self.measured[rows], self.movements[rows], self.rates[rows])
 
     def within(self, space):
         """`Allocation` with new coordinates q of the motion, z = S q, with S of shape (..., m, r)."""
-        other = replace(self, measured=self.measured @ space)
-        other.__dict__["movements_and_rates"] = self.movements_and_rates
-        return other
+        return replace(self, measured=self.measured @ space)
 
 
 @dataclass(frozen=True)
@@ -168,14 +156,14 @@ def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
     Notes
     -----
     Of an integrator v' and v'' are sums of states: v' = -gain A e with e = N (y - r) = c n + d (y - r), and v'' = -gain
-    A (c n' + d (y' - r')). A, `Allocation.shares`, is taken as U R with independent columns U, so that the winches have
-    as many states as movements. Another law is between U and R: v' = U q, q = c l + d w, l' = a l + b w, w = -gain R e.
+    A (c n' + d (y' - r')). A, `Allocation.shares`, is U R with independent columns U, so that the winches have as many
+    states as movements. Another law is between U and R: v' = U q, q = c l + d w, l' = a l + b w, w = -gain R e.
     """
     a, b, c, d = law
     m, unit, leading, order = len(motion), motion.unit, motion.mass.shape[:-2], np.asarray(a).shape[-1]
     filters = sum(actuator.filtered for actuator in motion.feedback)
     winches = motion.b[0].shape[-1]
-    movements, rates = allocation.movements_and_rates if allocation else (np.zeros((*leading, winches, 0)),) * 2
+    movements = allocation.movements if allocation else np.zeros((*leading, winches, 0))
     r = movements.shape[-1]
     size = 2 * m + filters + 2 * sum(notch is not None for notch in notches) + (order + 1) * r
     references = len(notches) if allocation and forces is not None else 0
@@ -216,7 +204,7 @@ def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
         by_speed, by_acceleration = np.split(accelerated, 2, axis=-1)
         direct, c_b = np.asarray(d)[..., None, None], (c_rows @ np.asarray(b)[..., None])
         for number in range(len(notches)):
-            rows_of_gain, column = scaled[..., number, :, :], rates[..., number]
+            rows_of_gain, column = scaled[..., number, :, :], allocation.rates[..., number]
             e, e_rate = error[..., number, :], error_rate[..., number, :]
             if order:
                 rows_of_gain[..., laws, :] = -_outer(_kron(column[..., None], np.asarray(b)[..., None])[..., 0], e)

@@ -64,7 +64,7 @@ class StateSpaces:
         if loop is None:
             return motion.signature
         notches, law = (notch is not None for notch in loop.notches), (np.shape(part) for part in loop.law_space)
-        movements, _ = loop.allocation.movements_and_rates
+        movements = loop.allocation.movements
         return *motion.signature, *notches, *law, movements.shape, loop.law.delay > 0
 
     def take(self, rows):
