@@ -3,8 +3,12 @@
 import numpy as np
 import pytest
 from references.continuous_cable import dynamic_end_stiffness
+from references.continuous_suspension import Suspension
 from scipy.optimize import brentq
 from solved import end_force, solve
+
+from cablestudy.scene.suspension import SuspensionScene
+from cablestudy.study.suspension.case import SuspensionCase
 
 TURN = 2 * np.pi
 # span [m], rise [m], unstretched length [m], axial stiffness [N], mass per length [kg/m]: one slack and heavy cable,
@@ -52,3 +56,29 @@ def test_the_stated_error_of_a_share_is_true_where_modes_of_cables_lie_far_above
     expected = share_near(cables, mass, found.values["b.frequency_x"])
     error, stated = abs(found.values["b.share_x"] / expected - 1), found.errors["b.share_x"]
     assert error <= stated <= max(accuracy * 1e-2, 1e-5)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.5])
+def test_modes_that_coincide_have_one_share(turn):
+    """Three equal cables hold a knot: its modes along x and y coincide, and along any axis are half of a pair."""
+    angles = turn + TURN / 3 * np.arange(3)
+    cables = {f"c{k}": {"from": f"p{k}", "to": "knot", "unstretched_length": 31.0} for k in range(3)}
+    data = {
+        "points": {f"p{k}": [30 * np.cos(a), 30 * np.sin(a), 8.0] for k, a in enumerate(angles)}
+        | {"knot": {"at": [0.0, 0.0, 0.0], "free": True, "mass": 8.0}},
+        "cable": {"axial_stiffness": 3e5, "mass_per_length": 0.3, "diameter": 0.01},
+        "cables": cables,
+        "model": {"accuracy": 1e-5},
+    }
+    found = solve(data, "knot.share_x", "knot.frequency_x")
+    truth = Suspension(SuspensionCase(SuspensionScene.model_validate(data)).equilibrium)
+
+    def along_x(omega):
+        return truth.dynamic_stiffness(omega)[0, 0]
+
+    omega = TURN * found.values["knot.frequency_x"]
+    step = 1e-4 * omega
+    omega = brentq(along_x, omega - step, omega + step, xtol=1e-13)
+    slope = (along_x(omega + step) - along_x(omega - step)) / (4 * omega * step)  # by omega^2
+    expected = -along_x(1e-5 * omega) / slope / omega**2
+    assert found.values["knot.share_x"] == pytest.approx(expected, rel=1e-5)

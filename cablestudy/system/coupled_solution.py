@@ -426,6 +426,21 @@ class CoupledModes:
         displacement = self.layout.bodies(self.shapes)[motion] / (2 * np.pi * self.frequency)
         return compliance_shares(displacement, self.solution.reduced.compliance(motion))
 
+    def over_coincident(self, shares, chosen=None):
+        """Shares of modes with those of all modes that coincide added up: such modes may be combined at will.
+
+        Parameters
+        ----------
+        shares : ndarray, shape (..., m)
+        chosen : ndarray of int, shape (m,), optional
+            Indices of the modes, from 0; by default all.
+        """
+        total, index = np.array(shares), np.arange(len(self)) if chosen is None else chosen
+        for first, last in self.coincident:
+            run = (index >= first - 1) & (index < last)
+            total[..., run] = total[..., run].sum(axis=-1, keepdims=True)
+        return total
+
     @cached_property
     def _nodes(self):
         """Positions of the nodes of each cable from its end 1, and their displacements: list, see `Models.nodes`."""

@@ -1,4 +1,7 @@
-"""The coupled mode of a body along a coordinate: the mode with the largest share in the static compliance there."""
+"""The coupled mode of a body along a coordinate: the mode with the largest share in the static compliance there.
+
+Modes that coincide may be combined at will, and have one share together.
+"""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -133,12 +136,12 @@ class BodyMode:
             if not len(modes):
                 raise NoSolutionError("the model has 0 modes")
             mode = cls(modes, body, axis)
-            share = mode.shares
-            if share[mode.number] >= 1 - share.sum() or len(modes) < count:
+            total = mode.shares.sum()
+            if mode.largest_share >= 1 - total or len(modes) < count:
                 return mode
             if count >= STUDY.most_body_modes:
                 raise NoSolutionError(
-                    f"the lowest {len(modes)} modes have {share.sum():.2g} of the static compliance of {name} along "
+                    f"the lowest {len(modes)} modes have {total:.2g} of the static compliance of {name} along "
                     f"{AXES[axis]}: none of them has the largest share for certain"
                 )
             count = min(2 * count, STUDY.most_body_modes)
@@ -150,13 +153,24 @@ class BodyMode:
 
     @cached_property
     def number(self):
-        """Number of the mode among the `modes`, from 0."""
-        return largest_share(self.shares)
+        """Number of the mode among the `modes`, from 0; of modes that coincide that with the largest share."""
+        run = self._run_of(largest_share(self.modes.over_coincident(self.shares)))
+        return run.start + largest_share(self.shares[run])
+
+    def _run_of(self, number):
+        """The modes that coincide with one, itself among them: slice of their numbers, from 0."""
+        runs = (slice(first - 1, last) for first, last in self.modes.coincident)
+        return next((run for run in runs if run.start <= number < run.stop), slice(number, number + 1))
 
     @cached_property
     def shares(self):
         """Share of each of the modes in the static compliance, shape (k,). [-]"""
         return self.modes.compliance_shares(self.body, self.axis)
+
+    @property
+    def largest_share(self):
+        """Share of the mode in the static compliance, with those that coincide with it. [-]"""
+        return self.shares[self._run_of(self.number)].sum()
 
     @property
     def share(self):
@@ -165,13 +179,14 @@ class BodyMode:
         The error is the change to the finer model, or what the errors of the frequencies of that allow
         (`_error_by_mixing`) where this is larger; not a number for an exact choice of elements.
         """
-        fine, number = self.damped
+        (fine, number), run = self.damped, self._run_of(self.number)
         shares = fine.compliance_shares(self.body, self.axis)
-        share = shares[number]
+        share = shares[run].sum()
         if self.exact:
             return float(share), np.nan
+        shares[run], shares[number] = 0.0, share
         by_mixing = _error_by_mixing(number, shares, fine.frequency, fine.error)
-        return float(share), float(max(STUDY.rounding, abs(share - self.shares[self.number]) / share, by_mixing))
+        return float(share), float(max(STUDY.rounding, abs(share - self.largest_share) / share, by_mixing))
 
     @property
     def exact(self):
@@ -190,12 +205,8 @@ class BodyMode:
 
     def _number_in(self, modes):
         """Number of this mode among those of a finer model, where modes that coincide may come in another order."""
-        number = self.number + 1  # runs count from 1
-        run = next(((first, last) for first, last in self.modes.coincident if first <= number <= last), None)
-        if run is None:
-            return self.number
-        first, last = run
-        return first - 1 + largest_share(modes.compliance_shares(self.body, self.axis)[first - 1 : last])
+        run = self._run_of(self.number)
+        return run.start + largest_share(modes.compliance_shares(self.body, self.axis)[run])
 
 
 def largest_share(share):
@@ -221,7 +232,7 @@ def _error_by_mixing(number, shares, frequency, error):
     eigenvalues = frequency**2
     amplitudes, added = np.sqrt(shares * eigenvalues), np.sqrt(error * eigenvalues)
     gap = np.abs(eigenvalues - eigenvalues[number])
-    apart = gap > STUDY.equal_shares * eigenvalues[number]  # modes that coincide are one pair, whose sum counts
+    apart = gap > STUDY.equal_shares * eigenvalues[number]
     factors = 2 * added[number] * added[apart] / gap[apart]
     by_modes = (amplitudes[apart] * factors).sum() / amplitudes[number]
     return float(2 * by_modes + 4 * error[number])

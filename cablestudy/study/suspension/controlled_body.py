@@ -147,13 +147,18 @@ class ControlledBody:
         table = self._control and self._control.notch
         if not table or table.frequency != "coupled":
             return True
-        largest, missing = self._compliance_shares.max(axis=1), 1 - self._compliance_shares.sum(axis=1)
+        largest, missing = self._shares_together.max(axis=1), 1 - self._compliance_shares.sum(axis=1)
         return bool((largest > missing).all())
+
+    @property
+    def _shares_together(self):
+        """`_compliance_shares` with those of modes that coincide added up."""
+        return self._plant.modes.over_coincident(self._compliance_shares, self._plant.kept)
 
     @property
     def coupled_frequencies(self):
         """Frequency of the mode with the largest share in the static compliance of each measured coordinate. [Hz]"""
-        shares = self._compliance_shares / self._compliance_shares.max(axis=1, keepdims=True)
+        shares = self._shares_together / self._shares_together.max(axis=1, keepdims=True)
         decisive = np.argmax(np.round(shares, 9), axis=1)  # of equal ones the lowest mode, whatever rounding does
         return self._plant.modes.frequency[self._plant.kept[decisive]]
 
