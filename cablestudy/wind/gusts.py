@@ -15,6 +15,7 @@ import numpy as np
 
 from cablestudy.cable.vectors import size
 from cablestudy.system.rigid import cross_matrix
+from cablestudy.wind.cable_pairs import coherence_of_cables, coherence_with_points
 from cablestudy.wind.coherence import Coherence
 from cablestudy.wind.mean import body_forces
 from cablestudy.wind.spectrum import admittance, speed_spectrum
@@ -209,14 +210,14 @@ class Gusts:
 
     def _computed_covariance(self, kappa):
         """Covariance of the inputs, see `input_matrix`, for kappa [1/m], shape (f,): shape (f, i, i)."""
-        inputs = self.input_matrix.shape[1]
-        points, work = np.zeros((0, 3)), np.zeros((0, np.count_nonzero(self.wind.turbulence), inputs))
-        all_coordinates, rows = [np.zeros((0, inputs))], [np.zeros((len(kappa), 0, inputs))]
-        for own_points, own_work, coordinates, own_covariance in self._loads(kappa):
+        inputs, cables = self.input_matrix.shape[1], []
+        work, all_coordinates, rows = [], [np.zeros((0, inputs))], [np.zeros((len(kappa), 0, inputs))]
+        for places, own_work, coordinates, own_covariance in self._loads(kappa):
             row = own_covariance @ coordinates / 2  # half of its own covariance, and that with earlier loads
-            if len(points):
-                row += _cross_covariance(kappa, own_points, own_work, points, work)
-            points, work = np.concatenate([points, own_points]), np.concatenate([work, own_work @ coordinates])
+            if cables:
+                row += _cross_covariance(kappa, places, own_work, cables, np.concatenate(work))
+            cables.append(places)
+            work.append(own_work @ coordinates)
             all_coordinates.append(coordinates)
             rows.append(row)
         half = np.concatenate(all_coordinates).T @ np.concatenate(rows, axis=1)
@@ -232,11 +233,11 @@ class Gusts:
 
         Yields
         ------
-        points : ndarray, shape (q, 3)
-            Points at which a load acts. [m]
+        places : list of Arc, or ndarray, shape (b, 3)
+            The elements of the cable, or the places of the bodies [m], with q functions in all.
         work : ndarray, shape (q, t, k)
-            Its work, at each point, on k coordinates of its own by each of the t components of the turbulence that are
-            not zero; for the bodies the speeds themselves.
+            Its work, by each of these functions, on k coordinates of its own by each of the t components of the
+            turbulence that are not zero; for the bodies the speeds themselves.
         coordinates : ndarray, shape (k, i)
             Its coordinates in terms of the inputs, see `input_matrix`.
         own_covariance : ndarray, shape (f, k, k)
@@ -248,41 +249,49 @@ class Gusts:
         for group, amplitudes in zip(self.strips, self.amplitudes, strict=True):
             work = components @ np.moveaxis(group.point_forces, 1, 2)
             yield from zip(
-                group.points, work, amplitudes @ inputs[:count], group.coherent(components, kappa), strict=True
+                group.arcs, work, amplitudes @ inputs[:count], group.coherent(components, kappa), strict=True
             )
         if len(bodies):
             speeds = np.zeros((len(bodies), len(nonzero), 3 * len(bodies)))
             speeds[bodies[:, None], np.arange(len(nonzero)), 3 * bodies[:, None] + nonzero] = rms[nonzero]
-            own_covariance = _cross_covariance(kappa, self.places, speeds, self.places, speeds)
+            coherence = np.exp(-kappa[:, None, None] * size(self.places[:, None] - self.places))
+            own_covariance = _covariance(coherence, speeds, speeds)
             yield self.places, speeds, inputs[count:], own_covariance
 
 
-def _cross_covariance(kappa, points, work, other_points, other_work):
-    """Covariance of the work of the gusts at points with that at other points, under the coherence exp(-kappa r).
+def _cross_covariance(kappa, places, work, cables, other_work):
+    """Covariance of the work of the gusts on one load of `Gusts._loads` with that on the c cables before it.
 
     Parameters
     ----------
     kappa : ndarray, shape (f,)
-        [1/m]
-    points, other_points : ndarray, shapes (q, 3) and (p, 3)
-        [m]
-    work, other_work : ndarray, shapes (q, t, k) and (p, t, l)
-        Work on k and l coordinates by each of t components of the turbulence at each point.
+        The coherence at a distance r is exp(-kappa r). [1/m]
+    places, work
+        Of that load.
+    cables : list of list of Arc
+    other_work : ndarray, shape (p, t, l)
+        Work on l coordinates by the p functions of all these cables.
 
     Returns
     -------
     ndarray, shape (f, k, l)
     """
-    distance, (count, components, inputs) = size(points[:, None] - other_points), other_work.shape
-    work, other_work = work.reshape(-1, work.shape[-1]), other_work.reshape(count, components * inputs)
-    covariance = np.zeros((len(kappa), work.shape[1], inputs))
-    at_once = max(1, WIND.coherence_entries // max(1, distance.size, len(points) * other_work.shape[1]))
+    mean = coherence_of_cables if isinstance(places, list) else coherence_with_points
+    covariance = np.zeros((len(kappa), work.shape[-1], other_work.shape[-1]))
+    at_once = max(1, WIND.coherence_entries // (len(work) * max(len(other_work), other_work[0].size)))
     for begin in range(0, len(kappa), at_once):
         batch = slice(begin, begin + at_once)
-        coherence = np.exp(-kappa[batch, None, None] * distance)
-        at_points = coherence.reshape(len(coherence) * len(points), count) @ other_work
-        covariance[batch] = work.T @ at_points.reshape(len(coherence), len(work), inputs)
+        coherence = np.concatenate([mean(kappa[batch], places, cable) for cable in cables], axis=-1)
+        covariance[batch] = _covariance(coherence, work, other_work)
     return covariance
+
+
+def _covariance(coherence, work, other_work):
+    """Sums of products of the work by q and p functions, shapes (q, t, k) and (p, t, l), and coherence, (f, q, p)."""
+    (count, components, inputs), functions = other_work.shape, len(work)
+    by_function = coherence.reshape(-1, count) @ other_work.reshape(count, -1)
+    work = work.reshape(functions * components, -1)
+    return work.T @ by_function.reshape(len(coherence), len(work), inputs)
 
 
 def gusts(wind, drag, layout, shapes, strips, amplitudes, areas, coherence):

@@ -8,14 +8,11 @@ that has the form of each shape function of the rod's elements. Cables on equal 
 Where a cable comes closest to the direction of the wind its drag, by |u_n|, has a kink, or nearly one: integrals over
 an element are sums over both sides of that point.
 
-Two cables that meet at a body are coherent near their common end alone, over a small part of the distance of two nodes.
-Their covariance is a sum over Gauss points that lie close together at the ends of each element: points of a parameter t
-with the position 3 t^2 - 2 t^3. Elements of high orders have fewer of them than their loads need: between these the
-coherence is a polynomial in t, and the loads are distributed to them by its Lagrange polynomials.
+Covariances between cables follow from the loads' integrals with polynomials of each element, see `cable_pairs`.
 """
 
 from dataclasses import dataclass, replace
-from functools import cache, cached_property
+from functools import cached_property
 from math import ceil, sqrt
 
 import numpy as np
@@ -23,6 +20,7 @@ import numpy as np
 from cablestudy.cable.element import Mesh, basis, lagrange, mesh_segments
 from cablestudy.system.superelement import of_shapes, with_ends
 from cablestudy.system.suspension import outward
+from cablestudy.wind.cable_pairs import Arc, load_points
 from cablestudy.wind.coherence import gauss, rods
 from cablestudy.wind.drag import drag_matrices
 from cablestudy.wind.tolerances import WIND
@@ -112,30 +110,20 @@ class Strips:
         return float((self.length * self.drag_factor) @ np.abs(matrices).sum(axis=-1).max(axis=(1, 2, 3)))
 
     @property
-    def points(self):
-        """Positions of the points for covariances with other cables, shape (n, q, 3), global axes. [m]"""
-        interpolation = lagrange(basis(self.mesh.order).nodes, self._point_parameters[1])
-        return (interpolation @ self.places[:, self.mesh.element_nodes]).reshape(len(self.cables), -1, 3)
+    def arcs(self):
+        """Elements of each cable for covariances with other cables, list of lists of `Arc`."""
+        return [[Arc(nodes) for nodes in places[self.mesh.element_nodes]] for places in self.places]
 
     @property
     def point_forces(self):
-        """Work on each of `shapes` by a turbulence along x, y, z at each of `points` alone, shape (n, 3, q, k)."""
-        order, parameters = self.mesh.order, self._point_parameters[0]
-        if order == 1:
-            t, weights = _split_at_kinks(*gauss(1), self.kinks)
-            work = self._point_work(t, weights)
-        else:
-            t, weights = _split_at_kinks(*_gauss(order + WIND.strip_points), _graded_inverse(self.kinks))
-            work = self._point_work(_graded(t), weights * 6 * t * (1 - t))
-        by_element = _work_on_functions(lagrange(parameters, t), work)
-        return by_element.reshape(*by_element.shape[:2], -1, by_element.shape[-1])
+        """Work on each of `shapes` by a turbulence along x, y, z with the form of each function of the `arcs`.
 
-    @property
-    def _point_parameters(self):
-        """Parameters t and positions of `points` in an element, on [0, 1]; in a bar those of its two Gauss points."""
-        order = self.mesh.order
-        t = _gauss(min(order + WIND.strip_points, WIND.interpolated_points))[0]
-        return (t, _graded(t)) if order > 1 else (gauss(1)[0],) * 2
+        Shape (n, 3, q, k), q being the number of functions of all elements of a cable.
+        """
+        points, weights = load_points(self.mesh.order)
+        positions, weights = _split_at_kinks(points, weights, self.kinks)
+        by_element = _work_on_functions(lagrange(points, positions), self._point_work(positions, weights))
+        return by_element.reshape(*by_element.shape[:2], -1, by_element.shape[-1])
 
     def _point_work(self, positions, weights):
         """Work on each of `shapes` by a unit speed along x, y, z at positions in each element, shape (n, e, q, 3, k).
@@ -357,20 +345,3 @@ def _work_on_functions(values, work):
     """Sum over q points of the work at each, (n, e, q, 3, k), times i functions there, (..., q, i): (n, 3, e, i, k)."""
     sums = np.swapaxes(values, -1, -2) @ work.reshape(*work.shape[:3], -1)
     return np.moveaxis(sums.reshape(*sums.shape[:3], *work.shape[3:]), 3, 1)
-
-
-@cache
-def _gauss(count):
-    """Gauss points and weights on [0, 1], shape (count,) both."""
-    roots, weights = np.polynomial.legendre.leggauss(count)
-    return (roots + 1) / 2, weights / 2
-
-
-def _graded(t):
-    """Position in an element by its parameter t, both on [0, 1]: close together at the ends for equal steps of t."""
-    return t**2 * (3 - 2 * t)
-
-
-def _graded_inverse(positions):
-    """Parameter t of positions in an element, the inverse of `_graded`."""
-    return 0.5 - np.sin(np.arcsin(1 - 2 * positions) / 3)

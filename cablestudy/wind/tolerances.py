@@ -15,11 +15,16 @@ class WindTolerances:
     fine_coherence: tuple = (24, 8, 3e-8)  # and those of a finer one
     coherence_degree: int = 7  # of the splines between them
     least_length_ratio: float = 1e-200  # cable's length over coherence length, whose square must not be zero
-    # Gauss points of an element beyond its order: an error of 1e-6 of the RMS on six cables that meet
-    strip_points: int = 4
-    # Gauss points of an element, at most, between which the coherence with other cables is interpolated: an error of
-    # 2e-8 of the RMS, for elements of order 44
-    interpolated_points: int = 30
+    load_points: int = 4  # Gauss points of the loads on an element beyond its order
+    # distance of two elements over the mean one of these points, below which their coherence is integrated
+    close_cables: float = 3.0
+    # points for that, at least: an error of 3e-8 of an RMS on cables that meet at 1.5 degrees, of 1e-6 of an RMS
+    # velocity on cables 0.4 m apart over 300 m
+    peak_points: int = 28
+    # width of a peak in the coherence along an element: at least, at most,
+    narrow_peak: float = 1e-3
+    broad_peak: float = 10.0
+    parallel_cables: float = 1e-3  # and the angle of two cables at least [rad]
     # order of the rod along a cable in one element, over the root of their number in several: gusts that are coherent
     # over little of a cable have a short layer at its ends, with order 16 an error of 2e-4 of the RMS rate of a
     # rotation

@@ -1,0 +1,153 @@
+"""Coherence of turbulence between two cables, and between cables and points, where they come close too.
+
+A load on an element is known by its integrals with the Lagrange polynomials l_i of n Gauss points. With the weights w_i
+of these points, its covariance with another load is a sum over the points of both, of products of these integrals and
+
+    integral of l_i(s) l_j(t) exp(-kappa r(s, t)) ds dt / (w_i w_j),
+
+the mean coherence. Far from each other it is that of the points. Where two cables meet, cross or run beside each other
+exp(-kappa r) has a peak along them that is as narrow as their distance. Let t0 be the place on a straight cable that is
+closest to a point, h their distance: with t = t0 + h sinh(u), r is h cosh(u), in which there is no peak, and few points
+of u suffice for any kappa. So they do along the other cable with s = s0 + c sinh(v), s0 being the place where both are
+closest, and c their distance there over the sine of their angle.
+"""
+
+from dataclasses import dataclass
+from functools import cache, cached_property
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from cablestudy.cable.element import basis, lagrange
+from cablestudy.cable.vectors import dot, size
+from cablestudy.wind.coherence import gauss
+from cablestudy.wind.tolerances import WIND
+
+
+@cache
+def load_points(order):
+    """The n Gauss points of loads on an element, on [0, 1], and their weights, shape (n,) both; two on a bar."""
+    if order == 1:
+        return gauss(1)
+    roots, weights = legendre.leggauss(order + WIND.load_points)
+    return (roots + 1) / 2, weights / 2
+
+
+@cache
+def _over_weights(order):
+    """Legendre coefficients of the n functions l_i/w_i, shape (n, n): a function is a column."""
+    points, _ = load_points(order)
+    return (2 * np.arange(len(points))[:, None] + 1) * legendre.legvander(2 * points - 1, len(points) - 1).T
+
+
+@dataclass(frozen=True)
+class Arc:
+    """One element of a cable, with the positions of its nodes, shape (order + 1, 3), global axes. [m]"""
+
+    nodes: np.ndarray
+
+    @property
+    def order(self):
+        """Of its polynomials."""
+        return len(self.nodes) - 1
+
+    @cached_property
+    def points(self):
+        """Positions of the n points of loads, shape (n, 3). [m]"""
+        return lagrange(basis(self.order).nodes, load_points(self.order)[0]) @ self.nodes
+
+    @cached_property
+    def slopes(self):
+        """Derivatives of the position by that in the element, at these points, shape (n, 3). [m]"""
+        element = basis(self.order)
+        return lagrange(element.points, load_points(self.order)[0]) @ (element.derivative @ self.nodes)
+
+    @cached_property
+    def spacing(self):
+        """Mean distance of these points. [m]"""
+        weights = load_points(self.order)[1]
+        return float(size(self.slopes) @ weights) / len(weights)
+
+    def _along(self, positions):
+        """Legendre's polynomials at positions on [0, 1], shape (...), and the places there: (..., n) and (..., 3)."""
+        _, weights = load_points(self.order)
+        polynomials = legendre.legvander(2 * positions - 1, len(weights) - 1)
+        return polynomials, polynomials @ ((_over_weights(self.order) * weights) @ self.points)
+
+    def mean_with_points(self, kappa, places):
+        """Mean coherence of points at `places`, shape (p, 3), and functions of the arc, shape (f, p, n)."""
+        nearest = size(places[:, None] - self.points).argmin(axis=1)
+        slope, start = self.slopes[nearest], load_points(self.order)[0][nearest]
+        offset, length = places - self.points[nearest], size(slope)
+        along = dot(offset, slope) / length**2
+        distance = size(offset - along[:, None] * slope) / length
+        t, weights = _sinh_rule(len(self.points), start + along, distance)
+        polynomials, others = self._along(t)
+        coherence = np.exp(-kappa[:, None] * size(places[:, None] - others)[:, None])  # (p, f, q)
+        means = coherence @ (polynomials * weights[..., None]) @ _over_weights(self.order)
+        return np.swapaxes(means, 0, 1)
+
+    def mean_with(self, kappa, other):
+        """Mean coherence of the functions of this `Arc` and of another one, shape (f, n, n')."""
+        distances = size(self.points[:, None] - other.points)
+        i, j = np.unravel_index(distances.argmin(), distances.shape)
+        # the tangents at the two closest points as straight cables
+        own, its, offset = self.slopes[i], other.slopes[j], self.points[i] - other.points[j]
+        offset, across = (part - (part @ its) / (its @ its) * its for part in (offset, own))
+        square = max(across @ across, WIND.parallel_cables**2 * (own @ own))
+        along = -(offset @ across) / square
+        distance = size(offset + along * across) / np.sqrt(square)
+        s, weights = _sinh_rule(len(self.points), load_points(self.order)[0][i] + along, distance)
+        polynomials, places = self._along(s)
+        by_function = (polynomials * weights[:, None]) @ _over_weights(self.order)
+        return by_function.T @ other.mean_with_points(kappa, places)
+
+
+def coherence_of_cables(kappa, cable, other):
+    """Mean coherence of the functions of all elements of two cables, shape (f, q, p).
+
+    Parameters
+    ----------
+    kappa : ndarray, shape (f,)
+        The coherence at a distance r is exp(-kappa r). [1/m]
+    cable, other : list of Arc
+    """
+    places, others = (np.concatenate([arc.points for arc in arcs]) for arcs in (cable, other))
+    distance = size(places[:, None] - others)
+    nearest = distance.reshape(len(cable), -1, len(other), len(others) // len(other)).min(axis=(1, 3))
+    spacing = np.maximum.outer([arc.spacing for arc in cable], [arc.spacing for arc in other])
+    close = nearest < WIND.close_cables * spacing
+    if min(cable[0].order, other[0].order) == 1:  # bars have two points each, beside many others
+        close[:] = False
+    coherence = np.zeros((len(kappa), *distance.shape))
+    if not close.all():
+        np.exp(-kappa[:, None, None] * distance, out=coherence)
+    blocks = coherence.reshape(len(kappa), len(cable), -1, len(other), len(others) // len(other))
+    for i, j in np.argwhere(close).tolist():
+        blocks[:, i, :, j] = cable[i].mean_with(kappa, other[j])
+    return coherence
+
+
+def coherence_with_points(kappa, places, cable):
+    """Mean coherence of points at `places`, shape (b, 3), and functions of a cable, list of Arc: shape (f, b, q)."""
+    return np.concatenate([arc.mean_with_points(kappa, places) for arc in cable], axis=-1)
+
+
+def _sinh_rule(count, center, scale):
+    """Points on [0, 1], and weights, shape (..., q) both, for a peak at a centre (...), of a width `scale` (...).
+
+    `count` is the number of points of the polynomials that the peak multiplies.
+    """
+    points, weights = _ends_refined(max(count + WIND.load_points, WIND.peak_points))
+    scale = np.clip(scale, WIND.narrow_peak, WIND.broad_peak)
+    low, high = np.arcsinh(-center / scale), np.arcsinh((1 - center) / scale)
+    u, width = low[..., None] + (high - low)[..., None] * points, (high - low)[..., None]
+    return center[..., None] + scale[..., None] * np.sinh(u), scale[..., None] * np.cosh(u) * width * weights
+
+
+@cache
+def _ends_refined(count):
+    """Gauss points and weights on [0, 1], closer together at the ends, shape (count,) both."""
+    roots, weights = legendre.leggauss(count)
+    x = (roots + 1) / 2
+    return (x + x**2 * (3 - 2 * x)) / 2, (1 + 6 * x * (1 - x)) / 2 * weights / 2
