@@ -16,6 +16,7 @@ from references.panels import panels
 from references.straight_suspension import Straight
 from scenes import PAPER, cells
 from scipy.spatial.transform import Rotation
+from solved import solve
 from straight_scenes import (
     ACTUATORS,
     BODY_WIND,
@@ -478,6 +479,34 @@ def test_two_bodies_in_coherent_and_incoherent_white_wind(decay, coherence):
     case = case_of(text)
     for name in ("first", "second"):
         assert value(case, f"{name}.rms_x") == pytest.approx(1e3 * np.sqrt((total + difference) / 2), rel=1e-6)
+
+
+def knots(places):
+    """Knots in three cables each, at some places, in gusts."""
+    arms = [np.array([np.cos(a), np.sin(a), 0.4]) * 20 for a in (0.2, 2.2, 4.4)]
+    ends = {f"p{i}{k}": [*map(float, place + arm)] for i, place in enumerate(places) for k, arm in enumerate(arms)}
+    knots = {f"knot{i}": {"at": [*map(float, place)], "free": True, "mass": 6.0} for i, place in enumerate(places)}
+    cables = {
+        f"c{i}{k}": {"from": f"p{i}{k}", "to": f"knot{i}", "unstretched_length": 21.7}
+        for i in range(len(places)) for k in range(3)
+    }  # fmt: skip
+    return {
+        "points": ends | knots, "cables": cables, "model": {"accuracy": 1e-3},
+        "cable": {
+            "axial_stiffness": 2e5, "mass_per_length": 0.2, "diameter": 0.012,
+            "damping": {"model": "hysteretic", "loss_factor": 0.03},
+        },
+        "wind": {"speed": 8.0, "length_scale": 40.0, "turbulence_intensity": [0.2, 0.15, 0.1], "coherence_decay": 9.0},
+    }  # fmt: skip
+
+
+def test_a_suspension_far_away_changes_nothing():
+    """Gusts on one and the other have nothing in common, and both are small beside their distance."""
+    names = "knot0.rms_x", "c00.rms_tension"
+    alone, beside = (solve(knots(places), *names) for places in ([np.zeros(3)], [np.zeros(3), np.array([3e5, 0, 9])]))
+    assert alone.status == beside.status == "ok"
+    for name in names:
+        assert beside.values[name] == pytest.approx(alone.values[name], rel=alone.errors[name] + beside.errors[name])
 
 
 def test_the_force_on_two_bodies_together_at_a_distance():

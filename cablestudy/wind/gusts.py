@@ -181,6 +181,18 @@ class Gusts:
         points = np.concatenate([*(group.places.reshape(-1, 3) for group in self.strips), self.places])
         return size(np.ptp(points, axis=0)) if len(points) else 0.0
 
+    @property
+    def _highest_kappa(self):
+        """Kappa above which covariances with cables fall with 1/kappa, and bodies have nothing in common. [1/m]
+
+        By the shortest cable, and by the two bodies that are closest to each other.
+        """
+        of_cables = [WIND.falling_covariance / group.length for group in self.strips]
+        distances = size(self.places[:, None] - self.places)
+        of_bodies = WIND.independent_bodies / distances[distances > 0]
+        far_above_least = WIND.far_above_least * self.coherence.least_kappa
+        return float(np.concatenate([[far_above_least], *of_cables, of_bodies]).max())
+
     @cached_property
     def _table(self):
         """Ascending kappa, shape (k,), and the covariances for them, shape (k, i, i).
@@ -191,7 +203,7 @@ class Gusts:
         if self.coherence.constant or not extent:
             return None, self._computed_covariance(np.array([least]))
         linear = WIND.linear_covariance / extent
-        highest = max(WIND.falling_covariance / extent, WIND.far_above_least * least)
+        highest = self._highest_kappa
         count = round(self.coherence.per_decade * np.log10((highest + linear) / (least + linear)))
         kappa = np.maximum(np.geomspace(least + linear, highest + linear, 1 + count) - linear, least)
         return kappa, self._computed_covariance(kappa)

@@ -35,8 +35,9 @@ class WindTolerances:
     panels_per_decade: int = 8  # of frequency, where no covariance is interpolated
     # kappa times the size of the suspension up to which a covariance is about linear in kappa,
     linear_covariance: float = 0.1
-    falling_covariance: float = 1e4  # and from which on it falls with 1/kappa,
-    far_above_least: float = 100.0  # or so far above the least kappa
+    falling_covariance: float = 1e4  # and kappa times the length of a cable from which on it falls with 1/kappa;
+    independent_bodies: float = 30.0  # kappa times the distance of two bodies from which on they have none,
+    far_above_least: float = 100.0  # and kappa over the least one up to which a covariance is computed in any case
     panel_boundary: float = 1e-6  # rounding of a boundary of panels in numbers of panels
     coherence_entries: int = 1_000_000  # of a coherence matrix that are computed at once
 
