@@ -76,6 +76,27 @@ def test_where_shows_the_rows_that_satisfy_it():
     assert preloads(rows) == "1345 N, 100 kN, 2 kN"
 
 
+@pytest.mark.parametrize(
+    ("condition", "written"),
+    [
+        ("> 0 degC", "20 degC"),
+        (">= 32 °F", "0 degC, 20 degC"),  # 32 degF is 0 degC by definition
+        ("== -40 degF", "-40 degC"),  # where both scales meet
+        ("< 273.15", "-40 degC, -20 degC"),  # in SI, as all numbers without a unit
+        ("< 273.15 K", "-40 degC, -20 degC"),
+    ],
+)
+def test_a_temperature_is_compared_on_its_scale(condition, written):
+    keys = ", ".join(f"{value} degC" for value in (-40, -20, 0, 20))
+    cable = "cable.expansion: 12e-6 1/K, cable.reference.temperature: 15 degC"
+    study = f"set: {{{cable}, cases: {{day: {{}}}}, case: day}}\n"
+    study_file(Path.cwd(), f"{study}vary: [{{cases.day.temperature: [{keys}]}}]\ncolumns: [sag]\n")
+    rows, _ = shown("--where", f"cases.day.temperature {condition}", code=0)
+    assert [row["cases.day.temperature_K"] for row in rows] == [
+        {"-40": 233.15, "-20": 253.15, "0": 273.15, "20": 293.15}[text.split()[0]] for text in written.split(", ")
+    ]
+
+
 def test_no_row_is_an_empty_table():
     assert [shown("--where", "sag < 0", style=style)[0] for style in ("csv", "json", "jsonl")] == [[], [], []]
     assert run("sweep", "study.yaml", "--no-write", "--where", "sag < 0", code=3).out.startswith("| cable.preload")

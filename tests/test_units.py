@@ -163,6 +163,10 @@ def test_every_dimension_has_an_example_that_reads():
         (("-1 N", "-100 N", 3, "log"), ["-1 N", "-10 N", "-100 N"]),
         ((5, 5, 1), [5]),
         ((3, 1, 3), [3, 2, 1]),
+        # 212 degF is 100 degC, 263.15 K is -10 degC, 68 degF is 293.15 K: by definition of the scales
+        (("0 degC", "212 degF", 3), ["0 degC", "50 degC", "100 degC"]),
+        (("-20 °C", "263.15 K", 3), ["-20 °C", "-15 °C", "-10 °C"]),
+        (("273.15 K", "68 °F", 3), ["273.15 K", "283.15 K", "293.15 K"]),
     ],
 )
 def test_ranges_hit_round_values_and_both_ends(arguments, values):

@@ -6,7 +6,7 @@ from decimal import Decimal, InvalidOperation
 
 from cablestudy.scene.document import read_option
 from cablestudy.scene.strict_yaml import Place, compose, refuse, resolve
-from cablestudy.scene.units import common_factor, show, split
+from cablestudy.scene.units import converted, show, split
 
 MAX_COUNT = 10_000_000
 SPACINGS = ("linear", "log")
@@ -45,7 +45,7 @@ class Interval:
         (self.low, self._unit), (high, unit) = _end(first, "from"), _end(last, "to")
         if (self._unit == "") != (unit == ""):
             raise ValueError(f"from and to: give both with a unit or both without, got {show(first)} and {show(last)}")
-        self.high = high * common_factor(unit, self._unit)
+        self.high = converted(high, unit, self._unit)
         self._ratio = None  # of the ends, in a logarithmic range
         if spacing == "log":
             if self.low * self.high <= 0:

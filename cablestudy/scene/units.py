@@ -295,6 +295,18 @@ def common_factor(name, other):
     return ratio / scale
 
 
+def converted(number, name, other):
+    """A number (Decimal) of one unit in another, both as written; ValueError when they do not fit each other.
+
+    A temperature stays the same one: 0 degC is 273.15 K and 32 degF.
+    """
+    ratio, (shift, degree), (other_shift, other_degree) = common_factor(name, other), _scale(name), _scale(other)
+    if name == other or degree is other_degree is None:
+        return number * ratio
+    kelvin = (number + shift) * (degree or common_factor(name, "K"))
+    return kelvin / (other_degree or common_factor(other, "K")) - other_shift
+
+
 @cache
 def _registry():
     """pint's units, with decimal factors, and those of structural engineers in the United States that it lacks."""
@@ -325,11 +337,9 @@ def _root(name):
         return Decimal(1), ""
     if not _UNIT.fullmatch(name):
         raise _NotAQuantityError(" (a number, then a unit such as mm, kN, kg/m^3)")
-    registry = _registry()
+    registry, spelt = _registry(), re.sub("°([CF])", r" deg\1 ", name).replace("°", " deg ")
     try:
-        parsed = registry.parse_units(
-            name.replace("°C", " degC ").replace("°", " deg ").replace("%", " percent ").replace("·", "*").strip()
-        )
+        parsed = registry.parse_units(spelt.replace("%", " percent ").replace("·", "*").strip())
         ratio, units = registry.get_root_units(parsed)
     except Exception:  # pint raises a dozen kinds, and the tokenizer under it more
         raise _NotAQuantityError(_unknown(name)) from None

@@ -19,7 +19,7 @@ import pandas
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.tokens import tokens_of
-from cablestudy.scene.units import common_factor, show, split
+from cablestudy.scene.units import converted, show, split
 from cablestudy.sweeps.variable import Variable, variable
 
 MAX_DEPTH = 50
@@ -227,7 +227,7 @@ def _numbers_without_unit(operands, tokens, unit):
 
 def in_unit(number, written_unit, unit):
     """A number, as written with its unit, as a float in another unit; without one it is in that unit already."""
-    return float(number * common_factor(written_unit, unit) if written_unit else number)
+    return float(converted(number, written_unit, unit) if written_unit else number)
 
 
 def chain(getters, tests):
