@@ -2,15 +2,41 @@
 
 import atexit
 import gc
+import io
 import os
 import signal
+import sys
 
 INTERRUPTED = 130  # exit code, as of the commands
+STANDARD_ERROR = 2  # its number
 ALLOCATED = 5_000  # new objects that begin a search for garbage: modules make many and no garbage (the default is 700)
+
+
+class _StandardError(io.FileIO):
+    """Standard error that loses what it cannot take, on a full disk for example, so that no work ends by a line."""
+
+    def write(self, data):
+        """Write bytes; all of them count as written."""
+        try:
+            return super().write(data)
+        except OSError:
+            return len(data)
+
+
+def _keep_standard_error():
+    """Let lines on standard error end nothing, also where it is closed: no other file may take its number then."""
+    if os.name != "posix":  # consoles of Windows are no files
+        return
+    if sys.stderr is None:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), STANDARD_ERROR)
+    encoding = getattr(sys.stderr, "encoding", "utf-8")
+    stream = io.BufferedWriter(_StandardError(STANDARD_ERROR, "w", closefd=False))
+    sys.stderr = io.TextIOWrapper(stream, encoding, "backslashreplace", line_buffering=True)
 
 
 def main():
     """Run the command line."""
+    _keep_standard_error()
     by_default = signal.getsignal(signal.SIGINT) is signal.default_int_handler  # ignored in the background of a shell
     if by_default:
         signal.signal(signal.SIGINT, _end)
@@ -30,7 +56,7 @@ def main():
 
 def _end(*_):
     """End the process at once: nothing has begun yet, or all is done."""
-    os.write(2, b"interrupted\n")
+    _StandardError(STANDARD_ERROR, "w", closefd=False).write(b"interrupted\n")
     os._exit(INTERRUPTED)
 
 

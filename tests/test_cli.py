@@ -5,6 +5,7 @@ import io
 import json
 import math
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -19,6 +20,7 @@ from picture import undrawn
 from solved import contents
 from twins import swinging
 
+import cablestudy
 from cablestudy import __version__
 from cablestudy.cli import main
 from cablestudy.study import all_columns, files, report
@@ -423,6 +425,30 @@ def test_a_closed_stream_is_one_line_and_no_traceback(redirection):
     done = subprocess.run(command, capture_output=True, text=True, **options)
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert "closed" in done.stderr or "empty file" in done.stderr
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no such device here")
+@pytest.mark.parametrize("redirection", ["2>&-", "2>/dev/full"])
+def test_what_standard_error_cannot_take_ends_nothing(folder, redirection):
+    """Table, files and exit codes are those of a command whose lines are read."""
+    refused, nowhere = "vary: [{cable.preload: [1345 N, 1 N]}]\ncolumns: [sag]\n", {"stderr": subprocess.DEVNULL}
+    commands = ("sweep", study_file(folder, refused)), ("static", "nothing.yaml"), ("validate", CARLINA), ("nothing",)
+    for arguments, code in zip(commands, (3, 2, 0, 2), strict=True):
+        command = shlex.join([sys.executable, "-m", "cablestudy", *arguments])
+        outcomes = [
+            subprocess.run(words, shell=True, stdout=subprocess.PIPE, timeout=LONGEST, check=False, **options)
+            for words, options in ((f"{command} {redirection}", {}), (command, nowhere))
+        ]
+        assert [outcome.returncode for outcome in outcomes] == [code, code]
+        assert outcomes[0].stdout == outcomes[1].stdout
+    assert len(list((folder / "results").iterdir())) == 4
+
+
+def test_a_sweep_in_a_program_without_standard_error(folder, monkeypatch):
+    """As programs have none that a desktop starts."""
+    monkeypatch.setattr(sys, "stderr", None)
+    table = cablestudy.sweep(study_file(folder, "vary: [{cable.preload: [1345 N]}]\ncolumns: [preload]\n"))
+    assert table["preload_N"].tolist() == pytest.approx([1345], rel=1e-6)
 
 
 def test_a_terminal_without_some_letters_is_no_reason_to_fail(folder):

@@ -29,9 +29,9 @@ class Progress:
 
     def __init__(self, total, known=0, quiet=False, stream=None):
         self._total, self._known = total, known
-        self._quiet = quiet or os.environ.get(OFF) == "off"
-        self._stream = stream or sys.stderr
-        self._bar = self._stream.isatty()
+        self._stream = stream or sys.stderr  # None where standard error is closed
+        self._quiet = quiet or self._stream is None or os.environ.get(OFF) == "off"
+        self._bar = not self._quiet and self._stream.isatty()
         self._begin = self._last = time.monotonic()
         self._waited = 0.0
         self._reports = deque([(0.0, known)])  # seconds of work and rows done, from the middle of the rows computed
