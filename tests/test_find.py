@@ -235,6 +235,7 @@ def test_the_mass_at_a_knot():
         ("--by bodies.x.mass: bodies.x: missing key: at", "sag = 2 m", "--by bodies.x.mass"),
         ("--between 9N:1N: the first end must be below", "sag = 2 m", "--by cable.preload --between 9N:1N"),
         ("--between 1m:2m: expected a force in N", "sag = 2 m", "--by cable.preload --between 1m:2m"),
+        ("--between 5%:60%: expected a force in N", "sag = 2 m", "--by cable.preload --between 5%:60%"),
         ("--between 5: expected LOW:HIGH", "sag = 2 m", "--by cable.preload --between 5"),
         ("--columns: unknown column 'sagg'", "sag = 2 m", "--by cable.preload --columns sagg"),
         ("Missing option '--by'", "sag = 2 m", ""),

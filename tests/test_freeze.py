@@ -1,8 +1,12 @@
 """The command freeze: the scene with its lengths in full has the tables of the scene."""
 
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
-from command import CONFIGS, refused_in_one_line, run, table_of
+from command import CONFIGS, LONGEST, refused_in_one_line, run, table_of
 
 import cablestudy as cs
 from cablestudy.scene.strict_yaml import compose, write_yaml
@@ -96,6 +100,21 @@ def test_standard_output_and_python_have_the_same_text():
     assert heading.startswith("#")
     assert text == cs.load(scene).freeze()
     assert run("static", "-", stdin=printed.out).out == run("static", scene, "--quiet").out
+
+
+def test_standard_output_by_name_is_written_into(tmp_path, monkeypatch):
+    """A file that the shell has opened for it keeps what it has (>>)."""
+    monkeypatch.chdir(tmp_path)
+    scene, log = CONFIGS / "zipline.yaml", tmp_path / "log"
+    text = run("freeze", scene, "--quiet").out
+    assert run("freeze", scene, "--quiet", "--out", "-").out == text
+    assert list(tmp_path.iterdir()) == []
+    if os.path.exists("/dev/stdout"):
+        log.write_text("before\n", encoding="utf-8")
+        with log.open("a") as stream:
+            command = [sys.executable, "-m", "cablestudy", "freeze", scene, "--out", "/dev/stdout", "--quiet"]
+            subprocess.run(command, stdout=stream, check=True, timeout=LONGEST)
+        assert log.read_text(encoding="utf-8") == f"before\n{text}"
 
 
 @pytest.mark.parametrize(

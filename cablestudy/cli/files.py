@@ -128,7 +128,7 @@ def new(kind, file, quiet):
 @click.command()
 @SCENE
 @SET
-@click.option("--out", metavar="FILE", help="Where it goes, over what is there. Default: standard output.")
+@click.option("--out", metavar="FILE", help="Where it goes, over what is there. Default, and -: standard output.")
 @QUIET
 @handle_errors
 def freeze(scene, sets, out, quiet):
@@ -139,6 +139,7 @@ def freeze(scene, sets, out, quiet):
     from cablestudy.interface import read
     from cablestudy.interface.files import write_whole
 
+    out = None if out == "-" else out
     if out and os.path.exists(out) and os.path.exists(scene) and os.path.samefile(out, scene):
         raise SceneError(f"--out {out}: is the scene itself, whose comments would be lost; give another name")
     heading = f"# {scene if scene.isprintable() else 'scene'}, with the unstretched lengths of its reference state\n"

@@ -9,7 +9,7 @@ from cablestudy.scene.fields import Quantity
 from cablestudy.scene.layers import split_key, value_at
 from cablestudy.scene.scene import quantity_of, read_scene
 from cablestudy.scene.study import Find
-from cablestudy.scene.units import common_factor, show, split
+from cablestudy.scene.units import common_factor, expected, show, split
 from cablestudy.study.all_columns import find, key_column
 from cablestudy.study.column import Column
 
@@ -228,7 +228,7 @@ def _range(ends, quantity):
     """The two ends of a range of a key, rising, in SI."""
     low, high = (quantity.read(end) for end in ends)
     if not (isinstance(low, float) and isinstance(high, float)):
-        raise ValueError(f"expected two numbers, got {show(ends[0])} and {show(ends[1])}")
+        raise ValueError(f"expected {expected(quantity.unit)}, got {show(ends[0])} and {show(ends[1])}")
     if low >= high:
         raise ValueError(f"the first end must be below the second, got {show(ends[0])} and {show(ends[1])}")
     return low, high

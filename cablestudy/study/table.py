@@ -22,6 +22,7 @@ from cablestudy.study.tolerances import STUDY
 
 REMOVED = str.maketrans("", "", "^ ")  # of a unit in a name
 NO_TABLE = "not a table of comma-separated values"
+STANDARD_OUTPUT = 1  # its number
 
 
 @dataclass(frozen=True)
@@ -220,13 +221,13 @@ def write_whole(path, text):
     """Write a file atomically: a reader finds the old file or the complete new one.
 
     `text` is a str, bytes, or an iterable of str, written piece by piece; SceneError where the file cannot be written.
-    A link to a file stays, and so do devices and pipes such as /dev/stdout, which are written into.
+    A link to a file stays, and so do devices, pipes and standard output (/dev/stdout), which are written into.
     """
     target = os.path.realpath(path) if os.path.isfile(path) else path
     temporary = None
     try:
-        if os.path.exists(target) and not (os.path.isfile(target) or os.path.isdir(target)):
-            with open(target, "wb") as stream:
+        if os.path.exists(target) and not os.path.isdir(target) and not _may_be_replaced(target):
+            with open(target, "ab") as stream:
                 _write(stream, text)
             return
         handle, temporary = tempfile.mkstemp(dir=os.path.dirname(target) or ".", prefix=leftovers(target))
@@ -241,6 +242,16 @@ def write_whole(path, text):
     finally:
         if temporary and os.path.exists(temporary):
             os.unlink(temporary)
+
+
+def _may_be_replaced(path):
+    """True of a file, unless standard output goes there, behind what a shell has in it already (>>)."""
+    if not os.path.isfile(path):
+        return False
+    try:
+        return not os.path.samestat(os.stat(path), os.fstat(STANDARD_OUTPUT))
+    except OSError:  # standard output is closed
+        return True
 
 
 def _write(file, text):
