@@ -167,6 +167,8 @@ def test_a_text_is_not_compared_with_a_number():
         ("sag < 5 Hz", '7: "Hz" (frequency) and "m" (length) do not fit each other'),
         ("sag < mass", '7: "kg" (mass) and "m" (length) do not fit each other'),
         ("sag_ratio < 5 mm", '13: "mm" (length) and no unit (pure number) do not fit each other'),
+        ("gain_margin > 50 %", '15: "%" (pure number) and "dB" (level) do not fit each other'),  # 3.5 dB, not 0.5
+        ("sag_ratio < 6 dB", '13: "dB" (level) and no unit (pure number) do not fit each other'),
         ("sag < 5 parsecz", "7: not a unit: "),
         ("gondola.mass < 5 m", '16: "m" (length) and "kg" (mass) do not fit each other'),
         ("cable.preload < sag", '1: "N" (force) and "m" (length) do not fit each other'),

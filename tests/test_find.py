@@ -209,6 +209,11 @@ def test_the_mass_at_a_knot():
         ("find: unknown column 'safety_factor' (did you mean utilisation?", "safety_factor = 3", "--by cable.preload"),
         ("expected COLUMN = VALUE, for example 'sag = 2 m', got \"sag\"", "sag", "--by cable.preload"),
         ('find: sag: "kg" (mass) and "m" (length) do not fit each other', "sag = 2 kg", "--by cable.preload"),
+        (
+            'find: gain_margin: "%" (pure number) and "dB" (level) do not fit each other',
+            "gain_margin = 50 %",
+            "--by gravity",
+        ),
         ('find: sag: expected a number in m, or with a unit, got "x"', "sag = x", "--by cable.preload"),
         (
             "--by cable.loads.0.at: cable.loads: the list is not there, so that it has no item 0",

@@ -289,8 +289,9 @@ def common_factor(name, other):
         (ratio, dimension), (scale, expected) = _root(name), _root(other)
     except _NotAQuantityError as error:
         raise ValueError(f'not a unit: "{name}" or "{other}"{error}') from None
-    if dimension != expected:
-        nouns = _dimension_name(dimension), _dimension_name(expected)
+    if dimension != expected or "dB" in (name, other):  # a level is no multiple of a pure number
+        roots = {name: dimension, other: expected}
+        nouns = ["level" if unit == "dB" else _dimension_name(root) for unit, root in roots.items()]
         raise ValueError(f'"{name}" ({nouns[0]}) and "{other}" ({nouns[1]}) do not fit each other')
     return ratio / scale
 
