@@ -126,8 +126,12 @@ def test_what_is_not_a_length_is_refused(value, got):
 
 
 @pytest.mark.parametrize(
-    ("text", "unit"), [("10 rad/s", "Hz"), ("10 Hz", "rad/s"), ("3 deg", ""), ("1 m", "dB"), ("3 dB", "m")]
-)
+    ("text", "unit"),
+    [
+        ("10 rad/s", "Hz"), ("10 Hz", "rad/s"), ("3 deg", ""), ("1 m", "dB"), ("3 dB", "m"),
+        ("6 dB", ""), ("6 decibel", ""), ("1 Np", ""),  # factors of 2.0, 2.0 and e of an amplitude, not 6, 6 and 1
+    ],
+)  # fmt: skip
 def test_units_that_only_look_alike_are_refused(text, unit):
     with pytest.raises(ValueError, match="got"):
         to_si(text, unit)

@@ -62,6 +62,9 @@ _SCALES = {
     "F": (Decimal("459.67"), Decimal(5) / 9),
 }
 
+# Logarithms of ratios, which are no pure numbers, as they are for pint: in dB.
+_LEVELS = dict.fromkeys(("dB", "decibel"), Decimal(1)) | dict.fromkeys(("Np", "neper"), 20 / Decimal(10).ln())
+
 # Units that need no pint: factor, and powers of m, kg, s, K and rad.
 _NO_DIMENSION = (0, 0, 0, 0, 0)
 _PI = Decimal("3.14159265358979323846264338327950288")
@@ -289,9 +292,8 @@ def common_factor(name, other):
         (ratio, dimension), (scale, expected) = _root(name), _root(other)
     except _NotAQuantityError as error:
         raise ValueError(f'not a unit: "{name}" or "{other}"{error}') from None
-    if dimension != expected or "dB" in (name, other):  # a level is no multiple of a pure number
-        roots = {name: dimension, other: expected}
-        nouns = ["level" if unit == "dB" else _dimension_name(root) for unit, root in roots.items()]
+    if dimension != expected:
+        nouns = _dimension_name(dimension), _dimension_name(expected)
         raise ValueError(f'"{name}" ({nouns[0]}) and "{other}" ({nouns[1]}) do not fit each other')
     return ratio / scale
 
@@ -336,6 +338,8 @@ def _root(name):
     """
     if name == "":
         return Decimal(1), ""
+    if name in _LEVELS:
+        return _LEVELS[name], DIMENSIONS["dB"][0]
     if not _UNIT.fullmatch(name):
         raise _NotAQuantityError(" (a number, then a unit such as mm, kN, kg/m^3)")
     registry, spelt = _registry(), re.sub("°([CF])", r" deg\1 ", name).replace("°", " deg ")
@@ -353,7 +357,7 @@ def _root(name):
 def _dimension_name(dimension):
     """The word for some base units, or the base units."""
     for unit, (noun, _) in DIMENSIONS.items():
-        if unit and unit != "dB" and _root(unit)[1] == dimension:
+        if unit and _root(unit)[1] == dimension:
             return noun
     return dimension or "pure number"
 
