@@ -61,6 +61,10 @@ _SCALES = {
     "C": (Decimal("273.15"), Decimal(1)),
     "F": (Decimal("459.67"), Decimal(5) / 9),
 }
+_DEGREES = {
+    **dict.fromkeys(("degC", "degreeC", "celsius", "degree_Celsius"), _SCALES["C"]),
+    **dict.fromkeys(("degF", "degreeF", "fahrenheit", "degree_Fahrenheit"), _SCALES["F"]),
+}
 
 # Logarithms of ratios, which are no pure numbers, as they are for pint: in dB.
 _LEVELS = dict.fromkeys(("dB", "decibel"), Decimal(1)) | dict.fromkeys(("Np", "neper"), 20 / Decimal(10).ln())
@@ -92,6 +96,7 @@ _QUANTITY = re.compile(
 # Names with small powers, joined by * / and brackets: nothing in it can grow, and nothing is ever evaluated.
 _NAME = r"[A-Za-zµμΩ°%][A-Za-z0-9_]*"
 _POWER = re.compile(rf"({_NAME})(?:\^([-+]?[0-9]{{1,2}}))?")
+_RAISED = str.maketrans({"²": "^2", "³": "^3"})
 _UNIT = re.compile(rf"(?:{_NAME}(?:\s*(?:\^|\*\*)\s*[-+]?[0-9]{{1,2}})?|1(?=\s*/)|[*/()· ])+")
 
 
@@ -182,9 +187,8 @@ def _text_to_si(text, unit):
 
 
 def _scale(name):
-    """Shift and size of a degree of a temperature in degC, °C, degF or °F [K]; (0, None) of another unit."""
-    word = name.replace("°", "deg")
-    return _SCALES[word[-1]] if word in ("degC", "degF") else (0, None)
+    """Shift and size of a degree of a temperature in degC, °C, celsius, degF ... [K]; (0, None) of another unit."""
+    return _DEGREES.get(name.replace("°", "deg"), (0, None))
 
 
 class _NotAQuantityError(ValueError):
@@ -218,7 +222,7 @@ def split(text):
         if not int(match[2]):
             raise _NotAQuantityError(" (division by zero)")
         number /= int(match[2])
-    return number, match[3]
+    return number, match[3].translate(_RAISED)
 
 
 @lru_cache(maxsize=4096)
