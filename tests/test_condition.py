@@ -125,8 +125,8 @@ TRUE = [
     "(" * 60 + "sag < 1" + ")" * 60,
 ]  # fmt: skip
 FALSE = [
-    "sag < 300 mm", "0.1 < sag < 0.3", "sag < gondola_rms", "stress > 300 N/mm^2", "sag_ratio < 3%",
-    "phase_margin > 1.1 rad", "status != ok", "cable.material == steel", "gondola.mass < 40",
+    "sag < 300 mm", "0.1 < sag < 0.3", "sag < gondola_rms", "stress > 300 N/mm^2", "stress > 300 N/mm²",
+    "sag_ratio < 3%", "phase_margin > 1.1 rad", "status != ok", "cable.material == steel", "gondola.mass < 40",
     "not (sag < 0.5 or mass == 2)", "sag > 1 and (mass == 1 or mass == 2)",
 ]  # fmt: skip
 

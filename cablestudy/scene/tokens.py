@@ -6,7 +6,8 @@ from typing import NamedTuple
 # token of other languages -> what a condition has instead
 INSTEAD = {"=": "==", "<>": "!=", "&&": "and", "||": "or", "&": "and", "|": "or", "!": "not"}
 
-_UNIT = r"(?!(?:and|or|not)\b)[A-Za-zµμΩ°%][A-Za-z0-9µμΩ°%]*(?:[*/·][A-Za-zµμΩ°%][A-Za-z0-9µμΩ°%]*|\^-?[0-9]{1,2})*"
+_WORD = r"[A-Za-zµμΩ°%][A-Za-z0-9µμΩ°%]*"
+_UNIT = rf"(?!(?:and|or|not)\b){_WORD}(?:[*/·]{_WORD}|\^-?[0-9]{{1,2}}|[²³])*"
 _TOKEN = re.compile(
     rf"""\s*(?:
     (?P<number>[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?(?:/[0-9]{{1,9}}(?![0-9.]))?\s*(?:{_UNIT})?)
