@@ -9,6 +9,7 @@ alone, with all modes that L has.
 
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
+from operator import attrgetter
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from cablestudy.control.margins_crossings import Crossings, crossing_near, cross
 from cablestudy.control.margins_grid import distinct, frequencies, near_poles
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import NoSolutionError
+from cablestudy.system.together import computed_together, together
 
 # distances from the frequency of a mode as good as undamped, over its width, at which its growth is looked for
 ASIDE = np.geomspace(0.05, 1e4, 80)
@@ -72,15 +74,18 @@ class StableGains:
         self.loop_gain, self.law, self.poles, self.most = loop_gain, law, poles, most
         self.measured, self.first_frequencies = len(notches), frequencies(self.poles, notches, law)
 
-    @cached_property
-    def curve(self):
+    @computed_together
+    def curve(loops):
         """`LoopGainCurves` of this loop: frequencies that show where eigenvalues cross the negative real axis."""
-        return curves_of([self])[0]
+        for members in together(loops, attrgetter("measured"), attrgetter("measured")):
+            yield from zip(members, _curves_of(members), strict=True)
 
-    @cached_property
-    def limits(self):
-        """`Limit` of the smallest gains at which poles cross to the right: list, ascending; see `limits_of`."""
-        return limits_of([self])[0]
+    @computed_together
+    def limits(loops):
+        """`Limit` of the smallest gains at which poles cross to the right: list, ascending; see `_limits_of`."""
+        StableGains.curve.compute(loops)
+        for members in together(loops, attrgetter("measured"), attrgetter("measured")):
+            yield from zip(members, _limits_of(members), strict=True)
 
     @cached_property
     def _crossings(self):
@@ -259,7 +264,7 @@ class StableGains:
         return np.array(factors)
 
 
-def curves_of(loops):
+def _curves_of(loops):
     """`StableGains.curve` of many `StableGains` with as many measured coordinates, computed together: list."""
     grids = [loop.first_frequencies for loop in loops]
     row = np.repeat(np.arange(len(loops)), [len(grid) for grid in grids])
@@ -268,7 +273,7 @@ def curves_of(loops):
     return [of_all.of_loop(number) for number in range(len(loops))]
 
 
-def limits_of(loops):
+def _limits_of(loops):
     """`StableGains.limits` of many `StableGains` with as many measured coordinates, computed together: list of lists.
 
     Notes

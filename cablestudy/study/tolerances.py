@@ -10,7 +10,6 @@ class StudyTolerances:
 
     rows_at_once: int = 200  # rows whose models are solved at once: bounds the memory
     coupled_rows_at_once: int = 50  # rows whose coupled modes of gondola and cable are computed at once
-    entries_at_once: int = 1_000_000  # of the matrices of linear systems of rows that are computed at once
     suspensions_at_once: int = 200  # cases whose equilibria are solved together,
     suspended_cables_at_once: int = 6000  # and more of them up to so many cables: bounds the memory
     cables_at_once: int = 200  # cables, of several cases, whose modes are computed in one call

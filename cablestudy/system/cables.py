@@ -8,6 +8,7 @@ modes lie far above keeps none: its inertia is that of its static shapes.
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import ceil
+from operator import attrgetter
 
 import numpy as np
 
@@ -20,11 +21,13 @@ from cablestudy.cable.element import basis, counts_of_pieces, mesh_pieces, mesh_
 from cablestudy.cable.plane_modes import nodal_tangent
 from cablestudy.cable.steady_drag import SteadyDrag, uneven_drag
 from cablestudy.cable.tolerances import CABLE
+from cablestudy.errors import outcome_of
 from cablestudy.system.cable_coordinates import Coordinates, MeshGroup
 from cablestudy.system.condensed_cables import CondensedCables, laws_of
 from cablestudy.system.coupling_damping import Strain
 from cablestudy.system.ends import Ends, EndsOfAllMotion, EndsOfLarge
 from cablestudy.system.superelement import Superelement
+from cablestudy.system.together import computed_together, together
 from cablestudy.system.tolerances import SYSTEM
 
 STRAIGHT = np.kron([[2.0, 1.0], [1.0, 2.0]], np.eye(3)) / 6  # inertia of a straight cable of unit mass at its ends
@@ -272,16 +275,8 @@ class Models:
         meshes = [self.meshes[cable] for cable in indices]
         settings = self._fixed, self._most_modes, self._in_modes, self._modes_of_large[indices]
         taken = Models(cables or self.cables.take(indices), meshes, *settings)
-        groups = [group.take(indices) for group in self.groups]
-        taken.__dict__["groups"] = [group for group in groups if group is not None]
+        taken.groups = _taken(self.groups, indices)
         return taken
-
-    @property
-    def batch(self):
-        """Key of models that `solve_models` puts together; None of those that are solved, or alone."""
-        if "groups" in self.__dict__ or self.cables.among is None or self._fixed:
-            return None
-        return id(self.cables.among[0]), self._most_modes
 
     @property
     def freedoms(self):
@@ -323,9 +318,24 @@ class Models:
         cables = Cables(self.cables.catenary, self.cables.damping, drag=drag)
         return Models(cables, self.meshes, True, self._most_modes)
 
-    @cached_property
-    def groups(self):
-        """Cables on equal meshes: list of MeshGroup."""
+    @computed_together
+    def groups(models):
+        """Cables on equal meshes: list of MeshGroup.
+
+        Of `Models` whose cables were taken from the same ones the modes are computed in one call.
+        """
+
+        def taken_from(one):
+            """Key of the cables from which those of some `Models` were taken; None of other ones."""
+            return None if one.cables.among is None or one._fixed else (id(one.cables.among[0]), one._most_modes)
+
+        for members in together(models, taken_from, attrgetter("freedoms")):
+            several = len(members) > 1 and taken_from(members[0]) is not None
+            solved = _solved_together(members) if several else None
+            yield from solved or ((one, one._own_groups()) for one in members)
+
+    def _own_groups(self):
+        """`groups` of its cables alone."""
         cables, members = self.cables, {}
         symmetric = np.asarray(cables.catenary.span.mirror_symmetric)
         for cable, mesh in enumerate(self.meshes):
@@ -560,23 +570,25 @@ class Models:
         return moving_mass
 
 
-def solve_models(models):
-    """Compute the modes of many `Models` with equal `batch`, and keep them in each.
+def _solved_together(models):
+    """`Models.groups` of many `Models` whose cables were taken from the same ones, with their modes: pairs with each.
 
-    Raises
-    ------
-    ConvergenceError
-        A cable has no modes: nothing is kept then.
+    None where a cable has no modes.
     """
-    all_cables, begin = models[0].cables.among[0], 0
-    cables = all_cables.take(np.concatenate([one.cables.among[1] for one in models]))
+    cables = models[0].cables.among[0].take(np.concatenate([one.cables.among[1] for one in models]))
     meshes, modes = [mesh for one in models for mesh in one.meshes], [one._modes_of_large for one in models]
-    together = Models(cables, meshes, most_modes=models[0]._most_modes, modes_of_large=np.concatenate(modes))
-    _ = together.first  # computed, or refused, before any is kept
-    for one in models:
-        own = np.arange(begin, begin + one.cables.count)
-        groups = (group.take(own) for group in together.groups)
-        one.__dict__["groups"], begin = [group for group in groups if group is not None], begin + one.cables.count
+    of_all = Models(cables, meshes, most_modes=models[0]._most_modes, modes_of_large=np.concatenate(modes))
+    if isinstance(outcome_of(lambda: of_all.first), Exception):
+        return None
+    edges = np.cumsum([0, *(one.cables.count for one in models)]).tolist()
+    own = map(np.arange, edges[:-1], edges[1:])
+    return [(one, _taken(of_all.groups, indices)) for one, indices in zip(models, own, strict=True)]
+
+
+def _taken(groups, indices):
+    """Those of some `MeshGroup` that have some of the cables, by their indices, with these cables alone: list."""
+    taken = (group.take(indices) for group in groups)
+    return [group for group in taken if group is not None]
 
 
 def _with_at_most(mesh, displacements, coarser):

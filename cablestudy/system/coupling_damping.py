@@ -5,13 +5,14 @@ is evaluated as a sum over its poles, unless rounding spoils that sum; then equa
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 from math import prod
+from operator import attrgetter
 
 import numpy as np
 
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.pole_windows import eigen, poles_in_windows, shapes
+from cablestudy.system.together import computed_together, together
 from cablestudy.system.tolerances import SYSTEM
 
 
@@ -159,7 +160,7 @@ class CouplingDamping:
         below = np.imag(s) < 0
         x = self.variable(np.where(below, np.conj(s), s))
         few = len(s) <= SYSTEM.solved_places  # at few frequencies the poles cost more than they spare
-        few &= self._similar is None and "_pole_sum_and_resolvent" not in self.__dict__
+        few &= self._similar is None and CouplingDamping._pole_sum_and_resolvent.known(self) is None
         by_poles = None if few else self.pole_sum
         value = by_poles(x, rows, columns) if by_poles else _solved(self.matrices, x, rows, columns, len(self.omega))
         if (real := np.imag(s) == 0).any():  # where hysteretic strain loses nothing
@@ -176,10 +177,9 @@ class CouplingDamping:
         """`PoleSum`; None where rounding spoils it."""
         return self._pole_sum_and_resolvent[0]
 
-    @cached_property
-    @np.errstate(all="ignore")  # what is not finite is not trusted
-    def _pole_sum_and_resolvent(self):
-        """`PoleSum` of the cable, and the resolvent of its modes, from the cheapest method that is accurate enough.
+    @computed_together
+    def _pole_sum_and_resolvent(cables):
+        """`PoleSum` of a cable, and the resolvent of its modes, from the cheapest method that is accurate enough.
 
         Returns
         -------
@@ -193,6 +193,18 @@ class CouplingDamping:
         changes of a loop gain. Else the poles are found in windows of frequency, or of all modes at once, and the first
         sum that agrees with the equations (`_differences`) is taken. None and None where rounding spoils all of them.
         """
+        by_all_modes = []
+        for cable in cables:
+            if (found := cable._without_all_modes()) is None:
+                by_all_modes.append(cable)
+            else:
+                yield cable, found
+        for members in together(by_all_modes, attrgetter("_signature"), lambda cable: len(cable.matrices[0])):
+            yield from zip(members, _of_all_modes(members), strict=True)
+
+    @np.errstate(all="ignore")  # what is not finite is not trusted
+    def _without_all_modes(self):
+        """`_pole_sum_and_resolvent` by a similar element or in windows; None where that does not serve."""
         similar = self._similar and self._similar.coupling_damping
         if similar and (resolvent_of_similar := similar._pole_sum_and_resolvent[1]):
             resolvent = self._to_first_order(similar.matrices, *resolvent_of_similar)
@@ -204,9 +216,8 @@ class CouplingDamping:
                 (found,) = _where_trusted([self], *(part[None] for part in resolvent), SYSTEM.trusted_windows)
             except np.linalg.LinAlgError:
                 pass
-            if found:
-                return found
-        return _of_all_modes([self])[0]
+            return found
+        return None
 
     def in_s(self, s):
         """Terms of `pole_sum` for s of shape (f,), x^d/(x - pole), shape (f, N)."""
@@ -235,8 +246,8 @@ class CouplingDamping:
         return changed, left, right if self._squared else right * (poles / changed)[:, None]
 
     @property
-    def signature(self):
-        """Numbers of everything, by which cables are found that `solve_pole_sums` puts together: tuple."""
+    def _signature(self):
+        """Numbers of everything, by which cables are found whose poles are computed together: tuple."""
         return self.matrices[0].shape, len(self.omega), *(matrix.dtype for matrix in self.matrices)
 
     @property
@@ -251,11 +262,9 @@ class CouplingDamping:
         return poles[poles.imag >= 0]
 
 
-def solve_pole_sums(cables):
-    """Compute the `CouplingDamping.pole_sum` of many cables with equal `signature`, by all their modes, and keep it."""
-    waiting = [cable for cable in cables if not cable.windowed and "_pole_sum_and_resolvent" not in cable.__dict__]
-    for cable, found in zip(waiting, _of_all_modes(waiting) if waiting else (), strict=True):
-        cable.__dict__["_pole_sum_and_resolvent"] = found
+def compute_pole_sums(cables):
+    """Compute the `pole_sum` of many `CouplingDamping`, in one call for those with equal numbers of everything."""
+    CouplingDamping._pole_sum_and_resolvent.compute(cables)
 
 
 @np.errstate(all="ignore")

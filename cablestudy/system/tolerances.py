@@ -6,6 +6,10 @@ class SystemTolerances:
 
     __slots__ = ()  # nothing can be set on its object
 
+    # ------------------------------------------------ rows that are computed together
+
+    entries_at_once: int = 1_000_000  # of the square matrices of all rows of one call
+
     # ------------------------------------------------ equilibrium of bodies by descent and Newton's method
 
     descent_steps: int = 100  # of a search,

@@ -12,10 +12,10 @@ import numpy as np
 from cablestudy.errors import NoSolutionError, result_of
 from cablestudy.study.column import first_of_largest
 from cablestudy.study.suspension.body_damping import damping_ratios
-from cablestudy.study.suspension.together import computed_together
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.coupled_solution import CoupledModes
 from cablestudy.system.suspension import AXES
+from cablestudy.system.together import computed_together
 
 
 class RefinedMode:

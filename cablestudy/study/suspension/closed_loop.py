@@ -4,11 +4,10 @@ from copy import copy
 from dataclasses import replace
 from functools import cached_property, partial
 from math import ceil, log2
-from operator import attrgetter
 
 import numpy as np
 
-from cablestudy.control.gain_limits import curves_of, limits_of, undamped
+from cablestudy.control.gain_limits import StableGains, undamped
 from cablestudy.control.law import law_from
 from cablestudy.control.loop import Loop, decay_beyond_doubt, unstable_pole
 from cablestudy.control.tolerances import CONTROL
@@ -16,31 +15,22 @@ from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of, res
 from cablestudy.study.suspension.controlled_body import ControlledBody
 from cablestudy.study.suspension.driven_cables import DrivenCables
 from cablestudy.study.suspension.driven_waves import Effects
-from cablestudy.study.suspension.together import computed_together, together
 from cablestudy.study.suspension.turbulence import Turbulence
 from cablestudy.study.tolerances import STUDY
-from cablestudy.system.cables import solve_models
-from cablestudy.system.coupling_damping import solve_pole_sums
+from cablestudy.system.cables import Models
+from cablestudy.system.coupling_damping import compute_pole_sums
+from cablestudy.system.together import computed_together
 
 TURN = 2 * np.pi
 
 
 def _solve_trials(trials):
     """Compute the `limits` of the gains of many `DrivenCables` together; where there are none, they are asked again."""
-    models = [trial.models for trial in trials if trial.models.batch]
-    for members in together(models, attrgetter("batch"), attrgetter("freedoms")):
-        outcome_of(partial(solve_models, members))
+    Models.groups.compute(trial.models for trial in trials)
     coupling = without_errors({trial: outcome_of(partial(getattr, trial, "coupling_damping")) for trial in trials})
-    coupling = [damping for of_trial in coupling.values() for damping in of_trial]
-    for members in together(coupling, attrgetter("signature"), lambda damping: len(damping.matrices[0])):
-        solve_pole_sums(members)
-    gains = without_errors({trial: outcome_of(partial(getattr, trial, "gains")) for trial in trials}).values()
-    waiting = [loop for loop in gains if "limits" not in loop.__dict__]
-    for loops in together(waiting, attrgetter("measured"), attrgetter("measured")):
-        for loop, curve in zip(loops, curves_of(loops), strict=True):
-            loop.curve = curve
-        for loop, limits in zip(loops, limits_of(loops), strict=True):
-            loop.limits = limits
+    compute_pole_sums(damping for of_trial in coupling.values() for damping in of_trial)
+    gains = without_errors({trial: outcome_of(partial(getattr, trial, "gains")) for trial in trials})
+    StableGains.limits.compute(gains.values())
 
 
 class ClosedLoop:

@@ -16,10 +16,10 @@ from cablestudy.study.suspension.closed_loop import ClosedLoop
 from cablestudy.study.suspension.gust_response import GustResponse
 from cablestudy.study.suspension.model_search import closed_loops_of, search_models, stable_without_loop
 from cablestudy.study.suspension.plant import Plant
-from cablestudy.study.suspension.together import computed_together
 from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.coupled_modes import coupled_modes, coupled_modes_of_cases, shaping_modes
+from cablestudy.system.together import computed_together
 from cablestudy.wind.peak import peak_factor
 
 

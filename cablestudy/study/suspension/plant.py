@@ -16,7 +16,6 @@ from cablestudy.errors import NoSolutionError, outcome_of
 from cablestudy.scene.actuator_tables import ReactionWheel
 from cablestudy.study.suspension.resonances import Resonances
 from cablestudy.study.suspension.tension_waves import change_by_waves
-from cablestudy.study.suspension.together import computed_together, together
 from cablestudy.study.suspension.turbulence import OWN, Turbulence
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.connected import observed
@@ -25,6 +24,7 @@ from cablestudy.system.linear import LinearSystem
 from cablestudy.system.matrices import dense
 from cablestudy.system.residues import delayed_response
 from cablestudy.system.state_spaces import StateSpaces
+from cablestudy.system.together import computed_together, together
 from cablestudy.wind.strips import midspan_shapes
 
 TURN = 2 * np.pi

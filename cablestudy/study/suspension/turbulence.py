@@ -10,9 +10,9 @@ from functools import cached_property, partial
 import numpy as np
 
 from cablestudy.control.loop_state_space import ExactResponse
-from cablestudy.study.suspension.together import computed_together, together
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.state_spaces import StateSpaces
+from cablestudy.system.together import computed_together, together
 from cablestudy.wind.integrals import Integrals, variances_of_rows
 from cablestudy.wind.tolerances import WIND
 from cablestudy.wind.variance import smooth_on, with_turns

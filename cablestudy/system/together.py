@@ -1,6 +1,6 @@
 """Rows that are computed in one call: those with equal numbers of everything, and attributes of many rows."""
 
-from cablestudy.study.tolerances import STUDY
+from cablestudy.system.tolerances import SYSTEM
 
 
 def together(rows, numbers, size):
@@ -19,7 +19,7 @@ def together(rows, numbers, size):
     for row in dict.fromkeys(rows):
         found.setdefault(numbers(row), []).append(row)
     for members in found.values():
-        at_once = max(1, STUDY.entries_at_once // max(1, size(members[0])) ** 2)
+        at_once = max(1, SYSTEM.entries_at_once // max(1, size(members[0])) ** 2)
         for begin in range(0, len(members), at_once):
             yield members[begin : begin + at_once]
 
