@@ -247,15 +247,15 @@ class _PoleSumCables:
             residues = damping.pole_sum.residues[:, rows].reshape(-1, len(spread))
             if len(spread) >= spread.shape[1]:  # residues with the fewer columns: of the ends, or of the bodies
                 residues, spread = residues @ spread, None
-            self._sums.append((damping, residues, spread))
+            self._sums.append((damping.moving(residues), spread))
             for order, coefficient in enumerate(damping.polynomial_in_s):
                 self._polynomial[order] = self._polynomial[order] + cable.moved.T @ coefficient[rows] @ columns
 
     def __call__(self, s):
         """Forces on the bodies by their displacements and by the winches, shape (f, d, d + i)."""
         moving = 0.0
-        for damping, residues, spread in self._sums:
-            of_cable = damping.in_s(s) @ residues
+        for of_cable, spread in self._sums:
+            of_cable = of_cable(s).T
             moving = moving + (of_cable if spread is None else of_cable @ spread)
         static, first, second = self._polynomial
         s = s[:, None, None]

@@ -219,14 +219,40 @@ class CouplingDamping:
             return found
         return None
 
-    def in_s(self, s):
-        """Terms of `pole_sum` for s of shape (f,), x^d/(x - pole), shape (f, N)."""
-        poles, s = self.pole_sum.poles, s[:, None]
-        if not self._squared:
-            return s**2 / (s - poles)
-        # the two poles in s: that nearest to s is subtracted without loss
-        half, middle = np.sqrt(self._viscous**2 / 4 + poles + 0j), s + self._viscous / 2
-        return self.variable(s) / ((middle - half) * (middle + half))
+    def moving(self, residues):
+        """x^d times the sum of residues/(x - pole) over the N poles of `pole_sum`, a function: s, (f,) -> (r, f).
+
+        Parameters
+        ----------
+        residues : ndarray, shape (N, r)
+
+        Notes
+        -----
+        Two poles p and q make one term of it: those in s of one in x; of a real polynomial conjugate ones, or two real
+        ones. Both differences s - p and s - q are taken without loss, and with residues R and S
+
+            R/(s - p) + S/(s - q) = ((R + S) s - (R q + S p))/((s - p) (s - q)),
+
+        where both coefficients are real.
+        """
+        poles, count = self.pole_sum.poles, residues.shape[1]
+        if self._squared:
+            half, middle = np.sqrt(self._viscous**2 / 4 + poles + 0j), -self._viscous / 2
+            pairs = middle + half, middle - half
+            return lambda s: self.variable(s) * (residues.T @ _of_pairs(*pairs, s))
+        if np.iscomplexobj(self.matrices[0]):
+            return lambda s: s**2 * (residues.T @ (1 / (s - poles[:, None])))
+        upper, real = np.flatnonzero(poles.imag > 0), np.flatnonzero(poles.imag == 0)
+        p, q = (poles[np.append(upper, real[part])] for part in (np.s_[::2], np.s_[1::2]))
+        of_p, of_q = (residues[np.append(upper, real[part])] for part in (np.s_[::2], np.s_[1::2]))
+        q[: len(upper)], of_q[: len(upper)] = q[: len(upper)].conj(), of_q[: len(upper)].conj()
+        both = np.concatenate([(of_p + of_q).real, -(of_p * q[:, None] + of_q * p[:, None]).real], axis=1).T
+
+        def of_real(s):
+            slope, constant = np.split(_product(both, _of_pairs(p, q, s)), [count])
+            return s**2 * (s * slope + constant)
+
+        return of_real
 
     @property
     def polynomial_in_s(self):
@@ -355,6 +381,11 @@ def _solved(matrices, x, rows, columns, n):
         amplitudes = np.linalg.solve(of_modes, _polynomial([matrix[:n] for matrix in by_ends], at))
         value[begin : begin + block] -= _polynomial([matrix[n:, :n][rows] for matrix in matrices], at) @ amplitudes
     return value
+
+
+def _of_pairs(first, second, s):
+    """1/((s - p) (s - q)) of n pairs of poles p and q, for s of shape (f,): shape (n, f)."""
+    return 1 / ((s - first[:, None]) * (s - second[:, None]))
 
 
 def _product(matrix, columns):
