@@ -1,9 +1,10 @@
 """The winch loop of a scene of one cable, with what independent computations need of it."""
 
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
+from cablestudy.control.controller import Controller
 from cablestudy.control.gain_limits import StableGains
 from cablestudy.control.law import INTEGRATOR
 from cablestudy.control.loop_gain import LoopGain
@@ -145,7 +146,7 @@ def spring_loop(mass, stiffness, location="ground", notch=None, time=0.0, law=IN
     bodies, unit = LinearSystem(np.array([[mass]]), np.zeros((1, 1)), np.zeros((1, 1))), np.eye(6)
     winch, sign = (unit[:, 0], 1.0) if location == "ground" else (unit[:, 3], -1.0)
     places = unit[None, :, [3]], winch[None, :, None], np.zeros((1, 1)), np.ones((1, 1)), np.array([[sign]])
-    loop_gain = LoopGain(bodies, [cable], *places, partial(_controller, notch, law))
+    loop_gain = LoopGain(bodies, [cable], *places, Controller.of(law, [notch]))
     poles = np.roots([mass, stiffness * time, stiffness]).astype(complex)
     return StableGains(loop_gain, poles[poles.imag >= 0], (notch,), law)
 
@@ -156,7 +157,3 @@ def spring(stiffness, time=0.0):
     ends[np.ix_([0, 3], [0, 3])] = stiffness * np.array([[1, -1], [-1, 1]])
     strain = Strain("kelvin_voigt", time, np.zeros((0, 0)), np.zeros((0, 6)), ends) if time else None
     return Superelement(np.zeros(0), np.zeros((0, 6)), np.zeros(0), ends, np.zeros((6, 6)), strain)
-
-
-def _controller(notch, law, s):
-    return (law(s) if notch is None else law(s) * notch(s))[:, None]

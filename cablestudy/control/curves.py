@@ -10,15 +10,16 @@ from functools import partial
 
 import numpy as np
 
+from cablestudy.control.loop_gain import LoopGain
 from cablestudy.control.tolerances import CONTROL
 
 
-def by_parts(function, omega):
-    """Values of a function of s at frequencies [rad/s], few at a time, whose matrices stay in the processor's cache."""
+def by_parts(function, s):
+    """Values of a function of s, shape (f,), few at a time, whose matrices stay in the processor's cache."""
     block = CONTROL.frequencies_at_once
-    if len(omega) <= block:
-        return function(1j * omega)
-    return np.concatenate([function(1j * omega[begin : begin + block]) for begin in range(0, len(omega), block)])
+    if len(s) <= block:
+        return function(s)
+    return np.concatenate([function(s[begin : begin + block]) for begin in range(0, len(s), block)])
 
 
 def eigenvalues(matrices):
@@ -86,11 +87,17 @@ class LoopGainCurves:
         return LoopGainCurves(*(np.concatenate(list(pair))[order] for pair in pairs))
 
 
-def at_frequencies(functions, row, omega):
-    """Loop gains of n loops, `functions`, at frequencies [rad/s] of the loops `row`, ascending: shape (f, k, k)."""
+def at_frequencies(functions, row, omega, growth=0.0):
+    """Loop gains of n loops, `functions`, at s = (growth + i) w, w of the loops `row`, ascending: shape (f, k, k).
+
+    Those that are all `LoopGain`, of equal `signature`, are computed in one call.
+    """
+    s = (growth + 1j) * omega
+    if all(isinstance(function, LoopGain) for function in functions):
+        return LoopGain.of_rows(functions, row, s)
     edges = np.searchsorted(row, np.arange(len(functions) + 1)).tolist()
     parts = zip(functions, edges[:-1], edges[1:], strict=True)
-    return np.concatenate([by_parts(function, omega[begin:end]) for function, begin, end in parts if end > begin])
+    return np.concatenate([by_parts(function, s[begin:end]) for function, begin, end in parts if end > begin])
 
 
 def curves(functions, row, omega, matrices=None, upto=np.inf, most=np.inf):

@@ -77,15 +77,20 @@ class StableGains:
     @computed_together
     def curve(loops):
         """`LoopGainCurves` of this loop: frequencies that show where eigenvalues cross the negative real axis."""
-        for members in together(loops, attrgetter("measured"), attrgetter("measured")):
+        for members in together(loops, attrgetter("_signature"), attrgetter("measured")):
             yield from zip(members, _curves_of(members), strict=True)
 
     @computed_together
     def limits(loops):
         """`Limit` of the smallest gains at which poles cross to the right: list, ascending; see `_limits_of`."""
         StableGains.curve.compute(loops)
-        for members in together(loops, attrgetter("measured"), attrgetter("measured")):
+        for members in together(loops, attrgetter("_signature"), attrgetter("measured")):
             yield from zip(members, _limits_of(members), strict=True)
+
+    @property
+    def _signature(self):
+        """Numbers of everything, by which loops are found whose loop gains are computed together: tuple."""
+        return self.measured, getattr(self.loop_gain, "signature", None)
 
     @cached_property
     def _crossings(self):
@@ -323,18 +328,13 @@ def _undamped_factors(functions, row, limits):
     limits : list of Limit
         Where the pole of each mode crosses the axis.
     """
-
-    def damped(function, s):
-        """A loop gain on the line of poles that grow so much; crossings of this line are looked for."""
-        return function(s + CONTROL.negligible_growth * np.abs(s))
-
-    own = [partial(damped, functions[index]) for index in row.tolist()]  # one function for each mode
+    own, growth = [functions[index] for index in row.tolist()], CONTROL.negligible_growth  # one function for each mode
     place = np.array([limit.omega for limit in limits])[:, None]
     width = np.array([max(limit.rate, CONTROL.negligible_growth) for limit in limits])[:, None] * place
     omega = (place + width * np.concatenate([-ASIDE[::-1], [0.0], ASIDE])).ravel()
     mode = np.repeat(np.arange(len(limits)), 2 * len(ASIDE) + 1)
-    beside = crossings(mode, omega, eigenvalues(at_frequencies(own, mode, omega)))
-    outward = refined(own, beside.take(beside.outward))
+    beside = crossings(mode, omega, eigenvalues(at_frequencies(own, mode, omega, growth)))
+    outward = refined(own, beside.take(beside.outward), growth)
     factors = np.full(len(limits), np.inf)
     np.minimum.at(factors, outward.row, outward.factor)
     return factors

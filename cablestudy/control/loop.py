@@ -13,20 +13,18 @@ A delay is the same factor of all eigenvalues of L, so that what `law` shows of 
 approximants of the delay leave the number of unstable poles as it is.
 """
 
-from dataclasses import astuple, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
+from cablestudy.control.controller import Controller
 from cablestudy.control.law import INTEGRATOR, Law
-from cablestudy.control.notch import Notch
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.system.first_order import Allocation, equations
 from cablestudy.system.linear import LinearSystem
 from cablestudy.system.residues import eigen, eigen_apart
 from cablestudy.system.tolerances import SYSTEM
-
-PASSES = Notch(1.0, 1.0, 1.0, 1.0)  # a notch that is one at all frequencies
 
 
 def moved_by_winches(motion, measured, sizes):
@@ -95,18 +93,10 @@ class Loop:
         """The loop in a space of its coordinates, of shape (m, r); `motion` is `LinearSystem.within` it."""
         return replace(self, motion=motion, allocation=self.allocation.within(space))
 
-    def filters(self, s):
-        """N_j(s), shape (f, k)."""
-        return self._notch(s[:, None])
-
     @cached_property
-    def _notch(self):
-        """The `Notch` of all coordinates at once."""
-        return Notch(*np.array([astuple(notch or PASSES) for notch in self.notches]).T)
-
-    def controller(self, s):
-        """C1 N_j(s), shape (f, k). [s]"""
-        return self.law(s)[:, None] * self.filters(s)
+    def controller(self):
+        """C1 N_j of each measured coordinate, a function of s: `Controller`. [s]"""
+        return Controller.of(self.law, self.notches)
 
     def winch_response(self, s):
         """Response of the winches to the coordinates, v = -gain C1 A N(s) P z, shape (f, i, m)."""

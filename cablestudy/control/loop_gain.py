@@ -23,6 +23,7 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.control.controller import Controller
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.system.linear import LinearSystem
 from cablestudy.system.matrices import solve
@@ -49,8 +50,8 @@ class LoopGain:
         P.
     shares : ndarray, shape (i, k)
         A.
-    controller : callable
-        s, shape (f,) -> C1 N, shape (f, k).
+    controller : Controller or None
+        C1 N; None where k is zero.
     near : LoopGain or None
         Loop gain of cables that differ little: from its poles those of modes coupled by damping follow to first order.
     windows : bool
@@ -64,17 +65,32 @@ class LoopGain:
     lifted: np.ndarray
     measured: np.ndarray
     shares: np.ndarray
-    controller: object
+    controller: Controller | None
     near: "LoopGain | None" = None
     windows: bool = False
 
-    @np.errstate(divide="ignore", invalid="ignore")  # at the pole of an undamped mode it is infinite
     def __call__(self, s):
         """L/g for s of shape (f,), shape (f, k, k). [s]"""
-        bodies, pulled = self._stiffness_and_forces(s)
-        pulled = pulled @ self.shares
-        moved = self.measured @ solve(bodies, pulled)
-        return moved * self.controller(s)[:, None, :]
+        return self.of_rows([self], np.zeros(len(s), dtype=int), s)
+
+    @staticmethod
+    @np.errstate(divide="ignore", invalid="ignore")  # at the pole of an undamped mode it is infinite
+    def of_rows(loop_gains, row, s):
+        """L/g of n loop gains with equal `signature`, at s of the loops `row`, ascending: shape (f, k, k). [s]"""
+        by_cables = np.concatenate([loop_gains[number]._by_cables(s[part]) for number, part in _parts(row)])
+        bodies = LinearSystem.stack([one.bodies for one in loop_gains]).dynamic_stiffness_of_rows(row, s)
+        lifted, shares, measured = (
+            np.stack([getattr(one, name) for one in loop_gains])[row] for name in ("lifted", "shares", "measured")
+        )
+        count = bodies.shape[-1]
+        moved = measured @ solve(bodies + by_cables[:, :, :count], (lifted - by_cables[:, :, count:]) @ shares)
+        return moved * Controller.of_rows([one.controller for one in loop_gains], row, s)[:, None, :]
+
+    @property
+    def signature(self):
+        """Numbers of everything but the cables, by which loop gains are found that `of_rows` puts together: tuple."""
+        bodies, shapes = self.bodies, (self.measured.shape, self.shares.shape)
+        return len(bodies), bodies.stiffness.dtype, *(one.filtered for one in bodies.feedback), *shapes
 
     @np.errstate(divide="ignore", invalid="ignore")  # at the pole of an undamped mode it is not a number
     def receptance(self, s, gain=0.0):
@@ -105,20 +121,19 @@ class LoopGain:
 
     def _stiffness_and_forces(self, s):
         """Z, shape (f, d, d), and F, shape (f, d, i)."""
-        bodies = self.bodies.dynamic_stiffness(s)
-        pulled = np.broadcast_to(self.lifted, (len(s), *self.lifted.shape)).astype(complex)
+        by_cables, count = self._by_cables(s), len(self.bodies)
+        return self.bodies.dynamic_stiffness(s) + by_cables[:, :, :count], self.lifted - by_cables[:, :, count:]
+
+    def _by_cables(self, s):
+        """Forces of cables on bodies by their displacements and by the winches, Z - Z_b and F_0 - F, (f, d, d + i)."""
         few = len(s) <= SYSTEM.solved_places  # at few frequencies the poles of cables cost more than they spare
         few &= self.near is None and "_divided" not in self.__dict__
         summed, others = (None, self._cables) if few else self._divided
-        if summed:
-            stiffness, count = summed(s), bodies.shape[-1]
-            bodies, pulled = bodies + stiffness[:, :, :count], pulled - stiffness[:, :, count:]
+        count, winches = self.lifted.shape
+        forces = summed(s) if summed else np.zeros((len(s), count, count + winches), dtype=complex)
         for cable in others:
-            stiffness, count = cable.stiffness(s), len(cable.moved)
-            bodies += cable.moved.T @ stiffness[:, :, :count] @ cable.moved
-            if len(cable.winches):
-                pulled[:, :, cable.winches] -= cable.moved.T @ stiffness[:, :, count:]
-        return bodies, pulled
+            forces += cable.moved.T @ cable.stiffness(s) @ cable.columns(winches)
+        return forces
 
     @cached_property
     def _divided(self):
@@ -227,6 +242,18 @@ class _CableInLoop:
         columns[:ends, :coordinates] = self.moved
         columns[ends + np.arange(reeling), coordinates + self.winches] = 1.0
         return columns
+
+
+def _parts(row):
+    """Loops of ascending numbers `row`, a few of these at a time: list of pairs of a number and a slice."""
+    numbers, begin = np.unique(row, return_index=True)
+    ends, block = [*begin[1:].tolist(), len(row)], CONTROL.frequencies_at_once
+    parts = zip(numbers.tolist(), begin.tolist(), ends, strict=True)
+    return [
+        (number, slice(first, min(first + block, end)))
+        for number, begin, end in parts
+        for first in range(begin, end, block)
+    ]
 
 
 class _PoleSumCables:

@@ -54,7 +54,7 @@ class Margins:
     @cached_property
     def _curve(self):
         """Frequencies at which L is finite [rad/s], and L there, shape (f, k, k)."""
-        matrices = by_parts(self.loop_gain, self.omega) if self.matrices is None else self.matrices
+        matrices = by_parts(self.loop_gain, 1j * self.omega) if self.matrices is None else self.matrices
         finite = np.isfinite(matrices).all(axis=(-2, -1))
         return self.omega[finite], matrices[finite]
 
@@ -67,9 +67,12 @@ class Margins:
     def crossovers(self):
         """Frequencies at which an eigenvalue of L has the size 1 [rad/s], and its angle from -1 [deg], shape (c,)."""
 
+        def log_sizes(omega):
+            return _log_sizes(by_parts(self.loop_gain, 1j * omega))
+
         omega, matrices = self._curve
-        omega, rank = passages(lambda omega: _log_sizes(by_parts(self.loop_gain, omega)), omega, _log_sizes(matrices))
-        values = eigenvalues(by_parts(self.loop_gain, omega))
+        omega, rank = passages(log_sizes, omega, _log_sizes(matrices))
+        values = eigenvalues(by_parts(self.loop_gain, 1j * omega))
         index = np.take_along_axis(np.argsort(np.abs(values), axis=1), rank[:, None], axis=1)
         return omega, np.degrees(np.angle(-np.take_along_axis(values, index, axis=1)[:, 0]))
 
@@ -84,7 +87,7 @@ class Margins:
             return np.nan_to_num(largest(matrices - shift * np.eye(matrices.shape[-1])), nan=0.0, posinf=0.0)
 
         def size_at(omega):
-            return size(sensitivity(by_parts(self.loop_gain, omega)))
+            return size(sensitivity(by_parts(self.loop_gain, 1j * omega)))
 
         omega, matrices = self._curve
         size_of_identity, value = abs(1 - shift), np.zeros(len(omega))
@@ -193,7 +196,7 @@ class Margins:
             return _logarithm(np.sqrt(2) * largest(identity - sensitivities)[:, None])
 
         def log_size_at(omega):
-            return log_size(sensitivity(by_parts(self.loop_gain, omega)))
+            return log_size(sensitivity(by_parts(self.loop_gain, 1j * omega)))
 
         omega, count = self._curve[0], len(self._curve[0])  # count: how many of the frequencies are looked at
         sizes, block = np.zeros((0, 1)), CONTROL.frequencies_at_once
@@ -278,7 +281,7 @@ def gain_of_peak(unit_gain, omega, peak, most):
         return highest(lambda omega: function(loop_gain_at(omega), gain), omega, function(value, gain))
 
     def loop_gain_at(omega):
-        return _finite(by_parts(unit_gain, omega))
+        return _finite(by_parts(unit_gain, 1j * omega))
 
     gain, peak_omega, value = most, None, loop_gain_at(omega)  # value: L, shape (f, k, k)
     for _ in range(CONTROL.gain_steps):

@@ -110,7 +110,7 @@ def crossings(row, omega, values):
     return all_crossings.take((factor > 0) & (factor < np.inf))
 
 
-def refined(functions, brackets):
+def refined(functions, brackets, growth=0.0):
     """Locate crossings to rounding: `Crossings` by loop, those of each by ascending factor.
 
     A loop gain is first computed at more frequencies within each bracket, which separates several crossings in one
@@ -123,22 +123,24 @@ def refined(functions, brackets):
         The loop gains of n loops, as of `curves`.
     brackets : Crossings
         Pairs of frequencies with at least one crossing between them.
+    growth : float
+        Real part of s over the frequency: of poles that cross this line. [-]
     """
     is_single = False
     for _ in range(CONTROL.crossing_zooms if len(brackets) else 0):
         low, high = brackets.omega.T
         omega = (low[:, None] + (high - low)[:, None] * np.linspace(0, 1, CONTROL.crossing_points)).ravel()
         bracket = np.repeat(np.arange(len(brackets)), CONTROL.crossing_points)
-        values = eigenvalues(at_frequencies(functions, brackets.row[bracket], omega))
+        values = eigenvalues(at_frequencies(functions, brackets.row[bracket], omega, growth))
         is_single = values.shape[-1] == 1
         within = crossings(bracket, omega, values)
         brackets = replace(within, row=brackets.row[within.row]).sorted()
         if not len(brackets):
             break
-    return _by_secant(functions, brackets, is_single).sorted() if len(brackets) else brackets
+    return _by_secant(functions, brackets, is_single, growth).sorted() if len(brackets) else brackets
 
 
-def _by_secant(functions, brackets, is_single):
+def _by_secant(functions, brackets, is_single, growth):
     """Locate crossings to rounding by the secant method: `Crossings`, from `brackets` with one crossing each.
 
     Of several eigenvalues the one nearest to the line through the last two values is followed.
@@ -150,6 +152,8 @@ def _by_secant(functions, brackets, is_single):
     brackets : Crossings
     is_single : bool
         True for k = 1: no eigenvalue can be mistaken for another.
+    growth : float
+        As of `refined`.
     """
     pairs, (low, high) = brackets, brackets.omega.T  # the last two points of each search
     last_step = np.maximum(CONTROL.secant_last_step * (high - low), CONTROL.secant_rounding * high)
@@ -160,7 +164,7 @@ def _by_secant(functions, brackets, is_single):
         if not unsettled.any():
             break
         expected = pairs.values[:, 1] + pairs.slope * step
-        candidates = eigenvalues(at_frequencies(functions, brackets.row[unsettled], estimate[unsettled]))
+        candidates = eigenvalues(at_frequencies(functions, brackets.row[unsettled], estimate[unsettled], growth))
         nearest = np.abs(candidates - expected[unsettled, None]).argmin(axis=1)
         eigenvalue = candidates[np.arange(len(candidates)), nearest]
         omega, values = pairs.omega.copy(), pairs.values.copy()

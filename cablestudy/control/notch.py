@@ -1,6 +1,6 @@
 """The notch in series with a control law: it removes one frequency, and rolls off above another one."""
 
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -47,8 +47,8 @@ class Notch:
     @staticmethod
     def stack(notches):
         """`Notch` with arrays, shape (n,), of n notches."""
-        return Notch(*np.array([astuple(notch) for notch in notches]).T)
+        return Notch(*np.array([[*vars(notch).values()] for notch in notches]).T)
 
     def take(self, rows):
         """`Notch` with some of many."""
-        return Notch(*(np.asarray(part)[rows] for part in astuple(self)))
+        return Notch(*(np.asarray(part)[rows] for part in vars(self).values()))

@@ -141,7 +141,7 @@ def around_poles(poles):
 
 def loop_gain(closed_loop, frequency):
     """L of a `ClosedLoop` that measures k coordinates at frequencies [Hz], complex, shape (m, k, k)."""
-    return closed_loop.loop.gain * by_parts(closed_loop.gains.loop_gain, 2 * np.pi * frequency)
+    return closed_loop.loop.gain * by_parts(closed_loop.gains.loop_gain, 2j * np.pi * frequency)
 
 
 def curves(closed_loop, frequency):

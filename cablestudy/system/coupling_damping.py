@@ -249,8 +249,8 @@ class CouplingDamping:
         both = np.concatenate([(of_p + of_q).real, -(of_p * q[:, None] + of_q * p[:, None]).real], axis=1).T
 
         def of_real(s):
-            slope, constant = np.split(_product(both, _of_pairs(p, q, s)), [count])
-            return s**2 * (s * slope + constant)
+            parts = _product(both, _of_pairs(p, q, s))
+            return s**2 * (s * parts[:count] + parts[count:])
 
         return of_real
 
@@ -385,7 +385,9 @@ def _solved(matrices, x, rows, columns, n):
 
 def _of_pairs(first, second, s):
     """1/((s - p) (s - q)) of n pairs of poles p and q, for s of shape (f,): shape (n, f)."""
-    return 1 / ((s - first[:, None]) * (s - second[:, None]))
+    product = s - first[:, None]
+    product *= s - second[:, None]
+    return np.reciprocal(product, out=product)  # in place: these are the largest arrays of a loop gain
 
 
 def _product(matrix, columns):

@@ -296,6 +296,15 @@ class LinearSystem:
             dynamic = dynamic - feedback.gain(s) * np.outer(feedback.acts, feedback.measured)
         return dynamic
 
+    def dynamic_stiffness_of_rows(self, row, s):
+        """`dynamic_stiffness` of many rows at s of the rows `row`, both of shape (f,): shape (f, n, n)."""
+        s = s[:, None, None]
+        dynamic = self.stiffness[row] + s * (self.damping[row] + s * self.mass[row])
+        for feedback in self.feedback:
+            own = feedback.with_arrays(lambda array: array[row][..., None])
+            dynamic = dynamic - own.gain(s[:, 0])[..., None] * own.acts * np.swapaxes(own.measured, 1, 2)
+        return dynamic
+
     def pulled(self, s):
         """Forces on the coordinates per input, B0 + s B1 + s^2 B2, shape (f, n, i)."""
         return polynomial(self.b, s)
