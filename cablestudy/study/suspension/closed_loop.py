@@ -156,6 +156,9 @@ class ClosedLoop:
     @computed_together
     def driven_outcome(closed_loops):
         """`driven`, or the error that says why there is none; the trials of many loops are computed together."""
+        stable = [one for one in closed_loops if one._growing_open_pole is None]
+        effects = without_errors({one: outcome_of(partial(getattr, one, "effects")) for one in stable})
+        Effects.driving_gain.compute(effects.values())
         searches = {one: one._driven_cables_tried() for one in closed_loops}
         while searches:
             trials = {}

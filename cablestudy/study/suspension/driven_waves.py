@@ -23,16 +23,21 @@ EA (mu g/T) sqrt(2/(mu l)) 2/(W tau).
 """
 
 from functools import cached_property
+from math import ceil, prod, sqrt
+from operator import attrgetter
 
 import numpy as np
 
+from cablestudy.control.controller import Controller
 from cablestudy.control.suspension import reeled
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.scene.determinacy import MOTIONS
 from cablestudy.study.tolerances import STUDY
+from cablestudy.system.condensed_cables import laws_of
 from cablestudy.system.matrices import dense, solve
 from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import outward
+from cablestudy.system.together import computed_together, together
 
 # growth over frequency by a gain that is no instability, however small the decay
 UNDAMPED = CONTROL.negligible_growth / 4
@@ -85,12 +90,17 @@ class Effects:
         force = plant.drag.density * plant.drag.cables * speed / 2  # across the wind; along it twice as much
         return force / (2 * np.where(self.cables.heavy, span.mass, np.inf))
 
+    @cached_property
+    def outward(self):
+        """`system.suspension.outward` of the equilibrium."""
+        return outward(self.equilibrium)
+
     def along(self, cable, element):
         """Which modes of a cable between fixed ends are along it, array of bool, shape (n,); the air damps the others.
 
         Those whose force on an end, along the cable, is a good part of W sqrt(2 z/tau), that of a wave along it.
         """
-        span, tangent = self.cables.catenary.span, outward(self.equilibrium)[0][cable, 0]
+        span, tangent = self.cables.catenary.span, self.outward[0][cable, 0]
         impedance = np.sqrt(span.axial_stiffness[cable] * span.mass[cable])
         squared_force = (element.coupling[:, :3] @ tangent) ** 2 * element.omega**2  # over W^2
         return squared_force * self.travel_time[ALONG, cable] >= STUDY.axial_share * 2 * impedance
@@ -101,19 +111,15 @@ class Effects:
             return element.decay
         return element.decay + np.where(self.along(cable, element), 0.0, self.air[cable])
 
-    @cached_property
-    def _impedance(self):
-        """z at both ends of each cable, block diagonal, shape (c, 6, 6); zero of a cable without mass. [kg/s]"""
-        direction, tension = outward(self.equilibrium)
-        span, impedance = self.cables.catenary.span, np.zeros((self.cables.count, 6, 6))
-        mass = np.where(self.cables.heavy, span.mass, 0.0)
-        along, across = np.sqrt(span.axial_stiffness * mass), np.sqrt(tension * mass[:, None])
-        for end in range(2):
-            onto_tangent = direction[:, end, :, None] * direction[:, end, None, :]  # t t^T
-            rows = slice(3 * end, 3 * end + 3)
-            impedance[:, rows, rows] = along[:, None, None] * onto_tangent
-            impedance[:, rows, rows] += across[:, end, None, None] * (np.eye(3) - onto_tangent)
-        return impedance
+    @property
+    def _signature(self):
+        """Numbers of everything, by which effects are found that are computed together: tuple."""
+        return self.reeled.shape, self.measured.shape, self.moved.shape
+
+    @property
+    def _size(self):
+        """Side of a square matrix with as many entries as `_driving_gain` and `_responses` have numbers."""
+        return ceil(sqrt(sum(map(prod, self._signature)) * len(self.omega)))
 
     @cached_property
     def measured(self):
@@ -122,30 +128,14 @@ class Effects:
         body = layout.displaced(np.eye(len(layout.free)))[self.closed_loop.body.index]
         return body[[MOTIONS.index(name) for name in self.closed_loop.body.measured]]
 
-    @cached_property
-    def _responses(self):
-        """P Z^-1, shape (f, k, d), F^T Z^-1, shape (f, i, d), and P Z^-1 F, shape (f, k, i), at the frequencies."""
-        layout, moved = self.closed_loop.layout, self.moved
-        moved_transposed = np.swapaxes(moved, 1, 2)
-        body_stiffness, mass = (dense(matrix) for matrix in layout.body_matrices)
-        # by cables at rest and by waves that leave their ends: of Z, and of the forces F of winches on the bodies
-        of_cables = self.cables.end_stiffness, self._impedance
-        stiffness, waves = ((moved_transposed @ part @ moved).sum(axis=0) for part in of_cables)
-        static_force, wave_force = ((moved_transposed @ part @ self.reeled).sum(axis=0) for part in of_cables)
-        omega = self.omega[:, None, None]
-        force = static_force + 1j * omega * wave_force
-        measured = np.broadcast_to(self.measured, (len(omega), *self.measured.shape))
-        right_side = np.concatenate([measured, force.swapaxes(1, 2)], axis=1)
-        dynamic_stiffness = stiffness + body_stiffness + 1j * omega * waves - omega**2 * mass
-        solution = solve(dynamic_stiffness, right_side.swapaxes(1, 2)).swapaxes(1, 2)  # Z is symmetric
-        of_measured, of_winches = solution[:, : len(self.measured)], solution[:, len(self.measured) :]
-        return of_measured, of_winches, of_measured @ force
+    @computed_together
+    def _responses(effects):
+        """P Z^-1, shape (f, k, d), F^T Z^-1, shape (f, i, d), and P Z^-1 F, shape (f, k, i), at the frequencies.
 
-    @cached_property
-    def _winch_gain(self):
-        """|A| |C1 N|: response of winches to what is measured, per gain, at the frequencies, shape (f, i, k). [s]"""
-        controller = self.closed_loop.untuned_loop.controller(1j * self.omega)
-        return np.abs(self.closed_loop.body.allocation.shares) * np.abs(controller)[:, None]
+        And |A| |C1 N|, the response of winches to what is measured, per gain, shape (f, i, k) [s].
+        """
+        for members in together(effects, attrgetter("_signature"), attrgetter("_size")):
+            yield from zip(members, zip(*_responses_of_rows(members), strict=True), strict=True)
 
     def _shift_per_gain(self, cable, index, coupling):
         """Bound on the shift of poles of modes of a cable per gain, |C1 N| |b| |A| |P u|/(2 W), shape (n,).
@@ -162,7 +152,7 @@ class Effects:
         force = square * (coupling @ self.moved[cable])  # W^2 G^T m
         measured, pushed = (np.abs(part[index] @ force[..., None]) for part in self._responses[:2])
         push = np.abs(square * (coupling @ self.reeled[cable])) + pushed[..., 0]
-        winches = (self._winch_gain[index] @ measured)[..., 0]
+        winches = (self._responses[3][index] @ measured)[..., 0]
         return (push * winches).sum(axis=-1) / (2 * self.omega[index])
 
     def driven_up_to(self, gain):
@@ -170,81 +160,19 @@ class Effects:
 
         Zero where it drives none.
         """
-        return np.where(self._driving_gain < gain, self.omega, 0.0).max(axis=-1)
+        return np.where(self.driving_gain < gain, self.omega, 0.0).max(axis=-1)
 
-    @cached_property
-    def _driving_gain(self):
+    @computed_together
+    def driving_gain(effects):
         """Gain above which waves across and along each cable could be driven, shape (2, c, f). [rad/s]"""
-        gain = np.full((2, self.cables.count, len(self.omega)), np.inf)
-        responses = *self._responses[:2], self._winch_gain
-        responses = [np.ascontiguousarray(part.transpose(2, 1, 0)) for part in responses]
-        for cable in np.flatnonzero(self.cables.heavy).tolist():
-            gain[:, cable] = self._driving_gain_of(cable, *responses)
-        return gain
+        Effects._responses.compute(effects)
+        for members in together(effects, attrgetter("_signature"), attrgetter("_size")):
+            yield from zip(members, _driving_gains_of_rows(members), strict=True)
 
-    def _driving_gain_of(self, cable, of_measured, of_winches, winch_gain):
-        """`_driving_gain` of one cable, (2, f), by `_responses` and `_winch_gain` with their last axis first."""
-        forces, across, by_sag, along, decay = self._waves(cable)
-
-        def of_waves(values):
-            """Sizes for four waves across, then two along, shape (6, ..., f), of values for the `forces`."""
-            return np.abs(np.concatenate([across * values[:4] + by_sag * values[4:5], along * values[5:]]))
-
-        moved = forces @ self.moved[cable]
-        measured, pushed = (
-            of_waves((moved @ part.reshape(len(part), -1)).reshape(len(forces), *part.shape[1:]))
-            for part in (of_measured, of_winches)
-        )
-        push = of_waves((forces @ self.reeled[cable])[..., None]) + pushed
-        shift = (push * (winch_gain * measured[:, :, None]).sum(axis=1)).sum(axis=1) * self.omega**3 / 2
-        harmless = np.maximum(STUDY.driven_decay * decay, UNDAMPED * self.omega) / STUDY.driven_wave_safety
-        with np.errstate(divide="ignore"):  # waves that move no winch
-            return harmless / np.stack([shift[:4].max(axis=0), shift[4:].max(axis=0)])
-
-    def _waves(self, cable):
-        """Waves across and along a cable, taken as modes at each of the f frequencies.
-
-        Masses on the cable divide it: the shortest part has the largest forces on its ends, and is taken for all.
-
-        Returns
-        -------
-        forces : ndarray, shape (7, 6)
-            Directions of forces on both ends: of the four waves across, along the cable by its sag, of two along it.
-        across, by_sag, along : ndarray, shape (f,)
-            Sizes of the forces of the module's docstring, over W^2, by waves across, their stretching, and those along:
-            m of `Superelement`. [sqrt(kg)]
-        decay : ndarray, shape (2, f)
-            Rates at which waves across and along decay. [1/s]
-        """
-        omega, span = self.omega, self.cables.catenary.span
-        values = span.axial_stiffness, span.mass, span.unstretched_length, span.gravity
-        stiffness, mass, length, gravity = (float(value[cable]) for value in values)
-        direction, tension = (part[cable] for part in outward(self.equilibrium))
-        tension = float(tension.max())
-        part_ends = np.unique([0.0, *(position for position, _ in self.cables.point_masses[cable]), 1.0])
-        shortest = np.diff(part_ends).min()
-        time = shortest * self.travel_time[:, cable]
-        across, along = np.sqrt(2 * np.sqrt(np.array([tension, stiffness]) * mass) / time)[:, None] / omega
-        # waves across stretch the cable where it sags, see the module's docstring
-        by_sag = stiffness * mass * gravity / tension * np.sqrt(2 / (mass * length)) * 2 / time[ACROSS] / omega**3
-        # forces on both ends, in phase or opposite: two waves along, four across in two normal directions
-        signs, tangents = np.repeat([[1.0, 1.0], [1.0, -1.0]], 3, axis=1), direction.reshape(6)
-        normals = (_normals(direction)[:, None] * signs).reshape(4, 6)
-        decay = self._wave_decay(cable, mass, divided=shortest != 1)
-        decay[ACROSS] += self.air[cable]
-        return np.concatenate([normals, tangents[None], signs * tangents]), across, by_sag, along, decay
-
-    def _wave_decay(self, cable, mass, divided):
-        """Rates at which waves across and along a cable of a mass per length [kg/m] decay without wind, shape (2, f).
-
-        [1/s]. Masses that divide the cable take half of the viscous part at most, see `stability`.
-        """
-        damping, omega = self.cables.damping[cable], self.omega
-        viscous = damping.viscous / mass / (4 if divided else 2)
-        if damping.model == "modal":
-            return viscous + damping.ratio * np.stack([omega, omega])
-        loss = damping.loss_factor if damping.model == "hysteretic" else damping.time * omega
-        return viscous + np.stack([0.0 * omega, loss * omega / 2])
+    def shortest_part(self, cable):
+        """Length of the shortest part of a cable, which masses on it divide, over that of the cable. [-]"""
+        places = np.unique([0.0, *(position for position, _ in self.cables.point_masses[cable]), 1.0])
+        return np.diff(places).min()
 
     def loop_up_to(self, gain):
         """Frequency up to which the loop gain is above `broad_loop_gain` where waves do not return. [rad/s]"""
@@ -298,9 +226,138 @@ class Effects:
         return np.maximum(STUDY.driven_decay * decay, UNDAMPED * omega)
 
 
+def _stacked(owners, *names):
+    """Attributes of n objects, with the row first: iterable of arrays."""
+    return (np.stack([getattr(owner, name) for owner in owners]) for name in names)
+
+
+def _responses_of_rows(effects):
+    """`Effects._responses` of n rows with equal numbers of everything: four arrays with the row first."""
+    bodies = [[dense(matrix) for matrix in one.closed_loop.layout.body_matrices] for one in effects]
+    body_stiffness, mass = map(np.stack, zip(*bodies, strict=True))
+    moved, reeled, measured, omega = _stacked(effects, "moved", "reeled", "measured", "omega")
+    # by cables at rest and by waves that leave their ends: of Z, and of the forces F of winches on the bodies
+    of_cables = np.stack([one.cables.end_stiffness for one in effects]), _impedance_of_rows(effects)
+    transposed, (rows, frequencies) = np.swapaxes(moved, -1, -2), omega.shape
+    stiffness, waves = ((transposed @ part @ moved).sum(axis=1)[:, None] for part in of_cables)
+    static_force, wave_force = ((transposed @ part @ reeled).sum(axis=1)[:, None] for part in of_cables)
+    w = omega[..., None, None]
+    force = static_force + 1j * w * wave_force
+    right_side = np.concatenate(
+        [np.repeat(np.swapaxes(measured, 1, 2)[:, None], frequencies, axis=1), force], axis=-1, dtype=complex
+    )
+    dynamic_stiffness = stiffness + body_stiffness[:, None] + 1j * w * waves - w**2 * mass[:, None]
+    solution = np.swapaxes(solve(dynamic_stiffness, right_side), -1, -2)  # Z is symmetric
+    of_measured, of_winches = solution[:, :, : measured.shape[1]], solution[:, :, measured.shape[1] :]
+    loops, number = [one.closed_loop.untuned_loop for one in effects], np.repeat(np.arange(rows), frequencies)
+    controller = Controller.of_rows([loop.controller for loop in loops], number, 1j * omega.ravel())
+    shares = np.abs(np.stack([loop.allocation.shares for loop in loops]))
+    winch_gain = shares[:, None] * np.abs(controller).reshape(rows, frequencies, 1, -1)
+    return of_measured, of_winches, of_measured @ force, winch_gain
+
+
+def _impedance_of_rows(effects):
+    """z at both ends of each cable, block diagonal, shape (n, c, 6, 6); zero of a cable without mass. [kg/s]"""
+    direction, tension = map(np.stack, zip(*(one.outward for one in effects), strict=True))
+    mass, stiffness = _stacked([one.cables.catenary.span for one in effects], "mass", "axial_stiffness")
+    mass = np.where(np.stack([one.cables.heavy for one in effects]), mass, 0.0)
+    along, across = np.sqrt(stiffness * mass)[..., None, None], np.sqrt(tension * mass[..., None])
+    impedance = np.zeros((*mass.shape, 6, 6))
+    for end in range(2):
+        onto_tangent = direction[:, :, end, :, None] * direction[:, :, end, None, :]  # t t^T
+        rows = slice(3 * end, 3 * end + 3)
+        own = along * onto_tangent + across[:, :, end, None, None] * (np.eye(3) - onto_tangent)
+        impedance[:, :, rows, rows] = own
+    return impedance
+
+
+def _driving_gains_of_rows(effects):
+    """`Effects.driving_gain` of n rows with equal numbers of everything, shape (n, 2, c, f). [rad/s]"""
+    of_rows = (np.stack([one._responses[part] for one in effects]) for part in (0, 1, 3))
+    responses = [np.ascontiguousarray(part.transpose(0, 3, 2, 1)) for part in of_rows]
+    heavy = np.stack([one.cables.heavy for one in effects])
+    gain = np.full((*heavy.shape, 2, len(RANGE)), np.inf)
+    for cable in np.flatnonzero(heavy.any(axis=0)).tolist():
+        rows = np.flatnonzero(heavy[:, cable])
+        chosen = [effects[row] for row in rows.tolist()]
+        gain[rows, cable] = _driving_gain_of_cable(chosen, cable, *(part[rows] for part in responses))
+    return np.swapaxes(gain, 1, 2)
+
+
+def _driving_gain_of_cable(effects, cable, of_measured, of_winches, winch_gain):
+    """`Effects.driving_gain` of one cable of n rows, (n, 2, f), by `_responses` with their last axis second."""
+    forces, decay, *sizes = _waves(effects, cable)
+    moved, reeled, omega = _stacked(effects, "moved", "reeled", "omega")
+
+    def of_waves(values):
+        """Sizes for four waves across, then two along, shape (n, 6, ..., f), of values for the `forces`."""
+        own = (size.reshape(len(size), *[1] * (values.ndim - 2), -1) for size in sizes)
+        of_across, of_sag, of_along = own
+        waves = of_across * values[:, :4] + of_sag * values[:, 4:5], of_along * values[:, 5:]
+        return np.abs(np.concatenate(waves, axis=1))
+
+    by_bodies = forces @ moved[:, cable]
+    measured, pushed = (
+        of_waves((by_bodies @ part.reshape(*part.shape[:2], -1)).reshape(*forces.shape[:2], *part.shape[2:]))
+        for part in (of_measured, of_winches)
+    )
+    push = of_waves((forces @ reeled[:, cable])[..., None]) + pushed
+    shift = (push * (winch_gain[:, None] * measured[:, :, :, None]).sum(axis=2)).sum(axis=2) * omega[:, None] ** 3 / 2
+    harmless = np.maximum(STUDY.driven_decay * decay, UNDAMPED * omega[:, None]) / STUDY.driven_wave_safety
+    with np.errstate(divide="ignore"):  # waves that move no winch
+        return harmless / np.stack([shift[:, :4].max(axis=1), shift[:, 4:].max(axis=1)], axis=1)
+
+
+def _waves(effects, cable):
+    """Waves across and along one cable of n rows, taken as modes at each of the f frequencies.
+
+    Masses on the cable divide it: the shortest part has the largest forces on its ends, and is taken for all.
+
+    Returns
+    -------
+    forces : ndarray, shape (n, 7, 6)
+        Directions of forces on both ends: of the four waves across, along the cable by its sag, of two along it.
+    decay : ndarray, shape (n, 2, f)
+        Rates at which waves across and along decay. [1/s]
+    across, by_sag, along : ndarray, shape (n, f)
+        Sizes of the forces of the module's docstring, over W^2, by waves across, their stretching, and those along:
+        m of `Superelement`. [sqrt(kg)]
+    """
+    travel_time, air, omega = _stacked(effects, "travel_time", "air", "omega")
+    names = "axial_stiffness", "mass", "unstretched_length", "gravity"
+    spans = _stacked([one.cables.catenary.span for one in effects], *names)
+    stiffness, mass, length, gravity = (part[:, cable, None] for part in spans)
+    direction, tension = (np.stack([one.outward[part][cable] for one in effects]) for part in (0, 1))
+    tension = tension.max(axis=1)[:, None]
+    shortest = np.array([one.shortest_part(cable) for one in effects])[:, None]
+    across_time, along_time = (shortest * part for part in np.moveaxis(travel_time[:, :, cable, None], 1, 0))
+    across = np.sqrt(2 * np.sqrt(tension * mass) / across_time) / omega
+    along = np.sqrt(2 * np.sqrt(stiffness * mass) / along_time) / omega
+    # waves across stretch the cable where it sags, see the module's docstring
+    by_sag = stiffness * mass * gravity / tension * np.sqrt(2 / (mass * length)) * 2 / across_time / omega**3
+    # forces on both ends, in phase or opposite: two waves along, four across in two normal directions
+    signs, tangents = np.repeat([[1.0, 1.0], [1.0, -1.0]], 3, axis=1), direction.reshape(-1, 1, 6)
+    normals = (_normals(direction)[:, :, None] * signs).reshape(-1, 4, 6)
+    decay = _wave_decay([one.cables.damping[cable] for one in effects], mass, shortest != 1, omega)
+    decay[:, ACROSS] += air[:, cable, None]
+    return np.concatenate([normals, tangents, signs * tangents], axis=1), decay, across, by_sag, along
+
+
+def _wave_decay(damping, mass, divided, omega):
+    """Rates at which waves across and along a cable of n rows decay without wind, shape (n, 2, f). [1/s]
+
+    By its mass per length, shape (n, 1) [kg/m]. Masses that divide the cable take half of the viscous part at most, see
+    `stability`.
+    """
+    laws = {name: values[:, None] for name, values in laws_of(damping).items()}
+    viscous = np.array([law.viscous for law in damping])[:, None] / mass / np.where(divided, 4, 2)
+    across = viscous + laws["ratio"] * omega
+    return np.stack([across, across + (laws["loss"] + laws["time"] * omega) * omega / 2], axis=1)
+
+
 def _normals(direction):
-    """Two unit vectors across a cable at both of its ends, shape (2, 6), for its tangents there, shape (2, 3)."""
+    """Two unit vectors across a cable at both of its ends, shape (n, 2, 6), for its tangents there, (n, 2, 3)."""
     cross = cross_matrix(direction)
-    normal = (cross @ np.eye(3)[np.abs(direction).argmin(axis=1)][..., None])[..., 0]
-    normal = normal / np.linalg.norm(normal, axis=1, keepdims=True)
-    return np.stack([normal, (cross @ normal[..., None])[..., 0]]).reshape(2, 6)
+    normal = (cross @ np.eye(3)[np.abs(direction).argmin(axis=-1)][..., None])[..., 0]
+    normal = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
+    return np.stack([normal, (cross @ normal[..., None])[..., 0]], axis=1).reshape(-1, 2, 6)
