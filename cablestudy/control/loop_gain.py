@@ -270,11 +270,12 @@ class _PoleSumCables:
         self._sums, self._polynomial = [], [0.0, 0.0, 0.0]
         for cable in cables:
             damping, columns, rows = cable.element.coupling_damping, cable.columns(winches), slice(len(cable.moved))
-            spread = np.kron(cable.moved, columns)  # from forces at the ends to those on bodies
-            residues = damping.pole_sum.residues[:, rows].reshape(-1, len(spread))
-            if len(spread) >= spread.shape[1]:  # residues with the fewer columns: of the ends, or of the bodies
-                residues, spread = residues @ spread, None
-            self._sums.append((damping.moving(residues), spread))
+            residues, spread = damping.pole_sum.residues[:, rows], None
+            if residues[0].size >= len(cable.moved[0]) * columns.shape[1]:  # the fewer columns: of bodies, or of ends
+                residues = cable.moved.T @ residues @ columns
+            else:
+                spread = np.kron(cable.moved, columns)  # from forces at the ends to those on bodies
+            self._sums.append((damping.moving(residues.reshape(len(residues), -1)), spread))
             for order, coefficient in enumerate(damping.polynomial_in_s):
                 self._polynomial[order] = self._polynomial[order] + cable.moved.T @ coefficient[rows] @ columns
 

@@ -298,12 +298,12 @@ def residual_vectors(omega, coupling, omitted):
     """
     if not omitted.any():
         return np.zeros((*omega.shape, min(coupling.shape[-1], omega.shape[-1])))
-    stiffness = np.where(omitted, omega**2, 0.0)[..., None]
     response = np.where(omitted[..., None], coupling / omega[..., None] ** 2, 0.0)  # V, amplitudes of the modes
     vectors, singular, _ = np.linalg.svd(response, full_matrices=False)
     independent = singular > SYSTEM.dependent_residual * singular.max(axis=-1, keepdims=True, initial=0.0)
     vectors = vectors * independent[..., None, :]
-    rotation = np.linalg.eigh(vectors.swapaxes(-1, -2) @ (stiffness * vectors))[1]  # to vectors with a frequency each
+    stiffness = vectors.swapaxes(-1, -2) @ (omega[..., None] ** 2 * vectors)
+    rotation = np.linalg.eigh(stiffness)[1]  # to vectors with a frequency each
     by_frequency = vectors @ rotation
     is_unit = (by_frequency**2).sum(axis=-2, keepdims=True) > 0.5  # else one of the zeros, but for rounding
     return np.where(is_unit, by_frequency, 0.0)

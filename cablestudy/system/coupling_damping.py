@@ -337,7 +337,8 @@ def _where_trusted(cables, poles, left, right, trusted):
     matrices = [np.stack(of_order) for of_order in _by_order(cables)]
     sums, difference = PoleSum.of(matrices, poles, left, right), np.zeros(len(cables))
     if left.shape[1]:
-        x = np.stack([cable.variable(checked(cable.omega)) for cable in cables])
+        s = checked(np.stack([cable.omega for cable in cables]))
+        x = np.stack([cable.variable(of_row) for cable, of_row in zip(cables, s, strict=True)])
         difference = _differences(matrices, x, sums, poles, left, right)
     parts = zip((difference <= trusted).tolist(), poles, left, right, strict=True)
     return [(sums.take(row), tuple(resolvent)) if usable else None for row, (usable, *resolvent) in enumerate(parts)]
@@ -367,8 +368,8 @@ def _differences(matrices, x, sums, poles, left, right):
 
 
 def checked(omega):
-    """Complex frequencies at which a sum over poles is checked, for modes at `omega`, shape (8,). [rad/s]"""
-    return (0.03 + 1j) * np.geomspace(omega.min() / 10, np.median(omega), 8)
+    """Complex frequencies at which a sum over poles is checked, for modes at `omega`, (..., n) -> (..., 8). [rad/s]"""
+    return (0.03 + 1j) * np.geomspace(omega.min(axis=-1) / 10, np.median(omega, axis=-1), 8, axis=-1)
 
 
 def _solved(matrices, x, rows, columns, n):
@@ -377,7 +378,8 @@ def _solved(matrices, x, rows, columns, n):
     value, block = _polynomial([matrix[n:][rows] for matrix in by_ends], x), SYSTEM.systems_at_once
     for begin in range(0, len(x) if n else 0, block):
         at = x[begin : begin + block]
-        of_modes = _polynomial([matrix[:n, :n] for matrix in matrices], at)
+        of_modes = _polynomial([matrix[:n, :n] for matrix in matrices[:-1]], at) + np.zeros((len(at), n, n))
+        of_modes[:, np.arange(n), np.arange(n)] += at[:, None] ** (len(matrices) - 1)  # the mass of modes is one
         amplitudes = np.linalg.solve(of_modes, _polynomial([matrix[:n] for matrix in by_ends], at))
         value[begin : begin + block] -= _polynomial([matrix[n:, :n][rows] for matrix in matrices], at) @ amplitudes
     return value
@@ -399,5 +401,6 @@ def _polynomial(matrices, x):
     """Sum of matrices of shape (..., r, c) times powers of x, shape (..., m), from the zeroth on: (..., m, r, c)."""
     value, x = matrices[-1], x[..., None, None]
     for matrix in matrices[-2::-1]:
-        value = value * x + matrix
+        value = value * x
+        value += matrix
     return value

@@ -455,31 +455,32 @@ class DrivenCables:
         """True if vectors stand for other modes."""
         return any(kept.residuals for kept in self.kept)
 
-    @cached_property
+    @property
     def errors(self):
         """Relative errors of the factor and the frequency of `limit` by models; not numbers where not known. [-]"""
-        of_limit = np.array(self._errors_by("_perturbed"))
-        return tuple((of_limit + self.resolving.simplification_error).tolist())
+        return tuple((self._limit_errors[0] + self.resolving.simplification_error).tolist())
 
-    @cached_property
+    @property
     def drag_errors(self):
         """`errors` by the drag of the mean wind, which the models take as uniform along each cable. [-]"""
-        return self._errors_by("_in_drag")
+        return tuple(self._limit_errors[1].tolist())
 
-    def _errors_by(self, others):
-        """Relative errors of `limit`, as `errors`, by the loop gains that an attribute of `resolving` names."""
-        limit, resolving = self.limit, self.resolving
+    @cached_property
+    def _limit_errors(self):
+        """Relative errors of the factor and the frequency of `limit`, by models and by drag, shape (2, 2)."""
+        limit, resolving, errors = self.limit, self.resolving, np.full((2, 2), np.nan)
         if limit is None or not limit.omega <= resolving.resolved_to or self._fixed_elements or resolving._spoilt:
-            return np.nan, np.nan
+            return errors
         # at the few frequencies of a local search poles cost more than they spare
-        perturbed = [replace(loop_gain, near=None) for loop_gain in getattr(resolving, others)]
-        nearby = nearby_limits(resolving.loop_gain, perturbed, limit)
-        limits = [found or limit_near(loop_gain, limit) for found, loop_gain in zip(nearby, perturbed, strict=True)]
-        if None in limits:
-            return np.nan, np.nan
-        changes = [(abs(other.factor / limit.factor - 1), abs(other.omega / limit.omega - 1)) for other in limits]
-        error = STUDY.largest_gain_safety * np.sum(changes, axis=0) if changes else np.zeros(2)
-        return tuple(map(float, error))
+        changed, count = [*resolving._perturbed, *resolving._in_drag], len(resolving._perturbed)
+        changed = [replace(loop_gain, near=None) for loop_gain in changed]
+        nearby = nearby_limits(resolving.loop_gain, changed, limit) if changed else []
+        limits = [found or limit_near(loop_gain, limit) for found, loop_gain in zip(nearby, changed, strict=True)]
+        for cause, of_cause in enumerate((limits[:count], limits[count:])):
+            if None not in of_cause:
+                changes = [(other.factor / limit.factor - 1, other.omega / limit.omega - 1) for other in of_cause]
+                errors[cause] = STUDY.largest_gain_safety * np.abs(np.reshape(changes, (-1, 2))).sum(axis=0)
+        return errors
 
     def perturbed_margins(self, margins, gain):
         """`Margins` of the perturbed loop gains, near the frequencies that decide the margins with a gain [rad/s]."""
