@@ -164,12 +164,13 @@ def _may_cross_twice(curves, most):
     least_gain = np.full(len(most), np.inf)  # of each loop, with a crossing
     with np.errstate(divide="ignore"):
         np.minimum.at(least_gain, row, np.where(crosses, 1 / np.minimum(*sizes), np.inf).min(axis=1))
+    highest_gain = np.maximum(most, least_gain)[row, None]
+    divided = np.maximum(*sizes) * highest_gain * CONTROL.closely_looked_above >= 1
+    before, after, *sizes = (part[divided] for part in (before, after, *sizes))
     turn = np.abs(np.angle(after * before.conj()))
     to_axis = np.minimum(np.abs(np.angle(-before)), np.abs(np.angle(-after)))
     with np.errstate(divide="ignore", invalid="ignore"):  # an eigenvalue of zero
         growth = np.abs(np.log(sizes[1] / sizes[0]))
     changes = (turn > CONTROL.angle_change * to_axis) | ~(growth < CONTROL.size_change)
-    may_cross = (turn > CONTROL.eigenvalue_turn) | ((to_axis < CONTROL.near_axis) & changes)
-    highest_gain = np.maximum(most, least_gain)[row, None]
-    matters = np.maximum(*sizes) * highest_gain * CONTROL.closely_looked_above >= 1
-    return (may_cross & matters).any(axis=1)
+    divided[divided] = (turn > CONTROL.eigenvalue_turn) | ((to_axis < CONTROL.near_axis) & changes)
+    return divided.any(axis=1)

@@ -20,6 +20,7 @@ ends. A gain g moves the pole by -g X/(2 s) to first order, with
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import prod
 
 import numpy as np
 
@@ -271,7 +272,7 @@ class _PoleSumCables:
         for cable in cables:
             damping, columns, rows = cable.element.coupling_damping, cable.columns(winches), slice(len(cable.moved))
             residues, spread = damping.pole_sum.residues[:, rows], None
-            if residues[0].size >= len(cable.moved[0]) * columns.shape[1]:  # the fewer columns: of bodies, or of ends
+            if cable.moved.shape[1] * columns.shape[1] <= prod(residues.shape[1:]):  # fewer of bodies than of ends
                 residues = cable.moved.T @ residues @ columns
             else:
                 spread = np.kron(cable.moved, columns)  # from forces at the ends to those on bodies
