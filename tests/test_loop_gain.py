@@ -11,6 +11,8 @@ from references.bar_loop import BarLoop
 from references.bars_in_wind import BarsInWind
 from test_suspension_loop_bars import lossy, scene_of
 
+from cablestudy.control.curves import at_frequencies, by_parts
+from cablestudy.control.law import Law
 from cablestudy.scene.scene import CableScene, load_scene
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.case import Case
@@ -188,6 +190,22 @@ def test_poles_of_cables_that_are_found_together_are_those_of_each_alone(seed):
         assert CouplingDamping._pole_sum_and_resolvent.known(together) is not None
         assert np.array_equal(together.pole_sum.poles, alone.pole_sum.poles)
         assert np.array_equal(together.pole_sum.residues, alone.pole_sum.residues)
+
+
+@pytest.mark.parametrize("seed", [2, 14])
+def test_loop_gains_of_many_rows_are_those_of_each_alone(seed):
+    """Digit for digit: other cables, other bodies and another law do not matter to a row."""
+    found, _ = both(seed, wind=WIND)
+    lighter = replace(found, bodies=replace(found.bodies, mass=found.bodies.mass / 2))
+    lagging = replace(found, controller=replace(found.controller, law=Law(bandwidth=7.0, delay=0.01)))
+    viscous = replace(found, elements=[replace(one, viscous=one.viscous + 0.01) for one in found.elements])
+    rows, counts = [found, lighter, lagging, viscous], [600, 1, 40, 300]
+    omega = [np.geomspace(0.1, 100 + count, count) for count in counts]
+    for order in ([0, 1, 2, 3], [3, 0, 2, 1]):
+        row = np.repeat(np.arange(4), [counts[number] for number in order])
+        together = at_frequencies([rows[number] for number in order], row, np.concatenate([omega[k] for k in order]))
+        for place, number in enumerate(order):
+            assert np.array_equal(together[row == place], by_parts(rows[number], 1j * omega[number]))
 
 
 @pytest.mark.parametrize("seed", [0, 2, 14])

@@ -276,7 +276,7 @@ class _PoleSumCables:
                 residues = cable.moved.T @ residues @ columns
             else:
                 spread = np.kron(cable.moved, columns)  # from forces at the ends to those on bodies
-            self._sums.append((damping.moving(residues.reshape(len(residues), -1)), spread))
+            self._sums.append((damping.moving(residues.reshape(-1, prod(residues.shape[1:]))), spread))
             for order, coefficient in enumerate(damping.polynomial_in_s):
                 self._polynomial[order] = self._polynomial[order] + cable.moved.T @ coefficient[rows] @ columns
 

@@ -142,6 +142,11 @@ class ClosedLoop:
         """`Effects` of the gain on the modes of single cables."""
         return self._shared_by_gains[0]
 
+    def _effects_if_stable(self):
+        """`effects` of a loop that is stable without gain; raises as `check_open`."""
+        self.check_open()
+        return self.effects
+
     @property
     def driven(self):
         """`DrivenCables` of a gain above that of the loop and above the largest one; loops that differ in it share it.
@@ -156,8 +161,7 @@ class ClosedLoop:
     @computed_together
     def driven_outcome(closed_loops):
         """`driven`, or the error that says why there is none; the trials of many loops are computed together."""
-        stable = [one for one in closed_loops if one._growing_open_pole is None]
-        effects = without_errors({one: outcome_of(partial(getattr, one, "effects")) for one in stable})
+        effects = without_errors({one: outcome_of(one._effects_if_stable) for one in closed_loops})
         Effects.driving_gain.compute(effects.values())
         searches = {one: one._driven_cables_tried() for one in closed_loops}
         while searches:
