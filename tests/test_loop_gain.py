@@ -206,6 +206,7 @@ def test_loop_gains_of_many_rows_are_those_of_each_alone(seed):
         together = at_frequencies([rows[number] for number in order], row, np.concatenate([omega[k] for k in order]))
         for place, number in enumerate(order):
             assert np.array_equal(together[row == place], by_parts(rows[number], 1j * omega[number]))
+    assert found(np.zeros(0, dtype=complex)).shape == (0, *found.measured.shape[:1] * 2)
 
 
 @pytest.mark.parametrize("seed", [0, 2, 14])

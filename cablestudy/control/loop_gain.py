@@ -20,6 +20,7 @@ ends. A gain g moves the pole by -g X/(2 s) to first order, with
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from math import prod
 
 import numpy as np
@@ -246,15 +247,14 @@ class _CableInLoop:
 
 
 def _parts(row):
-    """Loops of ascending numbers `row`, a few of these at a time: list of pairs of a number and a slice."""
-    numbers, begin = np.unique(row, return_index=True)
-    ends, block = [*begin[1:].tolist(), len(row)], CONTROL.frequencies_at_once
-    parts = zip(numbers.tolist(), begin.tolist(), ends, strict=True)
-    return [
-        (number, slice(first, min(first + block, end)))
-        for number, begin, end in parts
-        for first in range(begin, end, block)
+    """Loops of ascending numbers `row`, a few of these at a time: list of pairs of number and slice, at least one."""
+    edges, block = [0, *(np.flatnonzero(np.diff(row)) + 1).tolist(), len(row)], CONTROL.frequencies_at_once
+    parts = [
+        slice(first, min(first + block, end))
+        for begin, end in pairwise(edges)
+        for first in range(begin, max(end, 1), block)
     ]
+    return [(int(row[part.start]) if len(row) else 0, part) for part in parts]
 
 
 class _PoleSumCables:
