@@ -429,9 +429,9 @@ def undamped(pole, ratio, begin=""):
 
 
 def too_many(gains, count, omega):
-    """The error for a gain, in words, that could drive too many modes."""
+    """The error for a gain, in words, up to which a loop is examined, and which could drive too many modes."""
     return NoSolutionError(
-        f"{gains} could drive about {count} modes of the cable, up to {omega / (2 * np.pi):.4g} Hz, "
-        f"more than are resolved ({CONTROL.driven_modes}): "
+        f"the loop is examined up to {gains}, which could drive about {count} modes of the cable, "
+        f"up to {omega / (2 * np.pi):.4g} Hz, more than are resolved ({CONTROL.driven_modes}): "
         f"cable.damping.viscous or a lower roll-off of the notch bounds them"
     )

@@ -93,7 +93,8 @@ class DrivenCables:
             return self._modes_in_loop(self.models)
         except ConvergenceError as error:
             highest = np.maximum(self._highest_driven, [[self.resolved_to], [0.0]]).max() / TURN
-            message = f"{self._gain_in_words} needs modes of a cable up to {highest:.4g} Hz: {error}"
+            examined = f"the loop is examined up to {self._gain_in_words}"
+            message = f"{examined}, which needs modes of a cable up to {highest:.4g} Hz: {error}"
             raise ConvergenceError(message) from None
 
     @cached_property
