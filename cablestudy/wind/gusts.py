@@ -302,7 +302,7 @@ def _covariance(coherence, work, other_work):
     """Sums of products of the work by q and p functions, shapes (q, t, k) and (p, t, l), and coherence, (f, q, p)."""
     (count, components, inputs), functions = other_work.shape, len(work)
     by_function = coherence.reshape(-1, count) @ other_work.reshape(count, -1)
-    work = work.reshape(functions * components, -1)
+    work = work.reshape(functions * components, work.shape[-1])
     return work.T @ by_function.reshape(len(coherence), len(work), inputs)
 
 

@@ -186,9 +186,17 @@ class DynamicAnalysis:
         return STUDY.plane_model_modes if self._cables is not None and self._cables.planes else STUDY.model_modes
 
     def closed_loop_with(self, count):
-        """`closed_loop_of` a number of modes that is tried; in small models those left out have more responses."""
-        responses = count < self._usual_counts[0] or self._models_compared
+        """`closed_loop_of` a number of modes that is tried; where those left out matter they have responses."""
+        responses = count < self._usual_counts[0] or self._models_compared or self._lacks_motion_of_bodies(count)
         return self.closed_loop_of(count, responses, self._computed_modes(count))
+
+    def _lacks_motion_of_bodies(self, count):
+        """True if modes, `count` of them, lack much of the static compliance of a body: it moves in higher ones."""
+        modes, suspension = self._modes_of(self._computed_modes(count)).first(count), self._equilibrium.suspension
+        shares = (
+            modes.compliance_shares(*motion).sum() for motion in np.argwhere(suspension.free[: suspension.bodies])
+        )
+        return any(share < 1 - STUDY.lacked_motion for share in shares)
 
     @property
     def _models_compared(self):
