@@ -385,8 +385,9 @@ def shaping_modes(accuracy):
 def modes_of_row(trial, row, error, finer=None):
     """`CoupledModes` of one row of a `Trial`.
 
-    Modes whose frequencies agree within their errors all have the largest of these errors, and are combined so that
-    different coordinates move in each.
+    Modes whose frequencies agree within their errors all have the largest of these errors and the distance of the
+    lowest and the highest of them, since their order is not certain, and are combined so that different coordinates
+    move in each.
 
     Parameters
     ----------
@@ -408,7 +409,7 @@ def modes_of_row(trial, row, error, finer=None):
     number = np.arange(len(shapes))[:, None] + 1.0
     for first, last in coincident:
         run = slice(first - 1, last)
-        error[run] = error[run].max()  # their order is not certain
+        error[run] = error[run].max() + solution.omega[last - 1] / solution.omega[first - 1] - 1
         # combinations by the principal axes of the mean number of the coordinates that move
         by_number = shapes[:, run].T @ (number * solution.reduced.weighed(shapes[:, run]))
         shapes[:, run] = shapes[:, run] @ np.linalg.eigh(by_number + by_number.T)[1]
