@@ -101,30 +101,20 @@ class StudyTolerances:
     # share of the kinetic energy of a mode in what outputs depend on, up to which it is rounding
     unseen_energy: float = 1e-16
     # frequency over the highest of a model, from which on its response is held against that of all modes of the cables,
-    left_out_from: float = 0.5
+    left_out_from: float = 0.9
     left_out_points: int = 100  # at so many frequencies beside those near resonances,
     # and at more where a logarithm of a response changes by more,
     left_out_change: float = 0.5
     left_out_rounds: int = 14  # up to so many times,
     left_out_step: float = 1e-7  # or down to this relative distance
-    # force of a mode on the bodies over the largest, from which on frequencies near it are looked at
-    left_out_force: float = 0.1
     # change of a variance at most, over what a model has of it at high frequencies: where that is less than what is
     # stated at least, nothing is looked for. Of 114 random scenes three changes were 110, 74 and 16 times as large,
-    # others 2 times at most;
+    # others 2 times at most
     left_out_change_at_most: float = 2e2
-    left_out_seen: float = 0.9  # and from which of these on, over the highest of the model
     # what a mode adds to a variance over the largest such number, below which it is left out
     left_out_share: float = 1e-6
-    left_out_resonances: float = 1e-3  # and below which it is not in an estimate to first order
-    # safety on this estimate, with winches at rest or a law that only integrates: of 250 RMS of random scenes with
-    # winches at rest what was found by all frequencies, with the safety below, is 13 times as much at most
-    left_out_estimate: float = 30.0
-    left_out_stated: float = 0.1  # error by that estimate, over the accuracy, up to which nothing is looked for,
-    left_out_small: float = 1e-6  # and variance over the largest, below which it counts as that much
-    # so many times what the first of these frequencies show is less than what is stated at least: no others are looked
-    # at. With them it is a tenth to five times as much in rows of Kelvin-Voigt and hysteretic cables
-    left_out_first_look: float = 100.0
+    left_out_resonances: float = 1e-2  # and below which frequencies near it are not looked at to begin with
+    left_out_small: float = 1e-6  # variance over the largest, below which it counts as that much
     left_out_flank: float = 100.0  # what a peak may add over what its flank shows between two frequencies
     left_out_safety: float = 2.0  # on the changes that are found
     fixed_model_accuracy: float = 1e-4  # where the scene has a fixed model

@@ -21,10 +21,9 @@ class WindTolerances:
     # points for that, at least: an error of 3e-8 of an RMS on cables that meet at 1.5 degrees, of 1e-6 of an RMS
     # velocity on cables 0.4 m apart over 300 m
     peak_points: int = 28
-    # width of a peak in the coherence along an element: at least, at most,
-    narrow_peak: float = 1e-3
-    broad_peak: float = 10.0
-    parallel_cables: float = 1e-3  # and the angle of two cables at least [rad]
+    narrow_peak: float = 1e-3  # width of a peak in the coherence over the element along which it is: at least,
+    broad_peak: float = 10.0  # and at most
+    parallel_cables: float = 1e-3  # angle of two cables at least [rad]
     # order of the rod along a cable in one element, over the root of their number in several: gusts that are coherent
     # over little of a cable have a short layer at its ends, with order 16 an error of 2e-4 of the RMS rate of a
     # rotation

@@ -164,7 +164,7 @@ class GustResponse:
         if self._before is not None:
             change = np.abs(value - self._variances_of(self._before.turbulence, weights)[0])
             by_modes = np.minimum(by_modes, STUDY.change_safety * change)
-        return value, by_modes + self._left_out_modes.of_displacements(weights or OWN, value), by_delay
+        return value, by_modes + self._left_out_modes.of_displacements(weights or OWN, value, by_modes), by_delay
 
     @cached_property
     def _own_variances(self):
@@ -266,7 +266,7 @@ class GustResponse:
         """
         value, by_modes, undamped, residues = self.turbulence.winch_speeds
         self._refuse(undamped)
-        by_modes = by_modes + self._left_out_modes.of_winch_speeds(residues, OWN, value)
+        by_modes = by_modes + self._left_out_modes.of_winch_speeds(residues, OWN, value, by_modes)
         return value, by_modes + (self.integration_error + STUDY.winch_speeds) * value
 
     @property

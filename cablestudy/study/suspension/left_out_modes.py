@@ -24,6 +24,77 @@ from cablestudy.system.matrices import dense
 TURN = 2 * np.pi
 
 
+class BodiesOnAllModes:
+    """Bodies of a `Plant` with gusts, on their cables with all modes that may add to a variance, winches at rest.
+
+    Parameters
+    ----------
+    plant : Plant
+
+    Attributes
+    ----------
+    highest : float
+        Highest frequency of the modes of the plant. [rad/s]
+    """
+
+    def __init__(self, plant):
+        self._plant, self._models, self.highest = plant, plant.modes.solution.models, plant.modes.solution.omega[-1]
+        connection = dense(plant.layout.connection)
+        self._moved = connection.reshape(self._models.cables.count, 6, connection.shape[-1])
+
+    @cached_property
+    def _elements(self):
+        """Elements of each cable, in the air, with the modes that the plant may have, or that may add to a variance."""
+        added = []
+        for element, by_bodies in zip(self._models.elements, self._moved, strict=True):
+            of_cable = _added(element.omega, element.coupling @ by_bodies, element.omega)
+            added.append(np.where(element.omega > STUDY.left_out_from * self.highest, of_cable, 0.0))
+        least = STUDY.left_out_share * max((of_cable.max(initial=0.0) for of_cable in added), default=0.0)
+        pairs = zip(self._models.elements, added, strict=True)
+        chosen = [(element.omega <= self.highest) | (of_cable > least) for element, of_cable in pairs]
+        kept = self._plant.in_air(self._models, self._models.with_modes(chosen))
+        return [of_cable.element for of_cable in kept]
+
+    @cached_property
+    def loop_gain(self):
+        """`LoopGain` without a loop, whose receptance is H; None where rounding spoils the response of a cable."""
+        plant, cables = self._plant, len(self._moved)
+        size, free = len(plant.bodies), len(plant.layout.free)
+        loop_gain = LoopGain(
+            plant.bodies,
+            elements=self._elements,
+            moved=with_strokes(self._moved, size - free),
+            reeled=np.zeros((cables, 6, 0)),
+            lifted=np.zeros((size, 0)),
+            measured=np.zeros((0, size)),
+            shares=np.zeros((0, 0)),
+            controller=None,
+            windows=True,
+        )
+        return None if loop_gain.spoilt else loop_gain
+
+    @cached_property
+    def resonances(self):
+        """Poles, between fixed ends, of the modes that add most to variances, upper half plane. [rad/s]"""
+        poles, added = [np.zeros(0, dtype=complex)], [np.zeros(0)]  # of no cable
+        for element, by_bodies in zip(self._elements, self._moved, strict=True):
+            poles.append(1j * element.omega - element.decay)
+            decay = np.maximum(element.decay, STUDY.undamped_motion * element.omega)
+            of_cable = _added(element.omega, element.coupling @ by_bodies, decay)
+            added.append(np.where(element.omega > STUDY.left_out_from * self.highest, of_cable, 0.0))
+        poles, added = np.concatenate(poles), np.concatenate(added)
+        return poles[added > STUDY.left_out_resonances * added.max(initial=0.0)]
+
+
+def _added(omega, coupling, decay):
+    """What resonances of modes add to variances, over an unknown factor, shape (n,).
+
+    A mode with a coupling c to the bodies, shape (n, d), and a decay a [1/s] adds about c^4 S/(a w^2), and the spectrum
+    S of the gusts falls with w^(-5/3).
+    """
+    return np.linalg.norm(coupling, axis=-1) ** 4 / (decay * omega ** (11 / 3))
+
+
 class LeftOutModes:
     """Changes of the variances of a `ClosedLoop` by the modes that its model leaves out.
 
@@ -37,37 +108,33 @@ class LeftOutModes:
 
     def __init__(self, closed_loop, least):
         self._closed_loop, self._plant, self._turbulence = closed_loop, closed_loop.plant, closed_loop.turbulence
-        self._least, self._resonances = least, self._plant.resonances
-        loop, low = self._turbulence.loop, STUDY.left_out_from * self._resonances.highest
+        self._least, self._all_modes = least, self._plant.all_modes
+        loop, low = self._turbulence.loop, STUDY.left_out_from * self._all_modes.highest
         self._beyond_integrator = loop is not None and not loop.law.integrates_only
         self._coarse = np.geomspace(low, max(TURN * self._turbulence.range[1], low), STUDY.left_out_points)  # [rad/s]
 
-    def of_displacements(self, weights, variances):
+    def of_displacements(self, weights, variances, stated):
         """Changes of the variances of displacements of bodies, shape (w, o); 0 of other outputs.
 
         Parameters
         ----------
         weights : dict
             Name -> function of frequency [Hz], as of `Turbulence.seen`.
-        variances : ndarray, shape (w, o)
-            Of the model.
+        variances, stated : ndarray, shape (w, o)
+            Of the model, and their errors that are known without: smaller changes are not resolved.
         """
         (rows, displacements), change = self._plant.displacements, np.zeros(variances.shape)
         if len(rows) and np.isfinite(self._least):
-            if not self._beyond_integrator:
-                change[:, rows] = STUDY.left_out_estimate * self._resonances.variances(weights)
-                allowed = 2 * STUDY.left_out_stated * self._plant.accuracy * _asked(variances[:, rows])
-                if (change[:, rows] <= allowed).all():
-                    return change
             model = self._turbulence.response_to_forces(self._plant.loads_on_bodies, rows)
+            by_gusts = self._turbulence.residues.of_outputs(rows)
 
             def by_forces(s):
                 return displacements @ self._receptance(s), model(s)
 
-            change[:, rows] = self._changes(by_forces, self._by_gusts, weights, variances[:, rows])
+            change[:, rows] = self._changes(by_forces, by_gusts, weights, variances[:, rows], stated[:, rows])
         return change
 
-    def of_winch_speeds(self, residues, weights, variances):
+    def of_winch_speeds(self, residues, weights, variances, stated):
         """Changes of the variances of the speeds of winches by `residues`, shape (w, i); others as above."""
         if not (self._beyond_integrator and np.isfinite(self._least)):
             return np.zeros(variances.shape)
@@ -78,14 +145,9 @@ class LeftOutModes:
             moved = exact.controller(s)[:, :, None] * (exact.measured[:, : receptance.shape[1]] @ receptance)
             return s[:, None, None] * self._turbulence.loop.gain * (exact.shares @ moved), model(s)
 
-        return self._changes(by_forces, residues, weights, variances)
+        return self._changes(by_forces, residues, weights, variances, stated)
 
-    @property
-    def _by_gusts(self):
-        """Response of the displacements to the gusts: `Residues` or `DelayedResponse`."""
-        return self._turbulence.residues.of_outputs(self._plant.displacements[0])
-
-    def _changes(self, by_forces, residues, weights, variances):
+    def _changes(self, by_forces, residues, weights, variances, stated):
         """Changes of the variances of some outputs, shape (w, r).
 
         Parameters
@@ -94,23 +156,20 @@ class LeftOutModes:
             s, shape (f,) -> responses of these outputs to forces on the bodies, by all modes and by the model.
         residues : Residues or DelayedResponse
             Response of these outputs to the gusts.
-        weights, variances
+        weights, variances, stated
             As of `of_displacements`.
         """
-
-        def spectra(omega):
-            response = residues.response(1j * omega)
-            return self._closed_loop.gusts.input_spectra(omega / TURN, np.swapaxes(response, -1, -2))
 
         def integrals(omega, values):
             frequency = omega / TURN
             weighted = [weight(frequency)[:, None] * values for weight in weights.values()]
             return np.abs(np.trapezoid(weighted, frequency, axis=1))
 
-        above = self._coarse[self._coarse > STUDY.left_out_seen * self._resonances.highest]
-        of_model = integrals(above, spectra(above)) if len(above) else np.zeros(variances.shape)
-        least = 2 * self._least * _asked(variances)  # a variance has twice the error
-        seen = STUDY.left_out_change_at_most * of_model > least
+        response = np.swapaxes(residues.response(1j * self._coarse), -1, -2)
+        spectra = self._closed_loop.gusts.input_spectra(self._coarse / TURN, response)
+        # of the root a variance has twice the error
+        least = 2 * self._least * np.maximum(variances, STUDY.left_out_small * variances.max(axis=1, keepdims=True))
+        seen = STUDY.left_out_change_at_most * integrals(self._coarse, spectra) > least
         if not seen.any() or self._on_all_modes is None:
             return np.zeros(variances.shape)
 
@@ -120,48 +179,31 @@ class LeftOutModes:
 
         first, squares = _with_values(self._frequencies, sizes(self._frequencies))
         # spectra over the squared responses to forces, which are smoother than both: between frequencies interpolated
-        of_model = squares[:, 1]
-        forcing = np.divide(spectra(first), of_model, out=np.zeros_like(of_model), where=of_model > 0)
+        of_model = np.stack([np.interp(self._coarse, first, of_row) for of_row in squares[:, 1].T], axis=-1)
+        forcing = np.divide(spectra, of_model, out=np.zeros_like(of_model), where=of_model > 0)
 
         def interpolated(omega):
-            return np.stack([np.interp(omega, first, of_row) for of_row in forcing.T], axis=-1)
-
-        def changes(omega, squares):
-            return STUDY.left_out_safety * integrals(omega, interpolated(omega) * (squares[:, 0] - squares[:, 1]))
+            return np.stack([np.interp(omega, self._coarse, of_row) for of_row in forcing.T], axis=-1)
 
         @np.errstate(divide="ignore", invalid="ignore")  # where nothing moves
         def matters(omega, squares):
-            """True between neighbours by which a peak may add to a variance what is stated at least, shape (f - 1,)."""
+            """True between neighbours by which a peak may add to a variance what is stated without, shape (f - 1,)."""
             spectrum, frequency = interpolated(omega) * squares.max(axis=1), omega / TURN
-            shares = [weight(frequency)[:, None] * spectrum / of_weight
-                      for weight, of_weight in zip(weights.values(), least, strict=True)]  # fmt: skip
+            known = zip(weights.values(), np.maximum(least, stated), strict=True)
+            shares = [weight(frequency)[:, None] * spectrum / of_weight for weight, of_weight in known]
             density = np.max(shares, axis=(0, 2))
             return STUDY.left_out_flank * np.maximum(density[:-1], density[1:]) * np.diff(frequency) > 1
 
-        if (STUDY.left_out_first_look * changes(first, squares) < least).all():
-            return np.zeros(variances.shape)
-        return changes(*_resolved(sizes, first, squares, matters))
+        omega, squares = _resolved(sizes, first, squares, matters)
+        return STUDY.left_out_safety * integrals(omega, interpolated(omega) * (squares[:, 0] - squares[:, 1]))
 
     @cached_property
     def _on_all_modes(self):
         """`LoopGain` with all modes of the cables that count; None where rounding spoils the response of a cable."""
-        if self._beyond_integrator:
-            loop_gain = self._closed_loop.judged_by.loop_gain
-            return loop_gain if isinstance(loop_gain, LoopGain) else None
-        plant, moved = self._plant, self._resonances.moved
-        size, free, cables = len(plant.bodies), len(plant.layout.free), len(moved)
-        loop_gain = LoopGain(
-            plant.bodies,
-            elements=[of_cable.element for of_cable in self._resonances.kept],
-            moved=with_strokes(moved, size - free),
-            reeled=np.zeros((cables, 6, 0)),
-            lifted=np.zeros((size, 0)),
-            measured=np.zeros((0, size)),
-            shares=np.zeros((0, 0)),
-            controller=None,
-            windows=True,
-        )
-        return None if loop_gain.spoilt else loop_gain
+        if not self._beyond_integrator:
+            return self._all_modes.loop_gain
+        loop_gain = self._closed_loop.judged_by.loop_gain
+        return loop_gain if isinstance(loop_gain, LoopGain) else None
 
     def _receptance(self, s):
         """Free displacements of bodies by forces on them, with all modes of the cables, shape (f, d, d)."""
@@ -176,15 +218,10 @@ class LeftOutModes:
 
     @cached_property
     def _frequencies(self):
-        """Frequencies at which responses are compared at first, beside poles of the model and of modes of cables."""
-        loop, poles = self._turbulence.loop, []
-        for element, moved in zip(self._on_all_modes.elements, self._on_all_modes.moved, strict=True):
-            force = element.omega * np.linalg.norm(element.coupling @ moved, axis=-1)
-            strong = force > STUDY.left_out_force * force.max(initial=0.0)
-            poles.append((1j * element.omega - element.decay)[strong])
-        poles.append((loop or self._plant.motion).eigen.poles)
-        poles = np.concatenate(poles)
-        omega = np.append(self._coarse, near_poles(poles[poles.imag > 0]))
+        """Frequencies at which responses are compared at first, beside poles of the model and resonances of cables."""
+        poles = (self._turbulence.loop or self._plant.motion).eigen.poles
+        poles = np.concatenate([self._all_modes.resonances, poles[poles.imag > 0]])
+        omega = np.append(self._coarse, near_poles(poles))
         return distinct(omega[(omega >= self._coarse[0]) & (omega <= self._coarse[-1])])
 
 
@@ -192,11 +229,6 @@ def _with_values(omega, values):
     """Those of some frequencies that have a value, shape (f, ...), and the values."""
     known = np.isfinite(values).reshape(len(omega), -1).all(axis=1)
     return omega[known], values[known]
-
-
-def _asked(variances):
-    """Variances, shape (w, o), but no less than a share of the largest under the same weight."""
-    return np.maximum(variances, STUDY.left_out_small * variances.max(axis=1, keepdims=True))
 
 
 def _resolved(function, omega, values, matters):

@@ -14,7 +14,7 @@ from cablestudy.control.motion import Actuator, actuated, basis_of_rows, motion_
 from cablestudy.control.suspension import FROM, TO, Marker, Winch, check_size, second_order_of_rows, signature
 from cablestudy.errors import NoSolutionError, outcome_of
 from cablestudy.scene.actuator_tables import ReactionWheel
-from cablestudy.study.suspension.resonances import Resonances
+from cablestudy.study.suspension.left_out_modes import BodiesOnAllModes
 from cablestudy.study.suspension.tension_waves import change_by_waves
 from cablestudy.study.suspension.turbulence import OWN, Turbulence
 from cablestudy.study.tolerances import STUDY
@@ -400,9 +400,9 @@ class Plant:
         return self.airflow and self.airflow.gusts(self.modes.solution, self.layout, self._basis[1])
 
     @cached_property
-    def resonances(self):
-        """`Resonances` above the modes of the model, which all loops share."""
-        return Resonances(self)
+    def all_modes(self):
+        """`BodiesOnAllModes`, which all loops share."""
+        return BodiesOnAllModes(self)
 
     def blown_by(self, airflow):
         """Copy in the gusts of another `Airflow` that damps the suspension alike; itself where the gusts are equal."""
@@ -411,7 +411,7 @@ class Plant:
         _ = self.motion  # computed before copying: both share it
         other = copy(self)
         other.airflow = airflow
-        for name in ("gusts", "gust_forces", "direct", "at_rest", "change_by_waves", "resonances"):
+        for name in ("gusts", "gust_forces", "direct", "at_rest", "change_by_waves", "all_modes"):
             other.__dict__.pop(name, None)
         return other
 
