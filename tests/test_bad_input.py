@@ -177,6 +177,8 @@ def test_a_column_of_the_gondola_needs_a_gondola(folder):
         ("sag_m,preload_N\n0.12,1345\n", ["1 rows, and the study has 2 cases"]),
         ("sag_m,preload_N\n1,2\n3,4\n5,6\n", ["3 rows, and the study has 2 cases"]),
         ("sag_m,mass_kg\n1,2\n3,4\n", ["column 'mass_kg' is not among the study's columns"]),
+        # names have units, as those of the table that it is compared with
+        ("sag,preload_N\n1,2\n3,4\n", ["column 'sag' is not among the study's columns (did you mean 'sag_m'?)"]),
         ("sag_m,preload_N\n1,much\n,nan\n", [f"row {n}, preload_N: not a number: '{cell}'"
                                              for n, cell in ((1, "much"), (2, "nan"))]),
         ("sag_m,preload_N\n1,2,3\n4\n", [f"row {n} has {cells} cells, and the table 2 columns"

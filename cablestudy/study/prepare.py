@@ -160,8 +160,10 @@ def _printed_values(study, columns):
     if study.reference_path is None:
         return [], []
     names, rows = read_csv(study.reference_path)
-    headers = {column.header for column in columns}
-    messages = [f"column {name!r} is not among the study's columns" for name in names if name not in headers]
+    headers, messages = [column.header for column in columns], []
+    for name in (name for name in names if name not in headers):
+        hint = "".join(f" (did you mean {near!r}?)" for near in get_close_matches(name, headers, 1))
+        messages.append(f"column {name!r} is not among the study's columns{hint}")
     if len(rows) != study.count:
         messages.append(f"{len(rows)} rows, and the study has {study.count} cases")
     numbers = [{name: number(row[name]) for name in names} for row in rows]
