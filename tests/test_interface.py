@@ -89,6 +89,9 @@ def test_a_sweep_is_a_data_frame_of_the_stored_table():
     known = [row["gondola_frequency_Hz"] for row in stored]
     assert frame["gondola_frequency_Hz"].tolist() == pytest.approx(known, rel=1e-9)
     assert frame.attrs["units"]["end_stiffness_N_per_m"] == "N/m"
+    ends = {"_N_per_m": "N/m", "_m": "m", "_Hz": "Hz", "_N": "N"}  # of names -> the unit that they state
+    stated = {name: next((unit for end, unit in ends.items() if name.endswith(end)), "") for name in frame}
+    assert frame.attrs["units"] == stated
     assert list(frame) == list(stored[0])
     assert {str(kind) for name, kind in frame.dtypes.items() if name != "status"} == {"float64"}
     assert frame["unstretched_length_m"].tolist() == [183.195, 184.488, 185.142, 185.668, 185.734, 186.0]

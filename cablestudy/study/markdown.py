@@ -130,7 +130,8 @@ def _note_on_rows(table, left_out):
 
 def _rows(fields, rows, left_out, digits):
     """One line for each row."""
-    heads = [f"{field.title} [{field.shown_unit}]" if field.unit else field.title for field in fields]
+    # printed values stand beside the column that says their unit
+    heads = [f"{f.title} [{f.shown_unit}]" if f.unit and not f.printed else f.title for f in fields]
     body = _cells(fields, rows, digits)
     if left_out:
         body.insert(STUDY.table_rows // 2, ["…"] * len(fields))

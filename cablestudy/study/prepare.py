@@ -202,7 +202,7 @@ def fields_of(study, columns, referenced):
         if column.header in referenced:
             printed, difference = (reference_header(column.header, word) for word in ("printed", "difference"))
             fields.append(Field(printed, "printed", column.unit, hidden=True))
-            fields.append(Field(difference, "printed (Δ)", "", printed=printed))
+            fields.append(Field(difference, "printed (Δ)", column.unit, printed=printed))
     return (*fields, replace(STATUS, kept=True))
 
 
