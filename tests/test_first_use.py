@@ -54,6 +54,9 @@ def test_large_lengths_without_a_unit_are_told(folder):
     places = {"2:26": 16, "2:30": 18}
     lines = [f"study.yaml:{at}: cable.diameter: {thick} without a unit is {thick} m" for at, thick in places.items()]
     assert run("sweep", "study.yaml", "--no-write").lines == run("validate", "study.yaml").lines == lines
+    (folder / "study.yaml").write_text(f"base: {GUY}\ncolumns: [mass]\n")
+    with_comma = run("sweep", "study.yaml", "--dry-run", "--vary", "cable.diameter=1,85 mm").lines  # two values
+    assert with_comma == ["--vary cable.diameter: 1 without a unit is 1 m"]
 
 
 def test_only_the_first_likely_mistakes_of_a_study_are_told(folder):

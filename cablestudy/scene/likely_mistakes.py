@@ -7,7 +7,7 @@ from cablestudy.scene.materials import known_materials
 from cablestudy.scene.strict_yaml import mistake
 from cablestudy.scene.units import split, to_si
 
-LARGEST = 1.0  # of a likely diameter of a cable and a likely thickness of ice [m]
+UNLIKELY = 1.0  # and more, for the diameter of a cable and the thickness of ice: 1,85 mm is 1 and 85 mm [m]
 LENGTHS = ("cable.diameter", "cables.*.diameter", "materials.*.diameter", "cases.*.ice.thickness")
 COLDEST = 200.0  # of a likely temperature [K]
 TEMPERATURES = ("cable.reference.temperature", "cables.*.reference.temperature", "cases.*.temperature")
@@ -33,12 +33,12 @@ def likely_mistakes(document):
 
 
 def _bare_numbers(document):
-    """Yield diameters of cables and thicknesses of ice above 1 m, and temperatures below 200 K, without a unit."""
+    """Yield diameters of cables and thicknesses of ice from 1 m, and temperatures below 200 K, without a unit."""
     for path, value in _leaves(document.value):
         key, number = ".".join(path), bare_number(value)
         if number is None:
             continue
-        if number > LARGEST and any(fnmatchcase(key, pattern) for pattern in LENGTHS):
+        if number >= UNLIKELY and any(fnmatchcase(key, pattern) for pattern in LENGTHS):
             yield str(mistake(document.place(path), key, f"{value} without a unit is {value} m"))
         if number < COLDEST and any(fnmatchcase(key, pattern) for pattern in TEMPERATURES):
             text = f"{value} without a unit is {value} K, {number - 273.15:.6g} degC"
