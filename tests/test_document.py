@@ -346,6 +346,19 @@ def test_a_fifo_is_read_as_a_file_once_a_program_writes_to_it(folder):
         assert read_file("scene.yaml").value == {"gravity": 9.81}
 
 
+@pytest.mark.skipif(not os.path.exists("/dev/fd"), reason="no such folder here")
+def test_a_stream_names_files_of_the_working_directory(folder):
+    """As standard input does: a shell passes `<(...)` as /dev/fd/N."""
+    (folder / "base.yaml").write_text("gravity: 9.81\n", encoding="utf-8")
+    reader, writer = os.pipe()
+    os.write(writer, b"base: base.yaml\n")
+    os.close(writer)
+    try:
+        assert read_document(f"/dev/fd/{reader}").value == {"gravity": 9.81}
+    finally:
+        os.close(reader)
+
+
 def test_a_fifo_with_a_silent_writer_is_waited_for(folder, monkeypatch):
     """It writes only when nothing was there to be read, and the reader waits for more."""
     os.mkfifo("scene.yaml")

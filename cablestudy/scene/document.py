@@ -29,6 +29,7 @@ MAX_BYTES = 10_000_000
 MAX_BASES = 32
 WAITING = 2.0  # for a program that writes to a FIFO [s]
 STDIN = "<stdin>"
+STREAMS = ("/dev", "/dev/fd", "/proc/self/fd")  # folders of what a shell passes as <(...)
 MAPPING = "<mapping>"  # a file that Python gives as its contents
 
 
@@ -243,7 +244,13 @@ def _named_file(document, key):
     name = document.value[key]
     if not isinstance(name, str) or not name or not name.isprintable():
         raise refuse(document.place((key,)), "expected the name of a file", key)
-    return os.path.join(os.path.dirname(document.name) if document.name != STDIN else "", name)
+    return path_beside(document.name, name)
+
+
+def path_beside(source, name):
+    """Path of a file that another one names: relative to that one, of a stream to the working directory."""
+    folder = os.path.dirname(source)
+    return os.path.join("" if folder in STREAMS else folder, name)
 
 
 def _read_named_file(document, key):
