@@ -74,6 +74,15 @@ def test_temperatures_near_absolute_zero_are_told(folder):
     assert run("static", GUY, "--case", "cold", "--set", "cases.cold.temperature=-60 degC").err == ""
 
 
+def test_a_limit_of_a_utilisation_without_a_percent_sign_is_told(folder):
+    limits = "--limits", "--set"
+    for that in ("utilisation <= 60", "{that: 60 >= utilisation}"):
+        (told,) = run("static", GUY, *limits, f"limits={{a: {that}}}").lines
+        assert told.endswith("60 without a unit is 6000 %")
+    for that in ("utilisation <= 60 %", "utilisation <= 0.6", "utilisation <= 1.2", "sag <= 60"):
+        assert run("static", GUY, *limits, f"limits={{a: {that}}}").err == ""
+
+
 ROPES = """
 a-14: {axial_stiffness: 9 MN, mass_per_length: 0.9 kg/m, breaking_force: 120 kN, area: 90 mm^2, diameter: 14 mm}
 a-16: {axial_stiffness: 12 MN, mass_per_length: 1.2 kg/m, breaking_force: 160 kN, area: 118 mm^2, diameter: 16 mm}

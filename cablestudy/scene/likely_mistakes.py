@@ -1,8 +1,10 @@
 """Likely mistakes, which a file may say and hardly means: numbers without a unit, ropes of another size."""
 
 import math
+from contextlib import suppress
 from fnmatch import fnmatchcase
 
+from cablestudy.scene.limit_table import comparison
 from cablestudy.scene.materials import known_materials
 from cablestudy.scene.strict_yaml import mistake
 from cablestudy.scene.units import split, to_si
@@ -11,6 +13,8 @@ UNLIKELY = 1.0  # and more, for the diameter of a cable and the thickness of ice
 LENGTHS = ("cable.diameter", "cables.*.diameter", "materials.*.diameter", "cases.*.ice.thickness")
 COLDEST = 200.0  # of a likely temperature [K]
 TEMPERATURES = ("cable.reference.temperature", "cables.*.reference.temperature", "cases.*.temperature")
+SHARE = "utilisation"  # at the end of the columns that are shares of the breaking force
+LARGE_SHARE = 2.0  # of a limit without a unit, which hardly is 200 %
 SAME = 0.01  # relative difference of diameters, or of areas, that are one
 THICKEST_WIRE = 5e-3  # diameter above which a cable is likely to be a rope, not solid [m]
 PAPER = "paper/"  # begins the names of the materials of the paper, whose cables are solid
@@ -29,7 +33,7 @@ def bare_number(value):
 
 def likely_mistakes(document):
     """Warnings about values of a document, with their places: tuple of str."""
-    return (*_bare_numbers(document), *_doubtful_sections(document))
+    return (*_bare_numbers(document), *_bare_shares(document), *_doubtful_sections(document))
 
 
 def _bare_numbers(document):
@@ -43,6 +47,19 @@ def _bare_numbers(document):
         if number < COLDEST and any(fnmatchcase(key, pattern) for pattern in TEMPERATURES):
             text = f"{value} without a unit is {value} K, {number - 273.15:.6g} degC"
             yield str(mistake(document.place(path), key, text))
+
+
+def _bare_shares(document):
+    """Yield limits of a utilisation of 200 % and more without a unit, as `utilisation <= 60`."""
+    limits = document.value.get("limits")
+    for name, limit in (limits if isinstance(limits, dict) else {}).items():
+        path = ("limits", name, "that") if isinstance(limit, dict) else ("limits", name)
+        with suppress(ValueError, TypeError):  # what is no limit is told elsewhere
+            stated = comparison(limit.get("that") if isinstance(limit, dict) else limit)
+            number = bare_number(stated.number)
+            if stated.column.endswith(SHARE) and number is not None and number >= LARGE_SHARE:
+                text = f"{number:g} without a unit is {100 * number:g} %"
+                yield str(mistake(document.place(path), ".".join(path), text))
 
 
 def _leaves(value, path=()):

@@ -22,7 +22,6 @@ from cablestudy.study.tolerances import STUDY
 
 REMOVED = str.maketrans("", "", "^ ")  # of a unit in a name
 NO_TABLE = "not a table of comma-separated values"
-STANDARD_OUTPUT = 1  # its number
 
 
 @dataclass(frozen=True)
@@ -249,8 +248,8 @@ def _may_be_replaced(path):
     if not os.path.isfile(path):
         return False
     try:
-        return not os.path.samestat(os.stat(path), os.fstat(STANDARD_OUTPUT))
-    except OSError:  # standard output is closed
+        return not os.path.samestat(os.stat(path), os.fstat(1))
+    except OSError:  # 1 is the number of standard output, which is closed
         return True
 
 
