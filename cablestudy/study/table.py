@@ -15,6 +15,7 @@ from itertools import chain, islice
 from math import isfinite
 
 from cablestudy.errors import SceneError
+from cablestudy.scene.document import STREAMS
 from cablestudy.study.markdown import short as short
 from cablestudy.study.markdown import signed as signed
 from cablestudy.study.markdown import whole
@@ -220,12 +221,13 @@ def write_whole(path, text):
     """Write a file atomically: a reader finds the old file or the complete new one.
 
     `text` is a str, bytes, or an iterable of str, written piece by piece; SceneError where the file cannot be written.
-    A link to a file stays, and so do devices, pipes and standard output (/dev/stdout), which are written into.
+    A link to a file stays, and so do devices and pipes, which are written into; so is the file behind /dev/stdout,
+    which a shell may have opened to add to it (>>).
     """
     target = os.path.realpath(path) if os.path.isfile(path) else path
-    temporary = None
+    replaced, temporary = os.path.isfile(target) and os.path.dirname(path) not in STREAMS, None
     try:
-        if os.path.exists(target) and not os.path.isdir(target) and not _may_be_replaced(target):
+        if os.path.exists(target) and not (replaced or os.path.isdir(target)):
             with open(target, "ab") as stream:
                 _write(stream, text)
             return
@@ -241,16 +243,6 @@ def write_whole(path, text):
     finally:
         if temporary and os.path.exists(temporary):
             os.unlink(temporary)
-
-
-def _may_be_replaced(path):
-    """True of a file, unless standard output goes there, behind what a shell has in it already (>>)."""
-    if not os.path.isfile(path):
-        return False
-    try:
-        return not os.path.samestat(os.stat(path), os.fstat(1))
-    except OSError:  # 1 is the number of standard output, which is closed
-        return True
 
 
 def _write(file, text):
