@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from command import CONFIGS, rows_of, run
+from command import CARLINA, CONFIGS, rows_of, run
 
 GUY = CONFIGS / "guy.yaml"
 CASES = ["everyday", "cold", "hot", "ice", "storm", "ice-and-wind"]
@@ -65,6 +65,12 @@ def test_only_the_first_likely_mistakes_of_a_study_are_told(folder):
     lines = run("validate", "study.yaml").lines
     assert len(lines) == 4
     assert lines[-1] == "and 5 more like these"
+
+
+def test_an_intensity_of_turbulence_without_a_percent_sign_is_told(folder):
+    told = "--set wind.turbulence_intensity: 15 without a unit is 1500 %"
+    assert told in run("static", CARLINA, "--set", "wind.turbulence_intensity=15").lines
+    assert run("static", CARLINA, "--set", "wind.turbulence_intensity=15 %").err == ""
 
 
 def test_temperatures_near_absolute_zero_are_told(folder):

@@ -13,6 +13,8 @@ UNLIKELY = 1.0  # and more, for the diameter of a cable and the thickness of ice
 LENGTHS = ("cable.diameter", "cables.*.diameter", "materials.*.diameter", "cases.*.ice.thickness")
 COLDEST = 200.0  # of a likely temperature [K]
 TEMPERATURES = ("cable.reference.temperature", "cables.*.reference.temperature", "cases.*.temperature")
+INTENSITY = "wind.turbulence_intensity"
+STRONGEST = 1.0  # of a likely intensity of turbulence [-]
 SHARE = "utilisation"  # at the end of the columns that are shares of the breaking force
 LARGE_SHARE = 2.0  # of a limit without a unit, which hardly is 200 %
 SAME = 0.01  # relative difference of diameters, or of areas, that are one
@@ -37,13 +39,15 @@ def likely_mistakes(document):
 
 
 def _bare_numbers(document):
-    """Yield diameters of cables and thicknesses of ice from 1 m, and temperatures below 200 K, without a unit."""
+    """Yield lengths from 1 m, intensities of turbulence above 100 % and temperatures below 200 K, without a unit."""
     for path, value in _leaves(document.value):
         key, number = ".".join(path), bare_number(value)
         if number is None:
             continue
         if number >= UNLIKELY and any(fnmatchcase(key, pattern) for pattern in LENGTHS):
             yield str(mistake(document.place(path), key, f"{value} without a unit is {value} m"))
+        if number > STRONGEST and key == INTENSITY:
+            yield str(mistake(document.place(path), key, f"{value} without a unit is {100 * number:g} %"))
         if number < COLDEST and any(fnmatchcase(key, pattern) for pattern in TEMPERATURES):
             text = f"{value} without a unit is {value} K, {number - 273.15:.6g} degC"
             yield str(mistake(document.place(path), key, text))
