@@ -1,14 +1,19 @@
 """The command new: commented files to begin with."""
 
+import os
 import tomllib
+from contextlib import suppress
 from fnmatch import fnmatch
 from importlib.resources import files
 
 import pytest
-from command import ROOT, run, table_of
+from command import ROOT, process, run, table_of
 from picture import undrawn
 
 from cablestudy.cli.files import NEXT
+
+with suppress(ImportError):
+    import resource  # of POSIX
 
 pytestmark = pytest.mark.usefixtures("folder")
 
@@ -99,6 +104,15 @@ def test_wrong_words(words, message, folder):
     assert len(done.lines) == 1
     assert message in done.lines[0]
     assert not list(folder.iterdir())
+
+
+@pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")
+def test_a_disk_that_is_full_leaves_no_file(folder):
+    """A limit on the size of files stands for the disk."""
+    done = process("new", "guy", preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100)))
+    assert (done.code, len(done.lines)) == (2, 1)
+    assert done.err.startswith("guy.yaml: cannot be written")
+    assert list(folder.iterdir()) == []
 
 
 def test_quiet_says_nothing_and_names_with_blanks_are_quoted():

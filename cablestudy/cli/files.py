@@ -111,13 +111,16 @@ def new(kind, file, quiet):
     if file == "-":
         click.echo(text, nl=False)
         return
-    file = file or f"{kind}.yaml"
+    file, begun = file or f"{kind}.yaml", False
     try:
         with open(file, "x", encoding="utf-8") as stream:
+            begun = True
             stream.write(text)
     except FileExistsError:
         raise SceneError(f"{file}: is there already; give another name") from None
     except OSError as error:
+        if begun:
+            os.unlink(file)
         raise SceneError(f"{file}: cannot be written ({error.strerror or error})") from None
     import shlex
 
