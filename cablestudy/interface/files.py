@@ -57,7 +57,7 @@ def template(kind):
 
     Parameters
     ----------
-    kind : {"guy", "line", "zipline", "gondola", "suspension", "study"}
+    kind : {"guy", "line", "section", "zipline", "footbridge", "gondola", "suspension", "study"}
     """
     from importlib.resources import files
 

@@ -21,7 +21,9 @@ class Sample(KeyTable):
     method: Literal[METHODS] = Field(
         description="sobol or latin_hypercube: count cases; saltelli: count x (keys + 2), for --sensitivity"
     )
-    count: Annotated[int, Count(1, MAX_COUNT)] = Field(description="How many points; a power of two is best for sobol")
+    count: Annotated[int, Count(1, MAX_COUNT)] = Field(
+        description="How many points; a power of two is best for sobol and saltelli"
+    )
     seed: Annotated[int, Count(0, MAX_SEED)] = Field(0, description="The same seed gives the same points")
     over: dict[str, Any] = Field(min_length=1, description="Dotted key -> {from, to, spacing}")
 
