@@ -259,6 +259,7 @@ def gondola_error(twin, frequency):
     return math.inf
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("name", ZOO)
 @pytest.mark.parametrize("accuracy", [1e-4, 1e-7])
 def test_the_stated_accuracy_is_kept(name, accuracy):

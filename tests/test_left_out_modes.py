@@ -59,6 +59,7 @@ def truth(mass, factor):
     return np.sqrt((spectra((middle + half * node).ravel()) * (half * weight).ravel()).sum(axis=1))
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("accuracy", [1e-4, 1e-6])
 @pytest.mark.parametrize(("mass", "factor"), [(30.0, 0.047), (100.0, 0.136), (200.0, 0.298), (30.0, 0.0), (45.0, 0.0)])
 def test_waves_along_the_cable_above_the_modes_are_in_the_stated_error(mass, factor, accuracy):

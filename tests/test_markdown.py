@@ -260,6 +260,7 @@ DIGITS = [
 ]
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize(("command", "name", "head"), DIGITS)
 @pytest.mark.parametrize("digits", [2, 4, 9])
 def test_numbers_have_the_digits_that_are_asked_for(command, name, head, digits):

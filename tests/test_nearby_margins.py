@@ -26,6 +26,7 @@ def changed(loop, change, seed):
     return other
 
 
+@pytest.mark.crossed
 @SEEDS
 @LOOPS
 def test_the_changes_of_all_margins_are_those_of_a_search_over_all_frequencies(seed, k):
@@ -41,6 +42,7 @@ def test_the_changes_of_all_margins_are_those_of_a_search_over_all_frequencies(s
         assert estimate == pytest.approx(after, rel=1e-9, abs=0.4 * abs(after - before)), name
 
 
+@pytest.mark.crossed
 @SEEDS
 @LOOPS
 def test_what_differs_much_is_refused_or_right(seed, k):
@@ -55,6 +57,7 @@ def test_what_differs_much_is_refused_or_right(seed, k):
             assert estimate == pytest.approx(after, rel=1e-8, abs=0.4 * abs(after - before)), name
 
 
+@pytest.mark.crossed
 @SEEDS
 @LOOPS
 def test_the_largest_gain_is_that_of_the_first_eigenvalue_to_cross(seed, k):

@@ -262,7 +262,10 @@ def test_awkward_studies(tmp_path, place, vary, functions):
     assert figure.get_figwidth() == 7.5
 
 
-@pytest.mark.parametrize("name", ["preload", "zipline-ropes", "guy-preload", "material", "extremes"])
+OF_CONFIGS = ["preload", "zipline-ropes", "guy-preload", "material", "extremes"]
+
+
+@pytest.mark.parametrize("name", campaign(OF_CONFIGS, OF_CONFIGS[:4]))
 def test_studies_of_the_configs(name):
     study = read_study(str(CONFIGS / f"{name}.yaml"))
     assert faults(plots.study_plot(study, computed(study))) == []

@@ -473,7 +473,7 @@ _TREES = st.recursive(
 
 # The fixture only changes the working directory, which every example may share.
 @settings(
-    max_examples=campaign(100, 30),
+    max_examples=campaign(100, 15),
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
 @given(key=st.sampled_from(_KEYS), table=st.sampled_from(sorted(".".join(path) for path, _ in TABLES)), value=_TREES)

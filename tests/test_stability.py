@@ -84,7 +84,7 @@ def dense_growth(loop, gain, order):
     return (poles.real / np.abs(poles)).max(initial=-1.0)
 
 
-@pytest.mark.parametrize("seed", campaign([1, 2, 3, 6, 9, 11, 13, 14], [1, 2, 9, 13]))
+@pytest.mark.parametrize("seed", campaign([1, 2, 3, 6, 9, 11, 13, 14], [1, 9]))
 def test_no_loop_is_called_stable_that_dense_matrices_on_two_meshes_call_unstable(seed):
     loop = OneLoop(random_scene(seed))
     try:
@@ -106,7 +106,7 @@ def test_no_loop_is_called_stable_that_dense_matrices_on_two_meshes_call_unstabl
             assert "unstable" not in refused, (gain / begin, growth, refused)
 
 
-@pytest.mark.parametrize("accuracy", campaign([1e-3, 1e-4, 1e-5], [1e-3, 1e-4]))
+@pytest.mark.parametrize("accuracy", campaign([1e-3, 1e-4, 1e-5], [1e-3]))
 def test_the_verdict_does_not_depend_on_columns_or_accuracy(accuracy):
     chosen = ("gondola_rms", "error_estimate"), ("gondola_rms",), ("gondola_rms_velocity", "phase_margin")
     tried = list(product(chosen if accuracy > 1e-4 else chosen[:1], (0.3, 0.6, 11)))
@@ -139,7 +139,7 @@ def test_with_viscous_damping_the_limit_is_that_of_dense_matrices(viscous):
 def test_the_largest_gain_has_the_error_that_it_states():
     columns = [find("largest_gain"), find("error_estimate")]
     exact = evaluate(short(1.0, 2e-8, viscous=2e-5), columns).cells["largest_gain_rad_per_s"]
-    for accuracy in campaign((1e-3, 1e-5, 1e-7), (1e-3, 1e-5)):
+    for accuracy in campaign((1e-3, 1e-5, 1e-7), (1e-5,)):
         cells = evaluate(short(1.0, accuracy, viscous=2e-5), columns).cells
         assert cells["status"] == "ok"
         assert cells["error_estimate"] <= accuracy

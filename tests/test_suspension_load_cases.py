@@ -382,7 +382,10 @@ def test_a_preload_with_the_load_on_by_hand(made):
     assert list(found.values()) == pytest.approx([10 / cosine / (1 + 900 / 1e6), 900, 900], rel=1e-8)
 
 
-@pytest.mark.parametrize("stated", ["preload: 20 kN", "sag: 0.4 m", "tension: {at: end_2, value: 9 kN}"])
+MOVING = ["preload: 20 kN", "tension: {at: end_2, value: 9 kN}", "sag: 0.4 m"]
+
+
+@pytest.mark.parametrize("stated", campaign(MOVING, MOVING[:2]))
 def test_a_moving_body_has_what_is_stated_with_the_loads_on(made, stated):
     """And rests where it does with these lengths and loads, which is another search."""
     places, of_a = ("gondola.x", "gondola.y", "gondola.z"), "a.sag" if "sag" in stated else "a.preload"
@@ -653,20 +656,21 @@ def test_the_stated_error_of_uniform_drag_holds_where_a_body_turns(made, length,
 
 @pytest.mark.parametrize("steady", [True, False], ids=["load case", "mean wind"])
 def test_the_stated_error_of_uniform_drag_holds_for_motion_in_the_wind(made, steady):
+    """Truth as above, of half cables, whose own error counts too."""
     speed, lossy = 10 if steady else 25, "cable.damping={loss_factor: 0.02}"
     wind = (
         f"wind={{speed: {speed}, turbulence_intensity: 0.15, length_scale: 50, on: {'bodies' if steady else 'both'}}}"
     )
-    changed = lossy, wind, *(["case=storm"] if steady else [])
+    changed = lossy, wind, "model.accuracy=1e-3", *(["case=storm"] if steady else [])
     case = SuspensionCase(made(*body(*changed, stated="unstretched_length: 79 m")))
     names = ["gondola.rms", "gondola.rms_velocity", *([] if steady else ["gondola.mean_x", "gondola.mean_z"])]
     rows = [
         evaluate_suspensions([scene], [find(name) for name in names])[0]
-        for scene in (case.scene, made(in_pieces(case, 79, 4), *changed))
+        for scene in (case.scene, made(in_pieces(case, 79, 2), *changed))
     ]
     for header in rows[0].errors:
         true = abs(rows[0].cells[header] / rows[1].cells[header] - 1)
-        assert 1e-5 < true < rows[0].errors[header] < 0.2, header
+        assert 1e-3 < true < true + rows[1].errors[header] < rows[0].errors[header] < 0.2, header
 
 
 # --------------------------------------------------------------------------------------------------------- bad input

@@ -434,7 +434,7 @@ def test_the_nodes_of_a_mode_meet_the_body():
         assert moved[0] == pytest.approx(np.zeros(3), abs=1e-14)
 
 
-@pytest.mark.parametrize("seed", campaign([0, 3, 10, 20, 24, 34], [0, 10, 34]))
+@pytest.mark.parametrize("seed", campaign([0, 3, 10, 20, 24, 34], [0, 34]))
 def test_stated_errors_hold_on_random_suspensions(seed):
     assert counted_modes.wrong_modes(seed) == []
 

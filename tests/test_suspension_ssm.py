@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from campaign import campaign
 from references import bar_suspension
 from scenes import PAPER
 from suspension_scenes import hung, platform, suspension
@@ -133,7 +134,7 @@ def test_the_static_gain_is_that_of_neighbouring_equilibria():
             assert found[:, place] == pytest.approx(expected, abs=3e-6 * np.abs(expected).max())
 
 
-@pytest.mark.parametrize(("cable", "end"), [(0, TO), (2, TO), (5, FROM), (6, TO)])
+@pytest.mark.parametrize(("cable", "end"), campaign([(0, TO), (2, TO), (5, FROM), (6, TO)], [(2, TO), (5, FROM)]))
 def test_the_static_gain_of_a_carriage_is_that_of_equilibria_with_the_end_elsewhere(cable, end):
     """On board too, where the cable's force on a body that may turn has another arm once the end is moved."""
     state, step = platform(), 1e-4

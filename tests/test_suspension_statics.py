@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from campaign import campaign
 from scipy.optimize import brentq
 from suspensions import body, cable, point, sagging, suspension, trifilar, with_values
 
@@ -38,7 +39,10 @@ def node(start):
     return suspension([], lines, [point("node", start, 2.0)])
 
 
-@pytest.mark.parametrize("start", [(0, 0, 1), (0, 0, 2.5), (0.5, 0.3, -3), (-2, 0, 2), (40, -30, 60)])
+STARTS = [(0.5, 0.3, -3), (-2, 0, 2), (40, -30, 60), (0, 0, 1), (0, 0, 2.5)]
+
+
+@pytest.mark.parametrize("start", campaign(STARTS, STARTS[:3]))
 def test_a_node_from_bad_starts(start):
     """Each half of the symmetric form is one cable whose end carries half the node: a scalar equation in the depth."""
     found = rest(node(start))
@@ -154,7 +158,7 @@ def test_held_degrees_of_freedom_stay():
     assert abs(net_force(found, 0)[0]) > 1
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", campaign(range(6), [1, 4]))
 def test_bad_starts_end_in_the_same_place(seed):
     """Junctions alone: the energy is convex, and its minimum one and the same from any start."""
     rng = np.random.default_rng(seed)
@@ -173,11 +177,11 @@ def test_cases_of_a_batch():
     cases = [
         replace(one, mass=one.mass * rng.uniform(0.5, 2, 4), value=one.value * rng.uniform(0.99, 1.05, 10),
                 position=one.position + rng.normal(size=(4, 3)))
-        for _ in range(5)
+        for _ in range(3)
     ]  # fmt: skip
     arrays = {name: np.stack([getattr(case, name) for case in cases]) for name in ("mass", "value", "position")}
     together = statics.pose(replace(one, **arrays))
-    assert together.position.shape == (5, 4, 3)
+    assert together.position.shape == (3, 4, 3)
     for i, case in enumerate(cases):
         alone = statics.pose(case)
         np.testing.assert_array_equal(together.position[i], alone.position)
@@ -196,7 +200,7 @@ def test_a_bad_case_does_not_stop_the_others():
     np.testing.assert_allclose(found.catenary.mean_tension[0], 40, rtol=1e-10)
 
 
-@pytest.mark.parametrize("kind", ["preload", "sag", "tension_to"])
+@pytest.mark.parametrize("kind", campaign(["preload", "sag", "tension_to"], ["sag", "tension_to"]))
 def test_stated_quantities_come_back(kind):
     """Whatever the cables of an equilibrium have: with all of it stated, the lengths are found again."""
     first = rest(sagging())

@@ -353,28 +353,24 @@ def test_two_cables_that_meet_are_coherent_near_their_common_end(kappa_length, a
     assert between > 2e-3 * own
 
 
-def test_the_rms_does_not_depend_on_the_nodes_of_the_cables():
-    """Six cables that meet at a gondola: 64 modes, with 17 nodes a cable, and 160 with 33."""
-    scene = load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml")[1]
-    in_wind = SuspensionCase(scene).in_wind
-    found = [gust_response.GustResponse(in_wind.closed_loop_of(count), scene).variances for count in (64, 160)]
-    rows = [found[0].rows[f"gondola.{axis}"] for axis in "xyz"]
-    assert found[0].weighted["value"][rows] == pytest.approx(found[1].weighted["value"][rows], rel=1e-5)
-
-
 @pytest.mark.parametrize("count", campaign([64, 100], [64]))
 def test_the_stated_error_of_rotations_and_their_rates_is_true(count, monkeypatch):
-    """Six cables that meet at a gondola: gusts coherent over a metre, against 160 modes and a finer rod for these."""
-    scene, found = load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml")[1], []
+    """Six cables that meet at a gondola: gusts coherent over a metre, against 160 modes and a finer rod for these.
+
+    Displacements do not depend on the nodes of the cables: 17 each with 64 modes, 33 with 160.
+    """
+    scene, found, moved = load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml")[1], [], []
     about = [(f"gondola.r{axis}", kind, at_rest) for axis in "xyz" for kind in gust_response.OWN for at_rest in (0, 1)]
     for modes, orders in ((count, TOLERANCES.rod_orders), (160, 150)):
         monkeypatch.setattr(type(STUDY), "model_modes", (modes,))
         monkeypatch.setattr(type(TOLERANCES), "rod_orders", orders)
         wind = SuspensionCase(scene).in_wind
         found.append([wind.rms([name], kind, bool(at_rest)) for name, kind, at_rest in about])
+        moved.append([wind.rms([f"gondola.{axis}"], "value", False)[0] for axis in "xyz"])
         assert len(wind.closed_loop.modes) == modes
     for one, (value, error), (truth, _) in zip(about, *found, strict=True):
         assert abs(value / truth - 1) <= error <= 3e-4, one
+    assert moved[0] == pytest.approx(moved[1], rel=5e-6)
 
 
 def test_the_rms_depends_neither_on_points_of_close_cables_nor_on_parts(monkeypatch):
@@ -620,7 +616,7 @@ def integral(spectrum):
     return np.trapezoid(spectrum * FREQUENCY, np.log(FREQUENCY)) + spectrum[0] * FREQUENCY[0]
 
 
-@pytest.mark.parametrize("spectrum", ["von_karman", "davenport", "kaimal"])
+@pytest.mark.parametrize("spectrum", campaign(["von_karman", "davenport", "kaimal"], ["davenport"]))
 def test_few_panels_of_frequency_resolve_gusts_on_cables(spectrum):
     """Beside eight times as many; and so does the stated error, which is larger."""
     path = CONFIGS / "suspensions" / "carlina-net-wind.yaml"
@@ -695,7 +691,7 @@ def test_modes_suffice_for_what_a_telescope_sees():
     })  # fmt: skip
     names, kind = [f"b.{axis}" for axis in "xyz"], "corrected_exposure"
     found, error = case.in_wind.rms(names, kind, open_loop=False)
-    of_many = gust_response.GustResponse(case.in_wind.closed_loop_of(300), case.scene).seen
+    of_many = gust_response.GustResponse(case.in_wind.closed_loop_of(220), case.scene).seen
     expected = np.sqrt(of_many.weighted[kind][[of_many.rows[name] for name in names]].sum())
     assert error <= 1e-3
     assert found == pytest.approx(expected, rel=error)
@@ -942,11 +938,14 @@ def test_the_stated_error_of_a_tension_is_true(seed):
     assert (few.error["value"][rows] < 0.01 * few.weighted["value"][rows]).all()
 
 
-@pytest.mark.parametrize(("length", "to", "damping", "wind", "most"), [
+ONE_CABLE = [
     (40.05, (40.0, 0.0, 5.0), {"loss_factor": 0.01, "viscous": 0.002}, {"speed": 9.0, "direction": 1.0}, 1e-5),
     (40.3, (40.0, 0.0, 0.0), {"viscous": 0.05}, {"speed": 9.0, "direction": 1.0}, 1e-4),
     (40.0, (20.0, 0.0, 34.6), {"viscous": 0.001}, {"speed": 20.0, "direction": 0.3, "length_scale": 5.0}, 2e-4),
-])  # fmt: skip
+]
+
+
+@pytest.mark.parametrize(("length", "to", "damping", "wind", "most"), campaign(ONE_CABLE, ONE_CABLE[::2]))
 def test_the_stated_error_of_the_tension_of_one_cable_is_true_and_small(length, to, damping, wind, most):
     """Of 64 modes against all of 8 elements of order 12; of the last one most of it is by waves along the cable."""
     gusts = {"length_scale": 25.0, "turbulence_intensity": [0.15, 0.12, 0.08], "mean": False, "on": "cables"}
@@ -966,10 +965,13 @@ def test_the_stated_error_of_the_tension_of_one_cable_is_true_and_small(length, 
     assert (stated < most).all()
 
 
-@pytest.mark.parametrize(("length", "to", "area", "viscous", "wind"), [
+FAST_WAVES = [
     (161.4, (144.0, 0.0, 72.4), 5.4e-5, 0.0035, {"speed": 18.0, "direction": 5.3, "length_scale": 25.0}),
     (55.42, (55.08, 0.0, 5.64), 2.2e-5, 0.0012, {"speed": 15.0, "direction": 2.2, "length_scale": 5.0}),
-])  # fmt: skip
+]
+
+
+@pytest.mark.parametrize(("length", "to", "area", "viscous", "wind"), campaign(FAST_WAVES, FAST_WAVES[:1]))
 def test_the_stated_error_of_the_least_tension_is_true_where_fast_waves_cross_it(length, to, area, viscous, wind):
     """Of 64 modes against all of 12 elements of order 12: waves along the cable make the rate of crossings larger."""
     text = {
@@ -1063,7 +1065,7 @@ def test_the_stated_error_in_wind_along_a_level_cable_is_true():
     assert (error < 5e-5 * own).all()
 
 
-@pytest.mark.parametrize("accuracy", [1e-3, 1e-4])
+@pytest.mark.parametrize("accuracy", campaign([1e-3, 1e-4], [1e-3]))
 def test_a_short_taut_cable_beside_a_long_slack_one_moves_as_a_string(accuracy):
     """The lowest modes of the whole are all of the long one. Green's function of a string, and exp(-C f d/U)."""
     guy, area, speed, length_scale, decay, viscous = 5.0, 5e-5, 12.0, 50.0, 10.0, 0.5

@@ -128,6 +128,7 @@ def test_the_stated_error_of_the_sag_is_that_against_400_pieces(made, name):
         assert found.errors["sag_m"] < 1.5 * true
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("grows", [True, False])
 @pytest.mark.parametrize("name", campaign(SCENES, PART))
 def test_stated_errors_of_supports_and_heights_are_those_against_400_pieces(made, name, grows):
@@ -270,7 +271,10 @@ case: day
 """
 
 
-@pytest.mark.parametrize(("high", "ground"), [(45.0, 0.0), (45.0, 24.0), (1e5, 0.0)])
+HEIGHTS = [(45.0, 24.0), (1e5, 0.0), (45.0, 0.0)]
+
+
+@pytest.mark.parametrize(("high", "ground"), campaign(HEIGHTS, HEIGHTS[:2]))
 def test_a_body_takes_the_wind_of_its_height(made, high, ground):
     """A ball on a rope: tan = drag/weight, at the height to which that lifts it."""
 
@@ -352,7 +356,7 @@ def test_rows_are_as_alone(made):
     together = [(found.cells, found.errors) for found in evaluate_cases(scenes, columns)]
     alone = [evaluate(scene, columns) for scene in scenes]
     assert together == [(found.cells, found.errors) for found in alone]
-    winds = ("speed: 15 m/s, on: [ball]", "speed: 22 m/s, at: 10 m, exponent: 0.22", "speed: 15, at: 3, exponent: 0.4")
+    winds = ("speed: 15 m/s, on: [ball]", "speed: 15, at: 3, exponent: 0.4")
     text = PENDULUM.replace("HIGH", "45.0").replace("LOW", "25.0").replace("GROUND", "0.0")
     old = "speed: 22 m/s, at: 10 m, exponent: 0.22, gust_factor: 1.3, on: [ball]"
     several = [made(text.replace(old, wind)) for wind in winds]
