@@ -65,6 +65,7 @@ def compare(span, tension=None):
     return found
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("loads", [False, True], ids=["plain", "point loads"])
 @pytest.mark.parametrize(("steep", "seed"), [(False, 1), (True, 3)], ids=["any direction", "near the vertical"])
 def test_random_cables(steep, seed, loads):

@@ -174,11 +174,11 @@ def test_scenes_that_once_were_wrong_or_warned(seed):
 
 
 # almost inextensible cables (EA 1e10 to 1e20 times the weight) that fold back on themselves, next to no tension there
-@pytest.mark.parametrize(
-    ("seed", "column"),
-    [(9200228, "gondola_frequency"), (9200063, "gondola_frequency"), (9200045, "outofplane_frequency_1"),
-     (9200096, "cable_frequency")],
-)  # fmt: skip
+LOOPS = [(9200228, "gondola_frequency"), (9200045, "outofplane_frequency_1"), (9200096, "cable_frequency"),
+         (9200063, "gondola_frequency")]  # fmt: skip
+
+
+@pytest.mark.parametrize(("seed", "column"), campaign(LOOPS, LOOPS[:3]))
 def test_modes_of_almost_inextensible_loops_have_numbers(seed, column):
     data = random_scenes.scene_data(seed)
     row = evaluate(random_scenes.scene_of(data, 1e-8), [find(column)])

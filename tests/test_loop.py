@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 from cables import along_x
+from campaign import campaign
 from command import CARLINA, ROOT, process, rows_of, run, table_of
 from references import loop_matrix
 from scenes import AREA, DENSITY, MODULUS, case_of, cells, scene
@@ -157,7 +158,7 @@ def encirclements(case, delay):
     return round(0.5 - angle / np.pi)
 
 
-@pytest.mark.parametrize("name", BARS)
+@pytest.mark.parametrize("name", campaign(BARS, ["gondola", "sagging"]))
 def test_a_delay_of_the_margin_is_where_the_curve_begins_to_encircle(name):
     case = case_of(*BARS[name], "winch.controller.gain=0.01")
     margin = case.in_wind.margin("delay_margin")[0]

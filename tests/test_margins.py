@@ -145,6 +145,7 @@ def scanned(loop):
     return dict(zip(NAMES, numbers, strict=True)), place
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("k", [1, 2, 3])
 @pytest.mark.parametrize("seed", campaign(range(6), range(2)))
 def test_every_number_is_that_of_a_fine_scan(seed, k):
@@ -157,6 +158,7 @@ def test_every_number_is_that_of_a_fine_scan(seed, k):
     assert found.sensitivity_frequency * TURN == pytest.approx(place, abs=1e-4 * width)  # the scan by values alone
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("k", [1, 2, 3])
 @pytest.mark.parametrize("seed", campaign(range(6), range(2)))
 def test_crossings_are_the_gains_at_which_eigenvalues_cross(seed, k):
@@ -236,6 +238,7 @@ def test_disk_margins_are_those_of_python_control(gain):
     assert found.disk_phase_margin == pytest.approx(float(phase), rel=1e-6)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("k", [1, 2, 3])
 @pytest.mark.parametrize("seed", campaign(range(4), range(2)))
 def test_no_perturbation_within_the_disk_makes_the_loop_unstable_and_one_on_it_does(seed, k):
@@ -265,6 +268,7 @@ def test_no_perturbation_within_the_disk_makes_the_loop_unstable_and_one_on_it_d
     assert growth(1.01 * worst).real > 0
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("k", [1, 2, 3])
 @pytest.mark.parametrize("seed", campaign(range(4), range(2)))
 def test_disk_margins_guarantee_gain_and_phase_margins(seed, k):

@@ -156,6 +156,7 @@ HYSTERETIC = "cable.damping={model: hysteretic, loss_factor: 0.02}"
 UNSTABLE = (["winch.controller.gain=100"], "the loop is unstable at 100 rad/s")
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("model", ["model={elements: 40}", "model={accuracy: 1e-4}"])
 @pytest.mark.parametrize(("sets", "reason", "gone"), [
     *((*UNSTABLE, name) for name in ("gondola_rms", "phase_margin", "bandwidth")),

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 from cables import along_x
+from campaign import campaign
 from command import CARLINA, process, rows_of, run, study_file, table_of
 from references import loop_matrix
 from scenes import case_of, cells, scene
@@ -284,35 +285,34 @@ def test_an_undamped_cable_has_no_rms(damping, gain):
         rms_of(Case(scene(f"cable.damping={damping}", f"winch.controller.gain={gain}")))
 
 
-@pytest.mark.parametrize(
-    "sets",
-    [
-        ["winch.controller.gain=1e12"],
-        ["gondola.mass=1e-6 kg"],
-        ["gondola.mass=1e9 kg"],
-        ["gondola.mass=1e9 kg", "cable.damping.ratio=1e-7"],
-        ["wind.speed=0.01 m/s"],
-        ["wind.speed=1000 m/s"],
-        ["wind.speed=1000 m/s", "wind.length_scale=1e-6 m"],
-        ["cable.ends=[[0, 0, 0], [0, 0, 185.8]]"],
-        ["cable.ends=[[0, 0, 0], [0, 0, 185.8]]", AUTO],
-        ["cable.ends=[[0, 0, 0], [0, 185.8, 0]]", AUTO],
-        ["winch.controller.notch=none", AUTO],
-        ["cable.unstretched_length=1000 m", AUTO],
-        ["cable.damping={model: hysteretic, loss_factor: 2}"],
-        ["cable.damping={model: hysteretic, loss_factor: 1e-6}", AUTO],
-        ["cable.damping={model: kelvin_voigt, time: 1e6 s}"],
-        ["cable.damping.ratio=1"],
-        ["cable.damping.ratio=2", AUTO],
-        ["model={elements: 1}"],
-        ["model={elements: 2}", AUTO],
-        ["gravity=0", AUTO],
-        ["winch.controller.notch.damping_ratio=1e6"],
-        ["winch.controller.notch.rolloff_damping_ratio=1e-9"],
-        ["winch.controller.notch.rolloff_frequency=1e-6 Hz"],
-    ],
-    ids=" ".join,
-)
+EXTREME = [
+    ["winch.controller.gain=1e12"],
+    ["gondola.mass=1e-6 kg"],
+    ["gondola.mass=1e9 kg"],
+    ["gondola.mass=1e9 kg", "cable.damping.ratio=1e-7"],
+    ["wind.speed=0.01 m/s"],
+    ["wind.speed=1000 m/s"],
+    ["wind.speed=1000 m/s", "wind.length_scale=1e-6 m"],
+    ["cable.ends=[[0, 0, 0], [0, 0, 185.8]]"],
+    ["cable.ends=[[0, 0, 0], [0, 0, 185.8]]", AUTO],
+    ["cable.ends=[[0, 0, 0], [0, 185.8, 0]]", AUTO],
+    ["winch.controller.notch=none", AUTO],
+    ["cable.unstretched_length=1000 m", AUTO],
+    ["cable.damping={model: hysteretic, loss_factor: 2}"],
+    ["cable.damping={model: hysteretic, loss_factor: 1e-6}", AUTO],
+    ["cable.damping={model: kelvin_voigt, time: 1e6 s}"],
+    ["cable.damping.ratio=1"],
+    ["cable.damping.ratio=2", AUTO],
+    ["model={elements: 1}"],
+    ["model={elements: 2}", AUTO],
+    ["gravity=0", AUTO],
+    ["winch.controller.notch.damping_ratio=1e6"],
+    ["winch.controller.notch.rolloff_damping_ratio=1e-9"],
+    ["winch.controller.notch.rolloff_frequency=1e-6 Hz"],
+]
+
+
+@pytest.mark.parametrize("sets", campaign(EXTREME, EXTREME[::2]), ids=" ".join)
 def test_an_extreme_scene_has_an_answer_or_says_why_not(sets):
     options = [part for one in sets for part in ("--set", one)]
     outcome = run("windrms", CARLINA, *options, "--format", "json", code=None)
