@@ -86,38 +86,6 @@ def check_of_one(found, name, alone):
         assert values[f"{name}.{column}"] == pytest.approx(value, rel=1e-10, abs=1e-10), (name, column)
 
 
-@pytest.mark.parametrize(
-    ("stated", "day"),
-    [*(("preload: 22 kN", day) for day in DAYS), ("unstretched_length: 301 m", "oblique"), ("sag: 8 m", "oblique")],
-)
-def test_a_cable_between_fixed_points_is_the_scene_of_one_cable(tmp_path, made, stated, day):
-    one, ground = tmp_path / "one.yaml", "ground=[[-10, -3], [90, 2], [200, -1]]"
-    text = LINE.format(stated=stated, x=180, y=-240).partition("  visitor:")[0]
-    one.write_text(text, encoding="utf-8")
-    alone = scene(f"case={day}", ground, base=one)
-    many = text.replace("  ends: [[0, 0, 20], [180, -240, 28]]\n", "")
-    many += "cables: {n1: {from: [0, 0, 20], to: [180, -240, 28]}}\n"
-    expected = cells(alone, *OF_ONE, "swing")
-    found = numbers(made(many, f"case={day}", ground), *(f"n1.{name}" for name in (*OF_ONE, "swing")))
-    for name, value in expected.items():
-        assert found[f"n1.{name}"] == pytest.approx(value, rel=1e-10, abs=1e-10), name
-    ends = numbers(made(many, f"case={day}"), "n1.tension_from", "n1.tension_to")
-    assert list(ends.values()) == pytest.approx(list(cells(alone, "tension_1", "tension_2").values()), rel=1e-10)
-
-
-@pytest.mark.parametrize("day", ["ice", "oblique"])
-def test_modes_are_those_of_the_loaded_cable(tmp_path, made, day):
-    one = tmp_path / "one.yaml"
-    text = LINE.format(stated="preload: 22 kN", x=300, y=0).partition("  visitor:")[0] + "model: {accuracy: 1e-8}\n"
-    one.write_text(text, encoding="utf-8")
-    many = text.replace("  ends: [[0, 0, 20], [300, 0, 28]]\n", "")
-    many += "cables: {n1: {from: [0, 0, 20], to: [300, 0, 28]}}\n"
-    planes = ("inplane_frequency_1", "inplane_frequency_2", "outofplane_frequency_1", "outofplane_frequency_2")
-    expected = sorted(cells(scene(f"case={day}", base=one), *planes).values())[:3]
-    found = numbers(made(many, f"case={day}"), "frequency_1", "frequency_2", "frequency_3")
-    assert list(found.values()) == pytest.approx(expected, rel=3e-8)
-
-
 @pytest.mark.parametrize("day", ["cold", "ice", "heavy"])
 def test_a_free_point_on_one_cable_is_a_point_load(tmp_path, made, day):
     """Two pieces of a cable that meet at a free point with a mass: the scene of one cable with this load."""
@@ -307,22 +275,6 @@ LOADS = "loads: [{fraction: 0.25, mass: 80 kg}, {at: 200 m, force: [100, 50, -30
 
 @pytest.mark.crossed
 @pytest.mark.parametrize("stated", ["unstretched_length: 301 m", "preload: 22 kN", "sag: 8 m"])
-@pytest.mark.parametrize("day", [None, "cold", "oblique"])
-def test_loads_on_a_cable_between_fixed_points_are_those_of_one_cable(tmp_path, made, stated, day):
-    """Beside a cable without loads, which is as alone too."""
-    one = tmp_path / "one.yaml"
-    text = LINE.format(stated=f"{stated}\n  {LOADS}", x=180, y=-240).partition("  visitor:")[0]
-    one.write_text(text, encoding="utf-8")
-    sets = ["ground=-3"] + ([f"case={day}"] if day else [])
-    many = text.replace("  ends: [[0, 0, 20], [180, -240, 28]]\n", "")
-    many += "cables:\n  n1: {from: [0, 0, 20], to: [180, -240, 28]}\n"
-    many += "  n2: {from: [0, 0, 20], to: [180, -240, 28], loads: []}\n"
-    for name, more in (("n1", ()), ("n2", ("cable.loads=[]",))):
-        check_of_one(made(many, *sets), name, scene(*sets, *more, base=one))
-
-
-@pytest.mark.crossed
-@pytest.mark.parametrize("stated", ["unstretched_length: 301 m", "preload: 22 kN", "sag: 8 m"])
 @pytest.mark.parametrize("own", ["loads: []", LOADS])
 def test_loads_of_a_case_are_those_of_one_cable(tmp_path, made, stated, own):
     """Beside those of the cable itself, and beside a cable on which the case puts nothing."""
@@ -498,21 +450,6 @@ def test_all_cases_go_on_beside_one_without_an_answer(tmp_path):
     bare = BODY.replace("STATED", "unstretched_length: 77 m").replace(CASES, "")
     path.write_text(bare, encoding="utf-8")
     assert "has no cases" in run("static", path, "--case", "all", code=2).err
-
-
-@pytest.mark.parametrize("day", [None, "ice"])
-def test_modes_with_masses_on_a_cable_are_those_of_one_cable(tmp_path, made, day):
-    one = tmp_path / "one.yaml"
-    loads = "loads: [{fraction: 0.25, mass: 80 kg}, {at: 200 m, force: [100, 0, -300]}]"
-    text = LINE.format(stated=f"preload: 22 kN\n  {loads}", x=300, y=0).partition("  visitor:")[0]
-    one.write_text(text + "model: {accuracy: 1e-8}\n", encoding="utf-8")
-    many = text.replace("  ends: [[0, 0, 20], [300, 0, 28]]\n", "") + "model: {accuracy: 1e-8}\n"
-    many += "cables: {n1: {from: [0, 0, 20], to: [300, 0, 28]}}\n"
-    sets = [f"case={day}"] if day else []
-    planes = [f"{plane}_frequency_{k}" for plane in ("inplane", "outofplane") for k in (1, 2)]
-    expected = sorted(cells(scene(*sets, base=one), *planes).values())[:3]
-    found = numbers(made(many, *sets), "frequency_1", "frequency_2", "frequency_3")
-    assert list(found.values()) == pytest.approx(expected, rel=3e-8)
 
 
 @pytest.mark.parametrize("day", [None, "cold", "ice"])

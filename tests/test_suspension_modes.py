@@ -308,23 +308,6 @@ def test_one_cable_with_a_gondola_free_along_x_is_the_scene_of_one_cable(twin, m
 
 
 @pytest.mark.parametrize(
-    ("text", "damping"),
-    [
-        ("{ratio: 0.01}", Damping(ratio=0.01)),
-        ("{ratio: 0.01, viscous: 0.02}", Damping(ratio=0.01, viscous=0.02)),
-        ("{time: 1e-3}", Damping("kelvin_voigt", time=1e-3)),
-        ("{loss_factor: 0.02}", Damping("hysteretic", loss_factor=0.02)),
-    ],
-)
-def test_the_damping_ratio_of_one_cable_is_that_of_its_scene(text, damping):
-    scene = INCLINED.scene("model.elements=4", "model.order=10", f"cable.damping={text}")
-    expected = cells(scene, "gondola_frequency", "gondola_damping_ratio")
-    found = coupled_modes(one_cable(INCLINED, 50.0), 12, damping=damping, model=FixedModel(4, 10))
-    mode = np.argmin(np.abs(found.frequency / expected["gondola_frequency"] - 1))
-    assert found.damping_ratio[mode] == pytest.approx(expected["gondola_damping_ratio"], rel=1e-10)
-
-
-@pytest.mark.parametrize(
     "damping",
     [Damping("hysteretic", loss_factor=0.02), Damping("kelvin_voigt", time=2e-4), Damping("kelvin_voigt", time=0.02)],
 )

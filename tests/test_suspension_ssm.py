@@ -6,16 +6,12 @@ import numpy as np
 import pytest
 from campaign import campaign
 from references import bar_suspension
-from scenes import PAPER
 from suspension_scenes import hung, platform, suspension
-from test_suspension_modes import one_cable
 
 from cablestudy.cable.damping import Damping
 from cablestudy.control import export, statespace
-from cablestudy.control.one_cable import state_space as state_space_of_one_cable
 from cablestudy.control.suspension import FROM, TO, Marker, Winch, second_order
 from cablestudy.errors import NoSolutionError
-from cablestudy.study.case import Case
 from cablestudy.system.cables import UNDAMPED, Cables, FixedModel, Models, fixed_meshes
 from cablestudy.system.coupled import Layout
 from cablestudy.system.suspension import GROUND, outward
@@ -164,21 +160,6 @@ def outputs_about(state, other):
 
 def replace_loads(model, force, moment):
     return replace(model, force=model.force + force, moment=model.moment + moment)
-
-
-def test_one_cable_is_the_state_space_of_one_cable():
-    twin, mass = PAPER, 50.0
-    state = one_cable(twin, mass)
-    damping = Damping("kelvin_voigt", time=1e-3)
-    system = state_space(*model(state, damping, mesh=FixedModel(4, 10)))
-    scene = twin.scene(
-        "model.elements=4", "model.order=10", "cable.damping={model: kelvin_voigt, time: 1e-3}", f"gondola.mass={mass}"
-    )
-    cable = Case(scene).end_model
-    alone = state_space_of_one_cable(cable, gondola=(mass, 0.0))
-    s = 2j * np.pi * np.array([0.01, 0.5, 0.7188, 1.59, 6.0])
-    one = alone.response(s)[:, 0, 1]
-    assert system.response(s)[:, 0, 0] == pytest.approx(one, rel=1e-9)
 
 
 def test_fewer_coordinates_keep_the_response_up_to_their_frequency():

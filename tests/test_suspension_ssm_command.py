@@ -9,7 +9,6 @@ import pytest
 import scipy.linalg
 from command import CONFIGS, refused_in_one_line, rows_of, run
 from references import bar_suspension
-from scenes import PAPER
 from scipy.io import loadmat
 from suspension_scenes import hung, platform, suspension
 from test_suspension_ssm import MARKERS, WINCHES, by_bars, model
@@ -20,7 +19,6 @@ from cablestudy.control.suspension import second_order
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import plots
-from cablestudy.study.case import Case
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.ssm import with_node_forces
 from cablestudy.system.cables import Cables, FixedModel, Models, fixed_meshes
@@ -263,40 +261,6 @@ def test_a_mass_between_two_springs(folder):
         left, right = LEFT * (x + np.array([wound, 0, 0])), RIGHT * (np.array([0, wound, 0]) - x)
         expected = np.array([x, left, left, right, right])
         assert response(found, frequency) == pytest.approx(expected, rel=1e-6, abs=1e-9 * np.abs(expected).max())
-
-
-def test_one_cable_with_a_gondola_free_along_x(folder):
-    """The numbers of `ssm --with gondola` of a scene of one cable."""
-    exact = ("model.elements=4", "model.order=10", "cable.damping={model: kelvin_voigt, time: 1e-3}")
-    twin = PAPER.scene(*exact)
-    pull = -Case(twin).catenary.end_forces("global").reshape(-1, 2, 3)[0, 1]
-    (folder / "one.yaml").write_text(
-        f"""
-cable: {{elastic_modulus: {twin.cable.elastic_modulus!r}, density: {twin.cable.density!r}, area: {PAPER.area!r}}}
-bodies:
-  gondola: {{at: [{PAPER.a!r}, 0, {PAPER.b!r}], mass: 50, inertia: [1, 1, 1], attachments: {{a: [0, 0, 0]}}, free: [x],
-            force: [{float(pull[0])!r}, 0, 0]}}
-cables: {{c: {{from: [0, 0, 0], to: gondola.a, unstretched_length: {PAPER.length!r}}}}}
-winches: {{c: {{}}}}
-""",
-        encoding="utf-8",
-    )
-    sets = [part for text in exact for part in ("--set", text)]
-    run("ssm", "one.yaml", *sets, "--out", "many.npz")
-    single = [
-        f"cable.ends=[[0, 0, 0], [{PAPER.a!r}, 0, {PAPER.b!r}]]",
-        f"cable.unstretched_length={PAPER.length!r}",
-        f"cable.area={PAPER.area!r}",
-        "gondola.mass=50",
-    ]
-    sets += [part for text in single for part in ("--set", text)]
-    run("ssm", CONFIGS / "carlina.yaml", *sets, "--with", "gondola", "--out", "one.npz")
-    many, one = read(folder / "many.npz"), read(folder / "one.npz")
-    position = one["OutputName"].index("gondola_position")
-    force = one["InputName"].index("force_gondola")
-    for frequency in (0.01, 0.5, 0.7188, 1.59, 6.0):
-        found, expected = response(many, frequency)[0], response(one, frequency)[position]
-        assert found[many["InputName"].index("gondola.force_x")] == pytest.approx(expected[force], rel=1e-10)
 
 
 def test_the_static_gain_of_a_winch_is_the_change_of_the_equilibrium(folder):

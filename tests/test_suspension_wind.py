@@ -14,14 +14,12 @@ from command import CONFIGS
 from references.bars_in_wind import BarsInWind, von_karman
 from references.panels import panels
 from references.straight_suspension import Straight
-from scenes import PAPER, cells
 from scipy.spatial.transform import Rotation
 from solved import solve
 from straight_scenes import (
     ACTUATORS,
     BODY_WIND,
     LOOP,
-    NOTCH,
     WIND,
     case_of,
     closed_loop_of,
@@ -34,7 +32,7 @@ from straight_scenes import (
 from cablestudy.cable.element import mesh_segments
 from cablestudy.control.loop import Loop
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.scene.scene import CableScene, load_scene
+from cablestudy.scene.scene import load_scene
 from cablestudy.study.suspension import gust_response
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find
@@ -903,26 +901,6 @@ def test_the_tension_of_three_cables_in_slow_gusts_along_them():
     assert rms_tensions(case_of(text)) == pytest.approx(expected, rel=0.03)
 
 
-@pytest.mark.parametrize(
-    ("to", "length"), campaign([([40.0, 0.0, 0.0], 40.3), ([40.0, 0.0, 15.0], 42.75)], [([40.0, 0.0, 15.0], 42.75)])
-)
-def test_one_cable_with_fixed_ends_has_the_tension_of_a_scene_of_one_cable(to, length):
-    """In wind across and along its plane, the larger one of both; equal turbulence of all components, coherent."""
-    cable = {"elastic_modulus": 70.3e9, "density": 7850.0, "area": 1.5e-5, "damping": {"viscous": 0.05}}
-    wind = {"speed": 9.0, "length_scale": 25.0}
-    one = CableScene.model_validate({
-        "cable": cable | {"ends": [[0.0, 0.0, 0.0], to], "unstretched_length": length},
-        "wind": wind | {"turbulence_intensity": 0.15, "coherence_length": 1e8}, "model": {"accuracy": 1e-6},
-    })  # fmt: skip
-    many = {
-        "cable": cable, "points": {"a": [0.0, 0.0, 0.0], "b": to}, "model": {"accuracy": 1e-6},
-        "cables": {"c": {"from": "a", "to": "b", "unstretched_length": length}},
-        "wind": wind | {"turbulence_intensity": [0.15] * 3, "coherence_decay": 0.0, "mean": False, "on": "cables"},
-    }  # fmt: skip
-    found = [value(case_of(with_changes(many, wind__direction=turn)), "c.rms_tension") for turn in (0.0, np.pi / 2)]
-    assert max(found) == pytest.approx(cells(one, "tension_rms")["tension_rms"], rel=2e-5)
-
-
 @pytest.mark.parametrize("seed", campaign([0, 1], [1]))
 def test_the_stated_error_of_a_tension_is_true(seed):
     """Of 64 modes against 160, in gusts that excite all modes."""
@@ -1128,45 +1106,6 @@ def test_an_undamped_motion_that_nothing_excites_is_no_obstacle():
 def test_without_turbulence_or_area_nothing_moves(changes):
     case = case_of(everything(**changes))
     assert [value(case, f"gondola.{column}") for column in ("rms", "rms_velocity", "peak", "rms_rx")] == [0, 0, 0, 0]
-
-
-# ------------------------------------------------------------------------------------------------- one cable, one winch
-
-ONE = ("gondola_rms", "gondola_rms_velocity", "gondola_rms_open_loop", "gondola_rms_velocity_open_loop", "largest_gain",
-       "gain_margin")  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    ("damping", "end", "place"),
-    [("{time: 4.4e-3}", "from", "ground"), ("{time: 4.4e-3}", "to", "gondola"), ("{viscous: 0.05}", "from", "ground"),
-     ("{ratio: 0.01}", "from", "ground")],
-)  # fmt: skip
-def test_one_cable_with_one_winch_is_the_scene_of_one_cable(damping, end, place):
-    """Without weight the winch moves the end along x in both. The same elements, so that the modes are the same."""
-    model = {"elements": 2, "order": 8, "mass": "consistent"}
-    scene = PAPER.scene(
-        "gravity=0", f"cable.damping={damping}", f"winch.location={place}", "winch.controller.gain=0.03",
-        "winch.controller.notch.frequency=0.8 Hz", "wind.aerodynamic_damping=false", "wind.mean=false",
-        *(f"model.{key}={part}" for key, part in model.items()),
-    )  # fmt: skip
-    stiffness, length, chord = PAPER.stiffness, PAPER.length, PAPER.chord
-    key, amount = damping.strip("{}").split(": ")
-    body = {"at": [chord, 0.0, 0.0], "mass": 50.0, "free": ["x"], "attachments": {"a": [0.0, 0.0, 0.0]},
-            "force": [stiffness * (chord - length) / length, 0.0, 0.0],
-            "wind": {"area": 0.6, "drag_coefficient": 1.17}}  # fmt: skip
-    text = {
-        "gravity": 0.0, "bodies": {"gondola": body}, "winches": {"c": {"end": end}}, "model": model,
-        "cable": {"elastic_modulus": 70.3e9, "density": 1440.0, "area": 2.69e-6,
-                  "damping": {key: float(amount)}},
-        "cables": {"c": {"from": [0.0, 0.0, 0.0], "to": "gondola.a", "unstretched_length": length}},
-        "control": {"gain": 0.03, "notch": NOTCH | {"frequency": 0.8}},
-        "wind": {"speed": 6.0, "turbulence_intensity": 0.15, "length_scale": 25.0, "on": "bodies", "mean": False,
-                 "aerodynamic_damping": False},
-    }  # fmt: skip
-    case = case_of(text)
-    expected = cells(scene, *ONE)
-    for name in ONE:
-        assert value(case, name.replace("gondola_", "gondola.")) == pytest.approx(expected[name], rel=1e-8), name
 
 
 # --------------------------------------------------------------------------------------------------------- invariances
