@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from campaign import campaign
 from command import CONFIGS, rows_of, run, study_file, table_of
 from references import catenary_mp
 from scenes import cells, scene
@@ -331,7 +332,7 @@ def test_items_that_are_wrong_are_not_told_as_too_few(line, ground, messages):
     assert str(raised.value).splitlines() == [f"--set ground: {message}" for message in messages]
 
 
-@pytest.mark.parametrize(("x", "y"), [(300, 0), (183.17, -97.73)])
+@pytest.mark.parametrize(("x", "y"), campaign([(300, 0), (183.17, -97.73)], [(183.17, -97.73)]))
 def test_rows_of_many_cases_are_those_of_each_alone_to_the_last_digit(line, x, y):
     names = (*TENSIONS, "swing", "lowest_point", "horizontal_tension", "unstretched_length", "angle_1",
              "end_stiffness", "end_stiffness_xz")  # fmt: skip
