@@ -1,7 +1,6 @@
 # make study   a first look: installs into .venv and computes the paper's preload study
 # make test    everything that CI checks; of campaigns of many scenes a part that has each kind, and what once was wrong
-# make campaigns  the files of tests with campaigns, whole: all their scenes and all combinations of parameters; and all
-#                 rows of the stored tables of which `make test` computes some
+# make campaigns  the files of tests with campaigns, whole: all their scenes and all combinations of parameters
 #                 (FILES="tests/test_twins.py ..." for some)
 # make docs    regenerates what the documentation shows of the program's output
 # make site    builds build/site/index.html: docs/ with a reference generated from the code, all links checked
@@ -22,7 +21,7 @@ BIN := $(VENV)/bin
 # python compiles what it imports when it first does: pip would compile thousands of modules that nothing imports
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --constraint constraints.txt
 # the trade tables hold times, which no two runs agree on: tests/test_trade.py compares their errors;
-# tests/test_docs.py checks those whose name does not begin with carlina- whole, and of the others one row each
+# tests/test_docs.py has checked those whose name does not begin with carlina- when `make test` comes to them
 STUDIES := $(filter-out results/trade-%,$(wildcard results/*.csv))
 DAMPED := cable.damping={model: hysteretic, loss_factor: 0.02}
 SCENES ?= 10000
@@ -48,10 +47,10 @@ test: $(VENV)/.test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/pytest -q -n auto --dist worksteal
+	$(MAKE) tables STUDIES="$(filter results/carlina-%,$(STUDIES))"
 
 campaigns: $(VENV)/.test
 	CABLESTUDY_CAMPAIGNS=whole $(BIN)/pytest -q -n auto --dist worksteal $(FILES)
-	$(MAKE) tables STUDIES="$(filter results/carlina-%,$(STUDIES))"
 
 # every stored table, computed anew and compared; as many at once as there are processors, since most are short
 tables: $(VENV)/.study

@@ -4,10 +4,10 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control.controller import Controller
 from cablestudy.control.gain_limits import StableGains
 from cablestudy.control.law import INTEGRATOR
 from cablestudy.control.loop_gain import LoopGain
+from cablestudy.control.notched_law import NotchedLaw
 from cablestudy.scene.one_cable import as_suspension
 from cablestudy.study.case import Case
 from cablestudy.study.suspension.dynamic_analysis import DynamicAnalysis
@@ -146,7 +146,7 @@ def spring_loop(mass, stiffness, location="ground", notch=None, time=0.0, law=IN
     bodies, unit = LinearSystem(np.array([[mass]]), np.zeros((1, 1)), np.zeros((1, 1))), np.eye(6)
     winch, sign = (unit[:, 0], 1.0) if location == "ground" else (unit[:, 3], -1.0)
     places = unit[None, :, [3]], winch[None, :, None], np.zeros((1, 1)), np.ones((1, 1)), np.array([[sign]])
-    loop_gain = LoopGain(bodies, [cable], *places, Controller.of(law, [notch]))
+    loop_gain = LoopGain(bodies, [cable], *places, NotchedLaw.of(law, [notch]))
     poles = np.roots([mass, stiffness * time, stiffness]).astype(complex)
     return StableGains(loop_gain, poles[poles.imag >= 0], (notch,), law)
 

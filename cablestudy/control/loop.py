@@ -18,8 +18,8 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control.controller import Controller
 from cablestudy.control.law import INTEGRATOR, Law
+from cablestudy.control.notched_law import NotchedLaw
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.system.first_order import Allocation, equations
 from cablestudy.system.linear import LinearSystem
@@ -95,8 +95,8 @@ class Loop:
 
     @cached_property
     def controller(self):
-        """C1 N_j of each measured coordinate, a function of s: `Controller`. [s]"""
-        return Controller.of(self.law, self.notches)
+        """C1 N_j of each measured coordinate, a function of s: `NotchedLaw`. [s]"""
+        return NotchedLaw.of(self.law, self.notches)
 
     def winch_response(self, s):
         """Response of the winches to the coordinates, v = -gain C1 A N(s) P z, shape (f, i, m)."""

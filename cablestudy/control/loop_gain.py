@@ -25,7 +25,7 @@ from math import prod
 
 import numpy as np
 
-from cablestudy.control.controller import Controller
+from cablestudy.control.notched_law import NotchedLaw
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.system.linear import LinearSystem
 from cablestudy.system.matrices import solve
@@ -52,7 +52,7 @@ class LoopGain:
         P.
     shares : ndarray, shape (i, k)
         A.
-    controller : Controller or None
+    controller : NotchedLaw or None
         C1 N; None where k is zero.
     near : LoopGain or None
         Loop gain of cables that differ little: from its poles those of modes coupled by damping follow to first order.
@@ -67,7 +67,7 @@ class LoopGain:
     lifted: np.ndarray
     measured: np.ndarray
     shares: np.ndarray
-    controller: Controller | None
+    controller: NotchedLaw | None
     near: "LoopGain | None" = None
     windows: bool = False
 
@@ -86,7 +86,7 @@ class LoopGain:
         )
         count = bodies.shape[-1]
         moved = measured @ solve(bodies + by_cables[:, :, :count], (lifted - by_cables[:, :, count:]) @ shares)
-        return moved * Controller.of_rows([one.controller for one in loop_gains], row, s)[:, None, :]
+        return moved * NotchedLaw.of_rows([one.controller for one in loop_gains], row, s)[:, None, :]
 
     @property
     def signature(self):

@@ -28,7 +28,7 @@ from operator import attrgetter
 
 import numpy as np
 
-from cablestudy.control.controller import Controller
+from cablestudy.control.notched_law import NotchedLaw
 from cablestudy.control.suspension import reeled
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.scene.determinacy import MOTIONS
@@ -250,7 +250,7 @@ def _responses_of_rows(effects):
     solution = np.swapaxes(solve(dynamic_stiffness, right_side), -1, -2)  # Z is symmetric
     of_measured, of_winches = solution[:, :, : measured.shape[1]], solution[:, :, measured.shape[1] :]
     loops, number = [one.closed_loop.untuned_loop for one in effects], np.repeat(np.arange(rows), frequencies)
-    controller = Controller.of_rows([loop.controller for loop in loops], number, 1j * omega.ravel())
+    controller = NotchedLaw.of_rows([loop.controller for loop in loops], number, 1j * omega.ravel())
     shares = np.abs(np.stack([loop.allocation.shares for loop in loops]))
     winch_gain = shares[:, None] * np.abs(controller).reshape(rows, frequencies, 1, -1)
     return of_measured, of_winches, of_measured @ force, winch_gain

@@ -11,7 +11,7 @@ PASSES = Notch(1.0, 1.0, 1.0, 1.0)  # a notch that is one at all frequencies
 
 
 @dataclass(frozen=True)
-class Controller:
+class NotchedLaw:
     """C1 N_j of each measured coordinate j, a function: s, shape (f,) -> shape (f, k). [s]
 
     Attributes
@@ -26,7 +26,7 @@ class Controller:
 
     @classmethod
     def of(cls, law, notches):
-        """`Controller` of a law and the notch, or None, of each coordinate."""
+        """`NotchedLaw` of a law and the notch, or None, of each coordinate."""
         return cls(law, Notch.stack([notch or PASSES for notch in notches]))
 
     def __call__(self, s):
