@@ -378,8 +378,7 @@ def _solved(matrices, x, rows, columns, n):
     value, block = _polynomial([matrix[n:][rows] for matrix in by_ends], x), SYSTEM.systems_at_once
     for begin in range(0, len(x) if n else 0, block):
         at = x[begin : begin + block]
-        of_modes = _polynomial([matrix[:n, :n] for matrix in matrices[:-1]], at) + np.zeros((len(at), n, n))
-        of_modes[:, np.arange(n), np.arange(n)] += at[:, None] ** (len(matrices) - 1)  # the mass of modes is one
+        of_modes = _polynomial([matrix[:n, :n] for matrix in matrices], at)
         amplitudes = np.linalg.solve(of_modes, _polynomial([matrix[:n] for matrix in by_ends], at))
         value[begin : begin + block] -= _polynomial([matrix[n:, :n][rows] for matrix in matrices], at) @ amplitudes
     return value
@@ -401,6 +400,5 @@ def _polynomial(matrices, x):
     """Sum of matrices of shape (..., r, c) times powers of x, shape (..., m), from the zeroth on: (..., m, r, c)."""
     value, x = matrices[-1], x[..., None, None]
     for matrix in matrices[-2::-1]:
-        value = value * x
-        value += matrix
+        value = value * x + matrix
     return value

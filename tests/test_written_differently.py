@@ -1,0 +1,108 @@
+"""A suspension that is written in another way has the same numbers within stated errors, in the wind and under control.
+
+None of the ways changes what is described: a cable cut in two at a junction without mass, a mass on a cable or at a
+junction, two cables side by side in place of one, another order of the parts, the mirror image.
+"""
+
+import numpy as np
+import pytest
+from command import CONFIGS
+
+from cablestudy.cable.geometry import places
+from cablestudy.scene.control_tables import AllocationTable
+from cablestudy.scene.load_tables import Load
+from cablestudy.scene.scene import load_scene
+from cablestudy.study.all_columns import find
+from cablestudy.study.suspension.case import SuspensionCase
+from cablestudy.study.suspension.rows import evaluate_suspensions
+
+NAMES = (
+    "gondola.z", "gondola.frequency_x", "gondola.share_z", "gondola.damping_ratio_y", "gondola.rms_x", "gondola.rms_rz",
+    "gondola.focus.rms_velocity", "gondola.rms_open_loop", "gondola.peak", "d2.rms_tension", "gain_margin",
+    "phase_margin", "winch_rms_speed",
+)  # fmt: skip
+CUT, SHARE = "u1", 0.37
+
+
+@pytest.fixture(scope="module")
+def scene():
+    """Carlina's gondola on six cables with winches, whose lengths are stated."""
+    scene = load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml", ["model.accuracy=1e-3"])[1]
+    lengths = SuspensionCase(scene).group.cables.reference_length[0].tolist()
+    cables = {
+        name: cable.model_copy(update={
+            "unstretched_length": length, "axial_stiffness": float(cable.section_axial_stiffness),
+            "mass_per_length": float(cable.section_mass), "diameter": float(cable.section_diameter),
+            "elastic_modulus": None, "density": None, "area": None, "strength": None,
+        })
+        for (name, cable), length in zip(scene.cables.items(), lengths, strict=True)
+    }  # fmt: skip
+    return scene.model_copy(update={"cables": cables, "solve_for": "pose", "tensions": None})
+
+
+def changed(scene, cables=None, **update):
+    """The scene with other cables beside its own, and other tables."""
+    return scene.model_copy(update={"cables": scene.cables | (cables or {}), **update})
+
+
+def cut(scene, mass):
+    """A cable in two parts at a junction of a mass."""
+    case = SuspensionCase(loaded(scene, mass))
+    cable, number = scene.cables[CUT], case.cable(CUT)
+    place = case.equilibrium.ends[number, 0] + places(case.equilibrium.catenary.take(number), np.array([SHARE]))[0]
+    junction = type(scene.points["up1"]).model_validate({"at": place.tolist(), "free": True, "mass": mass})
+    first, second = (
+        cable.model_copy(update={"unstretched_length": share * cable.unstretched_length, end: "junction"})
+        for share, end in ((SHARE, "to"), (1 - SHARE, "from_"))
+    )
+    return changed(scene, {CUT: first, "second": second}, points=scene.points | {"junction": junction})
+
+
+def loaded(scene, mass):
+    """A mass on that cable."""
+    return changed(scene, {CUT: scene.cables[CUT].model_copy(update={"loads": (Load(fraction=SHARE, mass=mass),)})})
+
+
+def doubled(scene):
+    """Two cables side by side in place of one, each with half of everything and a winch of half the cost."""
+    cable, names = scene.cables[CUT], (CUT, "second")
+    half = {name: getattr(cable, name) / 2 for name in ("axial_stiffness", "mass_per_length", "diameter")}
+    control = scene.control.model_copy(update={"allocation": AllocationTable(weights=dict.fromkeys(names, 0.5))})
+    winches = scene.winches | {"second": scene.winches[CUT]}
+    return changed(scene, dict.fromkeys(names, cable.model_copy(update=half)), control=control, winches=winches)
+
+
+def reversed_parts(scene):
+    """All parts in the reverse order."""
+    tables = {name: getattr(scene, name) for name in ("points", "bodies", "cables", "winches")}
+    return scene.model_copy(update={name: dict(reversed(table.items())) for name, table in tables.items()})
+
+
+def mirrored(scene):
+    """The mirror image, in the vertical plane along x."""
+
+    def image(place):
+        return place[0], -place[1], place[2]
+
+    gondola = scene.bodies["gondola"]
+    attachments = {name: image(place) for name, place in gondola.attachments.items()}
+    points = {name: point.model_copy(update={"at": image(point.at)}) for name, point in scene.points.items()}
+    bodies = {"gondola": gondola.model_copy(update={"attachments": attachments})}
+    wind = scene.wind.model_copy(update={"direction": -scene.wind.direction})
+    return changed(scene, points=points, bodies=bodies, wind=wind)
+
+
+@pytest.mark.parametrize(("one", "other"), [
+    (lambda scene: scene, lambda scene: cut(scene, 1e-9)),
+    (lambda scene: loaded(scene, 3.0), lambda scene: cut(scene, 3.0)),
+    (lambda scene: scene, doubled),
+    (lambda scene: scene, reversed_parts),
+    (lambda scene: scene, mirrored),
+], ids=["cut", "a mass", "side by side", "reverse order", "mirror image"])  # fmt: skip
+def test_what_is_written_differently_is_the_same(scene, one, other):
+    columns = [find(name) for name in NAMES]
+    first, second = (evaluate_suspensions([way(scene)], columns)[0] for way in (one, other))
+    assert first.cells["status"] == second.cells["status"] == "ok"
+    for header in (column.header for column in columns):
+        error = first.errors.get(header, 0.0) + second.errors.get(header, 0.0) + 1e-9
+        assert second.cells[header] == pytest.approx(first.cells[header], rel=error), header
