@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from campaign import campaign
 from references.panels import panels
 
 from cablestudy.wind.cable_pairs import Arc, coherence_of_cables, coherence_with_points, load_points
@@ -77,7 +78,7 @@ OWN = np.minimum(1.0, 2 / KAPPA)
 ALLOWED = (np.array([1e-10, 1e-8, 1e-6, 3e-6, 3e-5]) * OWN)[:, None, None]
 
 
-@pytest.mark.parametrize("name", PAIRS)
+@pytest.mark.parametrize("name", campaign(list(PAIRS), ["at 1.5 degrees", "beside it", "across"]))
 def test_two_cables_that_come_close(name):
     """Three loads on each, as the first and as the second one."""
     other, about = PAIRS[name]
