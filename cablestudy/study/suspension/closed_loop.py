@@ -15,6 +15,7 @@ from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of, res
 from cablestudy.study.suspension.controlled_body import ControlledBody
 from cablestudy.study.suspension.driven_cables import DrivenCables
 from cablestudy.study.suspension.driven_waves import Effects
+from cablestudy.study.suspension.left_out_modes import LeftOutModes
 from cablestudy.study.suspension.turbulence import Turbulence
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.cables import Models
@@ -58,7 +59,7 @@ class ClosedLoop:
             return self
         other = copy(self)
         other.plant = plant
-        for name in ("turbulence", "with_critical_modes", "with_all_modes"):
+        for name in ("turbulence", "left_out_modes", "with_critical_modes", "with_all_modes"):
             other.__dict__.pop(name, None)
         return other
 
@@ -81,6 +82,11 @@ class ClosedLoop:
     def turbulence(self):
         """`Turbulence` with the loop, or with the winches at rest where there is none or its gain is zero."""
         return Turbulence(self.plant, self.loop) if self.loop and self.loop.gain else self.plant.at_rest
+
+    @cached_property
+    def left_out_modes(self):
+        """`LeftOutModes`, whose responses all exposures and mirrors share."""
+        return LeftOutModes(self)
 
     # --------------------------------------------------------------------------------------------------- loop
 

@@ -12,7 +12,6 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.errors import NoSolutionError
-from cablestudy.study.suspension.left_out_modes import LeftOutModes
 from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.study.tolerances import STUDY
 from cablestudy.wind.imaging import seen_weights
@@ -164,17 +163,13 @@ class GustResponse:
         if self._before is not None:
             change = np.abs(value - self._variances_of(self._before.turbulence, weights)[0])
             by_modes = np.minimum(by_modes, STUDY.change_safety * change)
-        return value, by_modes + self._left_out_modes.of_displacements(weights or OWN, value, by_modes), by_delay
+        left_out = self.closed_loop.left_out_modes.of_displacements(weights or OWN, value, by_modes, self._least)
+        return value, by_modes + left_out, by_delay
 
     @cached_property
     def _own_variances(self):
         """`_variances` of displacements and rates."""
         return self._variances()
-
-    @cached_property
-    def _left_out_modes(self):
-        """`LeftOutModes`."""
-        return LeftOutModes(self.closed_loop, self._least)
 
     @staticmethod
     def _variances_of(turbulence, weights):
@@ -264,9 +259,9 @@ class GustResponse:
         NoSolutionError
             A resonance that nothing damps moves a winch.
         """
-        value, by_modes, undamped, residues = self.turbulence.winch_speeds
+        value, by_modes, undamped, _ = self.turbulence.winch_speeds
         self._refuse(undamped)
-        by_modes = by_modes + self._left_out_modes.of_winch_speeds(residues, OWN, value, by_modes)
+        by_modes = by_modes + self.closed_loop.left_out_modes.of_winch_speeds(OWN, value, by_modes, self._least)
         return value, by_modes + (self.integration_error + STUDY.winch_speeds) * value
 
     @property

@@ -102,18 +102,16 @@ class LeftOutModes:
     ----------
     closed_loop : ClosedLoop
         With gusts, and stable.
-    least : float
-        Relative error of an RMS that is stated at least, infinite where none is: smaller changes are not computed. [-]
     """
 
-    def __init__(self, closed_loop, least):
+    def __init__(self, closed_loop):
         self._closed_loop, self._plant, self._turbulence = closed_loop, closed_loop.plant, closed_loop.turbulence
-        self._least, self._all_modes = least, self._plant.all_modes
+        self._all_modes = self._plant.all_modes
         loop, low = self._turbulence.loop, STUDY.left_out_from * self._all_modes.highest
         self._beyond_integrator = loop is not None and not loop.law.integrates_only
-        self._coarse = np.geomspace(low, max(TURN * self._turbulence.range[1], low), STUDY.left_out_points)  # [rad/s]
+        self.coarse = np.geomspace(low, max(TURN * self._turbulence.range[1], low), STUDY.left_out_points)  # [rad/s]
 
-    def of_displacements(self, weights, variances, stated):
+    def of_displacements(self, weights, variances, stated, least):
         """Changes of the variances of displacements of bodies, shape (w, o); 0 of other outputs.
 
         Parameters
@@ -122,83 +120,77 @@ class LeftOutModes:
             Name -> function of frequency [Hz], as of `Turbulence.seen`.
         variances, stated : ndarray, shape (w, o)
             Of the model, and their errors that are known without: smaller changes are not resolved.
+        least : float
+            Relative error of an RMS that is stated at least, infinite where none is: smaller changes are not computed.
         """
-        (rows, displacements), change = self._plant.displacements, np.zeros(variances.shape)
-        if len(rows) and np.isfinite(self._least):
-            model = self._turbulence.response_to_forces(self._plant.loads_on_bodies, rows)
-            by_gusts = self._turbulence.residues.of_outputs(rows)
-
-            def by_forces(s):
-                return displacements @ self._receptance(s), model(s)
-
-            change[:, rows] = self._changes(by_forces, by_gusts, weights, variances[:, rows], stated[:, rows])
+        rows, change = self._plant.displacements[0], np.zeros(variances.shape)
+        if len(rows) and np.isfinite(least):
+            change[:, rows] = self._changes(self._displacements, weights, variances[:, rows], stated[:, rows], least)
         return change
 
-    def of_winch_speeds(self, residues, weights, variances, stated):
-        """Changes of the variances of the speeds of winches by `residues`, shape (w, i); others as above."""
-        if not (self._beyond_integrator and np.isfinite(self._least)):
+    def of_winch_speeds(self, weights, variances, stated, least):
+        """Changes of the variances of the speeds of winches, shape (w, i); arguments as of `of_displacements`."""
+        if not (self._beyond_integrator and np.isfinite(least)):
             return np.zeros(variances.shape)
+        return self._changes(self._winch_speeds, weights, variances, stated, least)
+
+    @cached_property
+    def _displacements(self):
+        """`_Look` at the displacements of bodies."""
+        rows, displacements = self._plant.displacements
+        model = self._turbulence.response_to_forces(self._plant.loads_on_bodies, rows)
+
+        def by_forces(s):
+            return displacements @ self._receptance(s), model(s)
+
+        return _Look(self, by_forces, self._turbulence.residues.of_outputs(rows))
+
+    @cached_property
+    def _winch_speeds(self):
+        """`_Look` at the speeds of winches."""
         model = self._turbulence.response_to_forces(self._plant.loads_on_bodies, speeds=True)
 
         def by_forces(s):
-            exact, receptance = self._on_all_modes, self._receptance(s)
+            exact, receptance = self.on_all_modes, self._receptance(s)
             moved = exact.controller(s)[:, :, None] * (exact.measured[:, : receptance.shape[1]] @ receptance)
             return s[:, None, None] * self._turbulence.loop.gain * (exact.shares @ moved), model(s)
 
-        return self._changes(by_forces, residues, weights, variances, stated)
+        return _Look(self, by_forces, self._turbulence.winch_speeds[-1])
 
-    def _changes(self, by_forces, residues, weights, variances, stated):
-        """Changes of the variances of some outputs, shape (w, r).
-
-        Parameters
-        ----------
-        by_forces : callable
-            s, shape (f,) -> responses of these outputs to forces on the bodies, by all modes and by the model.
-        residues : Residues or DelayedResponse
-            Response of these outputs to the gusts.
-        weights, variances, stated
-            As of `of_displacements`.
-        """
+    def _changes(self, look, weights, variances, stated, least):
+        """Changes of the variances of the r outputs of a `_Look`, shape (w, r); others as of `of_displacements`."""
 
         def integrals(omega, values):
             frequency = omega / TURN
             weighted = [weight(frequency)[:, None] * values for weight in weights.values()]
             return np.abs(np.trapezoid(weighted, frequency, axis=1))
 
-        response = np.swapaxes(residues.response(1j * self._coarse), -1, -2)
-        spectra = self._closed_loop.gusts.input_spectra(self._coarse / TURN, response)
         # of the root a variance has twice the error
-        least = 2 * self._least * np.maximum(variances, STUDY.left_out_small * variances.max(axis=1, keepdims=True))
-        seen = STUDY.left_out_change_at_most * integrals(self._coarse, spectra) > least
-        if not seen.any() or self._on_all_modes is None:
+        least = 2 * least * np.maximum(variances, STUDY.left_out_small * variances.max(axis=1, keepdims=True))
+        seen = STUDY.left_out_change_at_most * integrals(self.coarse, look.spectra) > least
+        if not seen.any() or self.on_all_modes is None:
             return np.zeros(variances.shape)
-
-        def sizes(omega):
-            both = by_forces(1j * omega)
-            return np.stack([(np.abs(response * self._units) ** 2).sum(axis=-1) for response in both], axis=1)
-
-        first, squares = _with_values(self._frequencies, sizes(self._frequencies))
-        # spectra over the squared responses to forces, which are smoother than both: between frequencies interpolated
-        of_model = np.stack([np.interp(self._coarse, first, of_row) for of_row in squares[:, 1].T], axis=-1)
-        forcing = np.divide(spectra, of_model, out=np.zeros_like(of_model), where=of_model > 0)
-
-        def interpolated(omega):
-            return np.stack([np.interp(omega, self._coarse, of_row) for of_row in forcing.T], axis=-1)
+        first, squares = look.first
 
         @np.errstate(divide="ignore", invalid="ignore")  # where nothing moves
         def matters(omega, squares):
             """True between neighbours by which a peak may add to a variance what is stated without, shape (f - 1,)."""
-            spectrum, frequency = interpolated(omega) * squares.max(axis=1), omega / TURN
+            spectrum, frequency = look.forcing(omega) * squares.max(axis=1), omega / TURN
             known = zip(weights.values(), np.maximum(least, stated), strict=True)
             shares = [weight(frequency)[:, None] * spectrum / of_weight for weight, of_weight in known]
             density = np.max(shares, axis=(0, 2))
             return STUDY.left_out_flank * np.maximum(density[:-1], density[1:]) * np.diff(frequency) > 1
 
-        omega, squares = _resolved(sizes, first, squares, matters)
-        return STUDY.left_out_safety * integrals(omega, interpolated(omega) * (squares[:, 0] - squares[:, 1]))
+        omega, squares = _resolved(look.squares, first, squares, matters)
+        return STUDY.left_out_safety * integrals(omega, look.forcing(omega) * (squares[:, 0] - squares[:, 1]))
+
+    @property
+    def gusts(self):
+        """`Gusts` on the model."""
+        return self._closed_loop.gusts
 
     @cached_property
-    def _on_all_modes(self):
+    def on_all_modes(self):
         """`LoopGain` with all modes of the cables that count; None where rounding spoils the response of a cable."""
         if not self._beyond_integrator:
             return self._all_modes.loop_gain
@@ -209,20 +201,64 @@ class LeftOutModes:
         """Free displacements of bodies by forces on them, with all modes of the cables, shape (f, d, d)."""
         free = len(self._plant.layout.free)
         gain = self._turbulence.loop.gain if self._beyond_integrator else 0.0
-        return self._on_all_modes.receptance(s, gain)[:, :free, :free]
+        return self.on_all_modes.receptance(s, gain)[:, :free, :free]
 
     @cached_property
-    def _units(self):
+    def units(self):
         """Forces on the free displacements that each do the same work at rest, shape (d,)."""
         return 1 / np.sqrt(np.diagonal(np.linalg.inv(dense(self._plant.modes.solution.reduced.stiffness))))
 
     @cached_property
-    def _frequencies(self):
+    def frequencies(self):
         """Frequencies at which responses are compared at first, beside poles of the model and resonances of cables."""
         poles = (self._turbulence.loop or self._plant.motion).eigen.poles
         poles = np.concatenate([self._all_modes.resonances, poles[poles.imag > 0]])
-        omega = np.append(self._coarse, near_poles(poles))
-        return distinct(omega[(omega >= self._coarse[0]) & (omega <= self._coarse[-1])])
+        omega = np.append(self.coarse, near_poles(poles))
+        return distinct(omega[(omega >= self.coarse[0]) & (omega <= self.coarse[-1])])
+
+
+class _Look:
+    """Responses of some outputs by the modes of a model and by all modes, above the model's: the same for all weights.
+
+    Parameters
+    ----------
+    left_out : LeftOutModes
+    by_forces : callable
+        s, shape (f,) -> responses of r outputs to forces on the bodies, by all modes and by the model.
+    residues : Residues or DelayedResponse
+        Response of these outputs to the gusts.
+    """
+
+    def __init__(self, left_out, by_forces, residues):
+        self._left_out, self._by_forces, self._residues = left_out, by_forces, residues
+
+    @cached_property
+    def spectra(self):
+        """Spectra by the model at the frequencies `coarse`, shape (f, r)."""
+        coarse, gusts = self._left_out.coarse, self._left_out.gusts
+        return gusts.input_spectra(coarse / TURN, np.swapaxes(self._residues.response(1j * coarse), -1, -2))
+
+    def squares(self, omega):
+        """Squared responses to forces, by all modes and by the model, shape (f, 2, r)."""
+        both = self._by_forces(1j * omega)
+        return np.stack([(np.abs(response * self._left_out.units) ** 2).sum(axis=-1) for response in both], axis=1)
+
+    @cached_property
+    def first(self):
+        """Frequencies that are looked at first, shape (f,), and `squares` there."""
+        omega = self._left_out.frequencies
+        return _with_values(omega, self.squares(omega))
+
+    @cached_property
+    def _forcing(self):
+        """Spectra over the squared responses to forces, which are smoother than both, at the frequencies `coarse`."""
+        omega, squares = self.first
+        of_model = np.stack([np.interp(self._left_out.coarse, omega, of_row) for of_row in squares[:, 1].T], axis=-1)
+        return np.divide(self.spectra, of_model, out=np.zeros_like(of_model), where=of_model > 0)
+
+    def forcing(self, omega):
+        """`_forcing` interpolated at other frequencies, shape (f, r)."""
+        return np.stack([np.interp(omega, self._left_out.coarse, of_row) for of_row in self._forcing.T], axis=-1)
 
 
 def _with_values(omega, values):
