@@ -46,8 +46,8 @@ class Notch:
 
     @staticmethod
     def stack(notches):
-        """`Notch` with arrays, shape (n,), of n notches."""
-        return Notch(*np.array([[*vars(notch).values()] for notch in notches]).T)
+        """`Notch` with arrays, shape (n, ...), of n notches."""
+        return Notch(*np.stack([[*vars(notch).values()] for notch in notches], axis=1))
 
     def take(self, rows):
         """`Notch` with some of many."""

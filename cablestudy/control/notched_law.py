@@ -42,5 +42,5 @@ class NotchedLaw:
         for law, numbers in laws.items():
             own = slice(None) if len(laws) == 1 else np.isin(row, numbers)
             value[own] = law(s[own])
-        notches = Notch(*np.stack([[*vars(controller.notch).values()] for controller in controllers], axis=1))
+        notches = Notch.stack([controller.notch for controller in controllers])
         return value[:, None] * notches.take(row)(s[:, None])

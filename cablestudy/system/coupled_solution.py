@@ -426,6 +426,11 @@ class CoupledModes:
         displacement = self.layout.bodies(self.shapes)[motion] / (2 * np.pi * self.frequency)
         return compliance_shares(displacement, self.solution.reduced.compliance(motion))
 
+    def run_of(self, mode):
+        """The modes that coincide with one, itself among them: slice of their indices, from 0."""
+        runs = (slice(first - 1, last) for first, last in self.coincident)
+        return next((run for run in runs if run.start <= mode < run.stop), slice(mode, mode + 1))
+
     def over_coincident(self, shares, chosen=None):
         """Shares of modes with those of all modes that coincide added up: such modes may be combined at will.
 

@@ -24,13 +24,9 @@ from cablestudy.wind.coherence import gauss
 from cablestudy.wind.tolerances import WIND
 
 
-@cache
 def load_points(order):
     """The n Gauss points of loads on an element, on [0, 1], and their weights, shape (n,) both; two on a bar."""
-    if order == 1:
-        return gauss(1)
-    roots, weights = legendre.leggauss(order + WIND.load_points)
-    return (roots + 1) / 2, weights / 2
+    return gauss(1 if order == 1 else order + WIND.load_points - 1)
 
 
 @cache
@@ -148,6 +144,5 @@ def _sinh_rule(count, center, scale):
 @cache
 def _ends_refined(count):
     """Gauss points and weights on [0, 1], closer together at the ends, shape (count,) both."""
-    roots, weights = legendre.leggauss(count)
-    x = (roots + 1) / 2
-    return (x + x**2 * (3 - 2 * x)) / 2, (1 + 6 * x * (1 - x)) / 2 * weights / 2
+    x, weights = gauss(count - 1)
+    return (x + x**2 * (3 - 2 * x)) / 2, (1 + 6 * x * (1 - x)) / 2 * weights

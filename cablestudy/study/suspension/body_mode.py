@@ -137,7 +137,7 @@ class BodyMode:
                 raise NoSolutionError("the model has 0 modes")
             mode = cls(modes, body, axis)
             total = mode.shares.sum()
-            if mode.largest_share >= 1 - total or len(modes) < count:
+            if mode.share_with_coincident >= 1 - total or len(modes) < count:
                 return mode
             if count >= STUDY.most_body_modes:
                 raise NoSolutionError(
@@ -154,13 +154,8 @@ class BodyMode:
     @cached_property
     def number(self):
         """Number of the mode among the `modes`, from 0; of modes that coincide that with the largest share."""
-        run = self._run_of(largest_share(self.modes.over_coincident(self.shares)))
+        run = self.modes.run_of(largest_share(self.modes.over_coincident(self.shares)))
         return run.start + largest_share(self.shares[run])
-
-    def _run_of(self, number):
-        """The modes that coincide with one, itself among them: slice of their numbers, from 0."""
-        runs = (slice(first - 1, last) for first, last in self.modes.coincident)
-        return next((run for run in runs if run.start <= number < run.stop), slice(number, number + 1))
 
     @cached_property
     def shares(self):
@@ -168,9 +163,9 @@ class BodyMode:
         return self.modes.compliance_shares(self.body, self.axis)
 
     @property
-    def largest_share(self):
+    def share_with_coincident(self):
         """Share of the mode in the static compliance, with those that coincide with it. [-]"""
-        return self.shares[self._run_of(self.number)].sum()
+        return self.shares[self.modes.run_of(self.number)].sum()
 
     @property
     def share(self):
@@ -179,14 +174,14 @@ class BodyMode:
         The error is the change to the finer model, or what the errors of the frequencies of that allow
         (`_error_by_mixing`) where this is larger; not a number for an exact choice of elements.
         """
-        (fine, number), run = self.damped, self._run_of(self.number)
+        (fine, number), run = self.damped, self.modes.run_of(self.number)
         shares = fine.compliance_shares(self.body, self.axis)
         share = shares[run].sum()
         if self.exact:
             return float(share), np.nan
         shares[run], shares[number] = 0.0, share
         by_mixing = _error_by_mixing(number, shares, fine.frequency, fine.error)
-        return float(share), float(max(STUDY.rounding, abs(share - self.largest_share) / share, by_mixing))
+        return float(share), float(max(STUDY.rounding, abs(share - self.share_with_coincident) / share, by_mixing))
 
     @property
     def exact(self):
@@ -205,7 +200,7 @@ class BodyMode:
 
     def _number_in(self, modes):
         """Number of this mode among those of a finer model, where modes that coincide may come in another order."""
-        run = self._run_of(self.number)
+        run = self.modes.run_of(self.number)
         return run.start + largest_share(modes.compliance_shares(self.body, self.axis)[run])
 
 

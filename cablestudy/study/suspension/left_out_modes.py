@@ -136,18 +136,18 @@ class LeftOutModes:
 
     @cached_property
     def _displacements(self):
-        """`_Look` at the displacements of bodies."""
+        """`_Responses` at the displacements of bodies."""
         rows, displacements = self._plant.displacements
         model = self._turbulence.response_to_forces(self._plant.loads_on_bodies, rows)
 
         def by_forces(s):
             return displacements @ self._receptance(s), model(s)
 
-        return _Look(self, by_forces, self._turbulence.residues.of_outputs(rows))
+        return _Responses(self, by_forces, self._turbulence.residues.of_outputs(rows))
 
     @cached_property
     def _winch_speeds(self):
-        """`_Look` at the speeds of winches."""
+        """`_Responses` at the speeds of winches."""
         model = self._turbulence.response_to_forces(self._plant.loads_on_bodies, speeds=True)
 
         def by_forces(s):
@@ -155,10 +155,10 @@ class LeftOutModes:
             moved = exact.controller(s)[:, :, None] * (exact.measured[:, : receptance.shape[1]] @ receptance)
             return s[:, None, None] * self._turbulence.loop.gain * (exact.shares @ moved), model(s)
 
-        return _Look(self, by_forces, self._turbulence.winch_speeds[-1])
+        return _Responses(self, by_forces, self._turbulence.winch_speeds[-1])
 
-    def _changes(self, look, weights, variances, stated, least):
-        """Changes of the variances of the r outputs of a `_Look`, shape (w, r); others as of `of_displacements`."""
+    def _changes(self, responses, weights, variances, stated, least):
+        """Changes of the variances of the r outputs of `_Responses`, shape (w, r); others as of `of_displacements`."""
 
         def integrals(omega, values):
             frequency = omega / TURN
@@ -167,22 +167,22 @@ class LeftOutModes:
 
         # of the root a variance has twice the error
         least = 2 * least * np.maximum(variances, STUDY.left_out_small * variances.max(axis=1, keepdims=True))
-        seen = STUDY.left_out_change_at_most * integrals(self.coarse, look.spectra) > least
+        seen = STUDY.left_out_change_at_most * integrals(self.coarse, responses.spectra) > least
         if not seen.any() or self.on_all_modes is None:
             return np.zeros(variances.shape)
-        first, squares = look.first
+        first, squares = responses.first
 
         @np.errstate(divide="ignore", invalid="ignore")  # where nothing moves
         def matters(omega, squares):
             """True between neighbours by which a peak may add to a variance what is stated without, shape (f - 1,)."""
-            spectrum, frequency = look.forcing(omega) * squares.max(axis=1), omega / TURN
+            spectrum, frequency = responses.forcing(omega) * squares.max(axis=1), omega / TURN
             known = zip(weights.values(), np.maximum(least, stated), strict=True)
             shares = [weight(frequency)[:, None] * spectrum / of_weight for weight, of_weight in known]
             density = np.max(shares, axis=(0, 2))
             return STUDY.left_out_flank * np.maximum(density[:-1], density[1:]) * np.diff(frequency) > 1
 
-        omega, squares = _resolved(look.squares, first, squares, matters)
-        return STUDY.left_out_safety * integrals(omega, look.forcing(omega) * (squares[:, 0] - squares[:, 1]))
+        omega, squares = _resolved(responses.squares, first, squares, matters)
+        return STUDY.left_out_safety * integrals(omega, responses.forcing(omega) * (squares[:, 0] - squares[:, 1]))
 
     @property
     def gusts(self):
@@ -217,7 +217,7 @@ class LeftOutModes:
         return distinct(omega[(omega >= self.coarse[0]) & (omega <= self.coarse[-1])])
 
 
-class _Look:
+class _Responses:
     """Responses of some outputs by the modes of a model and by all modes, above the model's: the same for all weights.
 
     Parameters
