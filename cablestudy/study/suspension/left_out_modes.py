@@ -85,6 +85,18 @@ class BodiesOnAllModes:
         poles, added = np.concatenate(poles), np.concatenate(added)
         return poles[added > STUDY.left_out_resonances * added.max(initial=0.0)]
 
+    @cached_property
+    def displacements(self):
+        """`_Responses` at the displacements of bodies, winches at rest: also of loops that only integrate."""
+        plant, free = self._plant, len(self._plant.layout.free)
+        rows, of_bodies = plant.displacements
+        model = plant.at_rest.response_to_forces(plant.loads_on_bodies, rows)
+
+        def by_forces(s):
+            return of_bodies @ self.loop_gain.receptance(s)[:, :free, :free], model(s)
+
+        return _Responses(plant, plant.at_rest, by_forces)
+
 
 def _added(omega, coupling, decay):
     """What resonances of modes add to variances, over an unknown factor, shape (n,).
@@ -106,10 +118,8 @@ class LeftOutModes:
 
     def __init__(self, closed_loop):
         self._closed_loop, self._plant, self._turbulence = closed_loop, closed_loop.plant, closed_loop.turbulence
-        self._all_modes = self._plant.all_modes
-        loop, low = self._turbulence.loop, STUDY.left_out_from * self._all_modes.highest
-        self._beyond_integrator = loop is not None and not loop.law.integrates_only
-        self.coarse = np.geomspace(low, max(TURN * self._turbulence.range[1], low), STUDY.left_out_points)  # [rad/s]
+        self._loop = self._turbulence.loop
+        self._beyond_integrator = self._loop is not None and not self._loop.law.integrates_only
 
     def of_displacements(self, weights, variances, stated, least):
         """Changes of the variances of displacements of bodies, shape (w, o); 0 of other outputs.
@@ -136,29 +146,46 @@ class LeftOutModes:
 
     @cached_property
     def _displacements(self):
-        """`_Responses` at the displacements of bodies."""
-        rows, displacements = self._plant.displacements
-        model = self._turbulence.response_to_forces(self._plant.loads_on_bodies, rows)
+        """`_Spectra` of the displacements of bodies."""
+        plant, turbulence, (rows, of_bodies) = self._plant, self._turbulence, self._plant.displacements
+        responses = plant.all_modes.displacements
+        if self._beyond_integrator:
+            model = turbulence.response_to_forces(plant.loads_on_bodies, rows)
 
-        def by_forces(s):
-            return displacements @ self._receptance(s), model(s)
+            def by_forces(s):
+                return of_bodies @ self._receptance(s), model(s)
 
-        return _Responses(self, by_forces, self._turbulence.residues.of_outputs(rows))
+            responses = _Responses(plant, turbulence, by_forces)
+        return _Spectra(responses, turbulence.residues.of_outputs(rows), plant.gusts)
 
     @cached_property
     def _winch_speeds(self):
-        """`_Responses` at the speeds of winches."""
-        model = self._turbulence.response_to_forces(self._plant.loads_on_bodies, speeds=True)
+        """`_Spectra` of the speeds of winches."""
+        plant, turbulence, loop = self._plant, self._turbulence, self._loop
+        model = turbulence.response_to_forces(plant.loads_on_bodies, speeds=True)
 
         def by_forces(s):
-            exact, receptance = self.on_all_modes, self._receptance(s)
+            exact, receptance = self._on_all_modes, self._receptance(s)
             moved = exact.controller(s)[:, :, None] * (exact.measured[:, : receptance.shape[1]] @ receptance)
-            return s[:, None, None] * self._turbulence.loop.gain * (exact.shares @ moved), model(s)
+            return s[:, None, None] * loop.gain * (exact.shares @ moved), model(s)
 
-        return _Responses(self, by_forces, self._turbulence.winch_speeds[-1])
+        return _Spectra(_Responses(plant, turbulence, by_forces), turbulence.winch_speeds[-1], plant.gusts)
 
-    def _changes(self, responses, weights, variances, stated, least):
-        """Changes of the variances of the r outputs of `_Responses`, shape (w, r); others as of `of_displacements`."""
+    def _receptance(self, s):
+        """Free displacements of bodies by forces on them, with the loop and all modes of cables, shape (f, d, d)."""
+        free = len(self._plant.layout.free)
+        return self._on_all_modes.receptance(s, self._loop.gain)[:, :free, :free]
+
+    @cached_property
+    def _on_all_modes(self):
+        """`LoopGain` with all modes of the cables that count; None where rounding spoils the response of a cable."""
+        if not self._beyond_integrator:
+            return self._plant.all_modes.loop_gain
+        loop_gain = self._closed_loop.judged_by.loop_gain
+        return loop_gain if isinstance(loop_gain, LoopGain) else None
+
+    def _changes(self, spectra, weights, variances, stated, least):
+        """Changes of the variances of the r outputs of `_Spectra`, shape (w, r); others as of `of_displacements`."""
 
         def integrals(omega, values):
             frequency = omega / TURN
@@ -167,98 +194,96 @@ class LeftOutModes:
 
         # of the root a variance has twice the error
         least = 2 * least * np.maximum(variances, STUDY.left_out_small * variances.max(axis=1, keepdims=True))
-        seen = STUDY.left_out_change_at_most * integrals(self.coarse, responses.spectra) > least
-        if not seen.any() or self.on_all_modes is None:
+        seen = STUDY.left_out_change_at_most * integrals(spectra.responses.coarse, spectra.coarse) > least
+        if not seen.any() or self._on_all_modes is None:
             return np.zeros(variances.shape)
-        first, squares = responses.first
 
         @np.errstate(divide="ignore", invalid="ignore")  # where nothing moves
         def matters(omega, squares):
             """True between neighbours by which a peak may add to a variance what is stated without, shape (f - 1,)."""
-            spectrum, frequency = responses.forcing(omega) * squares.max(axis=1), omega / TURN
+            spectrum, frequency = spectra.forcing(omega) * squares.max(axis=1), omega / TURN
             known = zip(weights.values(), np.maximum(least, stated), strict=True)
             shares = [weight(frequency)[:, None] * spectrum / of_weight for weight, of_weight in known]
             density = np.max(shares, axis=(0, 2))
             return STUDY.left_out_flank * np.maximum(density[:-1], density[1:]) * np.diff(frequency) > 1
 
-        omega, squares = _resolved(responses.squares, first, squares, matters)
-        return STUDY.left_out_safety * integrals(omega, responses.forcing(omega) * (squares[:, 0] - squares[:, 1]))
-
-    @property
-    def gusts(self):
-        """`Gusts` on the model."""
-        return self._closed_loop.gusts
-
-    @cached_property
-    def on_all_modes(self):
-        """`LoopGain` with all modes of the cables that count; None where rounding spoils the response of a cable."""
-        if not self._beyond_integrator:
-            return self._all_modes.loop_gain
-        loop_gain = self._closed_loop.judged_by.loop_gain
-        return loop_gain if isinstance(loop_gain, LoopGain) else None
-
-    def _receptance(self, s):
-        """Free displacements of bodies by forces on them, with all modes of the cables, shape (f, d, d)."""
-        free = len(self._plant.layout.free)
-        gain = self._turbulence.loop.gain if self._beyond_integrator else 0.0
-        return self.on_all_modes.receptance(s, gain)[:, :free, :free]
-
-    @cached_property
-    def units(self):
-        """Forces on the free displacements that each do the same work at rest, shape (d,)."""
-        return 1 / np.sqrt(np.diagonal(np.linalg.inv(dense(self._plant.modes.solution.reduced.stiffness))))
-
-    @cached_property
-    def frequencies(self):
-        """Frequencies at which responses are compared at first, beside poles of the model and resonances of cables."""
-        poles = (self._turbulence.loop or self._plant.motion).eigen.poles
-        poles = np.concatenate([self._all_modes.resonances, poles[poles.imag > 0]])
-        omega = np.append(self.coarse, near_poles(poles))
-        return distinct(omega[(omega >= self.coarse[0]) & (omega <= self.coarse[-1])])
+        omega, squares = _resolved(spectra.responses.squares, *spectra.responses.first, matters)
+        return STUDY.left_out_safety * integrals(omega, spectra.forcing(omega) * (squares[:, 0] - squares[:, 1]))
 
 
 class _Responses:
-    """Responses of some outputs by the modes of a model and by all modes, above the model's: the same for all weights.
+    """Responses of some outputs to forces on the bodies, by all modes and by those of a model, above the model's.
 
     Parameters
     ----------
-    left_out : LeftOutModes
+    plant : Plant
+    turbulence : Turbulence
+        Of this plant: by its poles, and its range of frequencies.
     by_forces : callable
-        s, shape (f,) -> responses of r outputs to forces on the bodies, by all modes and by the model.
-    residues : Residues or DelayedResponse
-        Response of these outputs to the gusts.
+        s, shape (f,) -> responses of r outputs to forces on the free displacements, by all modes and by the model.
+
+    Attributes
+    ----------
+    coarse : ndarray
+        Frequencies, ascending, at which the response of the model shows how it falls. [rad/s]
     """
 
-    def __init__(self, left_out, by_forces, residues):
-        self._left_out, self._by_forces, self._residues = left_out, by_forces, residues
-
-    @cached_property
-    def spectra(self):
-        """Spectra by the model at the frequencies `coarse`, shape (f, r)."""
-        coarse, gusts = self._left_out.coarse, self._left_out.gusts
-        return gusts.input_spectra(coarse / TURN, np.swapaxes(self._residues.response(1j * coarse), -1, -2))
+    def __init__(self, plant, turbulence, by_forces):
+        low, high = STUDY.left_out_from * plant.all_modes.highest, TURN * turbulence.range[1]
+        self.coarse = np.geomspace(low, max(high, low), STUDY.left_out_points)
+        self._plant, self._turbulence, self._by_forces = plant, turbulence, by_forces
 
     def squares(self, omega):
         """Squared responses to forces, by all modes and by the model, shape (f, 2, r)."""
         both = self._by_forces(1j * omega)
-        return np.stack([(np.abs(response * self._left_out.units) ** 2).sum(axis=-1) for response in both], axis=1)
+        return np.stack([(np.abs(response * self._units) ** 2).sum(axis=-1) for response in both], axis=1)
+
+    @cached_property
+    def _units(self):
+        """Forces on the free displacements that each do the same work at rest, shape (d,)."""
+        return 1 / np.sqrt(np.diagonal(np.linalg.inv(dense(self._plant.modes.solution.reduced.stiffness))))
 
     @cached_property
     def first(self):
-        """Frequencies that are looked at first, shape (f,), and `squares` there."""
-        omega = self._left_out.frequencies
+        """Frequencies that are looked at first, beside poles of the model and resonances of cables, and `squares`."""
+        poles = (self._turbulence.loop or self._plant.motion).eigen.poles
+        poles = np.concatenate([self._plant.all_modes.resonances, poles[poles.imag > 0]])
+        omega = distinct(np.append(self.coarse, near_poles(poles)))
+        omega = omega[(omega >= self.coarse[0]) & (omega <= self.coarse[-1])]
         return _with_values(omega, self.squares(omega))
 
     @cached_property
-    def _forcing(self):
-        """Spectra over the squared responses to forces, which are smoother than both, at the frequencies `coarse`."""
+    def of_model(self):
+        """`squares` by the model at the frequencies `coarse`, shape (f, r)."""
         omega, squares = self.first
-        of_model = np.stack([np.interp(self._left_out.coarse, omega, of_row) for of_row in squares[:, 1].T], axis=-1)
-        return np.divide(self.spectra, of_model, out=np.zeros_like(of_model), where=of_model > 0)
+        return np.stack([np.interp(self.coarse, omega, of_output) for of_output in squares[:, 1].T], axis=-1)
+
+
+class _Spectra:
+    """Spectra of the outputs of `_Responses` in gusts.
+
+    Parameters
+    ----------
+    responses : _Responses
+    residues : Residues or DelayedResponse
+        Response of these outputs, by the model, to the gusts.
+    gusts : Gusts
+    """
+
+    def __init__(self, responses, residues, gusts):
+        self.responses, self._residues, self._gusts = responses, residues, gusts
+
+    @cached_property
+    def coarse(self):
+        """Spectra by the model at the frequencies `coarse` of the responses, shape (f, r)."""
+        coarse = self.responses.coarse
+        return self._gusts.input_spectra(coarse / TURN, np.swapaxes(self._residues.response(1j * coarse), -1, -2))
 
     def forcing(self, omega):
-        """`_forcing` interpolated at other frequencies, shape (f, r)."""
-        return np.stack([np.interp(omega, self._left_out.coarse, of_row) for of_row in self._forcing.T], axis=-1)
+        """Spectra over squared responses to forces, which are smoother than both, at some frequencies, shape (f, r)."""
+        of_model = self.responses.of_model
+        ratio = np.divide(self.coarse, of_model, out=np.zeros_like(of_model), where=of_model > 0)
+        return np.stack([np.interp(omega, self.responses.coarse, of_output) for of_output in ratio.T], axis=-1)
 
 
 def _with_values(omega, values):
