@@ -10,9 +10,8 @@ import click
 
 from cablestudy.cli.error_handling import INTERRUPTED, WRONG_USE
 from cablestudy.cli.help import Grouped
+from cablestudy.threads import VARIABLES
 from cablestudy.version import __version__
-
-THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 class OneLine(Grouped):
@@ -61,6 +60,5 @@ def main():
     SCENE and STUDY are YAML files, or - for standard input. Tables go to standard output, everything else to standard
     error. Exit codes: 0 done, 1 a check failed, 2 wrong usage, file or value, 3 some case has no answer.
     """
-    # matrices are small: threads cost time, and the last digits may depend on their number
-    for name in THREADS:
+    for name in VARIABLES:  # see `threads`: before numpy is imported that needs no library
         os.environ.setdefault(name, "1")

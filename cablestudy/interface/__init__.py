@@ -22,6 +22,7 @@ from cablestudy.interface.study import sweep
 from cablestudy.interface.suspension import Suspension
 from cablestudy.scene.document import Document, apply_sets, read_document
 from cablestudy.scene.scene import CableScene, load_scene
+from cablestudy.threads import one_thread
 
 if TYPE_CHECKING:
     import pandas
@@ -103,6 +104,7 @@ def find(
     return compute_find(path, set, case, goal=goal, by=by, between=between, columns=columns).frame()
 
 
+@one_thread()
 def compute_find(path: Any, set: Sequence[str] = (), case: str | None = None, **asked: str | None) -> Answer:
     """`Answer` of `find`, of changes as texts, with warnings and failures; its other parameters are `asked`."""
     document = apply_sets(read_document(path), tuple(set), case)

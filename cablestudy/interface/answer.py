@@ -9,6 +9,7 @@ from html import escape
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 from cablestudy.errors import NoSolutionError, SceneError
+from cablestudy.threads import one_thread
 
 if TYPE_CHECKING:
     import pandas
@@ -131,6 +132,7 @@ class Answer:
         lines = "".join(f"<p>{escape(line)}</p>" for line in (*self.warnings, *self.failures))
         return lines + self.frames()._repr_html_()
 
+    @one_thread()
     def figure(self) -> Figure:
         """The picture: matplotlib.figure.Figure.
 

@@ -33,6 +33,7 @@ from cablestudy.scene.document import Document
 from cablestudy.scene.fields import KeyTable
 from cablestudy.scene.likely_mistakes import likely_mistakes
 from cablestudy.scene.scene import each_case
+from cablestudy.threads import one_thread
 
 if TYPE_CHECKING:
     import pandas
@@ -150,6 +151,7 @@ class Scene:
         """
         return with_likely_mistakes(self._compute(what, **options), self.document)
 
+    @one_thread()
     def _compute(self, what, **options):
         """`Answer` of a command, see `compute`, without warnings about likely mistakes in the file."""
         if not isinstance(what, str) or what not in self.answers:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from cablestudy.interface.arguments import checked
 from cablestudy.interface.kinds import Changes, File, Processes, Source, Variations
+from cablestudy.threads import one_thread
 
 if TYPE_CHECKING:
     import pandas
@@ -55,7 +56,8 @@ def sweep(
     """
     folder, keep = ("results", False) if out is None else (out, True)
     with Study(study, set, vary).run(folder, keep, jobs=jobs, quiet=True) as run:
-        run.compute()
+        with one_thread():
+            run.compute()
         run.check_complete()
         table = run.table()
         if keep:

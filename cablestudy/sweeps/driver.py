@@ -14,6 +14,7 @@ from contextlib import contextmanager
 from cablestudy.errors import NoSolutionError
 from cablestudy.interrupts import signals_blocked
 from cablestudy.sweeps.chunks import compute
+from cablestudy.threads import keep_one_thread
 
 TRIAL = 0.3  # seconds of computing in this process, after which the time of the whole work is estimated
 WORTHWHILE = 3.0  # seconds of work that are worth the start of other processes
@@ -182,7 +183,8 @@ def _context():
 
 
 def _begin_worker():
-    """In a worker: ignore SIGINT, and end when the parent process ends, however that happens."""
+    """In a worker: take one thread, ignore SIGINT, and end when the parent process ends, however that happens."""
+    keep_one_thread()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_exit_with_parent, daemon=True).start()
 

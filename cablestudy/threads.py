@@ -1,0 +1,40 @@
+"""One thread for linear algebra: the matrices are small, and the last digits may depend on the number of threads.
+
+A number of threads that the environment names stays: whoever sets one of VARIABLES has chosen.
+"""
+
+import os
+from contextlib import contextmanager
+from functools import cache
+
+VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+@contextmanager
+def one_thread():
+    """Context manager, or decorator: inside, linear algebra takes one thread; afterwards as many as before."""
+    if _chosen():
+        yield
+        return
+    with _libraries().limit(limits=1, user_api="blas"):
+        yield
+
+
+def keep_one_thread():
+    """Let linear algebra take one thread for the rest of this process."""
+    if not _chosen():
+        _libraries().limit(limits=1, user_api="blas")
+
+
+def _chosen():
+    """True if the environment names a number of threads."""
+    return any(name in os.environ for name in VARIABLES)
+
+
+@cache
+def _libraries():
+    """Controller of the libraries for linear algebra, of numpy and of scipy."""
+    import scipy.linalg  # noqa: F401 a library that is not loaded is not found
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()
