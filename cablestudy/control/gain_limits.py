@@ -178,7 +178,7 @@ class StableGains:
     def margins(self, gain):
         """`Margins` of the loop with a gain. [rad/s]"""
         curve = self._closed_loop_curve(gain)
-        return Margins(lambda s: gain * self.loop_gain(s), curve.omega, self._check_peak, gain * curve.matrices)
+        return Margins(self.loop_gain, curve.omega, gain, self._check_peak, curve.matrices)
 
     def _check_peak(self, omega):
         """Refuse a peak of the sensitivity, at a frequency [rad/s], of a mode as good as undamped: NoSolutionError."""

@@ -15,106 +15,127 @@ coupled this is a lower bound: the structured singular value would give the larg
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
+from operator import attrgetter
 
 import numpy as np
 
-from cablestudy.control.curves import by_parts, eigenvalues
+from cablestudy.control.curves import at_frequencies, by_parts, eigenvalues
 from cablestudy.control.margins_grid import highest, passages
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import NoSolutionError
+from cablestudy.system.together import computed_together, together
 
 TURN = 2 * np.pi
+SHIFTS = np.array([0.0, 0.5])  # of S by multiples of I: for the peak of the sensitivity, and for the disk margin
 # bound, where the loop gain is small, on how far a peak at or beside a frequency lies above the size of I, over that of
 # S - I there: a peak beside a frequency is at most `peak_reach` times its visible height higher
 PEAK_OVER_DEVIATION = 2 * (1 + 2 * CONTROL.peak_reach)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Margins:
     """Margins of stability of a stable loop over frequency: phase, delay, sensitivity, disk margin and bandwidth.
 
+    What is sought over frequency is sought for many loops in one call (`computed_together`).
+
     Attributes
     ----------
-    loop_gain : callable
-        L: s, shape (f,) -> shape (f, k, k).
+    unit_gain : callable
+        L over the gain: s, shape (f,) -> shape (f, k, k).
     omega : ndarray, shape (f,)
         Ascending frequencies, close enough to show every turn of L and S; see `margins_grid.frequencies`. [rad/s]
+    gain : float
+        [rad/s]
     check_peak : callable
         Called with the frequency of a peak of the sensitivity or of the disk margin [rad/s]: raises NoSolutionError
         where that peak is that of a mode as good as undamped, whose height is rounding.
     matrices : ndarray, shape (f, k, k), optional
-        L at these frequencies, where it is known.
+        L over the gain at these frequencies, where it is known.
     """
 
-    loop_gain: Callable
+    unit_gain: Callable
     omega: np.ndarray
+    gain: float = 1.0
     check_peak: Callable = lambda omega: None
     matrices: np.ndarray | None = None
+
+    def loop_gain(self, s):
+        """L at s of shape (f,), shape (f, k, k)."""
+        return self.gain * self.unit_gain(s)
 
     @cached_property
     def _curve(self):
         """Frequencies at which L is finite [rad/s], and L there, shape (f, k, k)."""
-        matrices = by_parts(self.loop_gain, 1j * self.omega) if self.matrices is None else self.matrices
+        matrices = by_parts(self.unit_gain, 1j * self.omega) if self.matrices is None else self.matrices
         finite = np.isfinite(matrices).all(axis=(-2, -1))
-        return self.omega[finite], matrices[finite]
+        return self.omega[finite], self.gain * matrices[finite]
 
     @cached_property
     def _sensitivity(self):
         """S at the frequencies of `_curve`, shape (f, k, k)."""
         return sensitivity(self._curve[1])
 
-    @cached_property
-    def crossovers(self):
+    @property
+    def _size(self):
+        """Number of measured coordinates, k."""
+        return self._curve[1].shape[-1]
+
+    @property
+    def _signature(self):
+        """Numbers of everything, by which loops are found whose loop gains are computed together: tuple."""
+        return self._size, getattr(self.unit_gain, "signature", None)
+
+    @computed_together
+    def crossovers(margins):
         """Frequencies at which an eigenvalue of L has the size 1 [rad/s], and its angle from -1 [deg], shape (c,)."""
+        for members, loop_gains in _of_many(margins):
+            curves = [(omega, _log_sizes(matrices)) for omega, matrices in (one._curve for one in members)]
+            found = passages(lambda omega, loop, of=loop_gains: _log_sizes(of(omega, loop)), curves)
+            omega, rank = (np.concatenate(parts) for parts in zip(*found, strict=True))
+            values = eigenvalues(loop_gains(omega, np.repeat(np.arange(len(found)), [len(own) for own, _ in found])))
+            index = np.take_along_axis(np.argsort(np.abs(values), axis=1), rank[:, None], axis=1)
+            angle, end = np.degrees(np.angle(-np.take_along_axis(values, index, axis=1)[:, 0])), 0
+            for one, (own, _) in zip(members, found, strict=True):
+                begin, end = end, end + len(own)
+                yield one, (own, angle[begin:end])
 
-        def log_sizes(omega):
-            return _log_sizes(by_parts(self.loop_gain, 1j * omega))
+    @computed_together
+    def peaks(margins):
+        """Largest singular value over frequency [-], and its frequency [rad/s], of S and of S - I/2: two pairs."""
+        for members, loop_gains in _of_many(margins):
 
-        omega, matrices = self._curve
-        omega, rank = passages(log_sizes, omega, _log_sizes(matrices))
-        values = eigenvalues(by_parts(self.loop_gain, 1j * omega))
-        index = np.take_along_axis(np.argsort(np.abs(values), axis=1), rank[:, None], axis=1)
-        return omega, np.degrees(np.angle(-np.take_along_axis(values, index, axis=1)[:, 0]))
+            def size_at(omega, which, loop_gains=loop_gains):
+                loop, shift = np.divmod(which, len(SHIFTS))
+                return _size(sensitivity(loop_gains(omega, loop)), SHIFTS[shift][:, None, None])
 
-    def _highest(self, shift):
-        """Largest singular value of S - shift I over frequency [-], and its frequency [rad/s].
+            curves = [(one._curve[0], one._sizes(shift)) for one in members for shift in SHIFTS.tolist()]
+            found = highest(size_at, curves)
+            yield from zip(members, zip(found[::2], found[1::2], strict=True), strict=True)
 
-        The peak of the sensitivity has a shift of 0, the disk margin one of 1/2. Where L is small, S is nearly I: a
-        bound on their difference tells at which frequencies the highest peak cannot be, and S need not be computed.
+    def _sizes(self, shift):
+        """Largest singular value of S - shift I at the frequencies of `_curve`, where a highest one may be, shape (f,).
+
+        Where L is small, S is nearly I: a bound on their difference tells at which frequencies the highest peak cannot
+        be, and S need not be computed.
         """
-
-        def size(matrices):
-            return np.nan_to_num(largest(matrices - shift * np.eye(matrices.shape[-1])), nan=0.0, posinf=0.0)
-
-        def size_at(omega):
-            return size(sensitivity(by_parts(self.loop_gain, 1j * omega)))
-
         omega, matrices = self._curve
         size_of_identity, value = abs(1 - shift), np.zeros(len(omega))
         gain = np.minimum(np.sqrt((np.abs(matrices) ** 2).sum(axis=(-2, -1))), CONTROL.small_gain)
         deviation = gain / (1 - gain)  # bound on the size of S - I for a loop gain of size `gain` < 1
         large = gain == CONTROL.small_gain
-        value[large] = size(self._sensitivity[large])
+        value[large] = _size(self._sensitivity[large], shift)
         highest_known = value.max(initial=size_of_identity)
         # bound on a peak at or beside each frequency, above the size of I: S is needed where it may be the highest
         reach = PEAK_OVER_DEVIATION * deviation + CONTROL.flat_peak * highest_known
         may_be_highest = ~large & (reach >= highest_known - size_of_identity)
-        value[may_be_highest] = size(self._sensitivity[may_be_highest])
+        value[may_be_highest] = _size(self._sensitivity[may_be_highest], shift)
         value[~large & ~may_be_highest] = size_of_identity
-        return highest(size_at, omega, value)
-
-    @cached_property
-    def _highest_sensitivity(self):
-        return self._highest(0.0)
-
-    @cached_property
-    def _highest_disk(self):
-        return self._highest(0.5)
+        return value
 
     @cached_property
     def _peak(self):
         """Largest size of S over frequency [-], and its frequency [rad/s]: 1 and None where none is larger than 1."""
-        value, omega = self._highest_sensitivity
+        value, omega = self.peaks[0]
         if not value > 1:
             return 1.0, None
         self.check_peak(omega)
@@ -123,7 +144,7 @@ class Margins:
     @cached_property
     def _disk(self):
         """alpha [-], and the frequency that decides it [rad/s]: 2 and None where the real part of L is nowhere < 0."""
-        value, omega = self._highest_disk
+        value, omega = self.peaks[1]
         if not value > 0.5 * (1 + CONTROL.passive):
             return 2.0, None
         self.check_peak(omega)
@@ -183,30 +204,59 @@ class Margins:
     @property
     def deciding(self):
         """Frequencies at which the loop gain decides the margins, shape (d,). [rad/s]"""
-        peaks = [self._highest_sensitivity[1], self._highest_disk[1], self.bandwidth and TURN * self.bandwidth]
+        peaks = [*(omega for _, omega in self.peaks), self.bandwidth and TURN * self.bandwidth]
         return np.append(self.crossovers[0], [omega for omega in peaks if omega])
 
-    @cached_property
-    def bandwidth(self):
+    @computed_together
+    def bandwidth(margins):
         """First frequency at which the largest singular value of T falls below 1/sqrt(2); None without one. [Hz]"""
+        for members, loop_gains in _of_many(margins):
+            curves = [one._up_to_bandwidth for one in members]
 
-        def log_size(sensitivities):
-            """ln(sqrt(2) size of T), shape (f, 1): it passes zero at the bandwidth."""
-            identity = np.eye(sensitivities.shape[-1])
-            return _logarithm(np.sqrt(2) * largest(identity - sensitivities)[:, None])
+            def log_size_at(omega, loop, loop_gains=loop_gains):
+                return _log_size_of_rest(sensitivity(loop_gains(omega, loop)))
 
-        def log_size_at(omega):
-            return log_size(sensitivity(by_parts(self.loop_gain, 1j * omega)))
+            for one, (_, sizes), (zeros, _) in zip(members, curves, passages(log_size_at, curves), strict=True):
+                zeros = zeros[1:] if sizes[0, 0] < 0 else zeros  # the first one is where T rises before it falls
+                yield one, float(zeros[0] / TURN) if len(zeros) else None
 
+    @property
+    def _up_to_bandwidth(self):
+        """Frequencies [rad/s], shape (f,), up to the first at which T is below 1/sqrt(2), and ln(sqrt(2) size of T)."""
         omega, count = self._curve[0], len(self._curve[0])  # count: how many of the frequencies are looked at
         sizes, block = np.zeros((0, 1)), CONTROL.frequencies_at_once
         while len(sizes) < count:  # in blocks, no farther than the first passage
-            sizes = np.concatenate([sizes, log_size(self._sensitivity[len(sizes) : len(sizes) + block])])
+            of_block = _log_size_of_rest(self._sensitivity[len(sizes) : len(sizes) + block])
+            sizes = np.concatenate([sizes, of_block])
             below = np.flatnonzero((sizes[:-1, 0] > 0) & (sizes[1:, 0] <= 0))
             count = below[0] + 2 if len(below) else count
-        zeros, _ = passages(log_size_at, omega[:count], sizes[:count])
-        zeros = zeros[1:] if sizes[0, 0] < 0 else zeros  # the first one is where T rises before it falls
-        return float(zeros[0] / TURN) if len(zeros) else None
+        return omega[:count], sizes[:count]
+
+
+def _of_many(margins):
+    """Yield lists of `Margins` that are sought in one call, and their loop gains L.
+
+    These are one function: frequencies and numbers of the loops, both of shape (f,) -> shape (f, k, k).
+    """
+    for members in together(margins, attrgetter("_signature"), attrgetter("_size")):
+        functions, gain = [one.unit_gain for one in members], np.array([one.gain for one in members])
+
+        def loop_gains(omega, loop, functions=functions, gain=gain):
+            order = np.argsort(loop, kind="stable")
+            matrices = at_frequencies(functions, loop[order], omega[order])
+            return (gain[loop[order], None, None] * matrices)[np.argsort(order)]
+
+        yield members, loop_gains
+
+
+def _size(matrices, shift):
+    """Largest singular value of matrices less a multiple of I, shape (f,); 0 of those that are not finite."""
+    return np.nan_to_num(largest(matrices - shift * np.eye(matrices.shape[-1])), nan=0.0, posinf=0.0)
+
+
+def _log_size_of_rest(sensitivities):
+    """ln(sqrt(2) size of T), T = I - S, shape (f, 1): it passes zero at the bandwidth."""
+    return _logarithm(np.sqrt(2) * largest(np.eye(sensitivities.shape[-1]) - sensitivities)[:, None])
 
 
 def _log_sizes(matrices):
@@ -278,7 +328,7 @@ def gain_of_peak(unit_gain, omega, peak, most):
 
     def largest_at(function, gain):
         """Largest value over frequency of a function of L and of a gain, and its frequency."""
-        return highest(lambda omega: function(loop_gain_at(omega), gain), omega, function(value, gain))
+        return highest(lambda omega, _: function(loop_gain_at(omega), gain), [(omega, function(value, gain))])[0]
 
     def loop_gain_at(omega):
         return _finite(by_parts(unit_gain, 1j * omega))

@@ -52,31 +52,37 @@ def near_poles(poles):
     return np.concatenate([beside, size[np.abs(poles.real) > CONTROL.infinite_at_pole * size]])
 
 
-def highest(function, omega, value=None):
-    """Find the largest value of a function of frequency, and the frequency where it is [rad/s]: two float.
+def highest(function, curves):
+    """Find the largest value of each of n functions of frequency, and the frequency where it is [rad/s]: list of pairs.
 
     Parameters
     ----------
     function : callable
-        Frequencies, shape (f,) -> values, shape (f,).
-    omega : ndarray, shape (f,)
-        Ascending, close enough to show every peak; each one that may be the highest is refined. [rad/s]
-    value : ndarray, shape (f,), optional
-        Values of the function there, where they are known.
+        Frequencies, and the numbers of the functions there, both of shape (f,) -> values, shape (f,).
+    curves : list of (ndarray, ndarray)
+        Of each function frequencies, shape (f,), ascending, close enough to show every peak, and its values there. Each
+        peak that may be the highest is refined.
     """
-    value = function(omega) if value is None else value
-    index = int(np.argmax(value))
-    largest = float(value[index]), float(omega[index])
-    # how much higher than a value a peak beside it may be
-    reach = np.maximum(CONTROL.flat_peak * np.abs(value[index]), CONTROL.peak_reach * _visible_height(value))
-    low, top, high = _peaks(omega, value, value + reach >= value[index])
+    found, brackets = [], []
+    for number, (omega, value) in enumerate(curves):
+        index = int(np.argmax(value))
+        found.append((float(value[index]), float(omega[index])))
+        # how much higher than a value a peak beside it may be
+        reach = np.maximum(CONTROL.flat_peak * np.abs(value[index]), CONTROL.peak_reach * _visible_height(value))
+        peaks = _peaks(omega, value, value + reach >= value[index])
+        brackets.append((*peaks, np.full(len(peaks[0]), number)))
+    low, top, high, which = (np.concatenate(parts) for parts in zip(*brackets, strict=True))
     if not len(top):
-        return largest
-    position, height = maxima(function, low, top, high)
-    peak = int(np.argmax(height))
-    if not height[peak] >= value[index]:  # the largest value is at an end of the range
-        return largest
-    return _polished_maximum(function, float(height[peak]), float(position[peak]), float(high[peak] - low[peak]))
+        return found
+    position, height = maxima(function, low, top, high, which)
+    order = np.lexsort([-height, which])
+    best = order[np.append(True, np.diff(which[order]) > 0)]  # the highest peak of each function that has one
+    # else the largest value is at an end of the range
+    best = best[height[best] >= np.array([found[number][0] for number in which[best].tolist()])]
+    polished = _polished_maxima(function, height[best], position[best], (high - low)[best], which[best])
+    for number, *of_function in zip(which[best].tolist(), *polished, strict=True):
+        found[number] = tuple(of_function)
+    return found
 
 
 def _visible_height(value):
@@ -117,69 +123,84 @@ def maxima(function, low, top, high, *which):
     return top + offset * width, np.nan_to_num(-value, nan=-np.inf)
 
 
-def _polished_maximum(function, height, omega, width):
-    """Height and frequency [rad/s] of a maximum, both to rounding, from those known to `extremum_place`.
+def _polished_maxima(function, height, omega, width, which):
+    """Heights and frequencies [rad/s] of maxima, to rounding, from those known to `extremum_place`: two lists.
 
-    A Newton step with the derivatives of fourth order of five values around it; `width` is that of its bracket.
+    A Newton step with the derivatives of fourth order of five values around each; `width` is that of its bracket.
     """
     step = CONTROL.stencil * width
-    value = function(omega + step * np.arange(-2, 3))
-    slope, curvature = np.array([1, -8, 0, 8, -1]) @ value / 12, np.array([-1, 16, -30, 16, -1]) @ value / 12
-    if not curvature < -abs(slope):
-        return height, omega
-    omega -= float(step * slope / curvature)
-    return max(height, float(function(np.array([omega]))[0])), omega
+    around = omega[:, None] + step[:, None] * np.arange(-2, 3)
+    value = function(around.ravel(), np.repeat(which, 5)).reshape(around.shape)
+    slope, curvature = ((value * weights).sum(axis=1) / 12 for weights in ([1, -8, 0, 8, -1], [-1, 16, -30, 16, -1]))
+    sharp = np.flatnonzero(curvature < -np.abs(slope))
+    height, omega = height.copy(), omega.copy()
+    omega[sharp] -= step[sharp] * slope[sharp] / curvature[sharp]
+    height[sharp] = np.fmax(height[sharp], function(omega[sharp], which[sharp]))
+    return height.tolist(), omega.tolist()
 
 
-def passages(function, omega, value):
-    """Find where k functions of frequency pass zero.
+def passages(function, curves):
+    """Find where the values of n functions of frequency, k of each, pass zero.
 
     Parameters
     ----------
     function : callable
-        Frequencies, shape (f,) -> values of all functions, shape (f, k).
-    omega : ndarray, shape (f,)
-        Ascending, close enough to show every extremum. A function that passes zero and comes back between two of them
-        is found where the values around suggest it. [rad/s]
-    value : ndarray, shape (f, k)
-        Values of the functions there.
+        Frequencies, and the numbers of the functions there, both of shape (f,) -> values, shape (f, k).
+    curves : list of (ndarray, ndarray)
+        Of each function frequencies, shape (f,), ascending, close enough to show every extremum, and its values there,
+        shape (f, k). A value that passes zero and comes back between two of them is found where those around suggest
+        it.
 
     Returns
     -------
-    zeros : ndarray, shape (z,)
-        Ascending. [rad/s]
-    which : ndarray of int, shape (z,)
-        Number of the function that is zero there.
+    list of (ndarray, ndarray of int)
+        Of each function the frequencies, ascending, where a value is zero [rad/s], and the number of the value.
     """
 
-    def single(omega, which):
-        """Value of one function, its number in `which`, at each frequency."""
-        return np.take_along_axis(function(omega), which[:, None], axis=1)[:, 0]
+    def single(omega, number, rank):
+        """One value of a function, its number in `rank`, at each frequency."""
+        return np.take_along_axis(function(omega, number), rank[:, None], axis=1)[:, 0]
 
-    extrema = _extrema_beyond_zero(single, omega, value)
-    if len(extrema):
-        omega, value = np.append(omega, extrema), np.concatenate([value, function(extrema)])
-        order = np.argsort(omega)
-        omega, value = omega[order], value[order]
-    index, which = np.nonzero((value[:-1] < 0) != (value[1:] < 0))
-    if not len(index):
-        return np.zeros(0), which
-    zeros = zeros_between(single, omega[index], omega[index + 1], which)
-    order = np.argsort(zeros)
-    return zeros[order], which[order]
+    intervals = []
+    for number, (omega, value) in enumerate(_with_extrema_beyond_zero(function, single, curves)):
+        index, rank = np.nonzero((value[:-1] < 0) != (value[1:] < 0))
+        intervals.append((omega[index], omega[index + 1], np.full(len(index), number), rank))
+    low, high, number, rank = (np.concatenate(parts) for parts in zip(*intervals, strict=True))
+    zeros = np.zeros(0)
+    if len(low):
+        of_each = np.arange(len(low))
+        zeros = zeros_between(lambda omega, of: single(omega, number[of], rank[of]), low, high, of_each)
+    order = np.lexsort([zeros, number])
+    edges = np.searchsorted(number[order], np.arange(1, len(curves)))
+    return list(zip(np.split(zeros[order], edges), np.split(rank[order], edges), strict=True))
 
 
-def _extrema_beyond_zero(function, omega, value):
-    """Extrema at which a function has another sign than at the frequencies around it, shape (t,). [rad/s]"""
+def _with_extrema_beyond_zero(function, single, curves):
+    """The curves of `passages` with the extrema at which a value has another sign than around: list of pairs."""
     brackets = []
-    for which, values in enumerate(value.T):
-        for sign in (1.0, -1.0):
-            signed = sign * values
-            may_reach_zero = (signed < 0) & (signed + CONTROL.peak_reach * _visible_height(signed) > 0)
-            bracket = _peaks(omega, signed, may_reach_zero)
-            brackets.append((*bracket, np.full(len(bracket[0]), which), np.full(len(bracket[0]), sign)))
-    low, top, high, which, sign = (np.concatenate(parts) for parts in zip(*brackets, strict=True))
+    for number, (omega, value) in enumerate(curves):
+        for rank, values in enumerate(value.T):
+            for sign in (1.0, -1.0):
+                signed = sign * values
+                may_reach_zero = (signed < 0) & (signed + CONTROL.peak_reach * _visible_height(signed) > 0)
+                bracket = _peaks(omega, signed, may_reach_zero)
+                brackets.append((*bracket, *(np.full(len(bracket[0]), of_all) for of_all in (number, rank, sign))))
+    low, top, high, number, rank, sign = (np.concatenate(parts) for parts in zip(*brackets, strict=True))
     if not len(top):
-        return np.zeros(0)
-    position, height = maxima(lambda omega, which, sign: sign * function(omega, which), low, top, high, which, sign)
-    return np.unique(position[height > 0])
+        return curves
+
+    def signed_value(omega, number, rank, sign):
+        return sign * single(omega, number, rank)
+
+    position, height = maxima(signed_value, low, top, high, number, rank, sign)
+    extrema = [np.unique(position[(number == own) & (height > 0)]) for own in range(len(curves))]
+    counts = [len(own) for own in extrema]
+    if not any(counts):
+        return curves
+    values = function(np.concatenate(extrema), np.repeat(np.arange(len(curves)), counts))
+    values = np.split(values, np.cumsum(counts)[:-1])
+    found = []
+    for (omega, value), own, of_own in zip(curves, extrema, values, strict=True):
+        order = np.argsort(np.append(omega, own))
+        found.append((np.append(omega, own)[order], np.concatenate([value, of_own])[order]))
+    return found

@@ -101,7 +101,7 @@ def _nearby_limit(eigenvalue, loop_gain, limit):
     return None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _NearbyMargins(Margins):
     """`Margins` of which all that others follow from is given.
 
@@ -119,12 +119,8 @@ class _NearbyMargins(Margins):
         return self.found["crossovers"]
 
     @property
-    def _highest_sensitivity(self):
-        return self.found["sensitivity"]
-
-    @property
-    def _highest_disk(self):
-        return self.found["disk"]
+    def peaks(self):
+        return self.found["sensitivity"], self.found["disk"]
 
     @property
     def bandwidth(self):

@@ -8,7 +8,8 @@ import numpy as np
 from cablestudy.cable.damping import any_grows_with_modes
 from cablestudy.cable.steady_drag import concatenate
 from cablestudy.control.law import law_from
-from cablestudy.errors import outcome_of, result_of
+from cablestudy.control.margins import Margins
+from cablestudy.errors import outcome_of, result_of, without_errors
 from cablestudy.scene.words import counted
 from cablestudy.study.column import relative
 from cablestudy.study.notes import unknown_rms_error
@@ -352,6 +353,23 @@ class DynamicAnalysis:
         _ = self._limits_begun
         return self.controlled
 
+    @computed_together
+    def _margins_begun(analyses):
+        """True: the `Margins` of the loops that are stable were searched, in one call for many rows."""
+        controlled = [analysis for analysis in analyses if analysis.scene.control is not None]
+        found = without_errors({analysis: outcome_of(lambda a=analysis: a._margins) for analysis in controlled})
+        margins = list(found.values())
+        for search in (Margins.crossovers, Margins.peaks, Margins.bandwidth):
+            search.compute(margins)
+        return dict.fromkeys(analyses, True).items()
+
+    @property
+    def _margins(self):
+        """`Margins` of the loop; raises as `check_stable`."""
+        _ = self._with_limits.driven  # which then decides on stability too
+        self.check_stable()
+        return self.controlled.margins
+
     def check_stable(self):
         """Refuse an unstable loop: NoSolutionError; raises as `controlled` too."""
         self._check(self.controlled)
@@ -427,9 +445,8 @@ class DynamicAnalysis:
 
     def margin(self, name):
         """A number of `Margins` by its name, and its estimated relative error by the models of the cables."""
-        _ = self._with_limits.driven  # margins need the largest gain, which then decides on stability too
-        self.check_stable()
-        margin, perturbed = getattr(self.controlled.margins, name), self.controlled.perturbed_margins
+        _ = self._margins_begun
+        margin, perturbed = getattr(self._margins, name), self.controlled.perturbed_margins
         if not perturbed:
             return margin, np.nan
         error = STUDY.margin_safety * sum(relative(margin, getattr(margins, name)) for margins in perturbed)
