@@ -310,3 +310,23 @@ def test_a_crossing_beside_a_narrow_pole_is_found_where_rounding_blurs_the_loop_
     found = refined([blurred], found)
     assert len(found) == 1
     assert found.factor[0] == pytest.approx(2 * ratio * natural / strength, rel=1e-4)
+
+
+def test_a_loop_gain_of_exactly_minus_one_at_a_frequency_leaves_the_margins_of_others():
+    """I + L is singular at one frequency of one loop: S there is infinite, and the other loop's margins are its own."""
+    omega = np.geomspace(1e-3, 1e3, 200)
+    singular = int(np.argmin(np.abs(omega - 1)))
+
+    def of_two(s):
+        return (1 / s)[:, None, None] * np.eye(2)
+
+    def singular_once(s):
+        matrices = of_two(s)
+        matrices[s.imag == omega[singular]] = -np.eye(2)
+        return matrices
+
+    own, other, alone = Margins(singular_once, omega), Margins(of_two, omega), Margins(of_two, omega)
+    Margins.peaks.compute([own, other])
+    assert np.isfinite(own.peaks).all()
+    assert other.peaks == alone.peaks
+    assert other.peaks[1][0] == pytest.approx(0.5, rel=1e-9)  # |S - 1/2| of an integrator

@@ -23,6 +23,7 @@ from cablestudy.control.curves import at_frequencies, by_parts, eigenvalues
 from cablestudy.control.margins_grid import highest, passages
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import NoSolutionError
+from cablestudy.system.matrices import inverse
 from cablestudy.system.together import computed_together, together
 
 TURN = 2 * np.pi
@@ -76,14 +77,14 @@ class Margins:
         return sensitivity(self._curve[1])
 
     @property
-    def _size(self):
+    def _measured(self):
         """Number of measured coordinates, k."""
         return self._curve[1].shape[-1]
 
     @property
     def _signature(self):
         """Numbers of everything, by which loops are found whose loop gains are computed together: tuple."""
-        return self._size, getattr(self.unit_gain, "signature", None)
+        return self._measured, getattr(self.unit_gain, "signature", None)
 
     @computed_together
     def crossovers(margins):
@@ -238,7 +239,7 @@ def _of_many(margins):
 
     These are one function: frequencies and numbers of the loops, both of shape (f,) -> shape (f, k, k).
     """
-    for members in together(margins, attrgetter("_signature"), attrgetter("_size")):
+    for members in together(margins, attrgetter("_signature"), attrgetter("_measured")):
         functions, gain = [one.unit_gain for one in members], np.array([one.gain for one in members])
 
         def loop_gains(omega, loop, functions=functions, gain=gain):
@@ -274,20 +275,22 @@ def _logarithm(value):
 
 
 def sensitivity(matrices):
-    """(I + L)^-1, shape (f, k, k); not a number where it is singular."""
+    """(I + L)^-1, shape (f, k, k); infinite where I + L is singular."""
     return_difference = np.eye(matrices.shape[-1]) + matrices
     if matrices.shape[-1] == 1:
         with np.errstate(divide="ignore", invalid="ignore"):
             return 1 / return_difference
-    return np.linalg.inv(return_difference)
+    return inverse(return_difference)
 
 
 def largest(matrices):
-    """Largest singular value, shape (f, k, k) -> (f,)."""
+    """Largest singular value, shape (f, k, k) -> (f,); infinite of a matrix that is not finite."""
     if matrices.shape[-1] == 1:
         return np.abs(matrices[:, 0, 0])
-    squared = np.swapaxes(matrices.conj(), -1, -2) @ matrices  # its eigenvalues cost less than singular values
-    return np.sqrt(np.linalg.eigvalsh(squared)[..., -1])
+    value, finite = np.full(len(matrices), np.inf), np.isfinite(matrices).all(axis=(-2, -1))
+    squared = np.swapaxes(matrices[finite].conj(), -1, -2) @ matrices[finite]
+    value[finite] = np.sqrt(np.linalg.eigvalsh(squared)[..., -1])  # these eigenvalues cost less than singular values
+    return value
 
 
 def gain_of_peak(unit_gain, omega, peak, most):
