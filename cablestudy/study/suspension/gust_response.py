@@ -12,8 +12,10 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.errors import NoSolutionError
+from cablestudy.study.suspension.left_out_modes import BodiesOnAllModes
 from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.study.tolerances import STUDY
+from cablestudy.system.together import computed_together
 from cablestudy.wind.imaging import seen_weights
 from cablestudy.wind.tolerances import WIND
 
@@ -163,13 +165,25 @@ class GustResponse:
         if self._before is not None:
             change = np.abs(value - self._variances_of(self._before.turbulence, weights)[0])
             by_modes = np.minimum(by_modes, STUDY.change_safety * change)
-        left_out = self.closed_loop.left_out_modes.of_displacements(weights or OWN, value, by_modes, self._least)
+        left_out = self._left_out.of_displacements(weights or OWN, value, by_modes, self._least)
         return value, by_modes + left_out, by_delay
 
-    @cached_property
-    def _own_variances(self):
+    @computed_together
+    def own_variances(responses):
         """`_variances` of displacements and rates."""
-        return self._variances()
+        compared = [one for one in responses if one._compared_at_rest]
+        BodiesOnAllModes.loop_gain.compute([one.closed_loop.plant.all_modes for one in compared])
+        return ((one, one._variances()) for one in responses)
+
+    @property
+    def _left_out(self):
+        """`LeftOutModes` of the loop."""
+        return self.closed_loop.left_out_modes
+
+    @property
+    def _compared_at_rest(self):
+        """`LeftOutModes.compared_at_rest` of the variances of displacements and rates."""
+        return self._left_out.compared_at_rest(OWN, self.turbulence.variances[0], self._least)
 
     @staticmethod
     def _variances_of(turbulence, weights):
@@ -183,7 +197,7 @@ class GustResponse:
         """
         displacements = [row for row, name in enumerate(self.names) if name.endswith((".x", ".y", ".z"))]
         groups, errors = np.array(_groups(self.names))[displacements], [0.0]
-        value, by_modes, _ = self._own_variances
+        value, by_modes, _ = self.own_variances
         if self._seen_weights:
             value, by_modes = np.concatenate([(value, by_modes), self._seen_variances[:2]], axis=1)
         for group in set(groups.tolist()):
@@ -196,7 +210,7 @@ class GustResponse:
     @cached_property
     def variances(self):
         """`Variances` of all outputs and their rates, without what nothing damps: see `check_damped`."""
-        return self._with_errors(OWN, self._own_variances)
+        return self._with_errors(OWN, self.own_variances)
 
     @cached_property
     def seen(self):
@@ -261,7 +275,7 @@ class GustResponse:
         """
         value, by_modes, undamped, _ = self.turbulence.winch_speeds
         self._refuse(undamped)
-        by_modes = by_modes + self.closed_loop.left_out_modes.of_winch_speeds(OWN, value, by_modes, self._least)
+        by_modes = by_modes + self._left_out.of_winch_speeds(OWN, value, by_modes, self._least)
         return value, by_modes + (self.integration_error + STUDY.winch_speeds) * value
 
     @property

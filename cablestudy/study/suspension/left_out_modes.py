@@ -19,7 +19,9 @@ from cablestudy.control.loop_gain import LoopGain
 from cablestudy.control.margins_grid import distinct, near_poles
 from cablestudy.control.motion import with_strokes
 from cablestudy.study.tolerances import STUDY
+from cablestudy.system.coupling_damping import compute_pole_sums
 from cablestudy.system.matrices import dense
+from cablestudy.system.together import computed_together
 
 TURN = 2 * np.pi
 
@@ -55,12 +57,20 @@ class BodiesOnAllModes:
         kept = self._plant.in_air(self._models, self._models.with_modes(chosen))
         return [of_cable.element for of_cable in kept]
 
-    @cached_property
-    def loop_gain(self):
+    @computed_together
+    def loop_gain(bodies):
         """`LoopGain` without a loop, whose receptance is H; None where rounding spoils the response of a cable."""
+        loop_gains = {one: one._loop_gain for one in bodies}
+        usable = [loop_gain for loop_gain in loop_gains.values() if not loop_gain.spoilt]
+        compute_pole_sums(damping for loop_gain in usable for damping in loop_gain.coupling_damping)
+        yield from ((one, None if loop_gain.spoilt else loop_gain) for one, loop_gain in loop_gains.items())
+
+    @property
+    def _loop_gain(self):
+        """`loop_gain`, whether or not rounding spoils it."""
         plant, cables = self._plant, len(self._moved)
         size, free = len(plant.bodies), len(plant.layout.free)
-        loop_gain = LoopGain(
+        return LoopGain(
             plant.bodies,
             elements=self._elements,
             moved=with_strokes(self._moved, size - free),
@@ -71,7 +81,6 @@ class BodiesOnAllModes:
             controller=None,
             windows=True,
         )
-        return None if loop_gain.spoilt else loop_gain
 
     @cached_property
     def resonances(self):
@@ -184,31 +193,49 @@ class LeftOutModes:
         loop_gain = self._closed_loop.judged_by.loop_gain
         return loop_gain if isinstance(loop_gain, LoopGain) else None
 
+    def compared_at_rest(self, weights, variances, least):
+        """True if bodies on all modes, winches at rest, are needed for variances of the outputs, shape (w, o)."""
+        rows = self._plant.displacements[0]
+        if self._beyond_integrator or not (len(rows) and np.isfinite(least)):
+            return False
+        return self._may_change(self._displacements, weights, variances[:, rows], least)
+
+    @staticmethod
+    def _may_change(spectra, weights, variances, least):
+        """True if the variances of the r outputs of `_Spectra`, shape (w, r), may change by more than is stated."""
+        bound = STUDY.left_out_change_at_most * _integrals(spectra.responses.coarse, spectra.coarse, weights)
+        return bool((bound > _least_changes(variances, least)).any())
+
     def _changes(self, spectra, weights, variances, stated, least):
         """Changes of the variances of the r outputs of `_Spectra`, shape (w, r); others as of `of_displacements`."""
-
-        def integrals(omega, values):
-            frequency = omega / TURN
-            weighted = [weight(frequency)[:, None] * values for weight in weights.values()]
-            return np.abs(np.trapezoid(weighted, frequency, axis=1))
-
-        # of the root a variance has twice the error
-        least = 2 * least * np.maximum(variances, STUDY.left_out_small * variances.max(axis=1, keepdims=True))
-        seen = STUDY.left_out_change_at_most * integrals(spectra.responses.coarse, spectra.coarse) > least
-        if not seen.any() or self._on_all_modes is None:
+        if not self._may_change(spectra, weights, variances, least) or self._on_all_modes is None:
             return np.zeros(variances.shape)
+        smallest = np.maximum(_least_changes(variances, least), stated)
 
         @np.errstate(divide="ignore", invalid="ignore")  # where nothing moves
         def matters(omega, squares):
             """True between neighbours by which a peak may add to a variance what is stated without, shape (f - 1,)."""
             spectrum, frequency = spectra.forcing(omega) * squares.max(axis=1), omega / TURN
-            known = zip(weights.values(), np.maximum(least, stated), strict=True)
+            known = zip(weights.values(), smallest, strict=True)
             shares = [weight(frequency)[:, None] * spectrum / of_weight for weight, of_weight in known]
             density = np.max(shares, axis=(0, 2))
             return STUDY.left_out_flank * np.maximum(density[:-1], density[1:]) * np.diff(frequency) > 1
 
         omega, squares = _resolved(spectra.responses.squares, *spectra.responses.first, matters)
-        return STUDY.left_out_safety * integrals(omega, spectra.forcing(omega) * (squares[:, 0] - squares[:, 1]))
+        changes = spectra.forcing(omega) * (squares[:, 0] - squares[:, 1])
+        return STUDY.left_out_safety * _integrals(omega, changes, weights)
+
+
+def _integrals(omega, values, weights):
+    """Sizes of the integrals over frequency of weighted values, shape (f, r), at frequencies [rad/s]: shape (w, r)."""
+    frequency = omega / TURN
+    weighted = [weight(frequency)[:, None] * values for weight in weights.values()]
+    return np.abs(np.trapezoid(weighted, frequency, axis=1))
+
+
+def _least_changes(variances, least):
+    """Changes of variances, shape (w, r), by which the RMS change by a relative error `least`: of the root twice it."""
+    return 2 * least * np.maximum(variances, STUDY.left_out_small * variances.max(axis=1, keepdims=True))
 
 
 class _Responses:

@@ -5,6 +5,7 @@ from functools import partial
 
 from cablestudy.activity import doing
 from cablestudy.errors import outcome_of, result_of, without_errors
+from cablestudy.study.suspension.gust_response import GustResponse
 from cablestudy.study.suspension.plant import Plant
 from cablestudy.study.suspension.turbulence import Turbulence
 
@@ -35,6 +36,7 @@ def search_models(analyses):
         in_wind = [response for response in responses.values() if response is not None]
         Plant.stiffness_of_outputs.compute([response.closed_loop.plant for response in in_wind])
         Turbulence.variances.compute([response.turbulence for response in in_wind])
+        GustResponse.own_variances.compute(in_wind)
         pending = {}
         for analysis, response in responses.items():
             closed_loop = closed_loops[analysis]
