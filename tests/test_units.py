@@ -28,6 +28,8 @@ POUND, FOOT = Fraction("0.45359237") * Fraction("9.80665"), Fraction("0.3048")  
         ("0.6 m*m", "m^2", 0.6), ("0.3 s m/s", "m", 0.3), ("0.325 rad/s", "rad/s", 0.325), ("6 dB", "dB", 6.0),
         ("36 km/h", "m/s", 10.0), ("180 deg", "rad", math.pi), ("90°", "rad", math.pi / 2),
         ("60 rpm", "rad/s", 2 * math.pi),
+        ("1 Nm", "N m", 1.0), ("2.5 kNm", "N m", 2500.0), ("2.5 kN m", "N m", 2500.0), ("2.5 kN*m", "N m", 2500.0),
+        ("3 MNm", "N m", 3e6), ("7 mNm", "N m", 0.007), ("5 Nms", "N m s", 5.0), ("20 Nms/rad", "N m s/rad", 20.0),
         # as the pages of `report` write them
         ("2.69 mm²", "m^2", 2.69e-06), ("1440 kg/m³", "kg/m^3", 1440.0), ("3 N s/m²", "N s/m^2", 3.0),
         ("80 celsius", "K", 353.15), ("77 fahrenheit", "K", 298.15), ("80 °C", "K", 353.15),

@@ -46,12 +46,14 @@ DIMENSIONS = {
 _KNOWN = (
     *("m", "mm", "cm", "km", "um", "µm", "inch", "foot", "ft", "yard", "mile", "deg", "rad", "percent", "dB"),
     *("K", "degC", "degF"),
-    *("kg", "g", "tonne", "lb", "N", "mN", "kN", "MN", "lbf", "kgf", "Pa", "kPa", "MPa", "GPa", "psi", "ksi", "bar"),
+    *("kg", "g", "tonne", "lb", "N", "mN", "kN", "MN", "lbf", "kgf", "Nm", "kNm"),
+    *("Pa", "kPa", "MPa", "GPa", "psi", "ksi", "bar"),
     *("kip", "psf", "ksf", "plf", "klf", "pcf"),
     *("s", "ms", "min", "hour", "Hz", "kHz", "m/s", "km/h", "mph", "knot"),
 )
 
-_STRUCTURAL = {
+_FURTHER = {
+    "Nm": "newton * meter", "Nms": "newton * meter * second",
     "psf": "pound_force / foot ** 2", "ksf": "1000 * pound_force / foot ** 2",
     "plf": "pound_force / foot", "klf": "1000 * pound_force / foot", "pcf": "pound / foot ** 3",
 }  # fmt: skip
@@ -75,7 +77,7 @@ _PI = Decimal("3.14159265358979323846264338327950288")
 _METRIC = {
     "m": (Decimal(1), (1, 0, 0, 0, 0)), "g": (Decimal("0.001"), (0, 1, 0, 0, 0)), "s": (Decimal(1), (0, 0, 1, 0, 0)),
     "N": (Decimal(1), (1, 1, -2, 0, 0)), "Pa": (Decimal(1), (-1, 1, -2, 0, 0)), "Hz": (Decimal(1), (0, 0, -1, 0, 0)),
-    "rad": (Decimal(1), (0, 0, 0, 0, 1)),
+    "rad": (Decimal(1), (0, 0, 0, 0, 1)), "Nm": (Decimal(1), (2, 1, -2, 0, 0)), "Nms": (Decimal(1), (2, 1, -1, 0, 0)),
 }  # fmt: skip
 _PREFIXES = {"k": 3, "M": 6, "G": 9, "c": -2, "m": -3, "u": -6, "µ": -6}
 _METRIC |= {
@@ -316,11 +318,11 @@ def converted(number, name, other):
 
 @cache
 def _registry():
-    """pint's units, with decimal factors, and those of structural engineers in the United States that it lacks."""
+    """pint's units, with decimal factors, and some that it lacks: torques without a blank, and pounds on structures."""
     import pint
 
     registry = pint.UnitRegistry(non_int_type=Decimal)
-    for name, meaning in _STRUCTURAL.items():
+    for name, meaning in _FURTHER.items():
         registry.define(f"{name} = {meaning}")
     return registry
 
