@@ -408,6 +408,16 @@ def test_a_reader_that_has_had_enough_ends_the_command_quietly(arguments):
     assert error == b""
 
 
+@pytest.mark.parametrize("preloads", ["[1345 N, 1 N]", "{from: 1 N, to: 2 N, count: 3000}"])
+def test_a_reader_that_has_had_enough_hides_no_failure(folder, preloads):
+    """The exit code is that of a command that is read to the end, of tables that a pipe holds whole and of others."""
+    study = study_file(folder, f"vary: [{{cable.preload: {preloads}}}]\ncolumns: [sag]\n")
+    command = [sys.executable, "-m", "cablestudy", "sweep", study, "--no-write", "--quiet"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as child:
+        child.stdout.close()
+        assert child.wait(timeout=LONGEST) == 3
+
+
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no such device here")
 def test_a_full_disk_is_one_line_and_no_traceback():
     with open("/dev/full", "w") as full:

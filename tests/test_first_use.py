@@ -235,6 +235,10 @@ def test_validate_counts_load_cases_and_mistakes(folder):
         (["find", GUY, "sag = 1 m", "--by", "cable.preload", "--case", "col"],
          '--case col: unknown case "col" (did you mean cold?)'),
         (["static", GUY, "--case", "ice", "--set", "case=hot"], "--case ice: given twice, also as --set case"),
+        (["static", GUY, "--set", "vary=[]"],
+         "--set vary: unknown key of a scene: it is one of a study, of which set and --set change the scene"),
+        (["sweep", CONFIGS / "preload.yaml", "--no-write", "--set", "vary=[]"],
+         "--set vary: unknown key of a scene: it is one of a study, of which set and --set change the scene"),
         (["static", GUY, "--columns", "cable_frequency"],
          "--columns: the table has no column 'cable_frequency' "
          "(it is a column of another command, or of a study; 'cablestudy columns' lists all)"),
@@ -242,6 +246,25 @@ def test_validate_counts_load_cases_and_mistakes(folder):
 )  # fmt: skip
 def test_wrong_words_say_what_to_write(words, message):
     assert run(*words, code=2).lines == [message]
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["find", GUY, "sag = 1 m", "--by", "cable.preload", "--by", "cable.diameter"],
+        ["show", CONFIGS / "preload.yaml", "--where", "sag < 1", "--where", "sag > 0"],
+        ["modes", GUY, "-n", "2", "--format", "csv", "-n", "3"],
+        ["keys", "scene", "--top", "2", "--top=3"],
+    ],
+)
+def test_an_option_with_one_value_is_not_given_twice(words):
+    option = next(word for word in words[1:] if str(word) in ("--by", "--where", "-n", "--top"))
+    assert f"{option} is given twice, and takes one value" in run(*words, code=2).err
+
+
+def test_flags_and_repeatable_options_may_be_given_twice():
+    words = "static", GUY, "--explain", "--explain", "--set", "cable.preload=2 kN", "--set", "gravity=9.8"
+    assert run(*words).code == 0
 
 
 def test_a_goal_as_headings_write_it():

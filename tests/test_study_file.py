@@ -267,6 +267,11 @@ def test_a_study_upon_a_study_is_refused():
     assert mistakes_of(HEAD) == ["scene.yaml:7:1: this is a study (it has the key vary): use 'cablestudy sweep'"]
 
 
+def test_keys_of_a_study_under_set_are_named():
+    message = "unknown key of a scene: it is one of a study, of which set and --set change the scene"
+    assert mistakes_of(HEAD + "set: {vary: []}\n") == [f"study.yaml:3:7: vary: {message}"]
+
+
 def test_at_most_100_mistakes_are_shown():
     found = mistakes_of(HEAD + "vary: [{gravity: {from: -1, to: -2, count: 500}}]\n")
     assert len(found) == 101

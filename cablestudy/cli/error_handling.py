@@ -1,6 +1,5 @@
 """Errors and signals become lines and exit codes; notes go to standard error and tables to standard output."""
 
-import os
 import sys
 from contextlib import contextmanager
 from functools import wraps
@@ -8,7 +7,7 @@ from functools import wraps
 import click
 
 from cablestudy.activity import ActivityDisplay, end_display
-from cablestudy.cli.tables import ONE_TABLE, show, show_tables
+from cablestudy.cli.tables import ONE_TABLE, discard_output, show, show_tables, while_it_is_read
 from cablestudy.errors import CablestudyError, SceneError
 
 FAILED_CHECK, WRONG_USE, NO_ANSWER, INTERRUPTED = 1, 2, 3, 130
@@ -28,8 +27,9 @@ def handle_errors(command):
                 raise SceneError("standard output: closed")
             if hasattr(sys.stdout, "reconfigure"):  # the encoding of a terminal may lack characters of a table
                 sys.stdout.reconfigure(errors="backslashreplace")
-            code = command(*arguments, **options)
-            sys.stdout.flush()
+            code = 0
+            with while_it_is_read():
+                code = command(*arguments, **options)
             return code
         except SceneError as error:
             for mistake in error.mistakes:
@@ -39,12 +39,9 @@ def handle_errors(command):
             where = f"{options['scene']}: " if "scene" in options else ""
             click.echo(where + " ".join(str(error).split()), err=True)
             return error.exit_code
-        except BrokenPipeError:  # the reader has closed the pipe, `| head` for example
-            _discard_output()
-            return 0
         except OSError as error:  # the disk is full, for example
             click.echo(f"{error.filename or 'standard output'}: {error.strerror or error}", err=True)
-            _discard_output()
+            discard_output()
             return WRONG_USE
 
     return run
@@ -59,11 +56,6 @@ def announced(command):
             return command(*arguments, quiet=quiet, **options)
 
     return run
-
-
-def _discard_output():
-    """Redirect standard output to the null device, so that flushing its buffer at exit does not fail again."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 @contextmanager

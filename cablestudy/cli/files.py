@@ -5,7 +5,7 @@ import os
 import click
 
 from cablestudy.cli.error_handling import WRONG_USE, echo_notes, handle_errors, show
-from cablestudy.cli.options import FORMAT, PATH, QUIET, SCENE, SET
+from cablestudy.cli.options import FORMAT, PATH, QUIET, SCENE, SET, OneValueEach
 from cablestudy.errors import SceneError
 
 # Kind of file -> what to try with it; {} is its name.
@@ -29,7 +29,7 @@ NEXT = {
 FREEZE_NOTE = "comments of the file are lost, base and changes are resolved"
 
 
-@click.command()
+@click.command(cls=OneValueEach)
 @click.argument("files", nargs=-1, required=True, metavar="FILE...", type=PATH)
 @SET
 @FORMAT
@@ -47,7 +47,7 @@ def validate(files, sets, style, quiet):
     return WRONG_USE if mistakes else 0
 
 
-@click.command()
+@click.command(cls=OneValueEach)
 @click.argument("kind", type=click.Choice(["scene", "suspension", "study"]))
 @handle_errors
 def schema(kind):
@@ -59,7 +59,7 @@ def schema(kind):
     click.echo(json.dumps(interface.schema(kind), indent=2, ensure_ascii=False))
 
 
-@click.command()
+@click.command(cls=OneValueEach)
 @click.argument("kind", type=click.Choice(["scene", "suspension", "study"]))
 @click.argument("beginning", default="", metavar="[KEY]")
 @FORMAT
@@ -71,7 +71,7 @@ def keys(kind, beginning, style):
     show(interface.keys(kind, beginning), style)
 
 
-@click.command()
+@click.command(cls=OneValueEach)
 @click.argument("text", default="", metavar="[TEXT]")
 @FORMAT
 @handle_errors
@@ -82,7 +82,7 @@ def columns(text, style):
     show(interface.columns(text), style)
 
 
-@click.command()
+@click.command(cls=OneValueEach)
 @click.argument("files", nargs=-1, metavar="[FILE...]", type=PATH)
 @FORMAT
 @handle_errors
@@ -93,7 +93,7 @@ def materials(files, style):
     show(interface.materials(files), style)
 
 
-@click.command()
+@click.command(cls=OneValueEach)
 @click.argument("kind", type=click.Choice(list(NEXT)))
 @click.argument("file", required=False, metavar="[FILE]", type=PATH)
 @QUIET
@@ -128,7 +128,7 @@ def new(kind, file, quiet):
     echo_notes([f"written: {file}; try", *lines], quiet)
 
 
-@click.command()
+@click.command(cls=OneValueEach)
 @SCENE
 @SET
 @click.option("--out", metavar="FILE", help="Where it goes, over what is there. Default, and -: standard output.")

@@ -70,6 +70,18 @@ def selection_options(command):
     return command
 
 
+class OneValueEach(click.Command):
+    """A command that refuses an option given twice, unless it is repeatable: no value is dropped without a word."""
+
+    def parse_args(self, ctx, args):
+        _, _, given = self.make_parser(ctx).parse_args(args=list(args))
+        for option in given if not ctx.resilient_parsing else ():
+            repeatable = option.param_type_name == "argument" or option.is_flag or option.multiple
+            if given.count(option) > 1 and not repeatable:
+                ctx.fail(f"{option.opts[0]} is given twice, and takes one value")
+        return super().parse_args(ctx, args)
+
+
 def one_case(name, reason):
     """Refuse `--case all` in a command that takes one case, for this reason."""
     if name == ALL:
@@ -101,7 +113,7 @@ def _command(*shared):
         command = handle_errors(check_and_run)
         for option in reversed(shared):
             command = option(command)
-        return click.command()(command)
+        return click.command(cls=OneValueEach)(command)
 
     return decorate
 

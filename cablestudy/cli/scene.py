@@ -22,6 +22,7 @@ from cablestudy.cli.options import (
     SCENE,
     SET,
     VARY,
+    OneValueEach,
     check_picture,
     complete_column,
     one_case,
@@ -126,7 +127,7 @@ def windrms(scene, sets, case, style, plot, on, name, explain, quiet):
     return finish(scene, compute(read(scene, sets, case), case, "windrms", **options), style, plot, explain, quiet)
 
 
-@click.command()
+@click.command(cls=OneValueEach)
 @click.argument("path", metavar="SCENE|STUDY", type=PATH)
 @SET
 @VARY
@@ -152,7 +153,7 @@ def report(path, sets, vary, case, out, title, columns, where, jobs, quiet):
     return NO_ANSWER if written.failures else 0
 
 
-@click.command()
+@click.command(cls=OneValueEach)
 @SCENE
 @click.argument("goal", metavar="'COLUMN = VALUE'|limits", shell_complete=complete_column)
 @click.option("--by", required=True, metavar="KEY", help="The key that is solved for, e.g. cable.preload.")

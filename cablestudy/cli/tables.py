@@ -1,7 +1,9 @@
 """Tables on standard output: the options --format, --columns, --top and --digits, and the width of a terminal."""
 
+import os
 import shutil
 import sys
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import wraps
 from importlib.util import find_spec
@@ -88,6 +90,24 @@ def format_options(command):
     return styled
 
 
+@contextmanager
+def while_it_is_read():
+    """Write standard output in the block, and drop what is left where its reader has closed the pipe, as `| head` does.
+
+    The command goes on behind the block: its exit code is that of a command whose output is read to the end.
+    """
+    try:
+        yield
+        sys.stdout.flush()
+    except BrokenPipeError:
+        discard_output()
+
+
+def discard_output():
+    """Redirect standard output to the null device, so that flushing its buffer at exit does not fail again."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
 def show(table, style):
     """Print a table on standard output in the format of a `Style`; Markdown on a terminal is fitted to its width.
 
@@ -110,14 +130,15 @@ def show(table, style):
     for name in style.columns:
         _check_column(table, name)
     table = style.of(table)
-    if style == "md" and sys.stdout.isatty():
-        _show_fitted(table)
-    elif style == "parquet":
-        from cablestudy.interface.files import write_parquet
+    with while_it_is_read():
+        if style == "md" and sys.stdout.isatty():
+            _show_fitted(table)
+        elif style == "parquet":
+            from cablestudy.interface.files import write_parquet
 
-        write_parquet(table, sys.stdout.buffer)
-    else:
-        sys.stdout.writelines(table.pieces(style))
+            write_parquet(table, sys.stdout.buffer)
+        else:
+            sys.stdout.writelines(table.pieces(style))
 
 
 def _check_column(table, name):
@@ -144,7 +165,8 @@ def show_tables(answer, style):
             click.echo(f"{'' if index == 0 else chr(10)}## {name}\n")
             _show_fitted(table)
     else:
-        click.echo(answer.render(style), nl=False)
+        with while_it_is_read():
+            click.echo(answer.render(style), nl=False)
 
 
 def _show_fitted(table):

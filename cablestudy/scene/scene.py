@@ -20,6 +20,7 @@ from cablestudy.scene.strict_yaml import refuse
 from cablestudy.scene.wind_tables import Coefficient, Wind
 
 STUDY_KEYS = ("vary", "columns")
+OF_STUDY = "unknown key of a scene: it is one of a study, of which set and --set change the scene"
 CABLE = "cable"  # name of the only cable
 # keys of load cases of suspensions -> why a scene of one cable has none
 OF_SUSPENSIONS = {
@@ -206,6 +207,8 @@ def read_scene(document):
         All that is wrong with it, sorted by place.
     """
     for key in STUDY_KEYS:
+        if document.is_override((key,)):
+            raise refuse(document.place((key,), of_key=True), OF_STUDY, key)
         if key in document.value:
             place = document.place((key,), of_key=True)
             raise refuse(place, f"this is a study (it has the key {key}): use 'cablestudy sweep'")
