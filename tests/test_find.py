@@ -119,6 +119,27 @@ def test_a_key_replaces_the_one_that_it_excludes_and_units_are_free():
     assert list(row) == ["cable.diameter_m", "mass_kg", "area_mm2", "strain", "status"]
 
 
+def test_temperatures_are_told_in_degrees_celsius():
+    """In messages as in the table: of a level at 15 degC, which is 288.15 K; CSV and JSON keep SI."""
+    words = "--by", "cases.hot.temperature", "--case", "hot", "--set", "cases={hot: {temperature: 40 degC}}"
+    words += (
+        "--set",
+        "cable.expansion=1.2e-5 1/K",
+        "--set",
+        "cable.reference.temperature=15 degC",
+        "--set",
+        "cable.sag=2 m",
+    )
+    (row,), outcome = find("sag = 2 m", *words)
+    assert row["cases.hot.temperature_K"] == pytest.approx(288.15, abs=1e-6)
+    low, high = re.fullmatch(r"searched: cases.hot.temperature from (.*) to (.*) degC; .*", outcome.lines[0]).groups()
+    assert -273.15 < float(low) < 15 < 40 < float(high)
+    _, outcome = find("sag = 3 m", *words, "--between", "-10 degC:60 degC", code=3)
+    assert "cases.hot.temperature from -10 to 60 degC" in outcome.err
+    assert "(at -10 degC)" in outcome.err
+    assert "(at 60 degC)" in outcome.err
+
+
 def test_the_preload_of_a_frequency_of_a_string():
     # without weight: f = sqrt(T/(rho A L0/L))/(2 L) with L0 = L/(1 + T/EA)
     frequency = 1.5

@@ -12,6 +12,7 @@ from cablestudy.scene.study import Find
 from cablestudy.scene.units import common_factor, expected, show, split
 from cablestudy.study.all_columns import find, key_column
 from cablestudy.study.column import Column
+from cablestudy.study.table import celsius, shown_unit
 
 SIGN = re.compile("([<>=!]+)")
 LIMITS = "limits"  # in place of COLUMN = VALUE: the values of a key for which all limits of the scene hold
@@ -54,9 +55,10 @@ class Goal:
         return f"{self.locations['between'][1] or '--between LOW:HIGH'} searches elsewhere"
 
     def of_key(self, *values):
-        """Values of the key with their unit, for messages."""
-        unit = f" {self.quantity.unit}" if self.quantity.unit else ""
-        return " to ".join(f"{value:.6g}" for value in values) + unit
+        """Values of the key with the unit that tables for people show, for messages."""
+        unit = shown_unit(self.quantity.unit)
+        shown_values = map(celsius, values) if unit != self.quantity.unit else values
+        return " ".join(filter(None, (" to ".join(f"{value:.6g}" for value in shown_values), unit)))
 
 
 def read_find(goal, by, between):
