@@ -170,6 +170,28 @@ def test_a_suspension_has_its_load_cases_too(folder):
     assert float(shown["largest tension"][0]) < float(shown["largest tension"][1])
 
 
+def test_point_loads_have_a_table_and_one_of_the_load_cases(folder):
+    """Their numbers are those of `static --table loads`; a load case without point loads is left out."""
+    text = f"base: {ZIPLINE}\ncases: {{as-it-is: {{}}, two: {{loads: [{{at: 50 m, mass: 90 kg}}]}}}}\n"
+    (folder / "riders.yaml").write_text(text, encoding="utf-8")
+    page, _ = report(folder, "riders.yaml")
+    ending = "; slope and tension on the sides of end 1 and end 2"
+    alone = page.quantities(f"Point loads{ending}")
+    assert alone["quantity"] == ["load1", "unit"]
+    shown = page.quantities(f"Point loads in the load cases{ending}")
+    assert shown["quantity"] == ["as-it-is", "two", "two", "unit"]
+    assert shown["load"][:3] == ["load1", "load1", "load2"]
+    rows = table_of("static", "riders.yaml", "--table", "loads", "--case", "all")
+    for name, header in (("x", "x_m"), ("clearance", "clearance_m"), ("slope 2", "slope_2_deg")):
+        assert [float(cell) for cell in shown[name][:3]] == pytest.approx([row[header] for row in rows], rel=5e-4)
+        assert float(alone[name][0]) == float(shown[name][0])
+    one, _ = report(folder, "riders.yaml", "--case", "two")
+    assert one.quantities(f"Point loads, load case two{ending}")["quantity"] == ["load1", "load2", "unit"]
+    of_one_case, _ = report(folder, GUY, "--set", "cases.cold.loads=[{fraction: 0.5, mass: 50 kg}]")
+    assert of_one_case.quantities(f"Point loads in the load cases{ending}")["quantity"] == ["cold", "unit"]
+    assert f"Point loads{ending}" not in of_one_case.tables
+
+
 SPANS = """
 cable: {diameter: 28 mm, elastic_modulus: 70 GPa, density: 3400 kg/m^3, expansion: 19e-6, breaking_force: 30 kN}
 points: {a: [0, 0, 30], b: {at: [350, 0, 25], free: true, mass: 60}, top: [350, 0, 28], c: [700, 0, 30]}

@@ -2,8 +2,9 @@
 
 from dataclasses import replace
 
+from cablestudy.interface.scene import lines_with_cases
 from cablestudy.study.column import attribute
-from cablestudy.study.table import Field, Table
+from cablestudy.study.table import Field, Table, joined
 
 CAPTIONS = {
     "limits": "Limits",
@@ -23,6 +24,7 @@ CAPTIONS = {
     "coordinates": "Measured coordinates of the loop",
 }
 NOTE = "note: "  # how a warning begins that is none
+LOADS = "Point loads{}; slope and tension on the sides of end 1 and end 2"
 CABLES = {"static": "Cables", "windrms": "Tensions of the cables in the wind"}
 PICTURES = {
     "static": "Static form",
@@ -73,6 +75,9 @@ def sections(page, scene):
     all_cases = bool(model.cases) and model.case is None
     with page.section("Statics"):
         _add_answer(page, scene, "static", headed=not all_cases)
+        if model.load_paths:
+            answer = scene.compute("loads")
+            _add_point_loads(page, answer.tables, answer.failures, LOADS.format(_of_case(scene)))
     if all_cases:
         with page.section("Load cases"):
             _add_load_cases(page, scene)
@@ -165,9 +170,26 @@ def _add_load_cases(page, scene):
                 title = f"{field.title.capitalize()} of each cable"
                 unit = f" [{field.unit}]" if field.unit else ""
                 page.table(_of_each_cable(cables, field.name, list(scene.cases)), title + unit)
+    _add_loads_of_cases(page, scene)
     _add_key_figures(page, "static", answer.tables)
     if answer.draw is not None:
         page.draw(answer.draw, "Static forms in the load cases")
+
+
+def _add_loads_of_cases(page, scene):
+    """Append a table of the point loads on cables in those load cases that have any."""
+    loaded = {name: case.compute("loads") for name, case in scene.cases.items() if case.model.load_paths}
+    tables = joined({name: answer.tables for name, answer in loaded.items()})
+    failures = lines_with_cases({name: answer.failures for name, answer in loaded.items()})
+    _add_point_loads(page, tables, failures, LOADS.format(" in the load cases"))
+
+
+def _add_point_loads(page, tables, failures, caption):
+    """Append the table of the point loads of `tables`, if there is one, and why cells have no value."""
+    for table in tables.values():
+        page.results(table, caption)
+    for reason in failures:
+        page.fail("Point loads", reason)
 
 
 def _extremes(cables, cases):

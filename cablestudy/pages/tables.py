@@ -159,6 +159,8 @@ def _turned(columns, rows, errors, across):
         if column is not heading and any(row.get(column.name) is not None for row in rows)
     ]
     head = ["quantity", *(heading.cell(row) for row in rows), "unit", LARGEST if len(rows) > 1 else ERROR]
+    if not largest:
+        return TableGrid(head[:-1], [cells[:-1] for cells in lines], {*range(1, len(rows) + 1)})
     largest_of_rows = [max(row.values(), default=None) for row in errors] or [None] * len(rows)
     has_foot = len(rows) > 1 and any(largest_of_rows)
     foot = [LARGEST, *map(error_text, largest_of_rows), "", ""] if has_foot else []
