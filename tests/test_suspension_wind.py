@@ -35,9 +35,10 @@ from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.suspension import gust_response
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.study.suspension.columns import find
+from cablestudy.study.suspension.columns import find, why_not
 from cablestudy.study.suspension.rows import evaluate_suspensions
 from cablestudy.study.suspension.turbulence import OWN
+from cablestudy.study.suspension.wind_columns import place_columns
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system import statics
 from cablestudy.wind import gusts
@@ -496,6 +497,22 @@ def in_gusts(*knots):
     return parts | {"wind": wind, "model": {"accuracy": 1e-3}}
 
 
+def test_a_junction_moves_as_a_body_that_does_not_turn():
+    """Of the same mass, with all cables at its reference point: each number and each stated error."""
+    body = in_gusts(knot(0, np.zeros(3))) | {"exposure": 0.02}
+    (name, table), junction = *body["bodies"].items(), {key: part for key, part in body.items() if key != "bodies"}
+    point = {"at": table["at"], "mass": table["mass"], "free": True}
+    junction["points"] = body["points"] | {name: point}
+    junction["cables"] = {cable: own | {"to": name} for cable, own in body["cables"].items()}
+    columns = [column.name for column in place_columns(name) if "corrected" not in column.name]
+    of_body, of_junction = solve(body, *columns), solve(junction, *columns)
+    assert of_body.status == of_junction.status == "ok"
+    assert of_junction.values == pytest.approx(of_body.values, rel=1e-10)
+    assert of_junction.errors == pytest.approx(of_body.errors, rel=1e-6)
+    assert why_not(case_of(junction).scene, find(f"{name}.rms_rx")).startswith(f"{name} has no column rms_rx")
+    assert why_not(case_of(junction).scene, find("p00.rms_x")) == "p00 is a fixed point, which has no columns"
+
+
 @pytest.mark.parametrize(("other", "apart"), [({}, 3e5), ({"size": 0.02, "mass": 1.0, "per_length": 2e-3}, 500.0)])
 def test_a_suspension_far_away_changes_nothing(other, apart):
     """Gusts on one and the other have nothing in common: both are small beside their distance, or one is much stiffer,
@@ -784,6 +801,39 @@ def test_wind_on_sagging_cables_and_a_body_against_dense_bars(mean, loss):
         assert variance(case, name) == pytest.approx(expected, rel=1e-3), name
         # of tensions the highest frequencies are not those of the bars, which end at 60 Hz
         assert variance(case, name, kind="rate") == pytest.approx(rate, rel=0.05 if "tension" in name else 1e-3), name
+
+
+def test_the_motion_of_a_junction_against_dense_bars():
+    """Two sagging cables of 8 bars that meet at a mass, in gusts that are the same everywhere, as of mid-spans."""
+    n, turbulence, viscous = 8, np.array([0.2, 0.15, 0.1]), 0.05
+    text = heavy(cable__damping={"viscous": viscous})
+    mass = text["bodies"].pop("gondola")["mass"]
+    text["points"] = {"knot": {"at": [0.0, 0.0, -4.0], "free": True, "mass": mass}}
+    text = with_changes(
+        text, model={"elements": n, "order": 1, "mass": "lumped"},
+        wind={"speed": 12.0, "direction": 0.5, "turbulence_intensity": turbulence.tolist(), "length_scale": 25.0,
+              "coherence_decay": 0.0, "mean": True, "cable_drag_coefficient": 3.0, "on": "cables"},
+    )  # fmt: skip
+    for cable, longer in (("west", 1.013), ("east", 1.02)):
+        text["cables"][cable]["to"] = "knot"
+        text["cables"][cable]["unstretched_length"] *= longer
+    case = case_of(text)
+    wind = {"speed": 12.0, "direction": 0.5, "turbulence": turbulence * 12.0, "length_scale": 25.0,
+            "coherence_decay": 0.0, "density": RHO}  # fmt: skip
+    equilibrium, widths = case.in_wind.closed_loop.equilibrium, [3.0 * np.sqrt(4e-4 / np.pi)] * 2
+    bars = BarsInWind(equilibrium, n, wind, cables=widths, damping={"viscous": viscous})
+    both = bars.variances(np.geomspace(1e-5, 60.0, 12000))
+    variances, rates = (np.array([both[f"knot.{axis}"][kind] for axis in "xyz"]) for kind in (0, 1))
+    for axis, expected in zip("xyz", variances, strict=True):
+        assert value(case, f"knot.rms_{axis}") == pytest.approx(1e3 * np.sqrt(expected), rel=1e-5)
+    rms = np.sqrt(variances.sum())
+    assert value(case, "knot.rms") == pytest.approx(1e3 * rms, rel=1e-5)
+    assert value(case, "knot.rms_velocity") == pytest.approx(1e3 * np.sqrt(rates.sum()), rel=1e-5)
+    at_rest = case_of({key: part for key, part in text.items() if key != "wind"}).equilibrium
+    mean = equilibrium.position[0] - at_rest.position[0]
+    assert [value(case, f"knot.mean_{axis}") for axis in "xyz"] == pytest.approx(1e3 * mean, rel=1e-9)
+    expected = np.linalg.norm(mean) + factor(np.sqrt(rates.sum()) / (TURN * rms), 600.0) * rms
+    assert value(case, "knot.peak") == pytest.approx(1e3 * expected, rel=1e-5)
 
 
 @pytest.mark.parametrize("loss", campaign([0.0, 0.2], [0.2]))

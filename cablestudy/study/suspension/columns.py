@@ -329,7 +329,7 @@ def families():
     stiffness += [*force_displacements("BODY"), *mode_columns("BODY")]
     of_whole = [column for column in WHOLE if column.needs != "run"]
     of_owners = [*body_columns("BODY"), *stiffness, *point_columns("POINT"), *all_cable_columns("CABLE"), *numbered]
-    in_wind = [*place_columns("BODY"), *turn_columns("BODY"), *place_columns("BODY.MARKER")]
+    in_wind = [*place_columns("BODY"), *turn_columns("BODY"), *place_columns("BODY.MARKER"), *place_columns("POINT")]
     in_wind += [*tension_columns("CABLE"), midspan_column("CABLE")]
     modes_of_cable = [_cable_mode(family, "CABLE") for family in FAMILIES]
     of_links = [*link_columns("LINK"), link_force_column("LINK")]
@@ -337,7 +337,7 @@ def families():
 
 
 def wind_columns_of(scene, name):
-    """The columns of a body, BODY.MARKER, cable, link or actuator in the wind: list of Column, empty for other names.
+    """The columns of a body, BODY.MARKER, free point, cable, link or actuator in the wind: list, empty for other names.
 
     Parameters
     ----------
@@ -347,6 +347,8 @@ def wind_columns_of(scene, name):
     body, _, marker = name.partition(".")
     if body in scene.bodies and marker in ("", *scene.bodies[body].markers):
         return place_columns(name) + ([] if marker else turn_columns(name))
+    if name in scene.points and scene.points[name].free:
+        return place_columns(name)
     if name in scene.cables:
         return [*tension_columns(name), midspan_column(name)]
     if name in scene.links:

@@ -57,7 +57,7 @@ class DynamicAnalysis:
         self._without_wind, self._equilibrium = without_wind, equilibrium
         self._shared, self._cables, self._modes = known, cables, {} if modes is None else modes
         self._accuracy = scene.model.accuracy or STUDY.fixed_model_accuracy
-        self._midspans, self._fewest_modes, self._mean_drag = False, 0, mean_drag
+        self._midspans, self._points, self._fewest_modes, self._mean_drag = False, False, 0, mean_drag
         self.together = [self]  # analyses of many rows whose numbers are computed in the same calls
 
     def closed_loop_of(self, count, responses=False, among=0):
@@ -80,11 +80,11 @@ class DynamicAnalysis:
         scene, (winches, control) = self.scene, self._keys
         computed, loops = max(count, among), self._shared.setdefault(winches, {})
         # each level of keys adds what the next object depends on: plant, plant in a wind, loop, loop in this wind
-        plant_key = count, computed, responses, winches, self._midspans
+        plant_key = count, computed, responses, winches, self._midspans, self._points
         if plant_key not in self._shared:
             modes = self._modes_of(computed).first(count)
             arguments = scene, self._equilibrium, self.airflow, modes, self._accuracy, self._model
-            others = {"midspans": self._midspans, "mean_drag": self._mean_drag}
+            others = {"midspans": self._midspans, "points": self._points, "mean_drag": self._mean_drag}
             self._shared[plant_key] = Plant(*arguments, loops=loops, responses=responses, **others)
         plant_in_wind_key = *plant_key, self.airflow and self.airflow.side
         if plant_in_wind_key not in self._shared:
@@ -192,11 +192,13 @@ class DynamicAnalysis:
         return self.closed_loop_of(count, responses, self._computed_modes(count))
 
     def _lacks_motion_of_bodies(self, count):
-        """True if modes, `count` of them, lack much of the static compliance of a body: it moves in higher ones."""
+        """True if modes, `count` of them, lack much of the static compliance of a body: it moves in higher ones.
+
+        Of a free point too, where its motion is asked for.
+        """
         modes, suspension = self._modes_of(self._computed_modes(count)).first(count), self._equilibrium.suspension
-        shares = (
-            modes.compliance_shares(*motion).sum() for motion in np.argwhere(suspension.free[: suspension.bodies])
-        )
+        free = suspension.free if self._points else suspension.free[: suspension.bodies]
+        shares = (modes.compliance_shares(*motion).sum() for motion in np.argwhere(free))
         return any(share < 1 - STUDY.lacked_motion for share in shares)
 
     @property
@@ -411,6 +413,14 @@ class DynamicAnalysis:
         other._midspans = True
         return other
 
+    @computed_together
+    def with_points(analyses):
+        """`DynamicAnalysis` with the motion of free points as accurate as that of bodies; its plants differ by that."""
+        others = [analysis._with_scene() for analysis in analyses]
+        for analysis, other in zip(analyses, others, strict=True):
+            other._points, other.together = True, others
+            yield analysis, other
+
     @property
     def without_actuators(self):
         """`DynamicAnalysis` without actuators, which shares what does not depend on them."""
@@ -421,7 +431,7 @@ class DynamicAnalysis:
         states = self._without_wind, self._equilibrium, self.airflow
         shared = self._model, self._shared, self._cables, self._modes, self._mean_drag
         other = DynamicAnalysis(self.scene.model_copy(update=update), *states, *shared)
-        other._midspans, other._fewest_modes = self._midspans, self._fewest_modes
+        other._midspans, other._points, other._fewest_modes = self._midspans, self._points, self._fewest_modes
         return other
 
     @property

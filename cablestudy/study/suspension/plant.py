@@ -98,6 +98,8 @@ class Plant:
         True if the model has modes too that no output depends on.
     midspans : bool
         True if the displacements of the cables at mid-span are outputs.
+    points : bool
+        True if static responses to loads on free points are coordinates too, as those to loads on bodies always are.
     mean_drag : SteadyDrag, optional
         Drag of the mean wind on the cables, shape (c,), which the equilibrium takes as uniform along each.
     """
@@ -115,6 +117,7 @@ class Plant:
         responses=False,
         complete=False,
         midspans=False,
+        points=False,
         mean_drag=None,
     ):
         self.scene, self.equilibrium, self.accuracy, self.model = scene, equilibrium, accuracy, model
@@ -123,7 +126,7 @@ class Plant:
         self.responses, self._complete = responses, complete
         self.layout = modes.layout
         suspension = equilibrium.suspension
-        self.midspans, self.mean_drag = midspans, mean_drag
+        self.midspans, self.points, self.mean_drag = midspans, points, mean_drag
         self.winches, self.markers = winches_of(scene, suspension.cable_names), markers_of(scene)
         self.actuators = actuators_of(scene)
 
@@ -131,7 +134,7 @@ class Plant:
         """Copy with other `CoupledModes`, of which the loop could drive the last ones, `driven` in number."""
         state = self.scene, self.equilibrium, self.airflow
         model = modes, self.accuracy, self.model, driven, self.loops, self.responses
-        return Plant(*state, *model, midspans=self.midspans, mean_drag=self.mean_drag)
+        return Plant(*state, *model, midspans=self.midspans, points=self.points, mean_drag=self.mean_drag)
 
     @cached_property
     def with_all_modes(self):
@@ -140,7 +143,7 @@ class Plant:
             return self
         state = self.scene, self.equilibrium, self.airflow
         model = self.modes, self.accuracy, self.model, self.driven
-        others = {"midspans": self.midspans, "mean_drag": self.mean_drag}
+        others = {"midspans": self.midspans, "points": self.points, "mean_drag": self.mean_drag}
         return Plant(*state, *model, responses=self.responses, complete=True, **others)
 
     @cached_property
@@ -238,9 +241,10 @@ class Plant:
 
     @cached_property
     def _applied_loads(self):
-        """Forces on the coordinates by winches, by loads on bodies, and at mid-spans that are outputs, shape (n, r)."""
+        """Forces on the coordinates by winches, by loads on bodies, and at `points` and `midspans`, shape (n, r)."""
         winches, system = len(self.winches), self._full_system
-        of_bodies = winches + np.flatnonzero(self.layout.free < 6 * self.equilibrium.suspension.bodies)
+        loaded = self.points | (self.layout.free < 6 * self.equilibrium.suspension.bodies)
+        of_bodies = winches + np.flatnonzero(loaded)
         loads = system.b[0].real[:, [*range(winches), *of_bodies.tolist()]], self._midspan_loads
         return np.concatenate(loads, axis=1)
 

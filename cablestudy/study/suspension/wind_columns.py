@@ -23,14 +23,19 @@ ENDS = ("tension_from", "tension_to")
 
 def _rms(case, names, variance="value", state=""):
     """RMS of some outputs together, and its relative error, see `DynamicAnalysis.rms`; by its `state` of `STATES`."""
-    return case.in_wind.rms(names, variance, open_loop=bool(state))
+    return _analysis(case, names).rms(names, variance, open_loop=bool(state))
+
+
+def _analysis(case, names):
+    """`DynamicAnalysis` of a case for the motion of a body, or of a free point, of which some outputs are."""
+    return case.in_wind.with_points if names[0].partition(".")[0] in case.scene.points else case.in_wind
 
 
 # ------------------------------------------------------------------------------------------- of bodies and markers
 
 
 def place_columns(name):
-    """Columns of the motion in the wind of a body, at its reference point, or of a marker BODY.MARKER: list of Column.
+    """Columns of the motion in the wind of a body, at its reference point, a marker BODY.MARKER or a free point: list.
 
     Mean displacements, RMS with the loop and with the winches at rest, expected peak, and what a telescope sees.
     """
@@ -43,7 +48,8 @@ def place_columns(name):
         return lambda case: scaled(case.mean_displacement(name, axis), MM)
 
     def peak(case):
-        return scaled(case.in_wind.peak(outputs, np.sqrt((case.in_wind.mean_displacement(name) ** 2).sum())), MM)
+        mean = np.sqrt((case.in_wind.mean_displacement(name) ** 2).sum())
+        return scaled(_analysis(case, outputs).peak(outputs, mean), MM)
 
     def seen_motion(variance, *keys):
         """Function of a case: the RMS that a telescope sees, which needs some keys of the scene."""
