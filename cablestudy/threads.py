@@ -6,18 +6,33 @@ A number of threads that the environment names stays: whoever sets one of VARIAB
 import os
 from contextlib import contextmanager
 from functools import cache
+from threading import Lock
 
 VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
+_lock, _inside, _limit = Lock(), 0, None  # how many blocks of `one_thread` run, in all threads; what the first one set
+
+
 @contextmanager
 def one_thread():
-    """Context manager, or decorator: inside, linear algebra takes one thread; afterwards as many as before."""
-    if _chosen():
+    """Context manager, or decorator: inside, linear algebra takes one thread; after the last block as many as before.
+
+    The number holds for the whole process: blocks of several threads may overlap.
+    """
+    global _inside, _limit
+    with _lock:
+        if not (_inside or _chosen()):
+            _limit = _libraries().limit(limits=1, user_api="blas")
+        _inside += 1
+    try:
         yield
-        return
-    with _libraries().limit(limits=1, user_api="blas"):
-        yield
+    finally:
+        with _lock:
+            _inside -= 1
+            if not _inside and _limit is not None:
+                _limit.restore_original_limits()
+                _limit = None
 
 
 def keep_one_thread():

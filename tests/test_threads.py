@@ -48,6 +48,16 @@ def test_an_error_gives_the_threads_back(two_threads):
     assert threads() == {2}
 
 
+def test_blocks_of_two_threads_that_overlap_give_the_threads_back_together(two_threads):
+    first, second = one_thread(), one_thread()
+    first.__enter__()
+    second.__enter__()
+    first.__exit__(None, None, None)
+    assert threads() == {1}
+    second.__exit__(None, None, None)
+    assert threads() == {2}
+
+
 def test_a_worker_keeps_one_thread(two_threads):
     keep_one_thread()
     assert threads() == {1}
