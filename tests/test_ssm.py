@@ -293,7 +293,7 @@ def test_bode_plot(folder):
 def test_bode_plot_draws_the_curves(attached, labels):
     document, scene = load_scene(CARLINA)
     choice = ssm_of_cable.choose(document, scene, ssm.StateSpaceOptions(attached=attached))
-    span, shown = ssm.read_span("0.1:100:50"), choice.curves()
+    span, shown = ssm.read_response_range("0.1:100:50"), choice.curves()
     frequency, *numbers = ssm_tables.drawn(span, shown)
     magnitude, phase = plots.bode(shown, frequency, *numbers).axes
     drawn = [line.get_label() for line in magnitude.lines]

@@ -279,7 +279,7 @@ def test_rates_by_differences(kind, strain):
         return solve(Span.between(np.zeros(3), place[None], 1e6, 0.7, 9.81, np.array([unstretched])))
 
     def value(cables):
-        return stated.values(cables, (kind,))[0]
+        return stated.actual_values(cables, (kind,))[0]
 
     rates = stated.rates(at(end, length), (kind,))
     step = 1e-6
@@ -305,7 +305,7 @@ def test_lengths_that_are_fitted():
         strain, error, _ = stated.fit(span, (kind,) * 10, value, np.full(10, -0.01))
         assert np.abs(error).max() < 1e-9
         np.testing.assert_allclose(
-            stated.values(solve(span.with_chord_strain(strain)), (kind,) * 10), wanted, rtol=1e-9
+            stated.actual_values(solve(span.with_chord_strain(strain)), (kind,) * 10), wanted, rtol=1e-9
         )
 
 

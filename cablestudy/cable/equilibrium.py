@@ -31,7 +31,10 @@ def from_catenary(catenary, mesh):
 
 
 def _state(catenary, mesh, force, displacement):
-    """`State` with tension vectors at the Gauss points in units of the catenary's largest tension, (..., n q, 3)."""
+    """`State` from tension vectors at the Gauss points, (..., n q, 3), and displacements of nodes, (..., nodes, 3).
+
+    Forces are in units of the catenary's largest tension, displacements in units of the unstretched length. [-]
+    """
     reference = np.asarray(catenary.max_tension)
     tension = np.sqrt((force**2).sum(axis=-1))
     shape = (*tension.shape[:-1], mesh.elements, mesh.order)

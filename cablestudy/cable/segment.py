@@ -126,18 +126,18 @@ def flexibility(tension, weight, axial_stiffness, cosine, sine, kernel):
     """
     small = kernel.beta < CABLE.series_below
     if small.all():
-        by_turning = _shallow(tension, weight, cosine, sine, kernel)
+        by_turning = _flexibility_of_small_beta(tension, weight, cosine, sine, kernel)
     else:
-        by_turning = _deep(tension, cosine, sine, kernel)
+        by_turning = _flexibility_of_large_beta(tension, cosine, sine, kernel)
         if small.any():
-            shallow = _shallow(tension, weight, cosine, sine, kernel)
+            shallow = _flexibility_of_small_beta(tension, weight, cosine, sine, kernel)
             by_turning = tuple(np.where(small, *pair) for pair in zip(shallow, by_turning, strict=True))
     qq, nn, yy, *mixed = by_turning
     axial = 1.0 / axial_stiffness
     return (axial + qq, axial + nn, axial + yy, *mixed)
 
 
-def _shallow(tension, weight, cosine, sine, kernel):
+def _flexibility_of_small_beta(tension, weight, cosine, sine, kernel):
     """Entries of `flexibility` by change of direction alone, without the axial part l/EA, of segments of small beta.
 
     The mean of (T^2 I - P P^T)/T^3, written with small deviations from the chord. Along the segment P = P_mid + w tau
@@ -178,12 +178,12 @@ def _gauss_rule(dimensions):
     return tau, share * tau**2
 
 
-def _deep(tension, cosine, sine, kernel):
+def _flexibility_of_large_beta(tension, cosine, sine, kernel):
     """Entries of `flexibility` by change of direction alone, without the axial part l/EA, of segments of large beta.
 
-    The mean of (T^2 I - P P^T)/T^3, written with horizontal and vertical components (h, v, y) and then rotated into the
-    chord frame (q, n, y). The integrals i0, i1 and i2 are the means of V^k/T^3 over the segment. Arguments as for
-    `flexibility`.
+    The mean of (T^2 I - P P^T)/T^3, P being the tension vector along the segment, written with horizontal and vertical
+    components (h, v, y) and then rotated into the chord frame (q, n, y). The integrals i0, i1 and i2 are the means of
+    V^k/T^3 over the segment. Arguments as for `flexibility`.
     """
     q, n, y = tension
     h, total, (t0, t1) = kernel.horizontal, kernel.sum_of_tensions, kernel.tensions

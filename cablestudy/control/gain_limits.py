@@ -395,20 +395,20 @@ def limits_near(loop_gain, similar):
         CONTROL.one_crossing * omega,
         max(CONTROL.crossing_step * similar.rate, CONTROL.crossing_frequency) * omega,
     )
-    pairs = [crossing_near(_needed_gain(needed_gains, gain), omega, *search) for gain in near_gains]
+    pairs = [crossing_near(_along_one_eigenvalue(needed_gains, gain), omega, *search) for gain in near_gains]
     return [Limit(*map(float, pair), similar.rate) for pair in pairs if pair and pair[0] > 0]
 
 
-def _needed_gain(needed_gains, begin):
-    """-1 over one eigenvalue of the loop gain over the gain, as a function of frequency [rad/s], from its first value.
+def _along_one_eigenvalue(needed_gains, first):
+    """Gain needed for one eigenvalue of the loop gain to be -1, as a function of frequency [rad/s]: it follows it.
 
-    Of several eigenvalues, all of which `needed_gains` gives for a frequency, it is the one nearest to the line through
-    the last two values.
+    At each call it takes, of all values that `needed_gains` has at the frequency, the one nearest to the line through
+    the values of the last two calls; `first` is the value near which it begins.
     """
     values = []  # frequency and value of each call
 
     def needed_gain(omega):
-        expected = values[-1][1] if values else begin
+        expected = values[-1][1] if values else first
         if len(values) > 1:
             (omega_1, gain_1), (omega_2, gain_2) = values[-2:]
             expected = gain_2 + (gain_2 - gain_1) * (omega - omega_2) / (omega_2 - omega_1)

@@ -23,7 +23,7 @@ from cablestudy.control.notched_law import NotchedLaw
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.system.first_order import Allocation, equations
 from cablestudy.system.linear import LinearSystem
-from cablestudy.system.residues import eigen, eigen_apart
+from cablestudy.system.residues import eigen, eigen_of_delayed
 from cablestudy.system.tolerances import SYSTEM
 
 
@@ -201,7 +201,7 @@ class Loop:
         if self.allocation is None:
             return self.motion.eigen
         matrix = self._state_matrix(self.gain)
-        return eigen_apart(matrix) if self.law.delay else eigen(matrix)
+        return eigen_of_delayed(matrix) if self.law.delay else eigen(matrix)
 
     def _state_matrix(self, gain):
         """A0 + gain sum A_j of `equations`, for a gain [rad/s]."""

@@ -30,7 +30,7 @@ def by_forces(motion, forces, loop=None, actuators=(), direct=None):
     actuators : sequence of Actuator
         See `StateSpaces`.
     direct : ndarray, shape (o, j), optional
-        Part of each input that appears in each output of the motion at once.
+        Feedthrough: outputs of the motion per input, without delay.
 
     Returns
     -------
@@ -45,7 +45,7 @@ class ExactResponse:
     """Response to forces of a suspension with a loop whose delay T is exp(-s T) itself, not an approximant.
 
     Arguments are those of `by_forces`. With the winches at rest the response y of the measured coordinates is a sum
-    over poles; the loop then moves the winches by v = -gain C1 A N (I + L)^-1 y.
+    over poles; the loop then moves the winches by v = -gain C1 A N (I + L)^-1 y, symbols as in `control.loop`.
     """
 
     def __init__(self, motion, forces, loop, actuators=(), direct=None):
@@ -89,7 +89,7 @@ class ExactResponse:
         return replace(alone, outputs=speeds, direct=np.zeros((len(speeds), alone.inputs.shape[1])))
 
     def _solved(self, s):
-        """Outputs, and lengths reeled in by the loop, per force: shapes (f, o, j) and (f, i, j)."""
+        """Outputs, and lengths v reeled in by the loop, per force at s [rad/s], (f,): shapes (f, o, j), (f, i, j)."""
         loop, count = self._loop, len(self._loop.notches)
         fractions = self._outputs / (s[:, None] - loop.motion.eigen.values)[:, None, :]
         by_order = zip(self._inputs, self._direct, strict=True)  # of v, v' and v''

@@ -162,7 +162,7 @@ def passages(function, curves):
         return np.take_along_axis(function(omega, number), rank[:, None], axis=1)[:, 0]
 
     intervals = []
-    for number, (omega, value) in enumerate(_with_extrema_beyond_zero(function, single, curves)):
+    for number, (omega, value) in enumerate(_with_extrema_of_other_sign(function, single, curves)):
         index, rank = np.nonzero((value[:-1] < 0) != (value[1:] < 0))
         intervals.append((omega[index], omega[index + 1], np.full(len(index), number), rank))
     low, high, number, rank = (np.concatenate(parts) for parts in zip(*intervals, strict=True))
@@ -175,8 +175,8 @@ def passages(function, curves):
     return list(zip(np.split(zeros[order], edges), np.split(rank[order], edges), strict=True))
 
 
-def _with_extrema_beyond_zero(function, single, curves):
-    """The curves of `passages` with the extrema at which a value has another sign than around: list of pairs."""
+def _with_extrema_of_other_sign(function, single, curves):
+    """The curves of `passages` with the extrema that pass zero between two frequencies of one sign: list of pairs."""
     brackets = []
     for number, (omega, value) in enumerate(curves):
         for rank, values in enumerate(value.T):

@@ -136,9 +136,9 @@ def loop(
     """
     span = time_options = None
     if response:
-        from cablestudy.study.ssm import read_span
+        from cablestudy.study.ssm import read_response_range
 
-        span = read_span(response)
+        span = read_response_range(response)
     if time:
         from cablestudy.study.loop_in_time import TimeOptions
 
@@ -212,7 +212,7 @@ def ssm(scene, out: File | None = None, response: Frequencies | None = None, **o
         check_file,
         exported,
         improper_note,
-        read_span,
+        read_response_range,
         size_line,
         viscous_note,
         write,
@@ -220,7 +220,7 @@ def ssm(scene, out: File | None = None, response: Frequencies | None = None, **o
     from cablestudy.study.ssm_tables import drawn, response_table, with_resonances
 
     check_file(out)
-    state_space_options, span = StateSpaceOptions(**options), read_span(response) if response else None
+    state_space_options, span = StateSpaceOptions(**options), read_response_range(response) if response else None
     attached = state_space_options.attached
     if attached in scene.absent:
         raise SceneError(scene.absent[attached])

@@ -111,7 +111,7 @@ def solve_loop(scene, span, time_options, table, estimate):
     ----------
     scene : Scene
     span : (float, float, int) or None
-        Lowest and highest frequency [Hz] and number of frequencies of the response, from `ssm.read_span`.
+        Lowest and highest frequency [Hz] and number of frequencies of the response, from `ssm.read_response_range`.
     time_options : TimeOptions or None
         Options of the response in time.
     table : str or None

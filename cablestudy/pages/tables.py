@@ -123,7 +123,10 @@ class _Column:
 
 
 def _shown_columns(table):
-    """The columns of a table that are shown: list of `_Column`."""
+    """The columns of a table on a page: list of `_Column`.
+
+    Without hidden ones, nor the status where all is well; a difference from a printed value joins the value's column.
+    """
     fields = [shown for shown in table.fields if not shown.hidden]
     if any(shown.name == HIDDEN for shown in fields) and all(row.get(HIDDEN) == OK for row in table.rows):
         fields = [shown for shown in fields if shown.name != HIDDEN]

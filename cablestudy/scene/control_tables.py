@@ -76,7 +76,7 @@ class Controller(KeyTable):
         return (self.proportional_gain == 0) & (self.derivative_gain == 0)
 
     def relations(self):
-        """A derivative is filtered, an integral part is there, and alone where its gain follows from a margin."""
+        """Yield relations: a derivative needs a filter; an integral part is needed, and stands alone if `auto`."""
         filtered = (self.derivative_gain == 0) | (self.derivative_filter is not None)
         integral = self.integrates_only | (not isinstance(self.gain, AutoGain))
         message = "auto chooses an integral gain: not with proportional or derivative_gain"

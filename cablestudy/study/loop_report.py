@@ -112,7 +112,7 @@ def frequencies_of(closed_loop, span):
     closed_loop : ClosedLoop
         With a loop.
     span : (float, float, int)
-        From `ssm.read_span`.
+        From `ssm.read_response_range`.
     """
     low, high, count = span
     poles = resonances(closed_loop) / (2 * np.pi)
@@ -178,7 +178,7 @@ def response_table(closed_loop, span):
     closed_loop : ClosedLoop
         With a loop.
     span : (float, float, int)
-        Lowest and highest frequency [Hz] and number of rows, from `ssm.read_span`; resonances have further rows.
+        Lowest and highest frequency [Hz] and number of rows; resonances have further rows.
     """
     frequency, columns = frequencies_of(closed_loop, span), {}
     for name, value in zip(CURVES, curves(closed_loop, frequency), strict=True):

@@ -104,10 +104,16 @@ def equivalent_cables(values, results_class):
 
 
 def _reference_state(values, stiffness, elongation):
-    """New conductors in the reference state, as linear cables: what `Conductors` asks for, chord strains, reasons.
+    """New conductors in the reference state, as linear cables of some stiffness and permanent elongation.
 
-    Mean tensions are not a number where there is no such cable, and a dict of index -> reason says why. Strains, shape
-    (n,), are relative to the lengths of the conductors without tension.
+    Returns
+    -------
+    tension, along : ndarray, shapes (n,) and (n, t)
+        Mean tensions, not a number where there is no such cable, and tensions along it, see `tensions_along`. [N]
+    strain : ndarray, shape (n,)
+        Chord strains relative to the lengths of the conductors without tension. [-]
+    reasons : dict
+        Index -> why there is no such cable.
     """
     span, stretch = load_cases.bare_spans(values), 1.0 + elongation
     span = replace(span, axial_stiffness=stiffness, mass=span.mass / stretch)

@@ -90,17 +90,18 @@ def number_of(option, name, names):
 
 
 def pairs_of(options, inputs, outputs, first=0, prefix=""):
-    """Numbers of each output and input that `StateSpaceOptions` name: list of (int, int); SceneError for unknown ones.
+    """Indices of all pairs of a named output and a named input: list of (output, input), both int.
 
     Parameters
     ----------
     options : StateSpaceOptions
+        Its `inputs` and `outputs` are the names; SceneError for an unknown one.
     inputs, outputs : sequence of (str, str)
-        Names and units.
+        All names and units.
     first : int
-        Which they are where none is named.
+        Index of the input or output where none is named.
     prefix : str
-        What the name of an output may begin with too.
+        Part that may be written before each name.
     """
     given = ("--output", options.outputs, outputs), ("--input", options.inputs, inputs)
     above, below = (
@@ -174,7 +175,7 @@ def response_unit(above, below):
     return "" if above == below else f"{above}/{f'({below})' if ' ' in below else below}"
 
 
-def read_span(text):
+def read_response_range(text):
     """Read FROM:TO:COUNT, the range and number of response frequencies, for example `0.01Hz:100Hz:2000`.
 
     Returns
@@ -238,9 +239,9 @@ def viscous_note(dampings):
 
 
 def check_channel(options, responds):
-    """Refuse an input or output of `StateSpaceOptions` that is not what the response of a gondola shows.
+    """Refuse options --input and --output that a model of one cable or gondola has no use for.
 
-    Without a response any.
+    Its response has one input and one output, which may be named; without a response (`responds` is False) none may.
     """
     attached, shown = options.attached, (None, None)
     use = "for --response, --error and --out only"

@@ -44,7 +44,7 @@ def with_resonances(span, poles):
     Parameters
     ----------
     span : (float, float, int)
-        Lowest and highest frequency [Hz] and number of those at equal ratios, from `ssm.read_span`.
+        Lowest and highest frequency [Hz] and number of those at equal ratios, from `ssm.read_response_range`.
     poles : ndarray
         Poles of the response, complex. [rad/s]
     """
@@ -68,7 +68,7 @@ def numbers(span, shown):
     Parameters
     ----------
     span : (float, float, int) or FrequencyGrid
-        From `ssm.read_span` or `with_resonances`.
+        From `ssm.read_response_range` or `with_resonances`.
     shown : list of Curve
     """
     phases = [response.Phase() for _ in shown]

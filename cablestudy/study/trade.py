@@ -357,7 +357,7 @@ def table_of(trade, for_markdown=False):
 
 
 def _row(entry, front):
-    """Cells of one model."""
+    """Row of the table for one model, a `Measurement`: dict. `front`: names of the models that are Pareto-optimal."""
     return {
         "family": entry.family,
         "model": entry.name,

@@ -182,7 +182,7 @@ class _Translator:
             _refuse(token.column, f"not a number: {show(token.text)}")
 
     def getter(self, operand, token, unit):
-        """Function of a frame: the value in a unit, as a Series."""
+        """Function from a frame of rows to the values of an operand in a unit, as a Series; of a constant all equal."""
         try:
             if isinstance(operand, Variable):
                 return operand.getter(unit)

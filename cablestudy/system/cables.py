@@ -320,9 +320,9 @@ class Models:
 
     @computed_together
     def groups(models):
-        """Cables on equal meshes: list of MeshGroup.
+        """Cables on equal meshes: list of MeshGroup, an attribute of `Models`.
 
-        Of `Models` whose cables were taken from the same ones the modes are computed in one call.
+        It is computed in one call for many `Models` whose cables are parts of the same `Cables`.
         """
 
         def taken_from(one):

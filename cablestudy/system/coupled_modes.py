@@ -164,9 +164,10 @@ class Search:
         return [outcome_of(partial(modes_of_row, trial, row, unknown, finer)) for row in range(len(rows))]
 
     def _damped_by_all(self, rows, meshes):
-        """`CoupledModes` of elements of one row with `modes_of_cable` of each cable, and the modal damping of all.
+        """`CoupledModes` of one row with an exact choice of elements, with the modal damping of all modes of cables.
 
-        That of the others is what it does to slow movements of the ends: see `Superelement.combine`.
+        `modes_of_cable` modes of each cable are coordinates; the modal damping of the others acts as on slow movements
+        of the ends, see `Superelement.combine`.
         """
         cables, kept = self._cables_of(rows), SYSTEM.modes_of_cable
         models = Models(cables, meshes, fixed=True, most_modes=SYSTEM.modally_damped_modes)

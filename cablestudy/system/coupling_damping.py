@@ -191,7 +191,7 @@ class CouplingDamping:
         -----
         Where a similar element is known, its resolvent is corrected to first order, unchecked: it serves for small
         changes of a loop gain. Else the poles are found in windows of frequency, or of all modes at once, and the first
-        sum that agrees with the equations (`_differences`) is taken. None and None where rounding spoils all of them.
+        sum that agrees with the equations (`_relative_errors`) is taken. None, None where rounding spoils all of them.
         """
         by_all_modes = []
         for cable in cables:
@@ -339,16 +339,24 @@ def _where_trusted(cables, poles, left, right, trusted):
     if left.shape[1]:
         s = checked(np.stack([cable.omega for cable in cables]))
         x = np.stack([cable.variable(of_row) for cable, of_row in zip(cables, s, strict=True)])
-        difference = _differences(matrices, x, sums, poles, left, right)
+        difference = _relative_errors(matrices, x, sums, poles, left, right)
     parts = zip((difference <= trusted).tolist(), poles, left, right, strict=True)
     return [(sums.take(row), tuple(resolvent)) if usable else None for row, (usable, *resolvent) in enumerate(parts)]
 
 
-def _differences(matrices, x, sums, poles, left, right):
-    """Largest difference of `PoleSum`s from the forces Q_ee - Q_en q - q^T Q_ne + q^T Q_nn q, over their size, (r,).
+def _relative_errors(matrices, x, sums, poles, left, right):
+    """Largest relative error of the `PoleSum`s of r cables, at m values of x each: shape (r,). [-]
 
-    These are stationary in q = Q_nn^-1 Q_ne, so that their error is the square of that of q by the resolvent. `x` has
-    the shape (r, m).
+    The reference is Q_ee - Q_en q - q^T Q_ne + q^T Q_nn q, Q being the matrix polynomial of modes n and ends e. It is
+    stationary in q = Q_nn^-1 Q_ne, so that its error is the square of that of q, which left and right give.
+
+    Parameters
+    ----------
+    matrices, poles, left, right
+        As for `PoleSum.of`, of r cables.
+    x : ndarray, shape (r, m)
+    sums : PoleSum
+        Of all r cables.
     """
     n = left.shape[1]
     q_ee, q_ne = (_polynomial([matrix[:, None, rows, n:] for matrix in matrices], x) for rows in np.s_[n:, :n])

@@ -58,7 +58,7 @@ def _describe_net_force(equilibrium):
 def _describe_unmet(equilibrium):
     """Text on the cable farthest from its stated value, with its least preload if that is more; empty without one."""
     suspension, cables = equilibrium.suspension, equilibrium.catenary
-    actual = stated.values(cables, suspension.given)
+    actual = stated.actual_values(cables, suspension.given)
     error = np.nan_to_num(np.abs(actual / suspension.value - 1))
     cable = int(error.argmax())
     if error[cable] < SYSTEM.wrong_value:

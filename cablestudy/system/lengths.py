@@ -118,9 +118,9 @@ def with_converged(answers, index, repeated):
 def with_stable_attitudes(suspension, flat, answers, which, moving, method, bounds):
     """Answers of `search` in which unstable attitudes are replaced by stable ones, where such were found.
 
-    From beside an unstable equilibrium, along its unstable motion, the bodies fall with the lengths as they are. The
-    search begins again where the bodies shall be, with the attitudes in which they have come to rest. `flat` is the
-    suspension with its cases in one axis, `bounds` are `low`, `high` and `reference` of `search`.
+    With the lengths of an unstable equilibrium the bodies are let go a little beside it, along its unstable motion. The
+    search is repeated from the attitudes in which they come to rest, with the bodies moved back to their places. `flat`
+    is the suspension with its cases in one axis, `bounds` are `low`, `high` and `reference` of `search`.
     """
     for size_of_step in SYSTEM.off_saddle:
         state, record, _ = answers
@@ -335,7 +335,7 @@ def search(suspension, which, moving, method, low, high, reference, least_ratio)
         if number == 0:
             answers = copy_record(solutions)
         assign_rows(answers, index, solutions)
-        step, tension, turn = limited(active, state, iterates, solutions, moving)
+        step, tension, turn = limited_steps(active, state, iterates, solutions, moving)
         change = sizes_of(step, tension, iterates)
         iterates = with_infeasible(iterates, solutions, high[index], least_ratio)
         iterates, reason = with_reasons(iterates, linear, solutions, change, last=number == SYSTEM.lengths_steps)
@@ -375,8 +375,16 @@ def first_iterates(suspension, which, low, high, least_ratio):
     )  # fmt: skip
 
 
-def limited(suspension, state, iterates, solutions, moving):
-    """Steps towards the solutions of the linear problems, no longer than a search allows.
+def limited_steps(suspension, state, iterates, solutions, moving):
+    """Steps of k cases towards the solutions of their linear problems, shortened to what a search allows.
+
+    Parameters
+    ----------
+    suspension, state, iterates : SuspendedSystem, PoseState, Iterates
+    solutions : Distribution
+        Tensions and displacements that solve the linear problems.
+    moving : ndarray of bool, shape (b, 6)
+        Degrees of freedom that come from equilibrium.
 
     Returns
     -------

@@ -89,7 +89,7 @@ def _eigen_of_groups(a):
 
 
 def _eigen_of_full(a):
-    """`eigen_of_rows` of matrices without regard to their form."""
+    """`eigen_of_rows` by the general algorithm; a matrix with dependent eigenvectors is changed by little first."""
     row, order = np.arange(len(a))[:, None], np.argsort(-np.abs(a).sum(axis=-1), axis=-1, kind="stable")
     sorted_a = a[row[:, None], order[:, :, None], order[:, None, :]]
     poles, right = np.linalg.eig(sorted_a)
@@ -220,10 +220,11 @@ def _spectral_projector(a, centre, other_poles):
     return (step[:, None, None] * inverse).mean(axis=0)
 
 
-def eigen_apart(a):
-    """`Eigen` of the matrix A of a loop with a delay, whose rational approximation has poles that nearly coincide.
+def eigen_of_delayed(a):
+    """`Eigen` of the state matrix A, (N, N), of a loop with a delay: its Padé approximant has nearly coincident poles.
 
-    Each left eigenvector is computed by itself, and not as a row of V^-1: all but those of such poles are then right.
+    Left eigenvectors are computed on their own, and not as rows of V^-1, where those of the nearly coincident poles
+    would spoil all others.
     """
     from scipy.linalg import eig
 

@@ -50,7 +50,7 @@ class Rates:
     by_end: np.ndarray
 
 
-def values(cables, given):
+def actual_values(cables, given):
     """Value that each cable actually has of the quantity that is stated for it, such as its sag or a tension.
 
     Parameters
@@ -91,7 +91,7 @@ def rates(cables, given):
     Parameters
     ----------
     cables, given
-        As for `values`.
+        As for `actual_values`.
     """
     span, kinds = cables.span, np.asarray(given, dtype=object)
     if span.load_positions.shape[-1]:
@@ -185,7 +185,7 @@ def end_forces_at_stated_values(cables, given):
     Parameters
     ----------
     cables, given
-        As for `values`; each cable has a stated value.
+        As for `actual_values`; each cable has a stated value.
 
     Returns
     -------
@@ -200,7 +200,7 @@ def end_forces_at_stated_values(cables, given):
     has all digits, with F the flexibility, t the movement of end 2 per dL/L at a fixed tension vector N, and g and c
     the derivatives of the stated value v by N and by dL/L.
     """
-    derivatives, value = rates(cables, given), values(cables, given)
+    derivatives, value = rates(cables, given), actual_values(cables, given)
     force_1, force_2 = (derivatives.end_forces[..., end, :] for end in (0, 1))  # on each end, per dL/L
     by_length = derivatives.by_length
     by_length = np.where(np.abs(by_length) > SYSTEM.tiny, by_length, SYSTEM.tiny)
@@ -227,7 +227,7 @@ def _changes_at_stated_tension(cables, given, value, chosen):
     Parameters
     ----------
     cables, given
-        As for `values`.
+        As for `actual_values`.
     value : ndarray, shape (..., c)
         Stated values. [N]
     chosen : ndarray of bool, shape (..., c)
@@ -265,13 +265,13 @@ def _rates_with_loads(cables, given):
     span = cables.span
 
     def forces_and_value(varied):
-        value = np.asarray(values(varied, given))[..., None]
+        value = np.asarray(actual_values(varied, given))[..., None]
         return np.concatenate([varied.end_forces("global").reshape((*value.shape[:-1], 6)), value], axis=-1)
 
     strain = np.maximum(np.abs(span.chord_strain), cables.mean_tension / span.axial_stiffness)
     rate = _differences(span, forces_and_value, SYSTEM.sag_difference * np.maximum(strain, 1e-12))
     rate = np.where(np.isfinite(rate), rate, 0.0)  # without a definite form, as without any load, there are none
-    stated = ~np.isnan(values(cables, given))
+    stated = ~np.isnan(actual_values(cables, given))
     end_forces = rate[..., :6, 0].reshape((*rate.shape[:-2], 2, 3))
     by_end = np.where(stated[..., None], rate[..., 6, 1:], 0.0)
     return Rates(end_forces, cables.global_end_stiffness, np.where(stated, rate[..., 6, 0], np.nan), by_end)
@@ -413,7 +413,7 @@ def fit(span, given, value, strain):
     span : Span
         Of shape (..., c).
     given : sequence of (str or None), one per cable
-        Name of the stated quantity, see `values`.
+        Name of the stated quantity, see `actual_values`.
     value, strain : ndarray, shape (..., c)
         Stated values, and chord strains at which the iteration begins.
 
@@ -440,7 +440,7 @@ def fit(span, given, value, strain):
     tension = np.full((*np.shape(strain), 3), np.nan)  # from which the catenaries begin
     for _ in range(SYSTEM.stated_steps):
         cables = catenary.solve(span.with_chord_strain(strain), tension)
-        error = np.where(stated, values(cables, given) / value - 1, 0.0)
+        error = np.where(stated, actual_values(cables, given) / value - 1, 0.0)
         error = np.where(np.isfinite(error), error, 1.0)
         error_size = np.abs(error)
         stalled_steps = np.where(error_size < SYSTEM.falling_error * best_size, 0, stalled_steps + 1)

@@ -213,7 +213,7 @@ def errors(suspension, state, which):
         All of them.
     """
     cables = catenary.solve(spans(suspension, state), state.tension)
-    error = (stated.values(cables, suspension.given) / suspension.value - 1)[:, which]
+    error = (stated.actual_values(cables, suspension.given) / suspension.value - 1)[:, which]
     rounding = of_values(state.ends[:, suspension.of_cables], state.strain, cables, suspension.given, suspension.value)
     rounding = Bounds(rounding.least[:, which], rounding.most[:, which])
     return np.where(np.isfinite(error), error, np.inf), rounding, cables

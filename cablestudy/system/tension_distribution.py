@@ -120,9 +120,10 @@ def _solutions(matrix, scales, right):
 
 
 def _objective(method, count, weights, reference, current):
-    """S with the damping below it, shape (n, p, m + f), and its product with the target, shape (n, p).
+    """Matrix O and vector d of the objective |O (t, y) - d|^2 with damping, shapes (n, p, m + f) and (n, p).
 
-    `weights`, shape (n, m + f), are those of the damping; the other parameters are as for `distribute`.
+    The first rows are S and S times the reference; below them are the damping, its `weights`, shape (n, m + f), times
+    tensions and other unknowns, and the weighted current tensions. Other parameters are as for `distribute`.
     """
     cases, unknowns = weights.shape
     tensions = np.eye(count, unknowns)

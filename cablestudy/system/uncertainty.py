@@ -233,7 +233,7 @@ def _residuals(equilibrium, given, length_known):
     ends = ends[..., suspension.of_cables, :, :]
     of_values = rounding.of_values(ends, strain, cables, given, suspension.value).least
     of_lengths = LENGTH * (1 + largest(largest(ends)) / cables.span.chord)
-    error = np.where(length_known, 0.0, stated.values(cables, given) / suspension.value - 1)
+    error = np.where(length_known, 0.0, stated.actual_values(cables, given) / suspension.value - 1)
     return net, bounds.least, error, np.where(length_known, of_lengths, of_values)
 
 

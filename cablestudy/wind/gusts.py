@@ -261,7 +261,7 @@ class Gusts:
         for group, amplitudes in zip(self.strips, self.amplitudes, strict=True):
             work = components @ np.moveaxis(group.point_forces, 1, 2)
             yield from zip(
-                group.arcs, work, amplitudes @ inputs[:count], group.coherent(components, kappa), strict=True
+                group.arcs, work, amplitudes @ inputs[:count], group.gust_covariance(components, kappa), strict=True
             )
         if len(bodies):
             speeds = np.zeros((len(bodies), len(nonzero), 3 * len(bodies)))

@@ -152,8 +152,8 @@ class Strips:
         work, displacements = (field.reshape(len(field), -1, field.shape[-1]) for field in (work, displacements))
         return np.swapaxes(work, 1, 2) @ displacements
 
-    def coherent(self, components, kappa):
-        """Covariance of the work on each of `shapes` by components of turbulence with the coherence exp(-kappa r).
+    def gust_covariance(self, components, kappa):
+        """Covariance of the generalised gust forces on `shapes`, for turbulence with the coherence exp(-kappa r).
 
         Parameters
         ----------

@@ -51,7 +51,7 @@ def loop_margins(closed_loop, span=None):
     closed_loop : ClosedLoop
         With a loop.
     span : (float, float, int), optional
-        Range of frequencies, from `ssm.read_span`. Default: about bandwidth, controlled motions and largest gain.
+        As of `ssm.read_response_range`. Default: about bandwidth, controlled motions and largest gain.
 
     Raises
     ------

@@ -216,7 +216,7 @@ def _coupled(case, modes, drawing, plane, number):
 
 
 def _moving_cables(equilibrium, modes, number):
-    """Places along each cable, and their displacements in a mode, about POINTS of shape (j, 3): list of pairs."""
+    """About POINTS places along each cable, and their displacements in a mode, both (j, 3): list of pairs."""
     starts, cables = equilibrium.ends[equilibrium.suspension.of_cables, 0], []
     for start, mesh, nodal in zip(starts, modes.solution.models.meshes, modes.nodes(number), strict=True):
         places_and_moves = np.stack(nodal)
@@ -313,9 +313,10 @@ def _figure(shown, frequency, listed, peak, share, drawing, distance):
 
 
 def _window(shown, factors, share, with_inset, ratio):
-    """`Window` of all panels, and the side of the picture of an enlarged body, for which there is room below. [m]
+    """`Window` around all displaced modes, and the side of the square below for the picture of an enlarged body. [m]
 
-    `ratio`: height over width of a panel in a plane, None in perspective; other arguments as of `_figure`.
+    `ratio`: height over width of a panel in a plane, None in perspective; `factors`: that of the displacements of each
+    mode; `with_inset`: whether to leave room for the square; other arguments as of `_figure`.
     """
     displaced = (0.0, 1.0) if share is None else (-1.0, 1.0)
     outlines = [mode.outline(part * factor) for part in displaced for mode, factor in zip(shown, factors, strict=True)]

@@ -242,7 +242,7 @@ class DynamicAnalysis:
         """True if the RMS of bodies in a `GustResponse` are accurate, by the modes left out and by quadrature."""
         accuracy, by_quadrature = self._accuracy, response.integration_error / 2
         allowed = STUDY.element_modes_change if self._model else max(accuracy - by_quadrature, accuracy / 2)
-        return response.moving_error <= 2 * allowed  # of a variance, which is twice that of its root
+        return response.displacement_truncation_error <= 2 * allowed  # of a variance, which is twice that of its root
 
     def _check(self, closed_loop):
         """Refuse an unstable `ClosedLoop`: NoSolutionError that names the growing motion."""
@@ -272,7 +272,7 @@ class DynamicAnalysis:
             return unknown_rms_error(counted(len(self.closed_loop.modes), "mode"))
         analyses = self, DynamicAnalysis._without_control.known(self)  # with the winches at rest, if it was needed
         solved = [analysis for analysis in analyses if analysis is not None and analysis.solved]
-        variance_error = max(analysis.response.moving_error for analysis in solved)
+        variance_error = max(analysis.response.displacement_truncation_error for analysis in solved)
         error = variance_error / 2  # of the root
         if error <= self._accuracy:
             return ""

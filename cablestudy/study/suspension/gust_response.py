@@ -190,10 +190,11 @@ class GustResponse:
         return turbulence.seen(weights) if weights else turbulence.variances
 
     @cached_property
-    def moving_error(self):
-        """Largest relative error by the modes left out of the variances of displacement and velocity of bodies. [-]
+    def displacement_truncation_error(self):
+        """Largest relative error, by the modes left out, of a variance of displacements, summed over x, y and z. [-]
 
-        And of what a telescope sees of them, to which high modes matter more; of mid-spans by displacements alone.
+        Of bodies, of their velocities and of what a telescope sees of both, to which high modes matter more, and of the
+        displacements of mid-spans.
         """
         displacements = [row for row, name in enumerate(self.names) if name.endswith((".x", ".y", ".z"))]
         groups, errors = np.array(_groups(self.names))[displacements], [0.0]

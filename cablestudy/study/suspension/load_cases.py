@@ -309,7 +309,7 @@ def numbers_at_rest(scenes):
 
 
 def _reference_loads(scenes):
-    """Point loads that are on cables in the reference state: fields of `SuspendedSystem`.
+    """Point loads that are on cables in the reference state: dict, fields of `SuspendedSystem`; empty without any.
 
     The arrays have equally many places for each cable; those in excess carry nothing and are spread along the cable.
 
