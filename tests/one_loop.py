@@ -7,6 +7,7 @@ import numpy as np
 from cablestudy.control.gain_limits import StableGains
 from cablestudy.control.law import INTEGRATOR
 from cablestudy.control.loop_gain import LoopGain
+from cablestudy.control.margins_grid import frequencies
 from cablestudy.control.notched_law import NotchedLaw
 from cablestudy.scene.one_cable import as_suspension
 from cablestudy.study.case import Case
@@ -138,6 +139,28 @@ class OneLoop:
     def closed_poles(self, gain):
         """The same with a gain. [rad/s]"""
         return self.with_gain(float(gain)).in_wind.closed_loop_of(EVERY).loop.poles
+
+
+def encirclements(loop, gain):
+    """Number of unstable poles by the argument principle.
+
+    1 + L has its only pole that is not stable in s = 0, where L is about gain/s. The contour passes it on the right,
+    where the argument falls by pi; along either half of the imaginary axis it grows by the same angle. So
+    -2 pi Z = 2 angle - pi.
+    """
+    poles = np.concatenate([loop.open_poles, loop.cable.poles])
+    omega = frequencies(poles[poles.imag >= 0], (loop.notch,))
+    value = 1 + gain * loop.unit_gain(1j * omega)
+    for _ in range(12):
+        coarse = np.abs(np.angle(value[1:] / value[:-1])) > 0.3
+        if not coarse.any():
+            break
+        omega = np.sort(np.concatenate([omega, (omega[1:] + omega[:-1])[coarse] / 2]))
+        value = 1 + gain * loop.unit_gain(1j * omega)
+    angle = np.angle(value[1:] / value[:-1]).sum()
+    # from the lowest frequency down to zero, and from the highest up to infinity
+    angle += np.angle(value[0] / -1j) - np.angle(value[-1])
+    return round(0.5 - angle / np.pi)
 
 
 def spring_loop(mass, stiffness, location="ground", notch=None, time=0.0, law=INTEGRATOR):

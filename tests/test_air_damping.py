@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import scipy.linalg
 from cables import along_x, pole_of_mass
 from campaign import campaign
 from command import CARLINA, run, table_of
@@ -9,7 +10,7 @@ from complex_stiffness import ComplexStiffness, damped_mode, excited
 from one_loop import OneLoop
 from references import loop_matrix
 from scenes import case_of, cells, scene
-from test_windrms import WHITE, case_with, loop_of, lyapunov, rms_of, white  # noqa: F401 a fixture
+from test_windrms import WHITE, case_with, loop_of, rms_of, white  # noqa: F401 a fixture
 
 from cablestudy.control.one_cable import state_space
 from cablestudy.scene.scene import load_scene
@@ -67,6 +68,16 @@ def test_the_damping_ratio_by_complex_stiffness_is_that_of_the_pole(law, damping
 def test_an_overdamped_gondola_creeps_back():
     stiffness = ComplexStiffness(excited(case_of("cable.damping={loss_factor: 0.02}")), np.array([1.0, 0, 0]))
     assert damped_mode(stiffness, 50.0, 4.516, "hysteretic", 1e-9, 2000.0)[0] == pytest.approx(1.0, abs=1e-6)
+
+
+def lyapunov(loop, gain, level):
+    """RMS of the gondola under a force of constant one-sided spectrum, by Lyapunov's equation."""
+    A, B = loop_matrix.matrices(loop, gain)
+    if not gain:
+        A, B = A[:-3, :-3], B[:-3]  # neither notch nor integrator; the latter has no finite variance alone
+    P = scipy.linalg.solve_continuous_lyapunov(A, -np.outer(B, B) * level / 2)
+    place = 2 * len(loop.cable.omega)
+    return np.sqrt(P[place, place])
 
 
 @pytest.mark.crossed

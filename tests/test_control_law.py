@@ -1,16 +1,14 @@
 """PID, delay and lag of the winch: closed forms, python-control, encirclements of the loop with exp(-s T) itself."""
 
 from functools import cache
-from math import factorial
 
 import control
 import numpy as np
 import pytest
 from cables import along_x
 from command import CARLINA, run, table_of
-from one_loop import OneLoop, spring, spring_loop
+from one_loop import OneLoop, encirclements, spring_loop
 from scenes import cells, scene
-from test_encirclements import encirclements
 from test_stability import random_scene
 from test_winch import loop_gain
 from test_windrms import force
@@ -19,7 +17,6 @@ from cablestudy.control.law import Law
 from cablestudy.control.loop import Loop
 from cablestudy.control.notch import Notch
 from cablestudy.control.one_cable import state_space
-from cablestudy.control.time_response import respond, step
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.case import Case
 from cablestudy.system.assemble import assemble
@@ -155,24 +152,6 @@ def test_the_state_space_of_the_closed_loop_has_the_exact_response(name):
     assert system.response(s)[:, 0, 0] == pytest.approx(expected, rel=1e-6)
     assert len(system.state_names) == len(system.a)
     assert len(set(system.state_names)) == len(system.a)
-
-
-def test_a_reference_with_a_delay_by_the_method_of_steps():
-    """x' = K (1 - x(t - T)) behind T: the sum of -(-K)^n (t - n T)^n/n! over n >= 1 with t > n T."""
-    delay = 1e4 / NATURAL
-    gain = 0.6 / delay
-    loop = Loop(None, None, gain, (None,), Law(delay=delay))
-    system = state_space(spring(STIFFNESS, 1 / NATURAL), gondola=(MASS, 0.0), loop=loop, highest=30 / delay)
-    time = np.linspace(0, 6 * delay, 31)
-    reference = system.input_names.index("reference")
-    pushed, direct = system.b[:, reference], system.d[[0], reference]
-    found = respond(system.a, pushed, system.c[[0]], direct, step(1.0), time)[:, 0]
-    expected = sum(
-        -((-gain * np.maximum(time - n * delay, 0)) ** n) / factorial(n) for n in range(1, 7)
-    )  # fmt: skip
-    # a corner in time has no end in frequency
-    assert found == pytest.approx(expected, abs=5e-3)
-    assert np.abs(found - expected)[np.abs(time / delay % 1 - 0.5) < 0.35].max() < 1e-3
 
 
 def test_the_speed_of_the_winch_is_the_integral_of_its_spectrum():

@@ -1,13 +1,12 @@
-"""Viscous damping per length of the cable: dense bars, closed forms, state space, loop and wind."""
+"""Viscous damping per length of the cable: dense bars, closed forms, state space and loop."""
 
 import numpy as np
 import pytest
-import scipy.linalg
 from cables import EA, MASS, PAPER_CHORD, PAPER_LENGTH, G, along_x, pole_of_mass
 from complex_stiffness import ComplexStiffness, damped_mode, excited
 from references import bars
 from scenes import SAGGING, cells, scene
-from test_windrms import WHITE, loop_of, rms_of, white  # noqa: F401 a fixture
+from test_windrms import loop_of
 
 from cablestudy.control.loop import Loop
 from cablestudy.control.one_cable import state_space
@@ -97,13 +96,3 @@ def test_the_state_space_has_the_poles_of_the_loop(law, where):
     found = case.in_wind.closed_loop_of(250).loop.eigen.values
     for pole in np.linalg.eigvals(closed(case).a):
         assert np.abs(found - pole).min() < 1e-7 * np.abs(pole) + 1e-11 * np.abs(found).max()
-
-
-@pytest.mark.usefixtures("white")
-def test_white_noise_is_lyapunov_s_equation():
-    case = Case(scene(damped("time: 1 ms"), "winch.controller.gain=0.1", WHITE, "model.elements=12"))
-    system = closed(case)
-    level = 3.0  # one-sided
-    P = scipy.linalg.solve_continuous_lyapunov(system.a, -np.outer(system.b[:, 0], system.b[:, 0]) * level / 2)
-    expected = np.sqrt(system.c[0] @ P @ system.c[0])
-    assert rms_of(case)[0] == pytest.approx(expected, rel=1e-6)

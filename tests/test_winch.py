@@ -207,30 +207,6 @@ def loop_gain(loop, omega):
     return control * sign * driven / (loop.mass * square + own)
 
 
-@each_loop
-def test_phase_margin_and_bandwidth_are_those_of_a_fine_scan(which):
-    for loop in (loop_of(*which).with_margins(6.0), loop_of(*which).with_margins(1.0)):
-        poles = np.linalg.eigvals(loop_matrix.matrices(loop, 0.0)[0])
-        poles = poles[poles.imag > 1e-6]
-        parts = [np.geomspace(1e-3 * loop.gain, 2 * np.abs(poles).max(), 6000)]
-        parts += [abs(p) + abs(p.real) * np.linspace(-8, 8, 161) for p in poles]
-        omega = np.unique(np.concatenate(parts))
-        omega = omega[omega > 0]
-        L = loop_gain(loop, omega)
-
-        def size(w, loop=loop):
-            return np.log(np.abs(loop_gain(loop, np.array([w]))[0]))
-
-        at = np.flatnonzero(np.diff(np.abs(L) > 1))
-        crossings = np.array([brentq(size, *omega[k : k + 2], rtol=1e-14) for k in at])
-        angle = np.angle(-loop_gain(loop, crossings))
-        assert loop.margins.phase_margin == pytest.approx(np.degrees(np.abs(angle).min()), abs=1e-6)
-        closed = np.abs(L / (1 + L)) - np.sqrt(0.5)
-        first = np.flatnonzero((closed[:-1] > 0) & (closed[1:] <= 0))[0]
-        assert omega[first] <= 2 * np.pi * loop.margins.bandwidth * (1 + 1e-9)
-        assert 2 * np.pi * loop.margins.bandwidth <= omega[first + 1] * (1 + 1e-9)
-
-
 @pytest.mark.crossed
 @each_loop
 @pytest.mark.parametrize("peak", [1.3, 2.0])

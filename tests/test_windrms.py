@@ -1,4 +1,4 @@
-"""RMS of the gondola: fine integration, Lyapunov's equation, wind records in time; and the command `windrms`."""
+"""RMS of the gondola: fine integration, closed forms; and the command `windrms`."""
 
 from functools import cache, partial
 from itertools import pairwise
@@ -10,7 +10,7 @@ import pytest
 import scipy.linalg
 from cables import along_x
 from campaign import campaign
-from command import CARLINA, process, rows_of, run, study_file, table_of
+from command import CARLINA, rows_of, run, study_file, table_of
 from references import loop_matrix
 from scenes import case_of, cells, scene
 
@@ -95,16 +95,6 @@ def test_the_rms_of_a_scene_is_that_of_a_fine_integration_with_every_mode(sets):
     assert rms_of(case) == pytest.approx([*brute(loop, loop.gain, force), *brute(loop, 0.0, force)], rel=1e-5)
 
 
-def lyapunov(loop, gain, level):
-    """RMS of the gondola under a force of constant one-sided spectrum, by Lyapunov's equation."""
-    A, B = loop_matrix.matrices(loop, gain)
-    if not gain:
-        A, B = A[:-3, :-3], B[:-3]  # neither notch nor integrator; the latter has no finite variance alone
-    P = scipy.linalg.solve_continuous_lyapunov(A, -np.outer(B, B) * level / 2)
-    place = 2 * len(loop.cable.omega)
-    return np.sqrt(P[place, place])
-
-
 WHITE = "wind.admittance=none"
 PUSHED = AIR * DRAG * AREA * SPEED  # force per speed of a gust [N s/m]
 
@@ -115,17 +105,6 @@ def white(monkeypatch):
     monkeypatch.setattr(
         gusts, "speed_spectrum", lambda frequency, *_: 3.0 / (PUSHED * INTENSITY * SPEED) ** 2 + 0 * frequency
     )
-
-
-@pytest.mark.crossed
-@pytest.mark.usefixtures("white")
-@pytest.mark.parametrize("ratio", [1e-4, 1e-2, 0.3])
-@pytest.mark.parametrize("gain", [0.01, 0.5])
-def test_white_noise_is_lyapunov_s_equation(ratio, gain):
-    case = Case(case_with(ratio, gain, WHITE).scene)
-    loop = loop_of(case)
-    expected = [lyapunov(loop, loop.gain, 3.0), lyapunov(loop, 0.0, 3.0)]
-    assert rms_of(case, "value") == pytest.approx(expected, rel=1e-6)
 
 
 # a massless cable, which is a spring
@@ -142,33 +121,6 @@ def test_white_noise_on_a_spring_without_modes_is_the_textbook_s():
     closed, at_rest = rms_of(case, "value")
     assert at_rest == pytest.approx(np.sqrt(3.0 / (8 * (time * natural / 2) * natural**3 * mass**2)), rel=1e-6)
     assert closed == pytest.approx(at_rest, rel=1e-14)
-
-
-def test_a_wind_record_through_the_loop_gives_the_rms_within_its_sampling_error():
-    case = case_with(0.01, 0.1)
-    loop = loop_of(case)
-    A, B = loop_matrix.matrices(loop, loop.gain)
-    place = np.eye(len(A))[loop_matrix.place(A)]
-    size, step, count, records = len(A), 0.02, 2**14, 48
-    # exact for a force that is linear between samples
-    block = np.zeros((size + 2, size + 2))
-    block[:size, :size], block[:size, size], block[size, size + 1] = A * step, B * step, 1.0
-    whole = scipy.linalg.expm(block)
-    carry, first, second = whole[:size, :size], whole[:size, size], whole[:size, size + 1]
-    frequency = np.fft.rfftfreq(count, step)
-    draw = np.random.default_rng(20240701).standard_normal((2, records, len(frequency)))
-    level = np.zeros(len(frequency))
-    level[1:] = np.sqrt(force(frequency[1:]) / (4 * step * count)) * count
-    record = np.fft.irfft((draw[0] + 1j * draw[1]) * level, count)
-    slope = np.roll(record, -1, axis=1) - record
-    state, seen = np.zeros((size, records)), np.empty((count, records))
-    for k in range(count):
-        state = carry @ state + np.outer(first, record[:, k]) + np.outer(second, slope[:, k])
-        seen[k] = place @ state
-    variance = (seen[count // 4 :] ** 2).mean(axis=0)
-    error = variance.std(ddof=1) / np.sqrt(records)
-    assert error < 0.05 * variance.mean()
-    assert abs(variance.mean() - rms_of(case)[0] ** 2) < 3 * error
 
 
 # what follows from linearity, and what the record of the integration says
@@ -432,10 +384,9 @@ def test_accuracy_and_damped_strain_give_what_many_bars_give():
         assert accurate[name] == pytest.approx(bars[name], rel=1e-3), name
 
 
-def test_nothing_but_the_message_reaches_standard_error_in_a_process_of_its_own():
-    outcome = process("windrms", CARLINA, "--set", "cable.damping.ratio=0", "--format", "json")
-    assert (outcome.code, len(outcome.lines)) == (3, 1)
-    assert "undamped" in outcome.err
+def test_nothing_but_the_message_reaches_standard_error():
+    (line,) = run("windrms", CARLINA, "--set", "cable.damping.ratio=0", "--format", "json", code=3).lines
+    assert "undamped" in line
 
 
 def test_the_rms_by_modal_damping_has_no_known_error():
