@@ -87,27 +87,17 @@ def chords(model):
     return np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
 
 
-def platform(mass=0.3, body=50.0, strain=3e-3, stiffness=4e5, turn=0.0, at=(0.0, 0.0, 0.0), **other):
+def platform(mass=0.3, body=50.0, strain=3e-3, stiffness=4e5, **other):
     """A body of general form on eight cables, four up and four down, with an offset center of mass.
 
-    `turn` turns the whole scene about the vertical [rad]; the cables are `strain` shorter than their chords at first.
+    The cables are `strain` shorter than their chords at first.
     """
     corners = np.array([[s, t, u] for u in (1, -1) for s, t in ((1, 1), (-1, 1), (-1, -1), (1, -1))], dtype=float)
     anchors = corners * [20.0, 15.0, 9.0] + np.linspace(-1, 1, 24).reshape(8, 3)
     angle = np.arctan2(corners[:, 1], corners[:, 0]) + 0.5 * corners[:, 0] * corners[:, 1] * corners[:, 2]
     attachments = np.stack([0.7 * np.cos(angle), 0.6 * np.sin(angle), -0.4 * corners[:, 2]], axis=-1)
-    around = from_angles(np.array([0.0, 0.0, turn]))
-    cables = [
-        (tuple(around @ (a + at)), ("gondola", tuple(b)), stiffness, mass)
-        for a, b in zip(anchors, attachments, strict=True)
-    ]
+    cables = [(tuple(a), ("gondola", tuple(b)), stiffness, mass) for a, b in zip(anchors, attachments, strict=True)]
     inertia = np.array([[4.0, 0.3, -0.2], [0.3, 5.0, 0.1], [-0.2, 0.1, 6.0]])
-    gondola = {
-        "mass": body,
-        "center": (0.05, -0.03, -0.1),
-        "inertia": inertia,
-        "at": around @ at,
-        "angles": (0, 0, turn),
-    }
+    gondola = {"mass": body, "center": (0.05, -0.03, -0.1), "inertia": inertia, "at": (0.0, 0.0, 0.0)}
     model = suspension({"gondola": gondola | other}, cables)
     return hung(model, chords(model) * (1 - strain))

@@ -285,25 +285,6 @@ def test_stated_errors_of_bars(elements):
     assert max(max(errors.values()) for errors in silent) < 1e-9  # statics are closed forms
 
 
-@pytest.mark.parametrize("held", [False, True])
-def test_cables_without_anything_that_moves_are_each_as_if_alone(held):
-    section = "elastic_modulus: 70.3 GPa, density: 1440 kg/m^3, area: 2.69 mm^2, unstretched_length: 184.4883 m"
-    damping = "damping: {model: modal, ratio: 0.01}"
-    body = "bodies: {mast: {at: [185.8, 0, 0], mass: 1, free: [], attachments: {top: [0, 0, 0]}}}\n" if held else ""
-    end = "mast.top" if held else "[185.8, 0, 0]"
-    single = scene(f"cable: {{{section}, chord: 185.8 m, {damping}}}\n", "single.yaml")
-    scene(f"cable: {{{section}, {damping}}}\n{body}cables: {{one: {{from: [0, 0, 0], to: {end}}}}}\n")
-    (alone,) = table_of("static", single)
-    (cable,) = table_of("static", "scene.yaml", "--table", "cables")
-    for name in ("preload_N", "max_tension_N", "sag_m", "stretched_length_m", "lambda_squared"):
-        assert cable[name] == pytest.approx(alone[name], rel=1e-10)
-    frequencies = [
-        [mode["frequency_Hz"] for mode in table_of("modes", path, "-n", "8")] for path in (single, "scene.yaml")
-    ]
-    np.testing.assert_allclose(frequencies[1], frequencies[0], rtol=1e-4)  # the accuracy of both
-    assert all(mode["body_share"] == 0 for mode in table_of("modes", "scene.yaml"))
-
-
 def test_a_winch_without_any_cable():
     text = KNOT.partition("cables:")[0] + "cables: {}\nwinches: {a: {}}\n"
     lines = run("static", scene(text), code=2).lines

@@ -203,21 +203,6 @@ def test_no_digit_depends_on_the_other_cases(made):
         assert evaluate_suspensions([one], columns)[0].cells == row.cells
 
 
-def test_two_suspensions_in_one_scene_are_as_alone(made):
-    first = body("case=oblique")[0].replace("STATED", "unstretched_length: 77 m")
-    second = first.replace("gondola", "other").replace("mass: 400 kg", "mass: 300 kg")
-    for name in ANCHORS:
-        second = second.replace(f"  {name}: {{from", f"  {name}2: {{from")
-    both = first.partition("cables:\n")[0] + second.partition("bodies:\n")[2].replace(
-        "cables:\n", "cables:\n" + first.partition("cables:\n")[2]
-    )
-    names = ("gondola.y", "gondola.z", "a.tension_to", "b.sag")
-    others = ("other.y", "other.z", "a2.tension_to", "b2.sag")
-    found = numbers(made(both, "case=oblique"), *names, *others)
-    alone = numbers(made(first, "case=oblique"), *names) | numbers(made(second, "case=oblique"), *others)
-    assert found == pytest.approx(alone, rel=1e-10)
-
-
 # --------------------------------------------------------------------------------------------- a tension at a place
 
 AT = {"end_1": "tension_from", "end_2": "tension_to", "horizontal": "horizontal_tension", "mean": "preload",

@@ -1,6 +1,5 @@
-"""Coupled modes of suspensions against closed forms, dense bars, continuous cables and invariances."""
+"""Coupled modes of suspensions against closed forms, dense bars and continuous cables."""
 
-import math
 import tracemalloc
 
 import counted_modes
@@ -10,8 +9,7 @@ import scipy.linalg
 from campaign import campaign
 from command import CONFIGS
 from references import bar_suspension, continuous_suspension
-from scenes import INCLINED, PAPER, Twin, cells
-from suspension_scenes import G, chords, hung, platform, suspension, with_lengths
+from suspension_scenes import G, hung, platform, suspension, with_lengths
 from suspensions import sagging
 
 from cablestudy.cable.damping import Damping
@@ -212,66 +210,10 @@ def test_the_stated_error_of_modes_that_coincide_reaches_all_of_them():
             assert reference.below(modes.frequency[mode] * (1 + off)) >= last
 
 
-def test_the_scene_may_be_turned_and_moved():
-    plain, turned = platform(), platform(turn=0.7, at=(30.0, -20.0, 5.0))
-    one, two = (coupled_modes(state, 12, 1e-6, Damping(ratio=0.01)) for state in (plain, turned))
-    assert two.frequency == pytest.approx(one.frequency, rel=1e-9)
-    assert two.damping_ratio == pytest.approx(one.damping_ratio, rel=1e-7)
-    level = [state.body_energy[0, :2].sum(axis=0) for state in (one, two)]
-    assert level[1] == pytest.approx(level[0], abs=1e-7)
-    assert two.body_energy[0, 2:] == pytest.approx(one.body_energy[0, 2:], abs=1e-7)
-    assert two.cable_energy == pytest.approx(one.cable_energy, abs=1e-7)
-    assert two.moves == one.moves
-
-
-def test_two_equal_cables_side_by_side_are_one_of_twice_the_area():
-    anchors = [(10.0, 0.0, 3.0), (-4.0, 9.0, 2.0), (-5.0, -8.0, 4.0)]
-    place = (0.1, 0.2, 0.0)
-
-    def state(copies):
-        cables = [(a, ("knot", (0.0, 0.0, 0.0)), 2e5 / copies, 0.4 / copies) for a in anchors for _ in range(copies)]
-        model = suspension({"knot": {"at": place, "mass": 3.0, "junction": True}}, cables)
-        return hung(model, 0.997 * chords(model))
-
-    one, two = (coupled_modes(state(copies), 30, 1e-8) for copies in (1, 2))
-    # modes of the pair against each other come besides, at the frequencies of one with fixed ends
-    for frequency in one.frequency[:12]:
-        assert np.abs(two.frequency / frequency - 1).min() < 1e-8
-    shared = two.frequency[two.body_share > 1e-9]
-    moving = one.frequency[one.body_share > 1e-9]
-    count = min(len(shared), len(moving), 6)
-    assert shared[:count] == pytest.approx(moving[:count], rel=1e-8)
-
-
 def single(end_1, end_2, length, stiffness, mass):
     """One cable whose second end a held body holds."""
     wall = {"wall": {"at": end_2, "free": ()}}
     return with_lengths(suspension(wall, [(end_1, ("wall", (0.0, 0.0, 0.0)), stiffness, mass)]), [length])
-
-
-def test_a_cable_cut_in_two_at_a_massless_junction_is_the_same_cable():
-    twin = Twin(math.hypot(40.0, 10.0), 6.0, 42.0, 1e-4)
-    end_1, end_2, length, stiffness, mass = (0.0, 0.0, 0.0), (40.0, 10.0, 6.0), twin.length, twin.stiffness, twin.mass
-    whole = single(end_1, end_2, length, stiffness, mass)
-    share = 0.37
-    moved = whole.catenary.at(np.array([share]))[0][0, 0]
-    span = whole.catenary.span
-    frame = span.frame[0]
-    place = (moved + np.array([share * (1 + float(span.chord_strain[0])), 0, 0])) * length @ frame
-    model = suspension(
-        {"cut": {"at": place, "junction": True}},
-        [
-            (end_1, ("cut", (0.0, 0.0, 0.0)), stiffness, mass),
-            (("cut", (0.0, 0.0, 0.0)), end_2, stiffness, mass),
-        ],
-    )
-    cut = hung(model, [share * length, (1 - share) * length])
-    assert cut.position[0] == pytest.approx(place, abs=1e-9)
-    one, two = coupled_modes(whole, 8, 1e-8), coupled_modes(cut, 8, 1e-8)
-    assert two.frequency == pytest.approx(one.frequency, rel=1e-8)
-    alone = cells(twin.scene("model.accuracy=1e-8"), "inplane_frequency_2", "outofplane_frequency_2")
-    for frequency in alone.values():
-        assert np.abs(one.frequency / frequency - 1).min() < 1e-8
 
 
 def test_a_body_that_is_held_leaves_each_cable_as_if_alone():
@@ -285,26 +227,6 @@ def test_a_body_that_is_held_leaves_each_cable_as_if_alone():
     assert together.frequency == pytest.approx(np.sort(np.concatenate(alone))[:15], rel=1e-8)
     assert together.body_share == pytest.approx(np.zeros(15), abs=1e-12)
     assert set(together.moves) <= {f"c{i + 1} {kind}" for i in range(8) for kind in ("in-plane", "out-of-plane")}
-
-
-def one_cable(twin, mass):
-    """A gondola free along x on end 2 of a cable."""
-    body = {"at": (twin.a, 0, twin.b), "mass": mass, "free": ("x",)}
-    cable = ((0.0, 0.0, 0.0), ("gondola", (0.0, 0.0, 0.0)), twin.stiffness, twin.mass)
-    return with_lengths(suspension({"gondola": body}, [cable]), [twin.length])
-
-
-@pytest.mark.crossed
-@pytest.mark.parametrize("twin", [PAPER, INCLINED])
-@pytest.mark.parametrize("mass", [0.5, 50.0, 5e4])
-def test_one_cable_with_a_gondola_free_along_x_is_the_scene_of_one_cable(twin, mass):
-    elements = ("model.elements=4", "model.order=10", f"gondola.mass={mass}")
-    expected = cells(twin.scene(*elements), "gondola_frequency")["gondola_frequency"]
-    found = coupled_modes(one_cable(twin, mass), 12, model=FixedModel(4, 10))
-    assert np.abs(found.frequency / expected - 1).min() < 1e-10
-    by_error = coupled_modes(one_cable(twin, mass), 12, 1e-10)
-    exact = cells(twin.scene("model.accuracy=1e-10", f"gondola.mass={mass}"), "gondola_frequency")["gondola_frequency"]
-    assert np.abs(by_error.frequency / exact - 1).min() < 1e-10
 
 
 @pytest.mark.parametrize(

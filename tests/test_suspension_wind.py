@@ -1,7 +1,6 @@
 """Suspensions in the wind against closed forms, dense matrices made here, Lyapunov's equation and a time record."""
 
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
@@ -1158,96 +1157,6 @@ def test_an_undamped_motion_that_nothing_excites_is_no_obstacle():
 def test_without_turbulence_or_area_nothing_moves(changes):
     case = case_of(everything(**changes))
     assert [value(case, f"gondola.{column}") for column in ("rms", "rms_velocity", "peak", "rms_rx")] == [0, 0, 0, 0]
-
-
-# --------------------------------------------------------------------------------------------------------- invariances
-
-HEAVY_CABLES = {
-    "cable__density": 200.0, "cable__area": 5e-5, "cable__elastic_modulus": 2e9, "cable__damping": {"ratio": 0.01},
-    "wind__on": "both", "wind__mean": True, "model": {"elements": 1, "order": 2, "mass": "consistent"},
-}  # fmt: skip
-
-
-def turned_about_the_vertical(text, angle):
-    """The whole scene, with its wind; actuators, masses and attachments in body axes turn with the body."""
-    text = with_changes(text, wind__direction=text["wind"].get("direction", 0.0) + angle)
-    turn = Rotation.from_rotvec([0, 0, angle])
-    for body in text["bodies"].values():
-        body["at"] = turn.apply(body["at"]).tolist()
-        body["attitude"] = [0.0, 0.0, angle]
-    for cable in text["cables"].values():
-        cable["from"] = turn.apply(cable["from"]).tolist()
-    return text
-
-
-def variances_of(case):
-    """Name of each output -> its variance with the loop."""
-    return {name: variance(case, name) for name in case.in_wind.response.variances.rows}
-
-
-WHOLE = everything(**HEAVY_CABLES, control__gain=0.2, wind__direction=0.3)
-
-
-@cache
-def whole(angle=0.0):
-    """The case of WHOLE, turned."""
-    return case_of(turned_about_the_vertical(WHOLE, angle))
-
-
-def test_a_quarter_turn_swaps_the_axes_and_changes_nothing_else():
-    first, second = whole(), whole(np.pi / 2)
-    one, two = variances_of(first), variances_of(second)
-    swapped = {"x": "y", "y": "x", "rx": "ry", "ry": "rx"}
-    for name, variance in one.items():
-        owner, _, quantity = name.rpartition(".")
-        assert two[f"{owner}.{swapped.get(quantity, quantity)}"] == pytest.approx(variance, rel=1e-6), name
-    assert value(second, "gondola.mean_y") == pytest.approx(value(first, "gondola.mean_x"), rel=1e-8)
-
-
-@pytest.mark.parametrize("angle", [0.6, np.pi / 2])
-def test_any_turn_about_the_vertical_changes_no_total(angle):
-    columns = (
-        "gondola.rms", "gondola.rms_velocity", "gondola.focus.rms", "gondola.rms_rz", "gondola.rms_open_loop",
-        "gondola.peak", "c1.rms_tension", "c2.least_tension", "mass_x.rms_stroke", "wheel.rms_torque",
-    )  # fmt: skip
-    for column in columns:
-        assert value(whole(angle), column) == pytest.approx(value(whole(), column), rel=1e-6), column
-    limits = [whole(turn).in_wind.closed_loop.largest_gain for turn in (0.0, angle)]
-    assert limits[1] == pytest.approx(limits[0], rel=1e-7)
-
-
-def two_in_one(apart=300.0):
-    """A scene of WHOLE and of another suspension that has nothing to do with it, and that one alone."""
-    first = WHOLE
-    second = one_axis(("x", "y", "z"), gravity=G, bodies__gondola__wind=BODY_WIND)
-    second = {key: first[key] for key in ("cable", "wind", "model")} | {
-        key: second[key] for key in ("bodies", "cables")
-    }
-    body = second["bodies"]["other"] = second["bodies"].pop("gondola")
-    body["at"] = [apart, 0.0, 0.0]
-    for cable in second["cables"].values():
-        cable |= {"from": np.add(cable["from"], [apart, 0, 0]).tolist(), "to": "other.a"}
-    both = with_changes(first, control__body="gondola")
-    for one in both["actuators"].values():
-        one["body"] = "gondola"
-    both["bodies"] |= second["bodies"]
-    both["cables"] |= second["cables"]
-    return both, second
-
-
-def test_two_independent_suspensions_in_one_scene_are_each_as_alone():
-    both, other = map(case_of, two_in_one())
-    alone = whole(), other
-    together = variances_of(both)
-    for case in alone:
-        for name, variance in variances_of(case).items():
-            assert together[name] == pytest.approx(variance, rel=1e-5), name
-        for body in case.scene.bodies:
-            for axis in "xyz":
-                expected = value(case, f"{body}.mean_{axis}")
-                assert value(both, f"{body}.mean_{axis}") == pytest.approx(expected, rel=1e-9, abs=1e-9)
-    for number in ("largest_gain", "sensitivity_peak"):
-        assert value(both, number) == pytest.approx(value(alone[0], number), rel=1e-5)
 
 
 # ------------------------------------------------------------------------------------------------------------- columns
