@@ -4,9 +4,9 @@ from functools import cache
 
 import numpy as np
 import pytest
-from cables import matrices_of_all_nodes
 from campaign import campaign
 from command import CONFIGS, rows_of, run, study_file, table_of
+from references.cable_of_bars_in_wind import CableOfBars
 from scenes import cells
 from scipy.integrate import quad
 
@@ -60,63 +60,24 @@ def motion(path, *sets):
 
 
 def dense(case, frequency, direction, carried=()):
-    """Spectra of mid-span along the chord frame and of the tensions at both ends, shape (5, m).
-
-    All nodes in the chord frame, all at once, each frequency; two Gauss points to a bar, the covariance of all. The
-    case carries no masses; `carried` are some that move with it, (node, kg).
-    """
-    state, span, scene_ = case.state, case.span, case.scene
-    length, nodes, mesh = float(span.unstretched_length), state.mesh.nodes, state.mesh
-    K, E, own = matrices_of_all_nodes(case)
-    M = own.copy()
-    for node, mass in carried:
-        M[3 * node : 3 * node + 3, 3 * node : 3 * node + 3] += mass * np.eye(3)
-    inner = np.arange(3, 3 * nodes - 3)
-    C, damping = np.zeros_like(K), scene_.cable.damping
-    if damping.model == "modal":
-        root = np.sqrt(np.diagonal(M)[inner])
-        value, vector = np.linalg.eigh(K[np.ix_(inner, inner)] / np.outer(root, root))
-        C[np.ix_(inner, inner)] = (vector * 2 * damping.ratio * np.sqrt(value)) @ vector.T * np.outer(root, root)
-    C += damping.viscous / float(span.mass) * own
-    t = np.array([0.5 - np.sqrt(1 / 12), 0.5 + np.sqrt(1 / 12)])
-    sizes = mesh.sizes * state.stretch[:, 0] * length
-    start = np.concatenate([[0.0], np.cumsum(sizes)])[:-1]
-    place, weight = (start[:, None] + sizes[:, None] * t).ravel(), np.repeat(sizes / 2, 2)
-    tangent = np.repeat(state.direction[:, 0], 2, axis=0)
-    wind = np.array([0.0, 0.0, 1.0]) if direction == "across" else span.frame @ np.array([1.0, 0.0, 0.0])
-    drags = np.zeros((3 * nodes, 3 * len(place)))
-    for k in range(len(place)):
-        n = wind - tangent[k] * (tangent[k] @ wind)
-        a = np.linalg.norm(n)
-        G = a * (np.eye(3) - np.outer(tangent[k], tangent[k])) / 2 + (np.outer(n, n) / a / 2 if a else 0)
-        G *= 1.2 * 1.2 * scene_.cable.section_diameter * scene_.wind.speed * weight[k]
-        first = 3 * (k // 2)
-        shape = np.kron([[1 - t[k % 2]], [t[k % 2]]], np.eye(3))
-        drags[first : first + 6, 3 * k : 3 * k + 3] = shape @ G
-        if scene_.wind.aerodynamic_damping:
-            C[first : first + 6, first : first + 6] += shape @ G @ shape.T
+    """Spectra of mid-span along the chord frame and of the tensions at both ends, by `CableOfBars`: shape (5, f)."""
+    cable = CableOfBars(case, direction, carried)
+    if case.scene.wind.aerodynamic_damping:
+        cable.damping += cable.air
     ends = case.catenary.at(np.array([0.0, 1.0]))[1]
-    ends /= np.linalg.norm(ends, axis=1)[:, None]
-    pulls = np.zeros((2, 3 * nodes))
+    ends = ends @ case.span.frame / np.linalg.norm(ends, axis=1)[:, None]
+    pulls, inner = np.zeros((2, 3 * cable.nodes)), np.s_[3:-3]
     pulls[0, :3], pulls[1, -3:] = ends
-    place_of_middle = float(case.results.catenary.middle[case.index])
-    middle = np.kron([np.interp(place_of_middle, mesh.node_positions, one) for one in np.eye(nodes)], np.eye(3))
-    apart, found = np.abs(place[:, None] - place), []
-    v, L = scene_.wind.speed, scene_.wind.length_scale
-    for f in frequency:
-        omega = 2 * np.pi * f
-        more = {"modal": 0, "hysteretic": 1j * (damping.loss_factor or 0),
-                "kelvin_voigt": 1j * omega * (damping.time or 0)}[damping.model]  # fmt: skip
-        A = K + more * E + 1j * omega * C - omega**2 * M
-        moved = np.zeros((3 * nodes, drags.shape[1]), dtype=complex)
-        moved[inner] = np.linalg.solve(A[np.ix_(inner, inner)], drags[inner])
+    at, nodes = float(case.results.catenary.middle[case.index]), case.state.mesh.node_positions
+    middle = np.kron([np.interp(at, nodes, one) for one in np.eye(cable.nodes)], case.span.frame)
+
+    def shown(dynamic):
+        moved = np.zeros(cable.drags.shape, dtype=complex)
+        moved[inner] = np.linalg.solve(dynamic[inner, inner], cable.drags[inner])
         # the cable pulls the ends with what the drag leaves there and what holds them back
-        h = np.concatenate([middle @ moved, pulls @ (drags - A @ moved)]).reshape(5, -1, 3)
-        given = scene_.wind.coherence_length
-        decay = 1 / given if given else 12 * np.hypot(f / v, 0.12 / L)
-        spectrum = scene_.wind.turbulence**2 * 4 * L / v / (1 + 70.78012763381717 * (f * L / v) ** 2) ** (5 / 6)
-        found.append(spectrum * np.einsum("oka,kl,ola->o", h.conj(), np.exp(-decay * apart), h).real)
-    return np.array(found).T
+        return np.concatenate([middle @ moved, pulls @ (cable.drags - dynamic @ moved)])
+
+    return cable.spectra(frequency, shown)
 
 
 def spectra_of(case, frequency, direction):

@@ -14,9 +14,7 @@ from test_winch import loop_gain
 from test_windrms import force
 
 from cablestudy.control.law import Law
-from cablestudy.control.loop import Loop
 from cablestudy.control.notch import Notch
-from cablestudy.control.one_cable import state_space
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.case import Case
 from cablestudy.system.assemble import assemble
@@ -137,21 +135,6 @@ def test_a_pid_controller_has_the_margins_of_python_control(derivative):
     assert found.limit.factor / integral == pytest.approx(gains[gains > 1].min(), rel=1e-5)
     assert margins.phase_margin == pytest.approx(np.abs(phases).min(), abs=1e-3)
     assert margins.sensitivity_peak == pytest.approx(1 / distances.min(), rel=1e-4)
-
-
-@each_drive
-def test_the_state_space_of_the_closed_loop_has_the_exact_response(name):
-    loop = loop_of(name)
-    gain, law = min(loop.gain, 0.5 * loop.largest_gain), loop.closed_loop.loop.law
-    closed = Loop(None, None, gain, (loop.notch,), law)
-    about = {"gondola": (loop.mass, loop.damping), "location": loop.location, "highest": 2 * np.pi * 20}
-    system = state_space(loop.cable, **about, loop=closed)
-    s = 2j * np.pi * np.array([0.01, 0.1, 0.5, 0.72, 2.0, 10.0])
-    alone = loop.mass * s**2 + loop.damping * s + loop.cable.dynamic_stiffness(s, [3], [3])[:, 0, 0]
-    expected = 1 / (alone * (1 + gain * loop.unit_gain(s)))
-    assert system.response(s)[:, 0, 0] == pytest.approx(expected, rel=1e-6)
-    assert len(system.state_names) == len(system.a)
-    assert len(set(system.state_names)) == len(system.a)
 
 
 def test_the_speed_of_the_winch_is_the_integral_of_its_spectrum():

@@ -5,9 +5,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from cables import matrices_of_all_nodes
 from campaign import campaign
 from command import CARLINA, rows_of, run, table_of
+from references.cable_of_bars_in_wind import CableOfBars
 from scenes import case_of, cells, scene
 from scipy.integrate import trapezoid
 
@@ -193,66 +193,23 @@ def test_wind_across_and_along_bound_any_other_on_a_straight_cable():
 
 
 def dense(case, frequency, direction, carried=()):
-    """Spectrum of the gondola's place without control by the wind on the cable: all nodes, all at once, each frequency.
+    """Spectrum of the gondola's place without control by the wind on the cable, by `CableOfBars`: shape (f,).
 
-    Global axes, ends held but for x of end 2; damping in the matrices; covariance of Gauss points, two to an element.
-    The case carries no masses; `carried` are some that move with it, (node, kg).
+    Ends held but for x of end 2.
     """
-    state, span, scene_ = case.state, case.span, case.scene
-    length = float(span.unstretched_length)
-    nodes, mesh = state.mesh.nodes, state.mesh
-    K, E, own = matrices_of_all_nodes(case)
-    turn = np.kron(np.eye(nodes), span.frame)
-    K, E, own = (turn.T @ matrix @ turn for matrix in (K, E, own))
-    M = own.copy()
-    for node, mass in carried:
-        M[3 * node : 3 * node + 3, 3 * node : 3 * node + 3] += mass * np.eye(3)
-    # modal damping of the modes with fixed ends, of absolute movement: 2 zeta M sqrt(M^-1 K) inside
-    inner = np.arange(3, 3 * nodes - 3)
-    C = np.zeros_like(K)
-    damping = scene_.cable.damping
-    if damping.model == "modal":
-        root = np.sqrt(np.diagonal(M)[inner])
-        value, vector = np.linalg.eigh(K[np.ix_(inner, inner)] / np.outer(root, root))
-        C[np.ix_(inner, inner)] = (vector * 2 * damping.ratio * np.sqrt(value)) @ vector.T * np.outer(root, root)
-    # Gauss points of each bar, their place along the stretched cable
-    t = np.array([0.5 - np.sqrt(1 / 12), 0.5 + np.sqrt(1 / 12)])
-    sizes = mesh.sizes * state.stretch[:, 0] * length
-    start = np.concatenate([[0.0], np.cumsum(sizes)])[:-1]
-    place, weight = (start[:, None] + sizes[:, None] * t).ravel(), np.repeat(sizes / 2, 2)
-    tangent = np.repeat(state.direction[:, 0] @ span.frame, 2, axis=0)
-    wind = np.array([0.0, 1.0, 0.0]) if direction == "across" else np.array([1.0, 0.0, 0.0])
-    drags = np.zeros((3 * nodes, 3 * len(place)))
-    for k in range(len(place)):
-        n = wind - tangent[k] * (tangent[k] @ wind)
-        a = np.linalg.norm(n)
-        G = a * (np.eye(3) - np.outer(tangent[k], tangent[k])) / 2 + (np.outer(n, n) / a / 2 if a else 0)
-        first = 3 * (k // 2)  # the two nodes of its bar
-        drags[first : first + 6, 3 * k : 3 * k + 3] = np.kron([[1 - t[k % 2]], [t[k % 2]]], G * weight[k])
-    v, sigma, L = scene_.wind.speed, scene_.wind.turbulence, scene_.wind.length_scale
-    drags *= scene_.wind.air_density * scene_.wind.cable_drag_coefficient * scene_.cable.section_diameter * v * sigma
-    free = np.append(inner, 3 * nodes - 3)
-    air = np.zeros_like(C)
-    if scene_.wind.aerodynamic_damping:  # half of rho C_d d v on all of the cable
-        air = 1.2 * 1.2 * scene_.cable.section_diameter * 6.0 / 2 / float(span.mass) * own
-        air[-3, -3] += 1.2 * 1.17 * 0.6 * 6.0
-    M[-3, -3] += scene_.gondola.mass
-    apart = np.abs(place[:, None] - place)
-    found = []
-    for f in frequency:
-        omega = 2 * np.pi * f
-        viscous = {"modal": omega * C, "hysteretic": (damping.loss_factor or 0) * E,
-                   "kelvin_voigt": (damping.time or 0) * omega * E}[damping.model]  # fmt: skip
-        A = (K + 1j * viscous + 1j * omega * air - omega**2 * M)[np.ix_(free, free)]
-        # the row of the inverse that belongs to the gondola
-        row = np.zeros(3 * nodes, dtype=complex)
-        row[free] = np.linalg.solve(A.T, np.eye(len(free))[-1])
-        h = (row @ drags).reshape(-1, 3)
-        given = scene_.wind.coherence_length
-        decay = 1 / given if given else 12 * np.hypot(f / v, 0.12 / L)
-        spectrum = 4 * L / v / (1 + 70.7 * (f * L / v) ** 2) ** (5 / 6)
-        found.append(spectrum * np.einsum("ka,kl,la->", h.conj(), np.exp(-decay * apart), h).real)
-    return np.array(found)
+    cable = CableOfBars(case, direction, carried)
+    cable.mass[-3, -3] += case.scene.gondola.mass
+    if case.scene.wind.aerodynamic_damping:  # half of rho C_d d v on all of the cable
+        cable.damping += 1.2 * 1.2 * case.scene.cable.section_diameter * 6.0 / 2 / float(case.span.mass) * cable.bare
+        cable.damping[-3, -3] += 1.2 * 1.17 * 0.6 * 6.0
+    free = np.arange(3, 3 * cable.nodes - 2)
+
+    def shown(dynamic):
+        row = np.zeros(3 * cable.nodes, dtype=complex)  # of the inverse, that of the gondola
+        row[free] = np.linalg.solve(dynamic[np.ix_(free, free)].T, np.eye(len(free))[-1])
+        return row @ cable.drags
+
+    return cable.spectra(frequency, shown)[0]
 
 
 SMOOTH = "wind.coherence_length=60 m"
