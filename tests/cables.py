@@ -6,7 +6,6 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
-from complex_stiffness import excited
 from mpmath import mp
 from references import catenary_mp
 
@@ -223,6 +222,11 @@ def condensed_stiffness(model, s, c=0.0):
         places = [*system.axes, *(axis + 3 for axis in system.axes)]
         found[np.ix_(places, places)] = whole[np.ix_(ends, ends)] - whole[ends, inner] @ outside
     return found
+
+
+def excited(case):
+    """The free vibration of a `Case` that moving end 2 along x excites: `Dynamics`."""
+    return case.dynamics if case.results.across_x[case.index] else case.in_plane
 
 
 def along_x(case):

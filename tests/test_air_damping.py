@@ -6,7 +6,6 @@ import scipy.linalg
 from cables import along_x, pole_of_mass
 from campaign import campaign
 from command import CARLINA, run, table_of
-from complex_stiffness import ComplexStiffness, damped_mode, excited
 from one_loop import OneLoop
 from references import loop_matrix
 from scenes import case_of, cells, scene
@@ -53,21 +52,17 @@ def test_damping_ratio_of_a_gondola_on_a_light_cable(model, damping, speed):
 
 @pytest.mark.crossed
 @pytest.mark.parametrize("damping", [1e-4, 1.0, 50.0, 400.0])
-@pytest.mark.parametrize("law", ["hysteretic", "kelvin_voigt"])
-def test_the_damping_ratio_by_complex_stiffness_is_that_of_the_pole(law, damping):
-    amount = {"hysteretic": "loss_factor: 0.02", "kelvin_voigt": "time: 4 ms"}[law]
-    case = case_of(f"cable.damping={{model: {law}, {amount}}}")
+@pytest.mark.parametrize("law", ["loss_factor: 0.02", "time: 4 ms"])
+def test_the_damping_ratio_by_strain_and_air_is_that_of_the_pole(law, damping):
+    case = case_of(AIR, f"gondola.drag_coefficient={1.17 * damping / C!r}", f"cable.damping={{{law}}}")
     omega, mass = 2 * np.pi * case.gondola_mode.frequency[0], case.scene.gondola.mass
     pole = pole_of_mass(along_x(case), mass, damping, omega)
-    stiffness = ComplexStiffness(excited(case), case.frame[:, 0])
-    value = float(amount.split()[1]) / (1 if law == "hysteretic" else 1000)
-    found, _ = damped_mode(stiffness, mass, omega, law, value, damping)
-    assert found == pytest.approx(-pole.real / abs(pole), rel=1e-7)
+    assert case.gondola_mode.damping_ratio[0] == pytest.approx(-pole.real / abs(pole), rel=1e-7)
 
 
 def test_an_overdamped_gondola_creeps_back():
-    stiffness = ComplexStiffness(excited(case_of("cable.damping={loss_factor: 0.02}")), np.array([1.0, 0, 0]))
-    assert damped_mode(stiffness, 50.0, 4.516, "hysteretic", 1e-9, 2000.0)[0] == pytest.approx(1.0, abs=1e-6)
+    sets = AIR, "cable.damping={loss_factor: 1e-9}", f"gondola.drag_coefficient={1.17 * 2000 / C!r}"
+    assert case_of(*sets).gondola_mode.damping_ratio[0] == pytest.approx(1.0, abs=1e-6)
 
 
 def lyapunov(loop, gain, level):

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from cables import along_x, batch, chord_span, matrices_of_all_nodes, pole_of_mass, state_of
 from campaign import campaign
-from complex_stiffness import ComplexStiffness, damped_mode, excited
 from one_loop import OneLoop
 from references import bars
 from scenes import G, cells, scene
@@ -298,7 +297,7 @@ def test_the_dynamic_stiffness_of_the_ends_is_that_of_dense_bars(law):
 
 @pytest.mark.parametrize("law", LAWS)
 def test_the_gondola_is_that_of_dense_bars(law):
-    """Its undamped frequency, and its pole as that of the loop at rest, by the energies, and in the state space."""
+    """Its undamped frequency, and its pole as that of the loop at rest and in the state space."""
     case, bare = loaded(damped(law), "winch.controller.gain=0")
     along = [*range(3, 120), 120]
     K = dense(bare, "ratio: 0.0")
@@ -313,37 +312,9 @@ def test_the_gondola_is_that_of_dense_bars(law):
     whole[120, 120] += 50.0 * pole**2
     assert abs(condensed(whole[np.ix_(along, along)], [117])[0, 0]) < 1e-6 * abs(50.0 * pole**2)
     assert case.gondola_mode.damping_ratio[0] == pytest.approx(-pole.real / abs(pole), rel=1e-6)
-    if "ratio" not in law:
-        damping, omega = case.scene.cable.damping, 2 * np.pi * case.gondola_mode.frequency[0]
-        stiffness = ComplexStiffness(excited(case), case.frame[:, 0], along_x(case).viscous)
-        found, _ = damped_mode(stiffness, 50.0, omega, damping.model, damping.loss_factor or damping.time)
-        assert found == pytest.approx(-pole.real / abs(pole), rel=1e-7)
     if law != "loss_factor: 0.02":
         poles = np.linalg.eigvals(state_space(case.end_model, gondola=(50.0, 0.0)).a)
         assert np.abs(poles - pole).min() < 1e-8 * abs(pole)
-
-
-@pytest.mark.crossed
-@pytest.mark.parametrize("s", [0.3j, -0.2 + 5j, -3.0])
-@pytest.mark.parametrize("loss", [0.0, 0.3 + 0.2j, 2j])
-def test_the_complex_stiffness_is_the_dense_one(s, loss):
-    case, bare = loaded()
-    stiffness, along = ComplexStiffness(excited(case), case.frame[:, 0], VISCOUS / (1440 * 2.69e-6)), [*range(120, 123)]
-    E = matrices_of_all_nodes(bare)[1]
-    turn = np.kron(np.eye(41), bare.span.frame)
-    whole = dense(bare, "ratio: 0.0", s) + loss * turn.T @ E @ turn
-    expected = condensed(whole[3:, 3:], [index - 3 for index in along])[0, 0]
-    found = stiffness(s, loss)
-    assert abs(found.stiffness - expected) < 1e-10 * abs(expected)
-    # power, and the slope with respect to s
-    viscous = stiffness.viscous
-    energies = (
-        found.bend + (1 + loss) * found.strain + s * (s + viscous) * found.moving_mass + s**2 * found.carried_mass
-    )
-    size = 1e-6
-    slope = (stiffness(s * (1 + size), loss).stiffness - stiffness(s * (1 - size), loss).stiffness) / (2 * size * s)
-    assert slope == pytest.approx((2 * s + viscous) * found.inertia + 2 * s * found.carried_inertia, rel=1e-5)
-    assert found.stiffness == pytest.approx(energies, rel=1e-10)
 
 
 @pytest.mark.parametrize("law", ["ratio: 0.0", "ratio: 0.02", "time: 1 ms"])

@@ -6,10 +6,9 @@ from itertools import product
 
 import numpy as np
 import pytest
-from cables import along_x
+from cables import along_x, excited
 from campaign import campaign
 from command import CONFIGS
-from complex_stiffness import excited
 from one_loop import OneLoop
 from references.continuous_cable import dynamic_end_stiffness
 from scenes import cells, scene

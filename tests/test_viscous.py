@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from cables import EA, MASS, PAPER_CHORD, PAPER_LENGTH, G, along_x, pole_of_mass
-from complex_stiffness import ComplexStiffness, damped_mode, excited
 from references import bars
 from scenes import SAGGING, cells, scene
 from test_windrms import loop_of
@@ -77,14 +76,10 @@ def test_the_gondola_on_a_light_straight_cable_in_closed_form():
 @pytest.mark.crossed
 @pytest.mark.parametrize("law", LAWS[2:])
 @pytest.mark.parametrize("sets", [(), ("cable.area=24.2 mm^2", "cable.unstretched_length=186 m")])
-def test_the_damping_ratio_of_the_gondola_by_two_routes(law, sets):
+def test_the_damping_ratio_of_the_gondola_is_that_of_its_pole(law, sets):
     case = Case(scene(damped(law, 1e-3), *sets, "model.accuracy=1e-8")).refined(1, 40)
-    omega = 2 * np.pi * case.gondola_mode.frequency[0]
-    pole = pole_of_mass(along_x(case), 50.0, 0.0, omega)
-    damping = case.scene.cable.damping
-    stiffness = ComplexStiffness(excited(case), case.frame[:, 0], along_x(case).viscous)
-    found, _ = damped_mode(stiffness, 50.0, omega, damping.model, damping.loss_factor or damping.time)
-    assert found == pytest.approx(-pole.real / abs(pole), rel=1e-8)
+    pole = pole_of_mass(along_x(case), 50.0, 0.0, 2 * np.pi * case.gondola_mode.frequency[0])
+    assert case.gondola_mode.damping_ratio[0] == pytest.approx(-pole.real / abs(pole), rel=1e-8)
 
 
 @pytest.mark.crossed

@@ -283,8 +283,8 @@ class Truth:
         unit = np.sqrt(mesh.tension / mesh.mass) / mesh.length / (2 * np.pi)
         return unit / np.sqrt(values), values * vectors[-1] ** 2 / compliance[-1, -1], vectors[-1] ** 2
 
-    def _balance(self, omega, points, eta=0.0):
-        """k_xx(w) - M w^2."""
+    def balance(self, omega, points, eta=0.0):
+        """k_xx(w) - M w^2, of a mesh with so many points to a piece and a loss factor of the strain. [N/m]"""
         mesh = continuous_cable._mesh.__wrapped__(self._data, self._gondola_plane, points, eta)
         K = continuous_cable._ends(mesh, omega)
         d = len(mesh.scale)
@@ -294,9 +294,9 @@ class Truth:
     def _secant(self, omega, points, eta_of, near=1e-14):
         """Zero of the balance near omega, complex where eta is; `near`: a relative step that is the last one."""
         last, here = omega * (1 + 1e-5), omega
-        before = self._balance(last, points, eta_of(last))
+        before = self.balance(last, points, eta_of(last))
         for _ in range(40):
-            value = self._balance(here, points, eta_of(here))
+            value = self.balance(here, points, eta_of(here))
             if value == before:
                 return here
             step = -value * (here - last) / (value - before)
