@@ -133,7 +133,7 @@ def result_of(outcome):
 
 
 def without_errors(outcomes):
-    """Those of a dict of `outcome_of` that are results."""
+    """The entries of a dict of outcomes (`outcome_of`) that are results and no errors: dict."""
     return {key: outcome for key, outcome in outcomes.items() if not isinstance(outcome, Exception)}
 
 

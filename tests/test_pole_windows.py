@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cablestudy.system.pole_windows import eigen, poles_in_windows, shapes
+from cablestudy.system.pole_windows import eigen, mode_amplitudes, poles_in_windows
 from cablestudy.system.solvents import eigen_by_solvents
 from cablestudy.system.tolerances import SYSTEM
 
@@ -80,6 +80,6 @@ def test_all_poles_of_few_modes_with_complex_stiffness_and_damping(factor):
     nearest = np.abs(poles[:, None] - expected).argmin(axis=1)
     assert sorted(nearest) == list(range(len(expected)))
     assert poles == pytest.approx(expected[nearest], rel=1e-9)
-    (amplitudes,) = shapes(vectors, omega[None])
+    (amplitudes,) = mode_amplitudes(vectors, omega[None])
     forces = stiffness @ amplitudes + damping @ amplitudes * poles + amplitudes * poles**2
     assert np.abs(forces).max() < 1e-10 * omega[-1] ** 2 * np.abs(amplitudes).max()

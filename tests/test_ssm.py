@@ -294,7 +294,7 @@ def test_bode_plot_draws_the_curves(attached, labels):
     document, scene = load_scene(CARLINA)
     choice = ssm_of_cable.choose(document, scene, ssm.StateSpaceOptions(attached=attached))
     span, shown = ssm.read_response_range("0.1:100:50"), choice.curves()
-    frequency, *numbers = ssm_tables.drawn(span, shown)
+    frequency, *numbers = ssm_tables.drawn_points(span, shown)
     magnitude, phase = plots.bode(shown, frequency, *numbers).axes
     drawn = [line.get_label() for line in magnitude.lines]
     assert labels in (drawn, len(drawn))
@@ -316,8 +316,8 @@ def test_a_long_response_is_never_in_memory_as_a_whole():
     peaks = []
     for count in (20_000, 1_000_000):
         tracemalloc.start()
-        blocks = list(map(len, map(np.transpose, ssm_tables.numbers((1.0, 10.0, count), shown))))
-        frequency, size, phase = ssm_tables.drawn((1.0, 10.0, count), shown)
+        blocks = list(map(len, map(np.transpose, ssm_tables.response_blocks((1.0, 10.0, count), shown))))
+        frequency, size, phase = ssm_tables.drawn_points((1.0, 10.0, count), shown)
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
         assert sum(blocks) == count

@@ -1229,4 +1229,4 @@ def test_the_coherence_along_a_cable_of_many_elements(segments):
     series = x * (1 / 6 - x * (1 / 24 - x * (1 / 120 - x * (1 / 720 - x / 5040))))
     integral = 2 * strip.length[0] ** 2 * np.where(x < 0.2, 0.5 - series, (x - 1 + np.exp(-x)) / x**2)
     expected = integral[:, None, None] * np.array([[1.0, 2.0], [2.0, 4.0]])
-    assert strip.coherent(np.eye(3)[:1], kappa)[0] == pytest.approx(expected, rel=2e-6)
+    assert strip.gust_covariance(np.eye(3)[:1], kappa)[0] == pytest.approx(expected, rel=2e-6)

@@ -27,7 +27,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from cablestudy.cable.element import basis, highest, mass_matrix
+from cablestudy.cable.element import basis, highest_projection, mass_matrix
 from cablestudy.cable.state import State
 
 IN_PLANE, OUT_OF_PLANE, SPATIAL = (0, 1), (2,), (0, 1, 2)
@@ -269,7 +269,7 @@ class System:
         """Part of a field at the Gauss points in the two highest polynomials of each element."""
         mesh, (*lead, _, d, r) = self.state.mesh, field.shape
         by_element = field.reshape(*lead, mesh.elements, mesh.order, d * r)
-        return (highest(mesh.order) @ by_element).reshape(field.shape)
+        return (highest_projection(mesh.order) @ by_element).reshape(field.shape)
 
     def elastic_root(self, shapes):
         """V of displacement shapes, shape (..., n q, r): their elastic energies Psi^T K_E Psi are V^T V."""

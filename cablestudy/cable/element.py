@@ -56,7 +56,7 @@ def basis(order):
 
 
 @lru_cache(maxsize=128)
-def highest(order):
+def highest_projection(order):
     """Projection of values at the Gauss points of an element on its two highest polynomials, shape (q, q). [-]"""
     element = basis(order)
     values = legendre.legvander(2 * element.points - 1, order - 1)[:, -2:]

@@ -102,7 +102,7 @@ class ElementResidual:
         return taken
 
     def residual(self, unknown):
-        """g, shape (d, ...); at the points tension vectors, tensions, tangents t, and r' minus that of the chord."""
+        """g, shape (d, ...), and the `point`: tension vectors, tensions, tangents t, and r' less that of the chord."""
         force = np.ascontiguousarray(np.moveaxis(unknown, 0, -1))[..., None, :] - self.accumulated_loads
         tension = np.maximum(np.sqrt((force**2).sum(axis=-1)), CABLE.tiny)
         t = force / tension[..., None]

@@ -96,10 +96,6 @@ class Span:
         vertical : ndarray, shape (..., 3), optional
             Unit vector against the uniform load, by default z. [-]
 
-        Returns
-        -------
-        Span
-
         Raises
         ------
         ValueError

@@ -19,7 +19,7 @@ from cablestudy.control.margins_crossings import Crossings, crossing_near, cross
 from cablestudy.control.margins_grid import distinct, frequencies, near_poles
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import NoSolutionError
-from cablestudy.system.together import computed_together, together
+from cablestudy.system.together import batches, computed_together
 
 # distances from the frequency of a mode as good as undamped, over its width, at which its growth is looked for
 ASIDE = np.geomspace(0.05, 1e4, 80)
@@ -77,14 +77,14 @@ class StableGains:
     @computed_together
     def curve(loops):
         """`LoopGainCurves` of this loop: frequencies that show where eigenvalues cross the negative real axis."""
-        for members in together(loops, attrgetter("_signature"), attrgetter("measured")):
+        for members in batches(loops, attrgetter("_signature"), attrgetter("measured")):
             yield from zip(members, _curves_of(members), strict=True)
 
     @computed_together
     def limits(loops):
         """`Limit` of the smallest gains at which poles cross to the right: list, ascending; see `_limits_of`."""
         StableGains.curve.compute(loops)
-        for members in together(loops, attrgetter("_signature"), attrgetter("measured")):
+        for members in batches(loops, attrgetter("_signature"), attrgetter("measured")):
             yield from zip(members, _limits_of(members), strict=True)
 
     @property
@@ -364,7 +364,7 @@ def _growth_allowed(functions, remaining):
 
 
 def _split_first(functions, remaining):
-    """Of sorted `Crossings` the first of each loop, those with about the least factor, to rounding; and the others."""
+    """First of sorted `Crossings` of each loop, those with about the least factor, to rounding; and the others."""
     near = remaining.factor <= CONTROL.refined_together * remaining.least
     return refined(functions, remaining.take(near)), remaining.take(~near)
 

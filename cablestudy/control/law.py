@@ -22,7 +22,7 @@ from cablestudy.system.first_order import NOTHING
 
 @dataclass(frozen=True)
 class Law:
-    """The weights of the module's docstring.
+    """The control law C1 of the module's docstring, without its gain: PID controller, delay and lag of the drive.
 
     Attributes
     ----------

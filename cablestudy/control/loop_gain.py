@@ -151,7 +151,7 @@ class LoopGain:
         for element, moved, reeled in zip(self.elements, self.moved, self.reeled, strict=True):
             rows, winches = np.flatnonzero(moved.any(axis=1)), np.flatnonzero(reeled.any(axis=0))
             if len(rows):
-                element = element.at_ends(np.concatenate([np.eye(6)[:, rows], reeled[:, winches]], axis=1))
+                element = element.with_end_shapes(np.concatenate([np.eye(6)[:, rows], reeled[:, winches]], axis=1))
                 cables.append(_CableInLoop.of(element, moved[rows], winches, next(similar, None), self.windows))
         return cables
 
@@ -276,7 +276,7 @@ class _PoleSumCables:
                 residues = cable.moved.T @ residues @ columns
             else:
                 spread = np.kron(cable.moved, columns)  # from forces at the ends to those on bodies
-            self._sums.append((damping.moving(residues.reshape(-1, prod(residues.shape[1:]))), spread))
+            self._sums.append((damping.sum_over_poles(residues.reshape(-1, prod(residues.shape[1:]))), spread))
             for order, coefficient in enumerate(damping.polynomial_in_s):
                 self._polynomial[order] = self._polynomial[order] + cable.moved.T @ coefficient[rows] @ columns
 

@@ -39,7 +39,7 @@ class TimeResponse:
 def responses(closed, alone, output, winches, input_, components, time):
     """Compute the `TimeResponse` of one displacement and of the winches to one input.
 
-    Its attribute `error` is left at 0; `compared` sets it.
+    Its attribute `error` is left at 0; `with_error` sets it.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def _solved(a, b):
         return np.full(len(a), np.nan)
 
 
-def compared(response, fewer):
+def with_error(response, fewer):
     """A `TimeResponse` with its error, which is the difference from another one with fewer modes."""
     difference = np.abs(response.measured - fewer.measured).max()
     return replace(response, error=float(difference / (np.abs(response.measured).max() or 1.0)))

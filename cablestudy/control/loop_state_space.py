@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from cablestudy.control.margins import sensitivity
-from cablestudy.system.first_order import rows
+from cablestudy.system.first_order import state_rows
 from cablestudy.system.residues import Residues
 from cablestudy.system.state_spaces import StateSpaces
 
 
-def by_forces(motion, forces, loop=None, actuators=(), direct=None):
+def force_state_space(motion, forces, loop=None, actuators=(), direct=None):
     """State-space matrices B, C and D from forces on a suspension to its outputs, with its loop or the winches at rest.
 
     With the eigenvalues of A in `Loop.eigen`, or in `LinearSystem.eigen` without a loop, they give the response as a
@@ -44,12 +44,12 @@ def by_forces(motion, forces, loop=None, actuators=(), direct=None):
 class ExactResponse:
     """Response to forces of a suspension with a loop whose delay T is exp(-s T) itself, not an approximant.
 
-    Arguments are those of `by_forces`. With the winches at rest the response y of the measured coordinates is a sum
-    over poles; the loop then moves the winches by v = -gain C1 A N (I + L)^-1 y, symbols as in `control.loop`.
+    Arguments are those of `force_state_space`. With the winches at rest the response y of the measured coordinates is a
+    sum over poles; the loop then moves the winches by v = -gain C1 A N (I + L)^-1 y, symbols as in `control.loop`.
     """
 
     def __init__(self, motion, forces, loop, actuators=(), direct=None):
-        first_order, state_rate, reeled, output_rows = rows(motion, forces, actuators=actuators)
+        first_order, state_rate, reeled, output_rows = state_rows(motion, forces, actuators=actuators)
         size, winches = len(state_rate), len(reeled[0])
         inputs = (state_rate.shape[1] - size) // 3
         if direct is not None:
@@ -63,7 +63,7 @@ class ExactResponse:
         self._direct = [output_rows[:, part] for part in parts]
 
     def outputs(self, s):
-        """Those of `by_forces`, shape (f, o, j), for s of shape (f,)."""
+        """Outputs as of `force_state_space` per force, shape (f, o, j), for s of shape (f,)."""
         return self._solved(s)[0]
 
     def winch_speeds(self, s):
@@ -71,7 +71,7 @@ class ExactResponse:
         return s[:, None, None] * self._solved(s)[1]
 
     @property
-    def alone(self):
+    def open_loop(self):
         """`Residues` of the outputs with the winches at rest."""
         count = len(self._loop.notches)
         inputs, direct = (parts[0][..., self._winches :] for parts in (self._inputs, self._direct))
@@ -79,9 +79,9 @@ class ExactResponse:
         return Residues(eigen.values, inputs, self._outputs[:-count], direct[:-count], eigen.one_sided)
 
     @property
-    def hardly_moved(self):
+    def speeds_at_small_gain(self):
         """`Residues` of the speeds of winches where the loop gain is small, without a direct part."""
-        loop, alone, count = self._loop, self.alone, len(self._loop.notches)
+        loop, alone, count = self._loop, self.open_loop, len(self._loop.notches)
         # to the left of -1/T, exp(-s T) says nothing any more of what happens on the imaginary axis
         s = np.maximum(alone.poles.real, -1 / loop.law.delay) + 1j * alone.poles.imag
         error = loop.controller(s).T * self._outputs[-count:]

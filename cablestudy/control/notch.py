@@ -7,7 +7,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Notch:
-    """N(s) = [(s^2 + 2 z1 w1 s + w1^2)/w1^2] [w2^2/(s^2 + 2 z2 w2 s + w2^2)].
+    """Notch filter N(s) = [(s^2 + 2 z1 w1 s + w1^2)/w1^2] [w2^2/(s^2 + 2 z2 w2 s + w2^2)].
 
     Attributes
     ----------

@@ -17,7 +17,7 @@ import numpy as np
 from cablestudy.control.proper import channels
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import NoSolutionError, SceneError
-from cablestudy.system.first_order import rows
+from cablestudy.system.first_order import state_rows
 from cablestudy.system.linear import MASSLESS_MOTION, MODAL, LinearSystem
 
 if TYPE_CHECKING:
@@ -204,7 +204,7 @@ def state_space_of(system, second_order=None, loop=None, measured=(), actuators=
     forces, direct = system.b[0][:, winches:], system.d[0][:, winches:]
     winch_b, winch_d = (tuple(part[:, :winches] for part in parts) for parts in (system.b, system.d))
     try:
-        first_order, state_rate, (reeled, _), output_rows = rows(
+        first_order, state_rate, (reeled, _), output_rows = state_rows(
             replace(system, b=winch_b, d=winch_d, scale=_scale(system)), forces, loop, actuators
         )
     except np.linalg.LinAlgError:
@@ -251,7 +251,7 @@ def _states_of_loop(loop, measured, movements):
 
 
 def _from_rows(state_rate, output_rows, states, inputs, outputs, second_order=None):
-    """`StateSpace` of x' and y as rows over x, u, u', u'' (`first_order.rows`), without derivatives on the states.
+    """`StateSpace` of x' and y as rows over x, u, u', u'' (`first_order.state_rows`), no derivatives on the states.
 
     With x = q + G1 u + G2 u', G2 = B2 and G1 = B1 + A B2,
 

@@ -258,18 +258,7 @@ def _outputs(layouts, matrices, connection, ends, markers, midspans):
     """
     suspension, count, free = layouts[0].equilibrium.suspension, len(layouts), len(layouts[0].free)
     modal = sum(stiffness.shape[-1] - 6 for *_, stiffness in matrices)
-    # of all bodies by the free displacements
-    displacements = np.eye(6 * len(suspension.body_names))[:, layouts[0].free]
-    # by the free displacements: themselves, then those of markers
-    displacement_rows = [np.broadcast_to(np.eye(free), (count, free, free))]
-    for of_rows in zip(*markers, strict=True):
-        body = of_rows[0].body
-        rotation = np.stack([at.equilibrium.rotation[body] for at in layouts])
-        arm = (rotation @ np.array([marker.place for marker in of_rows], dtype=float)[..., None])[..., 0]
-        unit = np.broadcast_to(np.eye(3), (count, 3, 3))
-        marker_rows = np.concatenate([unit, -cross_matrix(arm)], axis=-1)
-        displacement_rows.append(marker_rows @ displacements[6 * body : 6 * body + 6])
-    of_bodies = np.concatenate(displacement_rows, axis=1)
+    of_bodies = _displacements(layouts, markers)
     of_displacements = np.zeros((count, of_bodies.shape[1], modal + free))
     of_displacements[..., modal:] = of_bodies
     by_winches = np.zeros((count, of_bodies.shape[1], ends.movements.shape[-1]))
@@ -294,6 +283,21 @@ def _outputs(layouts, matrices, connection, ends, markers, midspans):
     by_order = enumerate(tensions)
     d = [np.concatenate([by_winches * (order == 0), of_tensions], axis=1) for order, (_, of_tensions) in by_order]
     return tuple(c), tuple(d)
+
+
+def _displacements(layouts, markers):
+    """Displacements by the free displacements of n rows: themselves, then those of markers; shape (n, p, d)."""
+    count, free = len(layouts), layouts[0].free
+    of_all_bodies = np.eye(6 * len(layouts[0].equilibrium.suspension.body_names))[:, free]
+    displacements = [np.broadcast_to(np.eye(len(free)), (count, len(free), len(free)))]
+    for of_rows in zip(*markers, strict=True):
+        body = of_rows[0].body
+        rotation = np.stack([at.equilibrium.rotation[body] for at in layouts])
+        arm = (rotation @ np.array([marker.place for marker in of_rows], dtype=float)[..., None])[..., 0]
+        unit = np.broadcast_to(np.eye(3), (count, 3, 3))
+        of_marker = np.concatenate([unit, -cross_matrix(arm)], axis=-1)
+        displacements.append(of_marker @ of_all_bodies[6 * body : 6 * body + 6])
+    return np.concatenate(displacements, axis=1)
 
 
 def _midspans(connection, movements, midspans, modal):

@@ -217,7 +217,7 @@ def ssm(scene, out: File | None = None, response: Frequencies | None = None, **o
         viscous_note,
         write,
     )
-    from cablestudy.study.ssm_tables import drawn, response_table, with_resonances
+    from cablestudy.study.ssm_tables import drawn_points, response_table, with_resonances
 
     check_file(out)
     state_space_options, span = StateSpaceOptions(**options), read_response_range(response) if response else None
@@ -242,14 +242,14 @@ def ssm(scene, out: File | None = None, response: Frequencies | None = None, **o
         return replace(
             answer,
             tables=only(response_table(span, curves)),
-            draw=lambda plots: _bode_plot(plots, curves, drawn(span, curves), attached),
+            draw=lambda plots: _bode_plot(plots, curves, drawn_points(span, curves), attached),
         )
     draw = (lambda plots: plots.loop_margins(choice.whole)) if attached == "loop" else None
     return replace(answer, tables=only(None if out else choice.mode_table()), draw=draw)
 
 
 def _bode_plot(plots, curves, numbers, attached):
-    """The picture of frequency responses, of numbers from `ssm_tables.drawn`; SceneError for several units."""
+    """The picture of frequency responses, of numbers from `ssm_tables.drawn_points`; SceneError for several units."""
     units = dict.fromkeys(curve.unit or "-" for curve in curves)
     if len(units) > 1:
         raise SceneError(f"--plot: draws responses of one unit, these have {', '.join(units)}")

@@ -56,7 +56,7 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def call(function: Callable[..., R], *args: Any, **kwargs: Any) -> R:
-    """The result of a function, of arguments as its annotations read them; errors as of `checked`."""
+    """Call a function with arguments converted by its annotations; all that are wrong are named in one error."""
     name = function.__qualname__.removesuffix(".__init__").rpartition(".")[2]
     signature = inspect.signature(function)
     try:

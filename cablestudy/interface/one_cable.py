@@ -77,14 +77,14 @@ def _modes_with_gondola(scene, count, upto):
     from cablestudy.study.case import Case
     from cablestudy.study.gondola_on_cable import gondola_on_cable
     from cablestudy.study.notes import reference_without_loads
-    from cablestudy.study.suspension.notes import of_modes
+    from cablestudy.study.suspension.notes import mode_notes
 
     if scene.model.gondola is None:
         raise missing(scene.document, "gondola", "modes --coupled")
     answer = coupled_modes(gondola_on_cable(Case(scene.model)), count, upto)
     return replace(
         answer,
-        explain=lambda: (*chain.from_iterable(map(of_modes, answer.case.largest_modes)), *answer.explain()),
+        explain=lambda: (*chain.from_iterable(map(mode_notes, answer.case.largest_modes)), *answer.explain()),
         warnings=(*reference_without_loads(scene.model), *answer.warnings),
     )
 

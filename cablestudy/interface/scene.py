@@ -196,7 +196,7 @@ class Scene:
         SceneError
             The scene has no load cases.
         """
-        from cablestudy.study.table import joined
+        from cablestudy.study.table import join_tables
 
         cases = self.cases
         if not cases:
@@ -204,7 +204,7 @@ class Scene:
         answers = {name: scene._compute_case(what, **options) for name, scene in cases.items()}
         solved = {name: answer.case for name, answer in answers.items() if not answer.failures}
         answer = Answer(
-            tables=joined({name: answer.tables for name, answer in answers.items()}),
+            tables=join_tables({name: answer.tables for name, answer in answers.items()}),
             explain=lambda: lines_with_cases({name: answer.explain() for name, answer in answers.items()}),
             warnings=lines_with_cases({name: answer.warnings for name, answer in answers.items()}),
             failures=lines_with_cases({name: answer.failures for name, answer in answers.items()}),

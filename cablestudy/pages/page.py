@@ -157,7 +157,7 @@ class Page:
             self.add(listed(self.left_out))
 
     def html(self):
-        """The page."""
+        """HTML of the whole page: str."""
         links = "".join(element("li", element("a", text(title), href=f"#{name}")) for name, title in self._contents)
         parts = [
             element("h1", text(self.title)) + "\n",

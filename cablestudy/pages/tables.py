@@ -39,7 +39,7 @@ class TableGrid:
     foot: list = field(default_factory=list)
 
     def html(self, caption):
-        """The table in a box of its own."""
+        """HTML of the table, in a box that scrolls if it is too wide: str."""
         heads = "".join(self._cell("th", column, cell, scope="col") for column, cell in enumerate(self.head))
         parts = [
             element("caption", text(caption)),

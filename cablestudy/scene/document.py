@@ -386,7 +386,7 @@ def _read_value(written):
 
 
 def apply_sets(document, texts, case=None):
-    """Change a document by the options `--set` and `--case` of a command.
+    """Change a document by the options `--set` and `--case` of a command: `Document`.
 
     Parameters
     ----------
@@ -396,10 +396,6 @@ def apply_sets(document, texts, case=None):
         Arguments of `--set`, `key=value` each.
     case : str, optional
         Argument of `--case`, the name of a load case.
-
-    Returns
-    -------
-    Document
 
     Raises
     ------

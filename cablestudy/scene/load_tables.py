@@ -131,7 +131,7 @@ class SteadyWind(KeyTable):
 
 
 class CommonLoadCase(KeyTable):
-    """Effects of a day on every cable; unstretched lengths are those of the reference state."""
+    """Effects of a load case on every cable; unstretched lengths are those of the reference state."""
 
     temperature: Temperature | None = Field(
         None, description="Temperature of the cable; by default that of the reference state"
@@ -208,7 +208,7 @@ class EndMoves(KeyTable):
 
 
 class LoadCase(CommonLoadCase):
-    """One of the days of a scene of one cable."""
+    """A load case of a scene of one cable."""
 
     forces: EndForces = Field(
         EndForces.model_construct(), description="Forces on the gondola, with the lengths of the reference state"
@@ -263,7 +263,7 @@ class SteadyWindOn(SteadyWind):
 
 
 class SuspensionLoadCase(CommonLoadCase):
-    """One of the days of a suspension."""
+    """A load case of a suspension."""
 
     ice: IceOnCables | None = Field(None, description="Ice, or any other load per length")
     wind: SteadyWindOn | None = Field(None, description="Steady wind on cables and bodies")

@@ -311,10 +311,6 @@ def read_suspension(document):
     document : Document
         With its base files merged.
 
-    Returns
-    -------
-    SuspensionScene
-
     Raises
     ------
     SceneError

@@ -79,14 +79,14 @@ def solved_modes(case, count=None, upto=None):
     if not case.exact_statics:
         return case, modes_with(case), None
 
-    def sample(finer, _):
+    def frequencies_of(finer, _):
         """Frequencies and estimated errors by the index of the mode; no failures."""
         computed = modes_with(finer)
         return dict(enumerate(computed.frequency.tolist())), dict(enumerate(computed.errors.tolist())), {}
 
     # half-waves along the cable of the highest mode: a first guess of its elements
     waves = count or 2 * upto * float(case.results.travel_time[case.index])
-    search = Refinement(case, sample, waves)
+    search = Refinement(case, frequencies_of, waves)
     refine([search], solve_models)
     for error in search.failures.values():
         raise error
@@ -141,4 +141,4 @@ def notes_on_errors(case, modes_of_case):
     if case.exact_statics:
         return ()
     errors, reason = frequency_errors(case, modes_of_case)
-    return tuple(notes.of_comparison({f"mode {number}": error for number, error in enumerate(errors, 1)}, reason))
+    return tuple(notes.comparison_notes({f"mode {number}": error for number, error in enumerate(errors, 1)}, reason))

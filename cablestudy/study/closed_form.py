@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cablestudy.errors import CablestudyError
-from cablestudy.study.column import CLOSED, SYSTEM, least_work_first, not_finite, shapeless
+from cablestudy.study.column import CLOSED, SYSTEM, least_work_first, not_finite, shapeless_error
 from cablestudy.study.columns import is_own, over_strength
 from cablestudy.study.element_results import element_results
 from cablestudy.study.load_cases import relative_change
@@ -64,7 +64,7 @@ class ColumnRequirements(TableColumns):
         """True if there is any column that the closed form of many cases does not give."""
         return bool(self.modes or self.single or self.system)
 
-    def sample(self, case, refused=()):
+    def frequencies(self, case, refused=()):
         """Frequencies of modes at one level of refinement, without those of `refused` headers.
 
         Returns
@@ -105,7 +105,7 @@ class ModesByPlane:
 
 
 def _frequencies(case, modes):
-    """Values, errors and failures of columns, a `ModesByPlane`, as `ColumnRequirements.sample`.
+    """Values, errors and failures of columns, a `ModesByPlane`, as `ColumnRequirements.frequencies`.
 
     All are computed in one call; where this fails each by itself, so that one missing mode leaves the others.
     """
@@ -176,7 +176,7 @@ def closed_form(results, required):
         numbers[column.header] = _compute(column, results)
         if column.determined_by:
             for case in np.flatnonzero(results.catenary.slack).tolist():
-                _add_failure(failures, case, column.header, shapeless(column, results.limp[case]))
+                _add_failure(failures, case, column.header, shapeless_error(column, results.limp[case]))
         _refuse_infinite(failures, column, numbers[column.header], results.failures if column.name == "chord" else {})
     errors = {} if required.scene_only else _coarse_errors(results, required, numbers)
     return ClosedForm(len(results.values), numbers, failures, over_strength_cases, errors, required.least_errors)

@@ -112,12 +112,12 @@ def written_key(key):
     return f"{table}.{WRITTEN[name]}".strip(".") if name in WRITTEN else key
 
 
-def without(scene, column):
+def lacking_error(scene, column):
     """The error of a column that needs a key which its case lacks."""
     return NoSolutionError(f"{column.name} needs the key {lacks(scene, column)}, which this case does not have")
 
 
-def shapeless(column, limp):
+def shapeless_error(column, limp):
     """The error of a column `determined_by` the form of a cable that is slack in part, or, if `limp`, all of it."""
     return NoSolutionError(LIMP if limp else f"no {column.name}: {SHAPELESS}")
 
@@ -139,7 +139,7 @@ def value_and_error(column, case):
     NoSolutionError or ConvergenceError where there is no solution.
     """
     if column.determined_by and case.exact_statics and case.catenary.slack:
-        raise shapeless(column, case.limp)
+        raise shapeless_error(column, case.limp)
     result = column.compute(case)
     number, error = result if isinstance(result, tuple) else (result, None)
     if not isinstance(number, float | int | None):

@@ -416,15 +416,11 @@ FAMILIES = (
 
 
 def find(name):
-    """The column of a name, with or without its unit.
+    """The `Column` of a name, with or without its unit.
 
     Parameters
     ----------
     name : str
-
-    Returns
-    -------
-    Column
 
     Raises
     ------

@@ -21,7 +21,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.stress_strain import NO_SET, TERMS, Condition, Curves, linear_cable, uneven_strain
-from cablestudy.study.load_cases import bounded
+from cablestudy.study.load_cases import bounded_errors
 from cablestudy.study.tolerances import STUDY
 
 NAMES = tuple(field.name for field in fields(Curves))
@@ -215,11 +215,11 @@ class Conductors:
         return condition.sets_after(strain), _uneven_strain(condition, strain, along)
 
     @cached_property
-    def _sets(self):
-        """Permanent sets of both parts of each conductor in its state, shape (..., 2) [-], and the heaviest load case.
+    def _permanent_sets(self):
+        """Permanent sets of the outer strands and the core of each conductor in its state, and the heaviest load case.
 
-        Five arrays: sets by creep; by creep and the heaviest case; by this case alone; names of these cases (...);
-        `earlier_errors` of `LinearCables` (...).
+        Five arrays: sets, shape (..., 2) [-], by creep; by creep and the heaviest case; by this case alone; names of
+        these cases (...); `earlier_errors` of `LinearCables` (...).
         """
         unset, with_creep, with_load = self.curves.unset, np.isin(self.states, CREPT), np.isin(self.states, LOADED)
         by_creep, errors = unset, self._length_errors
@@ -293,7 +293,7 @@ class Conductors:
         scenes : sequence of scenes
             k scenes, each in its load case.
         """
-        by_creep, sets, by_load, heaviest, earlier_errors = (array[rows] for array in self._sets)
+        by_creep, sets, by_load, heaviest, earlier_errors = (array[rows] for array in self._permanent_sets)
         states = self.states[rows]
         with_creep, with_load = np.isin(states, CREPT), np.isin(states, LOADED)
         condition = self._condition(rows, scenes, sets)
@@ -356,4 +356,4 @@ def uneven_errors(linear, catenary):
         error = extra_strain * catenary.span.unstretched_length * catenary.end_stiffness[..., 0, 0] / mean_tension
         compliance_difference = np.abs(1 / condition.pull(strain)[1] - 1 / condition.elastic(strain))
         error = error + compliance_difference * np.abs(tension - mean_tension[:, None]).max(axis=-1)
-    return bounded(STUDY.second_order * error)
+    return bounded_errors(STUDY.second_order * error)

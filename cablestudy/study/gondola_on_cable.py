@@ -17,8 +17,8 @@ from cablestudy.system.coupled_modes import coupled_modes
 class OneCableGroup(Group):
     """A `Group` of one case whose body is held where end 2 of its cable is.
 
-    Its errors are those of the cable; that by a drag that changes along the cable is in `rounding_error`, since rows of
-    one cable add it to those of motion. The position of end 2 has none.
+    Its errors of statics are those of the cable: that by a drag which changes along the cable is among them, since rows
+    of one cable add it to the errors of motion. The position of end 2 has none.
 
     Parameters
     ----------

@@ -257,7 +257,7 @@ class DragErrors:
         tension_change = STUDY.second_order * np.abs((force_change * end_forces).sum(axis=-1) / square).max(axis=-1)
         from_end, to_end = ends[:, :1], ends[:, 1:]
         return DragErrors(
-            bounded(self.error + tension_change),
+            bounded_errors(self.error + tension_change),
             self.end_forces + force_change * np.array([1.0, -1.0])[:, None],
             self.displacement + from_end + self.points[..., None] * (to_end - from_end),
             self.points,
@@ -277,10 +277,6 @@ def uneven_drag_errors(drag, catenary, stretched=False):
     stretched : bool
         Whether the uniform drag was computed for the stretched length, not for the unstretched one.
 
-    Returns
-    -------
-    DragErrors
-
     Notes
     -----
     The drag of the cable where it hangs, by its own tangent and stretched length and by the wind there, differs from
@@ -289,7 +285,7 @@ def uneven_drag_errors(drag, catenary, stretched=False):
     """
     error, end_changes, displacement, points = uneven_drag.changes(drag, catenary, stretched)
     windy = drag.normal_drag > 0
-    error = np.where(windy, STUDY.second_order * bounded(error), 0.0)
+    error = np.where(windy, STUDY.second_order * bounded_errors(error), 0.0)
     end_forces = np.where(windy[:, None, None], end_changes * np.array([1.0, -1.0])[:, None], 0.0)
     displacement = np.where(windy[:, None, None], displacement, 0.0)
     return DragErrors(error, end_forces, displacement, points, np.zeros(end_forces.shape))
@@ -302,10 +298,10 @@ def relative_change(change, number):
     """
     change = STUDY.second_order * np.abs(change)
     least = np.abs(number) - change
-    return bounded(np.divide(change, least, out=np.where(change > 0, np.inf, 0.0), where=least > 0))
+    return bounded_errors(np.divide(change, least, out=np.where(change > 0, np.inf, 0.0), where=least > 0))
 
 
-def bounded(error):
+def bounded_errors(error):
     """Estimated errors that are numbers, none of them larger than `unknown_error`."""
     return np.minimum(np.nan_to_num(error, nan=STUDY.unknown_error), STUDY.unknown_error)
 

@@ -305,7 +305,7 @@ def in_time(closed_loop, output, input_, components, times):
         _response_in_space(closed_loop, motion, space, output, input_, components, times)
         for motion, space in ((all_coordinates, None), (all_coordinates.within(coarse_space), coarse_space))
     )
-    response = loop_response.compared(full, coarse)
+    response = loop_response.with_error(full, coarse)
     if closed_loop.loop.gain:
         return response
     return replace(response, winch=np.zeros_like(response.winch), winch_speed=np.zeros_like(response.winch_speed))

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from cablestudy.control.curves import by_parts
-from cablestudy.control.loop_state_space import by_forces
+from cablestudy.control.loop_state_space import force_state_space
 from cablestudy.control.response import Phase
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.scene.scene import missing
@@ -93,7 +93,7 @@ def resonances(closed_loop):
     measured, resonant = [closed_loop.outputs[name] for name in closed_loop.body.measured_outputs], []
     forces = closed_loop.motion.c[0][measured].real.T  # unit forces along the measured coordinates
     for loop in (None, closed_loop.loop):
-        system = residues((loop or closed_loop.motion).eigen, *by_forces(closed_loop.motion, forces, loop))
+        system = residues((loop or closed_loop.motion).eigen, *force_state_space(closed_loop.motion, forces, loop))
         system = replace(system, outputs=system.outputs[measured], direct=system.direct[measured])
         poles, residue = system.poles, np.abs(system.outputs.T * system.inputs)
         upper = poles.imag > 0

@@ -187,11 +187,7 @@ def fixed_mesh(results, case, carried=()):
 
 
 def model_of(case):
-    """The elements of one case.
-
-    Returns
-    -------
-    CableElements
+    """The elements of one case: `CableElements`.
 
     Raises
     ------
@@ -205,7 +201,7 @@ def model_of(case):
 
 
 def numbers_of(model):
-    """Estimated count of the numbers in all modes of a fixed number of elements, a `Model` of a scene. [-]"""
+    """Estimated count of the numbers in all modes of a fixed number of elements, a `ModelTable`. [-]"""
     nodes = (model.elements or 1) * model.order
     return nodes * min(3 * nodes, STUDY.modes_at_ends)
 

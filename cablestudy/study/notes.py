@@ -108,7 +108,7 @@ def judged_by(scene):
     return ("loop: judged by the modes of these elements, and not by those of the cable above",)
 
 
-def of_comparison(errors, status, quantity="motion"):
+def comparison_notes(errors, status, quantity="motion"):
     """Yield notes on the errors of a model with a fixed number of elements, estimated by comparison with a finer model.
 
     Parameters

@@ -123,7 +123,7 @@ def loads_table(cables, failures):
 
 
 def fields_in(rows):
-    """Those of FIELDS of which some rows have cells: list."""
+    """Fields of the table, those of FIELDS for which some row has a cell: list."""
     return [field for field in FIELDS.values() if any(field.name in row for row in rows)]
 
 

@@ -129,7 +129,7 @@ def _study_column(study, name):
     return column
 
 
-def compared(study, name):
+def header_of(study, name):
     """Header of the column that a tolerance names; ValueError where it is not in the study, or never compared."""
     column = _study_column(study, name)
     if column.text or column.name == NEVER_COMPARED:
@@ -143,7 +143,7 @@ def tolerances_of(study):
     with Mistakes() as mistakes:
         for name, value in study.tolerances.items():
             with mistakes.at(study.source.where(("check", name), of_key=True), f"check.{name}"):
-                header = name if name == ALL_COLUMNS else compared(study, name)
+                header = name if name == ALL_COLUMNS else header_of(study, name)
                 if header in tolerances:
                     raise ValueError("given twice")
                 tolerances[header] = value

@@ -97,7 +97,7 @@ def levels_for(case, waves):
     return levels(orders + elements * digits)
 
 
-def resolving(waves):
+def least_order_sum(waves):
     """Least sum of orders along a piece that resolves a number of half-waves along it."""
     return SETTINGS.per_wave * waves + SETTINGS.beside_waves
 
@@ -161,8 +161,8 @@ class Refinement:
     Parameters
     ----------
     case : Case
-    sample : callable
-        Function that computes the columns by the model of a case; see `ColumnRequirements.sample`.
+    compute : callable
+        Function that computes the columns by the model of a case; see `ColumnRequirements.frequencies`.
     waves, least : float
         Half-waves [-] and frequency [Hz] that the model must resolve, from `needs_of`.
 
@@ -181,7 +181,7 @@ class Refinement:
     """
 
     case: object
-    sample: Callable
+    compute: Callable
     waves: float
     least: float = 0.0
     finer: object = None
@@ -217,11 +217,11 @@ class Refinement:
             self._give_up(f"about {self.waves:.3g} waves along the cable, and {unknowns} unknowns, are too many")
             return
         try:
-            sampled = self._values_where_resolved()
+            computed = self._values_where_resolved()
         except CablestudyError as error:
-            sampled = {}, {}, {None: error}, 0.0  # None: of all columns
-        if sampled is not None:
-            self._judge(*sampled)
+            computed = {}, {}, {None: error}, 0.0  # None: of all columns
+        if computed is not None:
+            self._judge(*computed)
         if self.finer is not None:
             self.advance()
 
@@ -236,7 +236,7 @@ class Refinement:
         if not frequency:
             return 0.0, 0.0
         waves, turn = self.finer.waves(frequency)
-        resolved = resolving(waves) <= self.finer.level[0] * self.finer.level[1]
+        resolved = least_order_sum(waves) <= self.finer.level[0] * self.finer.level[1]
         return 0.0 if resolved else SETTINGS.unresolved * turn, waves
 
     def _values_where_resolved(self):
@@ -245,15 +245,15 @@ class Refinement:
         None where the error by unresolved waves is above the accuracy: a finer level is then needed, or, if the finest
         one does not resolve the waves either and their number has settled, the search ends.
         """
-        sampled, (unresolved, waves) = None, self._unresolved(self.least)
+        computed, (unresolved, waves) = None, self._unresolved(self.least)
         if unresolved <= self._accuracy:
-            sampled = self.sample(self.finer, self.failures)
-            unresolved, waves = self._unresolved(max(sampled[0].values(), default=0.0))
+            computed = self.compute(self.finer, self.failures)
+            unresolved, waves = self._unresolved(max(computed[0].values(), default=0.0))
         settled, self._last_waves = abs(waves - self._last_waves) < 0.1 * self._last_waves, waves
         if unresolved <= self._accuracy:
-            return *sampled, unresolved
-        self._values_of_level, self._least_orders = {}, min(resolving(waves), SETTINGS.finest)
-        if settled and resolving(waves) > SETTINGS.finest:
+            return *computed, unresolved
+        self._values_of_level, self._least_orders = {}, min(least_order_sum(waves), SETTINGS.finest)
+        if settled and least_order_sum(waves) > SETTINGS.finest:
             most = (SETTINGS.finest - SETTINGS.beside_waves) / SETTINGS.per_wave
             self._give_up(f"more waves along a piece of the cable than the {most:.0f} that the finest model resolves")
         return None

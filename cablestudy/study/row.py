@@ -190,7 +190,7 @@ def _solve_to_accuracy(answers, required, _):
         if columns:
             needed = required if len(columns) == len(required.modes) else ColumnRequirements(columns)
             try:
-                search = Refinement(answer.case, needed.sample, *needs_of(answer.case, needed))
+                search = Refinement(answer.case, needed.frequencies, *needs_of(answer.case, needed))
                 searches.append((answer, needed, search))
             except CablestudyError as error:
                 answer.fail(columns, error)
@@ -367,7 +367,7 @@ def _estimate_errors(answers, required):
         headers = [column.header for column in columns if column.header in answer.values]
         errors = {header: _difference(answer.values[header], finer, header) for header in headers}
         answer.errors |= errors
-        answer.notes += tuple(notes.of_comparison(errors, finer.cells["status"], quantity))
+        answer.notes += tuple(notes.comparison_notes(errors, finer.cells["status"], quantity))
 
 
 def _difference(value, finer, header):

@@ -16,7 +16,7 @@ from cablestudy.scene.fields import KeyTable
 from cablestudy.scene.layers import split_key
 from cablestudy.scene.sampling import Sampled
 from cablestudy.scene.scene import CableScene, quantity_of
-from cablestudy.study.column import attribute, lacks, without
+from cablestudy.study.column import attribute, lacking_error, lacks
 
 # names in keys of quantities that are no columns: a scene takes their sine, compares them one by one, or cables follow
 NOT_COLUMNS = ("materials", "attitude", "forces", "moves", "stress_strain")
@@ -78,7 +78,7 @@ class SceneValues:
         """Case -> NoSolutionError, of the cases that lack a key which a column needs."""
         if not column.keys:
             return {}
-        return {case: without(scene, column) for case, scene in enumerate(self.scenes) if lacks(scene, column)}
+        return {case: lacking_error(scene, column) for case, scene in enumerate(self.scenes) if lacks(scene, column)}
 
     @cached_property
     def ends(self):
@@ -186,7 +186,7 @@ class CaseTable:
 
     def lacking(self, column):
         """Cases that lack a key which a column needs, see `SceneValues.lacking`."""
-        return dict.fromkeys(range(len(self)), without(self.scene, column)) if lacks(self.scene, column) else {}
+        return dict.fromkeys(range(len(self)), lacking_error(self.scene, column)) if lacks(self.scene, column) else {}
 
     @property
     def ends(self):

@@ -130,7 +130,7 @@ class Choice:
 
     @staticmethod
     def label(above, below):
-        """Of an output over an input."""
+        """Label of a curve: the response of an output to an input."""
         return f"response of {above} to {below}"
 
     @property
@@ -224,7 +224,7 @@ def has_loss_factor(dampings):
 
 
 def viscous_note(dampings):
-    """That hysteretic damping is viscous in A, at most one line.
+    """Yield a note, at most one: hysteretic damping is viscous in A.
 
     Parameters
     ----------

@@ -51,7 +51,7 @@ class CableChoice(Choice):
 
     @property
     def location(self):
-        """Of the winch."""
+        """Location of the winch, on the ground or on the gondola: str."""
         winch = self.case.scene.winch
         return winch.location if winch else "ground"
 
@@ -81,7 +81,7 @@ class CableChoice(Choice):
 
     @property
     def poles(self):
-        """Of what a response shows, with gondola or loop none where there are more than `cable_states`. [rad/s]"""
+        """Poles in the response; none of gondola or loop where there are more than `cable_states`. [rad/s]"""
         if self.options.attached:
             a = self.system().a
             return np.linalg.eigvals(a) if len(a) <= STUDY.cable_states else np.zeros(0, dtype=complex)
@@ -113,7 +113,7 @@ class CableChoice(Choice):
 
     @staticmethod
     def label(above, below):
-        """Of the force at an end over the displacement of another."""
+        """Label of a curve: the force at one end over the displacement of another."""
         return f"force at {above} over displacement of {below}".replace("_", " ")
 
     @np.errstate(all="ignore")

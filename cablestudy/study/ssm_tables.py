@@ -62,7 +62,7 @@ def with_resonances(span, poles):
     return FrequencyGrid(low, high, count, tuple(frequency[distinct].tolist()))
 
 
-def numbers(span, shown):
+def response_blocks(span, shown):
     """Yield a response in blocks: frequency [Hz], then magnitude [unit] and phase [deg] of each curve, shape (m,) each.
 
     Parameters
@@ -80,15 +80,15 @@ def numbers(span, shown):
         yield block
 
 
-def drawn(span, shown):
-    """The points of a response that a picture shows, resonances included: arrays as of `numbers`.
+def drawn_points(span, shown):
+    """The points of a response that a picture shows, resonances included: arrays as of `response_blocks`.
 
     Of a long response, of each group of neighbouring frequencies the first and those with the smallest and the largest
     magnitude of each curve.
     """
     neighbours = -(-span[2] // STUDY.drawn_groups)
     kept, left = [], None
-    for block in numbers(span, shown):
+    for block in response_blocks(span, shown):
         block = np.stack(block)
         block = block if left is None else np.concatenate([left, block], axis=1)
         whole = block.shape[1] - block.shape[1] % neighbours
@@ -98,7 +98,7 @@ def drawn(span, shown):
 
 
 def _extremes(block, neighbours):
-    """Of each group of neighbours the first and those with the smallest and the largest magnitude of each curve."""
+    """Points of a block of a response: of so many neighbours the first, the smallest and the largest of each curve."""
     if neighbours == 1 or not block.size:
         return block
     groups = np.nan_to_num(block[1::2]).reshape(len(block) // 2, -1, neighbours)
@@ -108,7 +108,7 @@ def _extremes(block, neighbours):
 
 
 def response_table(span, shown):
-    """Table of frequency, and magnitude and phase of each curve; arguments as of `numbers`.
+    """Table of frequency, and magnitude and phase of each curve; arguments as of `response_blocks`.
 
     Cells are empty where a response is not finite, for example at the pole of an undamped mode.
     """
@@ -142,7 +142,7 @@ class _Rows(Sequence):
 
     def _between(self, first, end):
         begin = 0
-        for block in numbers(self.span, self.shown):
+        for block in response_blocks(self.span, self.shown):
             if begin >= end:
                 return
             part = slice(max(first - begin, 0), max(end - begin, 0))

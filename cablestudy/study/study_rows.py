@@ -117,5 +117,5 @@ def evaluate_tables(tables, columns, explain=False, estimate=False):
 
 
 def _above_rounding(errors):
-    """Those estimated errors that are above rounding, or not known."""
+    """Estimated errors that are above rounding, or not known (None): dict."""
     return {name: error for name, error in errors.items() if error is None or error > STUDY.rounding}

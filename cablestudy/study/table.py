@@ -384,7 +384,7 @@ def number(text):
     return value if isfinite(value) else None
 
 
-def joined(answers):
+def join_tables(answers):
     """Tables of several load cases, those of one name joined: dict of name -> Table.
 
     Parameters

@@ -32,7 +32,7 @@ CONTINUOUS = "continuous cable"
 
 
 def models_of(scene, columns):
-    """List of every `Model` of a scene on which the value of some column depends."""
+    """List of every `ComparedModel` of a scene on which the value of some column depends."""
     return kind_of(scene).trade.models_of(scene, columns)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from cablestudy.cable import taut
 from cablestudy.control.loop import unstable_pole
-from cablestudy.control.loop_state_space import by_forces
+from cablestudy.control.loop_state_space import force_state_space
 from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
 from cablestudy.study.case import Case
 from cablestudy.study.column import DISCRETE, SYSTEM, lacks, value, value_and_error
@@ -154,7 +154,7 @@ def models_of(scene, columns):
     for accuracy in ACCURACIES:
         add("error control", f"accuracy {power(accuracy)}", partial(_row_to_accuracy, accuracy), **options_of_row)
     for family, name, n, order, mass in element_models():
-        add(family, name, partial(fixed if order == 1 else _spectral, n, order, mass))
+        add(family, name, partial(fixed_case if order == 1 else _spectral, n, order, mass))
     if scene.gondola is not None:
         _add_of_gondola(add)
     return [model for model in models if any(column.needs in model.needs for column in columns)]
@@ -187,7 +187,7 @@ def power(number):
 # ------------------------------------------------------------------------------------------------ models of elements
 
 
-def fixed(elements, order, mass, scene, _=()):
+def fixed_case(elements, order, mass, scene, _=()):
     """The case of a scene with `model: {elements: ..., order: ..., mass: ...}`."""
     return Case(with_elements(scene, elements, order, mass))
 
@@ -205,7 +205,7 @@ def fixed_to(accuracy, scene, _=()):
 
 def _spectral(elements, order, mass, scene, _):
     """The case of a scene with fixed elements, so many for each segment between point loads."""
-    return fixed(elements * (1 + load_count(scene)[1]), order, mass, scene)
+    return fixed_case(elements * (1 + load_count(scene)[1]), order, mass, scene)
 
 
 def _row_to_accuracy(accuracy, scene, columns):
@@ -265,7 +265,7 @@ def _with_residual(count, scene, _):
 
 def _without_residual(count, scene, _):
     """The lowest modes of the paper's bars alone, as by `ssm --modes --no-residual`."""
-    case = fixed(PAPER, 1, "lumped", scene)
+    case = fixed_case(PAPER, 1, "lumped", scene)
     all_modes = case.end_model
     return _with_end_model(case, all_modes.truncate(np.arange(min(count, len(all_modes.omega)))))
 
@@ -301,7 +301,7 @@ def _by_reduced_modes(column, case):
 
 
 class ModeOfSystem:
-    """Mode of the gondola, as `GondolaMode`, of a linear system of gondola and cable, without errors.
+    """Mode of the gondola, as `RefinedMode`, of a linear system of gondola and cable, without errors.
 
     Parameters
     ----------
@@ -361,7 +361,7 @@ class AnalysisOfSystem(DynamicAnalysis):
         row, by_gusts = closed_loop.motion.c[0][closed_loop.outputs[GONDOLA_X]].real, closed_loop.gusts.input_matrix
         forces = np.zeros((len(self._system), by_gusts.shape[1]))
         forces[-1] = row[: len(by_gusts)] @ by_gusts / (row @ row)
-        system = residues(eigen, *by_forces(self._system, forces, loop))
+        system = residues(eigen, *force_state_space(self._system, forces, loop))
         ((squared,),) = closed_loop.turbulence.variances_of(system, {variance: self._weights[variance]})
         return float(np.sqrt(squared)), np.nan
 

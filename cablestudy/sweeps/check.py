@@ -8,7 +8,7 @@ from cablestudy.errors import Mistakes, shorten
 from cablestudy.scene.study import ALL_COLUMNS
 from cablestudy.scene.units import to_si
 from cablestudy.study.all_columns import find
-from cablestudy.study.prepare import NEVER_COMPARED, compared, tolerances_of
+from cablestudy.study.prepare import NEVER_COMPARED, header_of, tolerances_of
 from cablestudy.study.table import exact, number, stream_csv
 from cablestudy.sweeps.run import NUMBER
 
@@ -65,7 +65,7 @@ def read_tolerances(texts, study):
         for text in texts:
             name, sign, written = text.rpartition("=")
             with mistakes.at(f"--rtol {text}"):
-                header, tolerance = compared(study, name.strip()) if sign else ALL_COLUMNS, _read_tolerance(written)
+                header, tolerance = header_of(study, name.strip()) if sign else ALL_COLUMNS, _read_tolerance(written)
                 if header in of_options:
                     raise ValueError(f"given twice{'' if sign else ' for all columns'}")
                 of_options[header] = tolerance

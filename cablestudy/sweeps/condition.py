@@ -140,7 +140,7 @@ class _Translator:
         if unit and any(isinstance(operand, Variable) and operand.is_varied for operand in operands):
             self.bare += _numbers_without_unit(operands, tokens, unit)
         getters = [self.getter(operand, token, unit) for operand, token in zip(operands, tokens, strict=True)]
-        return chain(getters, tests)
+        return compare_in_turn(getters, tests)
 
     def operands(self, tokens, may_be_text):
         """Read the operands of one comparison: list, each a `Variable`, a number (Decimal, unit), or a text.
@@ -230,7 +230,7 @@ def in_unit(number, written_unit, unit):
     return float(converted(number, written_unit, unit) if written_unit else number)
 
 
-def chain(getters, tests):
+def compare_in_turn(getters, tests):
     """Function of a frame: nullable boolean Series, True where each value compares with the next, as `1 < sag <= 2`.
 
     Parameters

@@ -39,7 +39,7 @@ def pack(case, key, status, cells, errors=(), notes=()):
 
 
 def pack_all(rows):
-    """Many rows, each a tuple of the fields of `RowRecord`, as they are stored.
+    """Convert rows, each a tuple of the fields of `RowRecord`, to tuples as the database stores them.
 
     Returns
     -------

@@ -24,10 +24,6 @@ def assemble(cables, connection, bodies, imposed=None, stiffness=0.0):
         H: displacements of the ends per movement of the winches.
     stiffness : ndarray or sparse array, shape (b, b), optional
         Of the bodies, without that of the cables.
-
-    Returns
-    -------
-    LinearSystem
     """
     imposed = np.zeros((connection.shape[0], 0)) if imposed is None else imposed
     matrices = [cable.matrices() for cable in cables]

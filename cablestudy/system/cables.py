@@ -27,7 +27,7 @@ from cablestudy.system.condensed_cables import CondensedCables, laws_of
 from cablestudy.system.coupling_damping import Strain
 from cablestudy.system.ends import Ends, EndsOfAllMotion, EndsOfLarge
 from cablestudy.system.superelement import Superelement
-from cablestudy.system.together import computed_together, together
+from cablestudy.system.together import batches, computed_together
 from cablestudy.system.tolerances import SYSTEM
 
 STRAIGHT = np.kron([[2.0, 1.0], [1.0, 2.0]], np.eye(3)) / 6  # inertia of a straight cable of unit mass at its ends
@@ -294,8 +294,8 @@ class Models:
             return self
         return Models(self.cables, self.meshes, self._fixed, self._most_modes, self._in_modes, modes)
 
-    def with_all_motion(self, most_displacements, coarser=0):
-        """`Models` of the same cables with all motion of their meshes, without modes: they serve for `condensed` alone.
+    def with_all_displacements(self, most_displacements, coarser=0):
+        """`Models` of the same cables with all displacements of nodes as unknowns, and no modes: for `condensed`.
 
         For cables without modal damping.
 
@@ -329,13 +329,13 @@ class Models:
             """Key of the cables from which those of some `Models` were taken; None of other ones."""
             return None if one.cables.among is None or one._fixed else (id(one.cables.among[0]), one._most_modes)
 
-        for members in together(models, taken_from, attrgetter("freedoms")):
+        for members in batches(models, taken_from, attrgetter("freedoms")):
             several = len(members) > 1 and taken_from(members[0]) is not None
             solved = _solved_together(members) if several else None
             yield from solved or ((one, one._own_groups()) for one in members)
 
     def _own_groups(self):
-        """`groups` of its cables alone."""
+        """`groups` where they are computed for these `Models` alone: list of MeshGroup."""
         cables, members = self.cables, {}
         symmetric = np.asarray(cables.catenary.span.mirror_symmetric)
         for cable, mesh in enumerate(self.meshes):
@@ -586,7 +586,7 @@ def _solved_together(models):
 
 
 def _taken(groups, indices):
-    """Those of some `MeshGroup` that have some of the cables, by their indices, with these cables alone: list."""
+    """`MeshGroup`s reduced to some cables, by their indices, without groups that have none of them: list."""
     taken = (group.take(indices) for group in groups)
     return [group for group in taken if group is not None]
 

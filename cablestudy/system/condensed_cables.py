@@ -62,7 +62,7 @@ class CondensedCables:
 
     @classmethod
     def of_ends(cls, cables, ends, rows, damping):
-        """Those of some rows of `Ends`, whose indices are `cables`, with a `Damping` each."""
+        """`CondensedCables` of some rows of `Ends`, by their indices `cables` among all, with a `Damping` each."""
         laws, viscous = laws_of(damping), np.array([law.viscous for law in damping]) / ends.mass[rows]
         arrays = [ends.omega, ends.coupling, ends.stiffness, ends.inertia]
         strained, resisted = laws["loss"].any() or laws["time"].any(), viscous.any()
@@ -147,15 +147,18 @@ def laws_of(damping):
 
 
 def _solution(diagonal, damped, dense, right):
-    """Solution of equations whose matrix is a diagonal, shape (g, n, 1), rows squared with factors, and dense parts.
+    """Solution x of (d + sum of V^T c V + sum of f B) x = b, by the formula of Woodbury where it pays; (g, n, 6).
 
     Parameters
     ----------
+    diagonal : ndarray, shape (g, n, 1)
+        d.
     damped : list of (ndarray, ndarray)
         Rows V, shape (g, r, n), and the factor c of V^T c V, shape (g, 1, 1).
     dense : list of (ndarray, ndarray)
-        Matrices, shape (g, n, n), and their factors.
+        Matrices B, shape (g, n, n), and their factors f.
     right : ndarray, shape (g, n, 6)
+        b.
     """
     n = diagonal.shape[1]
     if dense or sum(rows.shape[1] for rows, _ in damped) >= n:

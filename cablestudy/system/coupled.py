@@ -135,10 +135,6 @@ class Layout:
         elements : list of Superelement
         imposed : ndarray, shape (6 c, i), optional
             Displacements of the ends per movement of the winches.
-
-        Returns
-        -------
-        LinearSystem
         """
         stiffness, mass = self.body_matrices
         system = assemble(elements, self.connection, mass, imposed, stiffness)

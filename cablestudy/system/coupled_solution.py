@@ -411,7 +411,7 @@ class CoupledModes:
         return np.abs(ratio - coarse) / np.where(ratio > SYSTEM.frequency_rounding, ratio, 1.0)
 
     def compliance_shares(self, body, axis):
-        """Share of each mode in the static compliance of a free motion of a body, see `linear.compliance_shares`.
+        """Share of each mode in the static compliance of a free motion of a body, see `matrices.compliance_shares`.
 
         Parameters
         ----------
@@ -536,7 +536,7 @@ class CoupledModes:
         return tuple(self._name_of_largest(mode) for mode in range(len(self)))
 
     def _name_of_largest(self, mode):
-        """`moves` of one mode, by its index."""
+        """Name of what moves most in one mode, by its index, see `moves`: str."""
         suspension, energy = self.layout.equilibrium.suspension, self.body_energy[..., mode]
         body_names, count = suspension.body_names, suspension.bodies
         groups = [*energy[:count].sum(axis=1), energy[count:].sum(), self.cable_energy[..., mode].sum()]

@@ -11,8 +11,8 @@ from operator import attrgetter
 import numpy as np
 
 from cablestudy.errors import NoSolutionError
-from cablestudy.system.pole_windows import eigen, poles_in_windows, shapes
-from cablestudy.system.together import computed_together, together
+from cablestudy.system.pole_windows import eigen, mode_amplitudes, poles_in_windows
+from cablestudy.system.together import batches, computed_together
 from cablestudy.system.tolerances import SYSTEM
 
 
@@ -199,7 +199,7 @@ class CouplingDamping:
                 by_all_modes.append(cable)
             else:
                 yield cable, found
-        for members in together(by_all_modes, attrgetter("_signature"), lambda cable: len(cable.matrices[0])):
+        for members in batches(by_all_modes, attrgetter("_signature"), lambda cable: len(cable.matrices[0])):
             yield from zip(members, _of_all_modes(members), strict=True)
 
     @np.errstate(all="ignore")  # what is not finite is not trusted
@@ -219,7 +219,7 @@ class CouplingDamping:
             return found
         return None
 
-    def moving(self, residues):
+    def sum_over_poles(self, residues):
         """x^d times the sum of residues/(x - pole) over the N poles of `pole_sum`, a function: s, (f,) -> (r, f).
 
         Parameters
@@ -300,7 +300,7 @@ def _of_all_modes(cables):
     matrices = [np.stack([matrix[:n, :n] for matrix in of_order]) for of_order in _by_order(cables)]
     try:
         poles, vectors = eigen(matrices, omega)
-        left = shapes(vectors, omega)
+        left = mode_amplitudes(vectors, omega)
         for right_of in _right_by_symmetry, _right_by_inverse:
             rows = [row for row, of_row in enumerate(found) if of_row is None]
             if rows:
@@ -337,7 +337,7 @@ def _where_trusted(cables, poles, left, right, trusted):
     matrices = [np.stack(of_order) for of_order in _by_order(cables)]
     sums, difference = PoleSum.of(matrices, poles, left, right), np.zeros(len(cables))
     if left.shape[1]:
-        s = checked(np.stack([cable.omega for cable in cables]))
+        s = checked_frequencies(np.stack([cable.omega for cable in cables]))
         x = np.stack([cable.variable(of_row) for cable, of_row in zip(cables, s, strict=True)])
         difference = _relative_errors(matrices, x, sums, poles, left, right)
     parts = zip((difference <= trusted).tolist(), poles, left, right, strict=True)
@@ -375,7 +375,7 @@ def _relative_errors(matrices, x, sums, poles, left, right):
     return error.max(axis=(1, 2, 3))
 
 
-def checked(omega):
+def checked_frequencies(omega):
     """Complex frequencies at which a sum over poles is checked, for modes at `omega`, (..., n) -> (..., 8). [rad/s]"""
     return (0.03 + 1j) * np.geomspace(omega.min(axis=-1) / 10, np.median(omega, axis=-1), 8, axis=-1)
 

@@ -47,7 +47,7 @@ def damped_poles(system, omega, shapes, coupled=SYSTEM.coupled_modes):
     damping, loss = basis.T @ (damping @ basis), basis.T @ (loss @ basis)
     poles, share = _oscillating_poles(omega, damping, loss)
     share = share[:count]
-    mode, pole = assigned(share)  # indices of modes, and of the poles that belong to them
+    mode, pole = assign_columns(share)  # indices of modes, and of the poles that belong to them
     ratio = (np.diagonal(damping) / (2 * omega) + np.diagonal(loss) / (2 * omega**2))[:count]
     oscillates = (share[mode, pole] >= SYSTEM.oscillating_share) | (ratio[mode] <= 1)
     mode, pole = mode[oscillates], pole[oscillates]
@@ -75,7 +75,7 @@ def _with_coupled_modes(system, omega, shapes, coupled):
     """Frequencies and shapes of modes, and after them those of so many others that damping may couple to them."""
     other_omega, other_shapes = system.lowest(len(omega) + coupled)
     product = shapes.T @ (system.mass @ other_shapes)
-    others = np.delete(np.arange(len(other_omega)), assigned(product**2)[1])
+    others = np.delete(np.arange(len(other_omega)), assign_columns(product**2)[1])
     other_omega, other_shapes = other_omega[others], other_shapes[:, others]
     if np.abs(product[:, others]).max(initial=0.0) > SYSTEM.not_orthogonal:
         other_omega, other_shapes = ritz(system, shapes, other_shapes)
@@ -130,7 +130,7 @@ def _times(matrix, vectors):
     return matrix @ vectors if isinstance(matrix, np.ndarray) else (matrix @ vectors[0])[None]
 
 
-def assigned(scores):
+def assign_columns(scores):
     """Assign one column to each row of a matrix so that the sum of their entries is largest: rows, columns."""
     best = scores.argmax(axis=1) if scores.size else []
     if len(np.unique(best)) == len(scores):  # no sum of one entry of each row is larger, and none need be searched

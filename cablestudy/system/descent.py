@@ -218,7 +218,7 @@ def spans(suspension, state):
     return span.with_chord_strain(np.where(coincident, SYSTEM.nearest_ends - 1, state.strain))
 
 
-def at_ends(suspension, state, cables, stiffness):
+def end_forces_and_stiffness(suspension, state, cables, stiffness):
     """Forces of cables and links at their ends, their end stiffness, both as in `Evaluation`, and the `Links` or None.
 
     Parameters
@@ -241,7 +241,7 @@ def evaluate(suspension, state, solved_cables=None):
     """Forces, stiffness and energy in a state: `Evaluation`; its `Catenary` of shape (n, c) is found if not given."""
     cables = solved_cables or catenary.solve(spans(suspension, state), state.tension)
     span = cables.span
-    forces, stiffness, links = at_ends(suspension, state, cables, cables.global_end_stiffness)
+    forces, stiffness, links = end_forces_and_stiffness(suspension, state, cables, cables.global_end_stiffness)
     # a force is not known better than the rounding of a strain, also where all cables hang without tension
     tension_scale = np.maximum(cables.max_tension, EPSILON * span.axial_stiffness)
     net, scale = tangent.net_forces(suspension, state.rotation, state.arms, forces, tension_scale)

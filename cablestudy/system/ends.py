@@ -293,7 +293,7 @@ class EndsOfAllMotion(Ends):
 
     @_of_batch
     def _basis_and_inertia(self):
-        """`_basis` and `inertia_of_modes`."""
+        """Roots of stiffness and shapes, see `_basis`, and `inertia_of_modes`; symmetry by symmetry."""
         mesh, lead, count, begin = self.state.mesh, self._frame.shape[:-2], self._dynamics.dof, 0
         shapes, inertia = np.zeros((*lead, mesh.nodes, 3, count)), np.zeros((*lead, count, count))
         root_mass = np.sqrt(np.asarray(self._dynamics.mass * self._dynamics.length))[..., None, None]

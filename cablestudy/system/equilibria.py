@@ -18,16 +18,12 @@ class Equilibria:
         self._searches = []
 
     def pose(self, suspension):
-        """Equilibrium of each load case by `statics.pose`, or from the cache; equal cases are solved once.
+        """`Equilibrium` of each load case by `statics.pose`, or from the cache; equal cases are solved once.
 
         Parameters
         ----------
         suspension : SuspendedSystem
             With cases of shape (n,). Cases of any other shape are solved without the cache.
-
-        Returns
-        -------
-        Equilibrium
 
         Raises
         ------

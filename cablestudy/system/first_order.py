@@ -159,8 +159,7 @@ def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
     A (c n' + d (y' - r')). A, `Allocation.shares`, is U R with independent columns U, so that the winches have as many
     states as movements. Another law is between U and R: v' = U q, q = c l + d w, l' = a l + b w, w = -gain R e.
     """
-    a, b, c, d = law
-    m, unit, leading, order = len(motion), motion.unit, motion.mass.shape[:-2], np.asarray(a).shape[-1]
+    m, unit, leading, order = len(motion), motion.unit, motion.mass.shape[:-2], np.asarray(law[0]).shape[-1]
     filters = sum(actuator.filtered for actuator in motion.feedback)
     winches = motion.b[0].shape[-1]
     movements = allocation.movements if allocation else np.zeros((*leading, winches, 0))
@@ -192,28 +191,47 @@ def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
             error[..., size : size + references] -= np.eye(references)
             error_rate[..., size + inputs : size + inputs + references] -= np.eye(references)
         _filter_by_notches(notches, error, error_rate, fixed, 2 * m + filters)
-        begin = size - r  # of the movements of the winches; the states of the laws are before them
-        laws = slice(begin - order * r, begin)
-        by_length, by_speed, by_acceleration = (matrix @ movements for matrix in motion.b)
-        force[..., begin:size] += by_length
-        c_rows = np.asarray(c)[..., None, :]
-        if order:
-            force[..., laws] += _kron(by_speed, c_rows) + _kron(by_acceleration, c_rows @ a)
-            fixed[..., laws, laws], fixed[..., begin:, laws] = _kron(np.eye(r), a), _kron(np.eye(r), c_rows)
-        accelerated = motion.accelerated(np.concatenate([by_speed, by_acceleration], axis=-1))
-        by_speed, by_acceleration = np.split(accelerated, 2, axis=-1)
-        direct, c_b = np.asarray(d)[..., None, None], (c_rows @ np.asarray(b)[..., None])
-        for number in range(len(notches)):
-            rows_of_gain, column = scaled[..., number, :, :], allocation.rates[..., number]
-            e, e_rate = error[..., number, :], error_rate[..., number, :]
-            if order:
-                rows_of_gain[..., laws, :] = -_outer(_kron(column[..., None], np.asarray(b)[..., None])[..., 0], e)
-            rows_of_gain[..., begin:, :] = -direct * _outer(column, e)
-            by_error = ((direct * by_speed + c_b * by_acceleration) @ column[..., None])[..., 0]
-            rows_of_gain[..., m : 2 * m, :] = -_outer(by_error, e)
-            rows_of_gain[..., m : 2 * m, :] -= direct * _outer((by_acceleration @ column[..., None])[..., 0], e_rate)
+        _add_law(motion, allocation, law, (error, error_rate), force, fixed, scaled)
     fixed[..., m : 2 * m, :] = motion.accelerated(force)
     return Equations(fixed, scaled, z, z_rate, feedback, movements)
+
+
+def _add_law(motion, allocation, law, errors, force, fixed, scaled):
+    """Write the equations of the control law and of the winches' movements, in place; symbols as for `equations`.
+
+    Parameters
+    ----------
+    motion, allocation, law
+        As for `equations`.
+    errors : (ndarray, ndarray)
+        Rows that give the errors e behind the notches and their rates e', shape (..., k, w) both.
+    force : ndarray, shape (..., m, w)
+        Rows that give the force on each coordinate without what the loop gain multiplies.
+    fixed, scaled
+        As of `Equations`.
+    """
+    a, b, c, d = law
+    m, size, order, r = len(motion), fixed.shape[-2], np.asarray(a).shape[-1], allocation.movements.shape[-1]
+    begin = size - r  # of the movements of the winches; the states of the laws are before them
+    laws = slice(begin - order * r, begin)
+    by_length, by_speed, by_acceleration = (matrix @ allocation.movements for matrix in motion.b)
+    force[..., begin:size] += by_length
+    c_rows = np.asarray(c)[..., None, :]
+    if order:
+        force[..., laws] += _kron(by_speed, c_rows) + _kron(by_acceleration, c_rows @ a)
+        fixed[..., laws, laws], fixed[..., begin:, laws] = _kron(np.eye(r), a), _kron(np.eye(r), c_rows)
+    accelerated = motion.accelerated(np.concatenate([by_speed, by_acceleration], axis=-1))
+    by_speed, by_acceleration = np.split(accelerated, 2, axis=-1)
+    direct, c_b = np.asarray(d)[..., None, None], (c_rows @ np.asarray(b)[..., None])
+    for number in range(scaled.shape[-3]):
+        rows_of_gain, column = scaled[..., number, :, :], allocation.rates[..., number]
+        e, e_rate = (rows[..., number, :] for rows in errors)
+        if order:
+            rows_of_gain[..., laws, :] = -_outer(_kron(column[..., None], np.asarray(b)[..., None])[..., 0], e)
+        rows_of_gain[..., begin:, :] = -direct * _outer(column, e)
+        by_error = ((direct * by_speed + c_b * by_acceleration) @ column[..., None])[..., 0]
+        rows_of_gain[..., m : 2 * m, :] = -_outer(by_error, e)
+        rows_of_gain[..., m : 2 * m, :] -= direct * _outer((by_acceleration @ column[..., None])[..., 0], e_rate)
 
 
 def _outer(column, row):
@@ -275,7 +293,7 @@ def _filter_by_notches(notches, error, error_rate, fixed, begin):
         begin += 2
 
 
-def rows(system, forces=None, loop=None, actuators=()):
+def state_rows(system, forces=None, loop=None, actuators=()):
     """Rows that give the state derivative, the winch movements and the outputs of a system, with its loop or without.
 
     The entries of a row multiply the N states x, then u, u' and u'': w columns in all. State-space models

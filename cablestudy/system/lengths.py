@@ -221,7 +221,7 @@ def linearised(suspension, state, which, moving):
     """
     cables, given = catenary.solve(spans(suspension, state), state.tension), suspension.given
     rates = stated.rates(cables, given)
-    forces, stiffness, links = descent.at_ends(suspension, state, cables, rates.stiffness)
+    forces, stiffness, links = descent.end_forces_and_stiffness(suspension, state, cables, rates.stiffness)
     net, scale = tangent.net_forces(suspension, state.rotation, state.arms, forces, cables.max_tension)
     blocks = tangent.blocks(suspension, state.rotation, state.arms, forces, stiffness)
     all_cables, arms = np.arange(len(given)), state.arms[:, suspension.of_cables]
@@ -239,7 +239,7 @@ def linearised(suspension, state, which, moving):
     imbalance = np.abs(np.where(free, net / units, 0.0)).max(axis=-1) / np.maximum(scale, TINY)
     ends, strain = state.ends, state.strain
     bounds = rounding.bounds(suspension, state.rotation, state.arms, ends, strain, cables, cables.max_tension, links)
-    of_values = rounding.of_values(ends[:, suspension.of_cables], strain, cables, given, suspension.value)
+    of_values = rounding.of_stated(ends[:, suspension.of_cables], strain, cables, given, suspension.value)
     return LinearForces(
         tangent.free_values(suspension, net) / sizes, by_tension, by_motion, imbalance.max(axis=-1, initial=0.0),
         rounding.largest_ratio(suspension, net, bounds.least), rounding.largest_ratio(suspension, net, bounds.most),
@@ -267,7 +267,7 @@ class Iterates:
     direction : ndarray, shape (k, m)
         The last changes of the tensions, relative. [-]
     damping, least_damping : ndarray, shape (k,)
-        See `damped`.
+        See `next_damping`.
     change, least_change : ndarray, shape (k,)
         Size of the last step, and the smallest one so far. [-]
     outside : ndarray, shape (k,)
@@ -453,7 +453,7 @@ def with_reasons(iterates, linear, solutions, change, last):
 
 
 def with_damping(iterates, tension, change, turn, number):
-    """`Iterates` with the damping of the next step, more where step `number` (from 0) diverges; see `damped`."""
+    """`Iterates` with the damping of the next step, more where step `number` (from 0) diverges; see `next_damping`."""
     direction = (tension - iterates.tension) / iterates.tension
     reversed_step = (iterates.direction * direction).sum(axis=-1) < 0
     diverging = (
@@ -462,7 +462,7 @@ def with_damping(iterates, tension, change, turn, number):
         | (change > SYSTEM.growing_step * iterates.change)
     )
     slow = change > SYSTEM.slow_step * iterates.change
-    damping, least = damped(iterates.damping, iterates.least_damping, diverging, slow)
+    damping, least = next_damping(iterates.damping, iterates.least_damping, diverging, slow)
     return replace(iterates, direction=direction, damping=damping, least_damping=least, change=change)
 
 
@@ -475,7 +475,7 @@ def with_tensions(suspension, state, iterates, which, tension, low, high, least_
     return replace(suspension, value=value), replace(iterates, tension=tension, possible=possible)
 
 
-def damped(damping, least, diverging, slow):
+def next_damping(damping, least, diverging, slow):
     """Damping of the next step, and the least of the steps to come, shape (n,).
 
     More after a diverging step, and from then on never again as little as it had; less after the others, and less is
@@ -520,7 +520,7 @@ def allowed_share(suspension, state, step):
 
 def with_stated(suspension, state):
     """State with the lengths for which the cables have what they state, in the same pose."""
-    strain, _, tension = stated.fit(spans(suspension, state), suspension.given, suspension.value, state.strain)
+    strain, _, tension = stated.fit_strains(spans(suspension, state), suspension.given, suspension.value, state.strain)
     return replace(state, strain=strain, length=size(state.chord) / (1 + strain), tension=tension)
 
 

@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 
 from cablestudy.cable.element import basis, lagrange
-from cablestudy.system.damping import assigned
+from cablestudy.system.damping import assign_columns
 
 
 def pair_modes(modes, others):
@@ -36,7 +36,7 @@ def pair_modes(modes, others):
             interpolated = _interpolation(meshes[cable], mesh) @ modes.displacements[cable].swapaxes(0, 1)
             momentum = mass * _mass_shares(mesh)[:, None, None] * others.displacements[cable]
             products.append(_product(interpolated.swapaxes(0, 1), momentum))
-    return assigned(sum(products) ** 2)[1]
+    return assign_columns(sum(products) ** 2)[1]
 
 
 def _product(first, second):

@@ -61,7 +61,7 @@ def poles_in_windows(matrices, omega):
         (poles,), vectors = eigen([matrix[None, near[:, None], near] for matrix in matrices], omega[None, near])
         high = np.inf if is_last else _gap_near(np.abs(poles), size[end])
         inside = (np.abs(poles) >= low) & (np.abs(poles) < high)
-        amplitudes = shapes(vectors, omega[None, near])[0][:, inside]
+        amplitudes = mode_amplitudes(vectors, omega[None, near])[0][:, inside]
         windows.append(_completed(coupling, diagonal, near, poles[inside], amplitudes))
         low, begin = high, max(np.searchsorted(size, high), begin + 1)
     poles, left, slope = (np.concatenate(arrays, axis=-1) for arrays in zip(*windows, strict=True))
@@ -85,7 +85,7 @@ def eigen(matrices, omega):
     -------
     poles : ndarray, shape (r, N)
     vectors : ndarray, shape (r, N, N)
-        Eigenvectors of the linear problem, from which `shapes` takes the amplitudes of the modes.
+        Eigenvectors of the linear problem, from which `mode_amplitudes` takes the amplitudes of the modes.
     """
     (rows, n), states = omega.shape, len(matrices) - 1
     stiffness, *damping, mass = matrices
@@ -134,7 +134,7 @@ def _eigen_of_coupled(matrices, omega):
     return poles, vectors
 
 
-def shapes(vectors, omega):
+def mode_amplitudes(vectors, omega):
     """Amplitudes of the modes in the vectors of `eigen`, shape (r, n, N), for omega of shape (r, n)."""
     n = omega.shape[-1]
     return vectors[:, :n] / (1 if vectors.shape[1] == n else omega[:, :, None])

@@ -63,7 +63,7 @@ def bounds(suspension, rotation, arms, ends, strain, cables, tension, links=None
     links : Links, optional
     """
     of_cables = _of_tensions(ends[..., suspension.of_cables, :, :], strain, cables, tension)
-    of_links = (None, None) if links is None else of_springs(ends[..., len(suspension.cable_names) :, :, :], links)
+    of_links = (None, None) if links is None else of_link_forces(ends[..., len(suspension.cable_names) :, :, :], links)
     least, most = (joined(*rounding, axis=-1) for rounding in zip(of_cables, of_links, strict=True))
     center, weight = tangent.weights(suspension, rotation)
     force, moment = size(suspension.force), size(suspension.moment)
@@ -78,7 +78,7 @@ def bounds(suspension, rotation, arms, ends, strain, cables, tension, links=None
     ))  # fmt: skip
 
 
-def of_values(ends, strain, cables, given, value):
+def of_stated(ends, strain, cables, given, value):
     """Relative rounding of the tensions and sags that cables state: `Bounds` of shape (..., c).
 
     Parameters
@@ -110,7 +110,7 @@ def _of_tensions(ends, strain, cables, tension):
     return least, least + stiffness * (length + coordinate)
 
 
-def of_springs(ends, links):
+def of_link_forces(ends, links):
     """Rounding of the force of each of some `Links` over eps: `Bounds.least` and `most`, shape (..., l). [N]"""
     coordinate, least = largest(largest(ends)), 2 * np.abs(links.force)
     return least, least + links.stiffness * links.length + (links.stiffness + np.abs(links.across)) * coordinate

@@ -58,16 +58,12 @@ class Stability:
 
 
 def stability_of(equilibrium):
-    """Decide whether equilibria are stable, by the least eigenvalue of the scaled tangent stiffness of each.
+    """`Stability` of equilibria, by the least eigenvalue of the scaled tangent stiffness of each.
 
     Parameters
     ----------
     equilibrium : Equilibrium
         Of one case or a batch.
-
-    Returns
-    -------
-    Stability
     """
     suspension, blocks = equilibrium.suspension, _blocks_without_loose_cables(equilibrium)
     if not suspension.free.any():

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.system.first_order import LinearControl, rows
+from cablestudy.system.first_order import LinearControl, state_rows
 from cablestudy.system.residues import Residues, eigen_of_rows
 
 
@@ -36,7 +36,8 @@ class StateSpaces:
 
     def __init__(self, motion, control=None, actuators=()):
         self.motion, self._control, self._actuators = motion, control, actuators
-        self.equations, self.a, (self._reeled, self._speed), self._outputs = rows(motion, None, control, actuators)
+        rows = state_rows(motion, None, control, actuators)
+        self.equations, self.a, (self._reeled, self._speed), self._outputs = rows
         # a force changes an output at once by the accelerations z'' and, with a loop, by rates and accelerations of
         # winches: at once its output is this matrix times the change of the states
         self._at_once = np.zeros(self._outputs.shape, self._outputs.dtype)

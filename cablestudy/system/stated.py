@@ -405,7 +405,7 @@ def first_strains(span, given, value):
     return np.where(np.isfinite(strain), strain, 0.0)
 
 
-def fit(span, given, value, strain):
+def fit_strains(span, given, value, strain):
     """Chord strains (chord over unstretched length, less 1) with which cables have their stated values, by iteration.
 
     Parameters

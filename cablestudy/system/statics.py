@@ -14,17 +14,17 @@ from cablestudy.system.descent import (
     UNMET,
     PoseState,
     assign_rows,
-    at_ends,
     copy_record,
     descend,
     displaced,
+    end_forces_and_stiffness,
     extent,
     search,
     spans,
     take_rows,
 )  # fmt: skip
 from cablestudy.system.links import Links
-from cablestudy.system.rounding import Bounds, of_values
+from cablestudy.system.rounding import Bounds, of_stated
 from cablestudy.system.stability import UNSTABLE
 from cablestudy.system.suspension import GIVEN, GROUND, Equilibrium
 from cablestudy.system.tolerances import SYSTEM
@@ -156,16 +156,12 @@ def search_with_softer_cables(suspension):
 
 
 def start(suspension):
-    """State in which a search begins: lengths for which the cables have what they state where the bodies are.
+    """`PoseState` in which a search begins: lengths for which the cables have what they state where the bodies are.
 
     Parameters
     ----------
     suspension : SuspendedSystem
         With cases of shape (n,).
-
-    Returns
-    -------
-    PoseState
     """
     arms = suspension.arms(suspension.rotation)
     ends = suspension.ends(suspension.position, suspension.rotation)
@@ -193,7 +189,7 @@ def with_lengths(state, change):
     return replace(state, length=state.length * (1 + change), strain=strain, tension=unknown)
 
 
-def errors(suspension, state, which):
+def stated_errors(suspension, state, which):
     """Errors of stated preloads, sags and tensions in a state.
 
     Parameters
@@ -214,7 +210,7 @@ def errors(suspension, state, which):
     """
     cables = catenary.solve(spans(suspension, state), state.tension)
     error = (stated.actual_values(cables, suspension.given) / suspension.value - 1)[:, which]
-    rounding = of_values(state.ends[:, suspension.of_cables], state.strain, cables, suspension.given, suspension.value)
+    rounding = of_stated(state.ends[:, suspension.of_cables], state.strain, cables, suspension.given, suspension.value)
     rounding = Bounds(rounding.least[:, which], rounding.most[:, which])
     return np.where(np.isfinite(error), error, np.inf), rounding, cables
 
@@ -242,7 +238,7 @@ def satisfy_stated(suspension, state, record):
     final, final_record = copy_record(state), copy_record(record)
     active, subset = np.arange(len(state.length)), suspension
     best_error, slow_steps = np.full(len(active), np.inf), np.zeros(len(active), dtype=int)
-    error, _, cables = errors(subset, state, which)
+    error, _, cables = stated_errors(subset, state, which)
     for _ in range(SYSTEM.equilibrium_steps):
         step, change = coupled_step(subset, state, cables, which, error)
         state, error, rounding, cables, record = backtrack(subset, state, step, change, which, error)
@@ -275,7 +271,7 @@ def backtrack(suspension, state, step, length_change, which, error):
     Parameters
     ----------
     suspension, state, which, error
-        As of `errors`.
+        As of `stated_errors`.
     step, length_change
         As of `coupled_step`.
 
@@ -283,7 +279,7 @@ def backtrack(suspension, state, step, length_change, which, error):
     -------
     state : PoseState
     error, rounding, cables
-        As of `errors`, in this state.
+        As of `stated_errors`, in this state.
     record : SearchRecord
         Of the search for the equilibrium.
     """
@@ -291,7 +287,7 @@ def backtrack(suspension, state, step, length_change, which, error):
     for _ in range(SYSTEM.equilibrium_halvings):
         trial = with_lengths(displaced(suspension, state, step * share[:, None, None]), length_change * share[:, None])
         trial, record = descend(suspension, trial, SYSTEM.next_equilibrium_steps)
-        trial_error, rounding, cables = errors(suspension, trial, which)
+        trial_error, rounding, cables = stated_errors(suspension, trial, which)
         larger = ~(log_error(trial_error) < error_before) & (np.abs(trial_error) > rounding.most).any(axis=-1)
         worse = larger | ~record.converged
         if not worse.any():
@@ -311,7 +307,7 @@ def coupled_step(suspension, state, cables, which, error):
     Parameters
     ----------
     suspension, state, which
-        As of `errors`, `cables` and `error` its results.
+        As of `stated_errors`, `cables` and `error` its results.
 
     Returns
     -------
@@ -329,7 +325,7 @@ def coupled_step(suspension, state, cables, which, error):
     than `length_change`.
     """
     rates = stated.rates(cables, suspension.given)
-    forces, stiffness, _ = at_ends(suspension, state, cables, rates.stiffness)
+    forces, stiffness, _ = end_forces_and_stiffness(suspension, state, cables, rates.stiffness)
     blocks = tangent.blocks(suspension, state.rotation, state.arms, forces, stiffness)
     measure, factor = stated.linear_measure(error, np.array(suspension.given, dtype=object)[which])
     value = suspension.value[:, which] / np.where(np.isfinite(factor), factor, 1.0)

@@ -121,15 +121,11 @@ class Superelement:
         return connected(*self.matrices(), np.arange(n + size.shape[1]) >= n)[:n]
 
     def select(self, chosen):
-        """Copy of the cable with only some modes; its static stiffness stays exact.
+        """`Superelement` of the cable with only some modes; its static stiffness stays exact.
 
         Parameters
         ----------
         chosen : array of int or bool
-
-        Returns
-        -------
-        Superelement
         """
         strain = self.strain
         if strain is not None:
@@ -144,7 +140,7 @@ class Superelement:
             air=None if self.air is None else self._with_ends(self.air, chosen),
         )
 
-    def at_ends(self, shapes):
+    def with_end_shapes(self, shapes):
         """Copy of the cable whose ends move in e shapes alone: these take the place of the six end displacements.
 
         Parameters

@@ -259,7 +259,7 @@ class Equilibrium:
     catenary : Catenary
         Of all cables, shape (..., c).
     record : SearchRecord
-        Of the pose search (`statics.SearchRecord`).
+        Of the pose search (`descent.SearchRecord`).
     links : Links or None
     """
 

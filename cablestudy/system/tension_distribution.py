@@ -43,7 +43,7 @@ class Distribution:
 
 
 def distribute(by_tension, by_unbounded, right, method, reference, low, high, damping, current):
-    """Solve n problems of the module's docstring: tensions within bounds that balance loads, chosen by a method.
+    """Solve n problems of the module's docstring: tensions within bounds that balance loads: `Distribution`.
 
     Parameters
     ----------
@@ -61,10 +61,6 @@ def distribute(by_tension, by_unbounded, right, method, reference, low, high, da
         iteration; the changes of small tensions, whose forces are the least linear, weigh more. [-]
     current : ndarray, shape (n, m)
         Present tensions, above zero, changes from which are damped. [N]
-
-    Returns
-    -------
-    Distribution
     """
     count = by_tension.shape[-1]
     matrix = np.concatenate([by_tension, by_unbounded], axis=-1)

@@ -3,21 +3,21 @@
 from cablestudy.system.tolerances import SYSTEM
 
 
-def together(rows, numbers, size):
-    """Yield lists of rows that are computed in one call, each row once.
+def batches(rows, key, size):
+    """Yield lists of rows with equal keys that are computed in one call, each row once.
 
     Parameters
     ----------
     rows : iterable
         Objects, some perhaps more than once: rows of a table may share one.
-    numbers : callable
+    key : callable
         Row -> what rows of one list have in common.
     size : callable
         Row -> size of its square matrices, which bounds how many rows memory holds at once.
     """
     found = {}
     for row in dict.fromkeys(rows):
-        found.setdefault(numbers(row), []).append(row)
+        found.setdefault(key(row), []).append(row)
     for members in found.values():
         at_once = max(1, SYSTEM.entries_at_once // max(1, size(members[0])) ** 2)
         for begin in range(0, len(members), at_once):

@@ -133,18 +133,27 @@ def _sampled(equilibrium):
         which = np.flatnonzero(free)
         free_forces = forces.reshape(every.shape).take(which, axis=-2)
         every[..., which, :] = _solved(suspension, _blocks(equilibrium, stiffness, length_known), free_forces)
-        by_body = np.where(end == 1, 1.0, -1.0)[:, None, None] * stiffness[..., cable, 1, :, :]
-        by_body = np.concatenate([by_body, cross(arm[..., None, :], by_body)], axis=-1)  # K [I, -[r x]]
-        lead, samples = tension.shape[:-3], tension.shape[-1]
-        for owner, of_owner in ends_of_bodies:
-            count = of_owner.stop - of_owner.start
-            all_ends = by_body[..., of_owner, :, :].reshape(*lead, 3 * count, 6)  # one below the other
-            by_ends = (all_ends @ displacement[..., owner, :, :]).reshape(*lead, count, 3, samples)
-            for place, of_cable in enumerate(cable[of_owner].tolist()):
-                tension[..., of_cable, :, :] += by_ends[..., place, :, :]
+        by_end = np.where(end == 1, 1.0, -1.0)[:, None, None] * stiffness[..., cable, 1, :, :]
+        by_body = np.concatenate([by_end, cross(arm[..., None, :], by_end)], axis=-1)  # K [I, -[r x]]
+        _add_by_displacements(tension, by_body, displacement, cable, ends_of_bodies)
     unit = np.maximum(cables.max_tension, SYSTEM.tiny)
     unit = joined(unit, equilibrium.links and np.ones_like(equilibrium.links.extension), -1)
     return _rms(displacement), _rms(size(np.swapaxes(tension, -1, -2)) / unit[..., None])
+
+
+def _add_by_displacements(tension, by_body, displacement, cable, ends_of_bodies):
+    """Add to tension vectors, (..., c + l, 3, samples), what displacements of bodies, (..., b, 6, samples), change.
+
+    `by_body` is the tension vector per displacement of the body at each held end, (..., h, 3, 6); `cable` the cable or
+    link of that end, (h,); `ends_of_bodies` has pairs of a body and the slice of the ends that it holds.
+    """
+    lead, samples = tension.shape[:-3], tension.shape[-1]
+    for owner, of_owner in ends_of_bodies:
+        count = of_owner.stop - of_owner.start
+        all_ends = by_body[..., of_owner, :, :].reshape(*lead, 3 * count, 6)  # one below the other
+        by_ends = (all_ends @ displacement[..., owner, :, :]).reshape(*lead, count, 3, samples)
+        for place, of_cable in enumerate(cable[of_owner].tolist()):
+            tension[..., of_cable, :, :] += by_ends[..., place, :, :]
 
 
 def _force_changes(equilibrium, kinds):
@@ -191,7 +200,7 @@ def _with_links(equilibrium, stiffness, end_forces, changes, generator):
         Of the cables and then the links. [-]
     """
     links, ends = equilibrium.links, equilibrium.ends[..., len(equilibrium.suspension.cable_names) :, :, :]
-    least, most = rounding.of_springs(ends, links)
+    least, most = rounding.of_link_forces(ends, links)
     sign = generator.choice([-1.0, 1.0], size=(SYSTEM.samples + 1, least.shape[-1]))
     sign[-1] = 0.0  # the last sample is that of the residuals
     # force per relative rounding of lengths and places: stiffness times these
@@ -231,7 +240,7 @@ def _residuals(equilibrium, given, length_known):
     net, _ = tangent.net_forces(suspension, equilibrium.rotation, arms, equilibrium.end_forces, tension)
     bounds = rounding.bounds(suspension, equilibrium.rotation, arms, ends, strain, cables, tension, equilibrium.links)
     ends = ends[..., suspension.of_cables, :, :]
-    of_values = rounding.of_values(ends, strain, cables, given, suspension.value).least
+    of_values = rounding.of_stated(ends, strain, cables, given, suspension.value).least
     of_lengths = LENGTH * (1 + largest(largest(ends)) / cables.span.chord)
     error = np.where(length_known, 0.0, stated.actual_values(cables, given) / suspension.value - 1)
     return net, bounds.least, error, np.where(length_known, of_lengths, of_values)

@@ -44,7 +44,7 @@ class Arc:
 
     @property
     def order(self):
-        """Of its polynomials."""
+        """Order of the polynomials of the element."""
         return len(self.nodes) - 1
 
     @cached_property

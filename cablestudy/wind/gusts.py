@@ -154,7 +154,7 @@ class Gusts:
         return covariance
 
     def _table_weights(self, kappa):
-        """Weights of the k covariances of `_table` in an interpolated one: of entries with cables, and between bodies.
+        """Weights of the k tabulated covariances (`_table`) by which one is interpolated at a decay kappa of coherence.
 
         Parameters
         ----------
@@ -164,6 +164,7 @@ class Gusts:
         Returns
         -------
         for_cables, for_bodies : ndarray, shape (k, f)
+            For the entries of the matrix with cables, and for those between bodies.
         """
         table_kappa = self._table[0]
         if table_kappa is None:

@@ -27,7 +27,7 @@ from cablestudy.system.tangent import GROUND
 from cablestudy.system.tolerances import SYSTEM
 from cablestudy.wind.tolerances import WIND
 
-LOADS = ("force", "moment", "cable_wind")  # fields of a `Suspension` that the wind changes
+LOADS = ("force", "moment", "cable_wind")  # fields of a `SuspendedSystem` that the wind changes
 
 
 @dataclass(frozen=True)
@@ -180,7 +180,7 @@ def equilibrium_in_wind(without_wind, drag):
 
 
 def _inputs_in_wind(suspension, equilibrium, drag):
-    """Fields of the `Suspension` for the next search, a dict: loads by the wind on an equilibrium, and the start."""
+    """Fields of the `SuspendedSystem` for the next search: loads by the wind on an equilibrium, and the start; dict."""
     force, arm = body_forces(drag, equilibrium.rotation)
     if drag.profile is not None:
         force = force * drag.profile.pressure(equilibrium.position + arm)[..., None]

@@ -235,7 +235,7 @@ def nodal_shapes(models, kept, cables):
 
 
 def midspan_shapes(models, kept, catenary):
-    """Displacements at mid-span of each cable along the axes of its chord frame, per coordinate: list of ndarray.
+    """Displacements at mid-span of each cable along the axes of its chord frame, per coordinate: list of (3, k).
 
     Parameters
     ----------
@@ -243,10 +243,6 @@ def midspan_shapes(models, kept, catenary):
         As for `nodal_shapes`.
     catenary : Catenary
         Of the c cables.
-
-    Returns
-    -------
-    list of ndarray, shape (3, k)
     """
     at_midspan = []
     for cable, mesh, _, shapes in nodal_shapes(models, kept, np.arange(len(kept))):

@@ -38,7 +38,7 @@ def deflections(case, abscissa, label):
         Height of a panel [in], and the function that draws it in a cell of the grid of a figure.
     """
     span, (mesh, *nodal) = case.span, nodal_deflections(case)
-    positions, deflection = between_nodes(mesh, np.stack(nodal, axis=-1))  # shape (j, 3, 2), last axis: full, linear
+    positions, deflection = interpolate_elements(mesh, np.stack(nodal, axis=-1))  # (j, 3, 2), last axis: full, linear
     along, across, sideways = deflection[:, 0], deflection[:, 1], deflection[:, 2]  # of the chord
     level, up = span.cosine * along - span.sine * across, span.sine * along + span.cosine * across
     movement = {"vertical": up, "sideways": sideways, "horizontal": level}
@@ -57,7 +57,7 @@ def deflections(case, abscissa, label):
     return [(HEIGHT, paint) for paint in painted]
 
 
-def between_nodes(mesh, nodal):
+def interpolate_elements(mesh, nodal):
     """Interpolate nodal values within the elements, by their polynomials, to draw smooth curves.
 
     Parameters

@@ -137,10 +137,10 @@ class _Picture:
     @cached_property
     def panels(self):
         """List of (height [in], function that draws the panel: figure, cell of its grid -> None)."""
-        plane, panels = self.plane, [(4.2, self._against_length)] if self.upright else self._views()
+        plane, panels = self.plane, [(4.2, self._draw_against_length)] if self.upright else self._views()
         aside = [np.abs(self._aside(drawing)).max(initial=0.0) / drawing.size for drawing in self.drawings if plane]
         if max(aside, default=0.0) > SIDEWAYS and not self.loaded:
-            panels.append((2.6, self._along_the_span))
+            panels.append((2.6, self._draw_along_span))
         if self.loaded:
             cable, first = self.case.hanging(next(iter(self.case.scene.cables))), self.first
             x, label = (first.lengths[0], LENGTH) if self.upright else (plane(first.cables[0])[:, 0], plane.labels[0])
@@ -162,7 +162,7 @@ class _Picture:
         if hidden:
             panels = panels if self.alone or grounds[0] is not None else []
             window = Window(self.plane(self.places)[:, 0], np.append(below, 0.0), 0.26)
-            panels.append((2.6, partial(self._from_the_chord, window)))
+            panels.append((2.6, partial(self._draw_from_chord, window)))
         return panels
 
     def _chosen_views(self):
@@ -239,8 +239,8 @@ class _Picture:
         axes.autoscale_view()
         return lines
 
-    def _from_the_chord(self, window, figure, cell):
-        """Height above the chord at the same horizontal distance."""
+    def _draw_from_chord(self, window, figure, cell):
+        """Draw the height of each cable above its chord over the horizontal distance, in a cell of a figure's grid."""
         axes, plane = figure.add_subplot(cell), self.plane
         lines = self._draw(axes, lambda drawing: (plane(drawing.cables)[..., 0], drawing.below))
         window.apply(axes)
@@ -256,8 +256,8 @@ class _Picture:
         """Distances from the ends of each cable of a drawing out of the plane, shape (c, j). [m]"""
         return (drawing.cables - drawing.ends[:, :1]) @ np.cross(self.plane.axes[:, 1], self.plane.axes[:, 0])
 
-    def _along_the_span(self, figure, cell):
-        """Sideways against height from the chord: a cable is a line at its angle of swing."""
+    def _draw_along_span(self, figure, cell):
+        """Draw the cables as seen along the span, from their chords: each is a line at its angle of swing."""
         axes = figure.add_subplot(cell)
         self._draw(axes, lambda drawing: (self._aside(drawing), drawing.below), label="")
         for drawing, look in zip(self.drawings, self.looks, strict=True):
@@ -271,8 +271,8 @@ class _Picture:
         axes.set_title("Seen along the span, true to scale", loc="left", color=GREY)
         plain(axes, 8, 5)
 
-    def _against_length(self, figure, cell):
-        """Of cables too steep for a horizontal distance: height against length, and beside it against tension."""
+    def _draw_against_length(self, figure, cell):
+        """Draw cables too steep for a horizontal distance: height against length, and beside it against tension."""
         left, right = cell.subgridspec(1, 2, width_ratios=(3, 2)).subplots(sharey=True)
         plane, green = self.plane, {"colours": GREEN} if self.alone and self.first.single else {}
         lines = self._draw(left, lambda drawing: (drawing.lengths, plane(drawing.cables)[..., 1]))

@@ -227,7 +227,7 @@ def _eigenvalues(value):
 
 
 def _numbers(axes, closed_loop):
-    """The margins as text."""
+    """Write the margins as text."""
     axes.set_axis_off()
     limit, loop, law = _has_limit(closed_loop), closed_loop.loop, closed_loop.loop.law
     largest = closed_loop.largest_gain if limit else None

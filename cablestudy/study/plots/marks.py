@@ -179,9 +179,9 @@ def mark_clearance(axes, room, line, ground, least):
 
 
 def mark_sag(axes, room, middle, sag):
-    """Dimension of a sag below the middle of a chord on the paper, as in an engineering drawing, where there is room.
+    """Draw the dimension of a sag below the middle of a chord, as in an engineering drawing, where there is room.
 
-    Equal ones at one place have one dimension; one that would stand on the arrow of a load has none.
+    Equal sags at one place have one dimension; one that would stand on the arrow of a load has none.
     """
     down = np.array([0.0, sag])
     if not room.reserve(middle - down, middle):

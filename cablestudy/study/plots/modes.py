@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from cablestudy.scene.determinacy import ROTATIONS
 from cablestudy.scene.words import counted
-from cablestudy.study.plots.deflection import between_nodes
+from cablestudy.study.plots.deflection import interpolate_elements
 from cablestudy.study.plots.drawing import FLAT, View, drawing_of, upright_plane
 from cablestudy.study.plots.marks import draw_body, draw_lines, draw_points, scale_bar
 from cablestudy.study.plots.style import (
@@ -140,7 +140,7 @@ def mode_shapes(case, modes, share=None):
 
 def _of_cable(case, modes, count):
     """`ModeDrawing` of each of the first modes of a cable, in directions along, across and sideways of its chord."""
-    positions, shapes = between_nodes(case.state.mesh, modes.shapes[..., :count])
+    positions, shapes = interpolate_elements(case.state.mesh, modes.shapes[..., :count])
     places = case.statics.shape(positions)[0] * float(case.span.unstretched_length)
     places[:, 0] += positions * float(case.span.chord)
     tangent = np.gradient(places, positions, axis=0)
@@ -221,7 +221,7 @@ def _moving_cables(equilibrium, modes, number):
     for start, mesh, nodal in zip(starts, modes.solution.models.meshes, modes.nodes(number), strict=True):
         places_and_moves = np.stack(nodal)
         if mesh is not None:
-            _, between = between_nodes(mesh, np.moveaxis(places_and_moves, 0, 1))
+            _, between = interpolate_elements(mesh, np.moveaxis(places_and_moves, 0, 1))
             between = np.moveaxis(between, 1, 0)
             step = max(1, (between.shape[1] - 1) // POINTS)
             places_and_moves = np.concatenate([between[:, :-1:step], between[:, -1:]], axis=1)

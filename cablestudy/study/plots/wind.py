@@ -123,7 +123,7 @@ def _check_range(states, kinds):
 
 
 def _speed(axes, winds, frequency, body):
-    """Spectrum of the longitudinal wind speed, and of its average over the body."""
+    """Draw the spectrum of the longitudinal wind speed, and of its average over the body."""
     closed_loop, bodies = winds[0].closed_loop, winds[0].closed_loop.equilibrium.suspension.body_names
     on_bodies = body in bodies and any(not wind.airflow.side for wind in winds)
     wind = closed_loop.scene.wind

@@ -96,13 +96,13 @@ def _damping_ratios(modes, airflows):
     search, exact = _PoleSearch(modes, airflows), modes[0].exact
     models = search.trial.coordinates.models
     all_modes = exact or modes[0].damped[0].solution.model.complete
-    fine = models if all_modes else models.with_all_motion(STUDY.damped_pole_freedoms)
+    fine = models if all_modes else models.with_all_displacements(STUDY.damped_pole_freedoms)
     poles, near = search.poles(fine)
     ratio, finest = _ratios(poles), search.any_cable(_differ(models.meshes, fine.meshes))
     estimated = (ratio > 0) & (ratio < 1) & (not exact)
     coarse_poles = near = np.where(estimated, poles, near)
     if estimated.any():
-        coarse = models.with_all_motion(STUDY.damped_pole_freedoms, coarser=SYSTEM.finer_orders)
+        coarse = models.with_all_displacements(STUDY.damped_pole_freedoms, coarser=SYSTEM.finer_orders)
         coarse_poles = search.poles_near(coarse, np.where(estimated, poles, np.nan), STUDY.known_pole_distance)
     change = np.abs(_ratios(coarse_poles) - ratio) / np.where(estimated, ratio, 1.0)
     error = np.where(estimated, np.maximum(STUDY.coarser_mesh_safety * change, STUDY.rounding), np.nan)

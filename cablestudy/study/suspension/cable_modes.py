@@ -104,7 +104,7 @@ class CableModes:
         if self._scene.model.elements is not None:
             return case.frequency(*column.mode), np.nan
         # finer models are made until the frequency is known to the accuracy
-        search = Refinement(case, required.sample, *needs_of(case, required))
+        search = Refinement(case, required.frequencies, *needs_of(case, required))
         refine([search], solve_models)
         if column.header not in search.values:
             raise search.failures.get(column.header) or search.failures[None]

@@ -365,10 +365,6 @@ def find(name):
     ----------
     name : str
 
-    Returns
-    -------
-    Column
-
     Raises
     ------
     ValueError

@@ -99,7 +99,7 @@ class DrivenCables:
 
     @cached_property
     def _kept_and_loop_gain(self):
-        """`kept` and `loop_gain`."""
+        """`kept` and `loop_gain`, those of other `DrivenCables` where these have the same modes in the loop."""
         in_loop = self._in_loop
         for other in self._alike:
             if all(map(np.array_equal, other._in_loop, in_loop)):
@@ -149,7 +149,7 @@ class DrivenCables:
 
     @cached_property
     def _limit_and_resolving(self):
-        """`limit` and `resolving`."""
+        """`limit` and `resolving`: meshes are refined until they resolve the waves at the limit, as far as they can."""
         driven, limits = self, self.gains.limits
         for _ in range(STUDY.resolution_trials):
             if not limits or limits[0].factor > self._gain or driven.resolves(limits[0].omega):

@@ -37,7 +37,7 @@ from cablestudy.system.condensed_cables import laws_of
 from cablestudy.system.matrices import dense, solve
 from cablestudy.system.rigid import cross_matrix
 from cablestudy.system.suspension import outward
-from cablestudy.system.together import computed_together, together
+from cablestudy.system.together import batches, computed_together
 
 # growth over frequency by a gain that is no instability, however small the decay
 UNDAMPED = CONTROL.negligible_growth / 4
@@ -118,7 +118,7 @@ class Effects:
 
     @property
     def _size(self):
-        """Side of a square matrix with as many entries as `_driving_gain` and `_responses` have numbers."""
+        """Side of a square matrix with as many entries as `driving_gain` and `_responses` have numbers."""
         return ceil(sqrt(sum(map(prod, self._signature)) * len(self.omega)))
 
     @cached_property
@@ -134,7 +134,7 @@ class Effects:
 
         And |A| |C1 N|, the response of winches to what is measured, per gain, shape (f, i, k) [s].
         """
-        for members in together(effects, attrgetter("_signature"), attrgetter("_size")):
+        for members in batches(effects, attrgetter("_signature"), attrgetter("_size")):
             yield from zip(members, zip(*_responses_of_rows(members), strict=True), strict=True)
 
     def _shift_per_gain(self, cable, index, coupling):
@@ -166,7 +166,7 @@ class Effects:
     def driving_gain(effects):
         """Gain above which waves across and along each cable could be driven, shape (2, c, f). [rad/s]"""
         Effects._responses.compute(effects)
-        for members in together(effects, attrgetter("_signature"), attrgetter("_size")):
+        for members in batches(effects, attrgetter("_signature"), attrgetter("_size")):
             yield from zip(members, _driving_gains_of_rows(members), strict=True)
 
     def shortest_part(self, cable):

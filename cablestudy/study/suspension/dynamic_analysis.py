@@ -258,7 +258,7 @@ class DynamicAnalysis:
         return ends_move and any_grows_with_modes(self.scene.cables.values())
 
     @property
-    def doubt(self):
+    def error_note(self):
         """Text of a note where the error of the RMS of the bodies is unknown or above the accuracy; else empty.
 
         Raises
@@ -383,7 +383,7 @@ class DynamicAnalysis:
 
     @computed_together
     def _without_control(analyses):
-        """`at_rest` of a scene with control, made with those of the analyses that are computed together.
+        """`DynamicAnalysis` of the same scene without control, winches at rest; those of many are computed together.
 
         Without what a telescope sees: no column shows it with the winches at rest, and no model has modes for it.
         """

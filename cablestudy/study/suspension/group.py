@@ -9,7 +9,7 @@ import numpy as np
 from cablestudy.cable.catenary import Catenary
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import utilisation_of
-from cablestudy.study.load_cases import bounded, relative_change
+from cablestudy.study.load_cases import bounded_errors, relative_change
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.suspension.conductors import conductors_of
 from cablestudy.study.suspension.drag import drag_of
@@ -263,7 +263,7 @@ class Group:
         unforced = self._unforced.equilibrium
         uncertainty = self.equilibrium.uncertainty.place[index] + unforced.uncertainty.place[index]
         change = self._drag_change.displacement[index] - self._drag_change_unforced.displacement[index]
-        by_drag = bounded(STUDY.second_order * np.abs(change[:, :3]))
+        by_drag = bounded_errors(STUDY.second_order * np.abs(change[:, :3]))
         return self.equilibrium.position[index] - unforced.position[index], uncertainty[:, :3], by_drag
 
     @cached_property

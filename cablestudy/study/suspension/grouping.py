@@ -14,15 +14,11 @@ IN_MOTION = {"winches", "actuators", "control", "exposure", "correction"}  # key
 
 
 def cases_of(scenes):
-    """Cases of many scenes, those of equal names and connections solved together.
+    """List of `SuspensionCase` of many scenes, those of equal names and connections solved together.
 
     Parameters
     ----------
     scenes : sequence of SuspensionScene
-
-    Returns
-    -------
-    list of SuspensionCase
     """
     groups = {}
     first_scenes, runs = distinct_connections(scenes)

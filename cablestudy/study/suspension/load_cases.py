@@ -14,7 +14,7 @@ from cablestudy.cable.steady_drag import Profile, SteadyDrag
 from cablestudy.cable.vectors import size
 from cablestudy.study.load_cases import (
     DragErrors,
-    bounded,
+    bounded_errors,
     drag_width,
     elongation,
     ice_mass,
@@ -101,7 +101,7 @@ class DragChange:
     @property
     def uncertainty(self):
         """Errors of positions [m] and attitudes [rad], shape (n, b, 6)."""
-        return bounded(STUDY.second_order * np.abs(self.displacement))
+        return bounded_errors(STUDY.second_order * np.abs(self.displacement))
 
 
 def drag_change(equilibrium, drag):
@@ -204,7 +204,7 @@ class CablesOfCase:
 
 
 def loaded_state(reference, scenes, forced=True, cables=None):
-    """Find the equilibria of suspensions in the load cases of their scenes, with the lengths of the reference state.
+    """Find the `LoadedState` of suspensions in the load cases of their scenes, with the lengths of the reference state.
 
     Parameters
     ----------
@@ -216,10 +216,6 @@ def loaded_state(reference, scenes, forced=True, cables=None):
         Whether the forces of the load cases on bodies and points act too.
     cables : CablesOfCase, optional
         Cables as the cases change them; by default those of the reference state at the temperatures of the cases.
-
-    Returns
-    -------
-    LoadedState
 
     Raises
     ------

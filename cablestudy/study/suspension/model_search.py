@@ -74,7 +74,7 @@ def closed_loops_of(sizes, trial=0):
 
 
 def stable_without_loop(closed_loop):
-    """A `ClosedLoop`, or why there is none, which is stable with the winches at rest; raises as `controlled`."""
+    """The `ClosedLoop`, checked to be stable with the winches at rest; raises the error that came in its place, too."""
     result_of(closed_loop).check_open()
     return closed_loop
 

@@ -6,7 +6,7 @@ from cablestudy.cable.damping import grows_with_modes
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.scene.words import counted, first_of
 from cablestudy.study.columns import find
-from cablestudy.study.notes import DAMPING_IN_STATE_SPACES, averaged_wind, long_cables, of_comparison
+from cablestudy.study.notes import DAMPING_IN_STATE_SPACES, averaged_wind, comparison_notes, long_cables
 from cablestudy.study.tolerances import STUDY
 
 
@@ -37,8 +37,8 @@ def notes_of(case):
         *_of_load_case(case),
         *_of_slack(equilibrium),
         *_of_wind(case),
-        *(line for modes in case.largest_modes for line in of_modes(modes)),
-        *of_comparison(case.differences, case.reason),
+        *(line for modes in case.largest_modes for line in mode_notes(modes)),
+        *comparison_notes(case.differences, case.reason),
     )
 
 
@@ -174,7 +174,7 @@ def law_notes(loop):
         yield f"delay of {law.delay:.4g} s: Padé approximants, whose phase is right to 1e-7 up to {right_up_to:.4g} Hz"
 
 
-def of_modes(modes):
+def mode_notes(modes):
     """Yield notes on the coupled modes: their number, the model of each cable, and modes that coincide."""
     error = modes.error.max(initial=0.0)
     stated = "" if np.isnan(error) else f"; estimated error {error:.1e}"

@@ -19,12 +19,12 @@ from cablestudy.study.suspension.tension_waves import change_by_waves
 from cablestudy.study.suspension.turbulence import OWN, Turbulence
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.connected import observed
-from cablestudy.system.first_order import rows
+from cablestudy.system.first_order import state_rows
 from cablestudy.system.linear import LinearSystem
 from cablestudy.system.matrices import dense
 from cablestudy.system.residues import delayed_response
 from cablestudy.system.state_spaces import StateSpaces
-from cablestudy.system.together import computed_together, together
+from cablestudy.system.together import batches, computed_together
 from cablestudy.wind.strips import midspan_shapes
 
 TURN = 2 * np.pi
@@ -157,7 +157,7 @@ class Plant:
 
         Plants with equal numbers of everything are computed together: no digit of one depends on the others.
         """
-        for members in together(plants, lambda plant: signature(*plant._parts_of_system), _size):
+        for members in batches(plants, lambda plant: signature(*plant._parts_of_system), _size):
             systems = second_order_of_rows(*map(list, zip(*(plant._parts_of_system for plant in members), strict=True)))
             for row, (plant, mask) in enumerate(zip(members, observed(systems), strict=True)):
                 yield plant, (systems.take(row), mask)
@@ -198,7 +198,7 @@ class Plant:
 
     @computed_together
     def _loads_and_basis(plants):
-        """`_loads` and `_basis`; raises as `_parts_of_system`."""
+        """Static loads and reduction basis of each plant, `_loads` and `_basis`; raises as `_parts_of_system`."""
         Plant._system_and_observed.compute(plants)
         loads = {plant: plant._first_loads for plant in plants}
 
@@ -206,7 +206,7 @@ class Plant:
             """Numbers that plants have in common whose bases are computed together."""
             return plant._full_system.signature, plant.modes.shapes.shape, *(part.shape for part in loads[plant])
 
-        for members in together(plants, numbers, _size):
+        for members in batches(plants, numbers, _size):
             systems = LinearSystem.stack([plant._full_system for plant in members])
             first, moving = map(np.stack, zip(*(loads[plant] for plant in members), strict=True))
             inertia = systems.mass @ systems.compliance(moving)
@@ -225,7 +225,7 @@ class Plant:
         `_applied_loads`; the inertia of the responses to those at mid-spans of cables without a mode of their own in
         the model, which would else have the frequency of a string under one force, a tenth too high; with `responses`
         those by inertia and damping of moving bodies and winches, and by the inertia of the response to these: they are
-        what modes left out do to the motion and the damping of others, see `LinearSystem.few`.
+        what modes left out do to the motion and the damping of others.
         """
         return self._loads_and_basis[0]
 
@@ -370,7 +370,8 @@ class Plant:
         (approximate,) = space.residues(forces[None], self.direct[None], speeds)
         # the poles are those of a Padé approximant: above `right_up_to` the winches hardly move, and those at rest hold
         exact = ExactResponse(loop.motion, forces, loop, self.actuators, self.direct)
-        response, poles_at_rest = (exact.winch_speeds, exact.hardly_moved) if speeds else (exact.outputs, exact.alone)
+        pair = (exact.winch_speeds, exact.speeds_at_small_gain) if speeds else (exact.outputs, exact.open_loop)
+        response, poles_at_rest = pair
         return delayed_response(response, approximate, poles_at_rest, loop.right_up_to)
 
     @cached_property
@@ -426,9 +427,9 @@ class Plant:
         def numbers(plant):
             return plant.motion.signature, *(one.wheel for one in plant.actuators)
 
-        for members in together(plants, numbers, _size):
+        for members in batches(plants, numbers, _size):
             motion = LinearSystem.stack([plant.motion for plant in members])
-            count, outputs = len(motion), rows(motion, actuators=members[0].actuators)[-1]
+            count, outputs = len(motion), state_rows(motion, actuators=members[0].actuators)[-1]
             squares = np.abs(outputs[..., : 2 * count]) ** 2
             stiffness, mass = (np.diagonal(part, axis1=-2, axis2=-1) for part in (motion.stiffness.real, motion.mass))
             by_displacements = squares[..., :count] * (motion.unit**2 / stiffness)[:, None, :]
@@ -476,7 +477,7 @@ class Plant:
         Raises NoSolutionError where the plant has too many coordinates for a linear system.
         """
         Plant._loads_and_basis.compute(plants)
-        for members in together(plants, lambda plant: (plant._full_system.signature, plant._basis[1].shape), _size):
+        for members in batches(plants, lambda plant: (plant._full_system.signature, plant._basis[1].shape), _size):
             systems = LinearSystem.stack([plant._full_system for plant in members])
             omega, shapes = map(np.stack, zip(*(plant._basis for plant in members), strict=True))
             air = np.stack([np.broadcast_to(plant._winches_and_air[1], (omega.shape[-1],) * 2) for plant in members])

@@ -9,7 +9,7 @@ import numpy as np
 from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
 from cablestudy.study.column import relative
 from cablestudy.study.columns import find
-from cablestudy.study.notes import of_comparison
+from cablestudy.study.notes import comparison_notes
 from cablestudy.study.report import STATE, modes_as_rows, shapes_table
 from cablestudy.study.suspension.columns import body_columns, cable_columns, has_key, link_columns, point_columns
 from cablestudy.study.suspension.notes import slack_cables
@@ -56,16 +56,16 @@ def static_tables(case, only=None, failures=None):
 
     def of_cables():
         names = case.with_all_cables.cables
-        return _with_state(case, listed(case, names, columns_of_cable, cable_columns(""), failures))
+        return _with_state(case, table_by_name(case, names, columns_of_cable, cable_columns(""), failures))
 
     makers = {  # of bodies without the last column, the mass; of points the coordinates alone
-        "bodies": lambda: listed(case, bodies, lambda name: body_columns(name)[:-1], body_columns("")[:-1]),
-        "points": lambda: listed(case, points, lambda name: point_columns(name)[:3], point_columns("")[:3]),
+        "bodies": lambda: table_by_name(case, bodies, lambda name: body_columns(name)[:-1], body_columns("")[:-1]),
+        "points": lambda: table_by_name(case, points, lambda name: point_columns(name)[:3], point_columns("")[:3]),
         "cables": lambda: _with_secondary_columns(of_cables()),
         "stiffness": lambda: _stiffness_table(case),
     }
     if case.scene.links:
-        makers["links"] = lambda: listed(case, list(case.scene.links), link_columns, failures=failures)
+        makers["links"] = lambda: table_by_name(case, list(case.scene.links), link_columns, failures=failures)
     return {name: make() for name, make in chosen_tables(makers, only).items()}
 
 
@@ -107,7 +107,7 @@ def _with_state(case, table):
     return replace(table, fields=(table.fields[0], replace(STATE, label=True), *table.fields[1:]), rows=rows)
 
 
-def listed(case, names, columns_of, kinds=(), failures=None):
+def table_by_name(case, names, columns_of, kinds=(), failures=None):
     """Table with one row for each body, cable or other name, and its quantities as columns.
 
     Parameters
@@ -366,4 +366,4 @@ def mode_notes(case, modes, count):
     if case.model is None:
         return ()
     errors = [None if np.isnan(error) else error for error in mode_errors(case, modes, count)[0].tolist()]
-    return tuple(of_comparison({f"mode {k}": error for k, error in enumerate(errors, 1)}, case.reason))
+    return tuple(comparison_notes({f"mode {k}": error for k, error in enumerate(errors, 1)}, case.reason))

@@ -88,7 +88,7 @@ class SuspensionChoice(CoupledChoice):
         return [*strength_warning(self.case), *self._truncated(), *self._response_beyond()]
 
     def _truncated(self):
-        """What a truncation makes of the static response of the first pair: at most one line."""
+        """Yield a warning, at most one: the static response of the first pair as truncated, and the right one."""
         if self.options.residual:
             return
         (output, input_), still, (below, above) = self.pairs[0], np.zeros(1), self.names
@@ -216,7 +216,7 @@ def _fewest(case, options, highest):
 
 
 def _winches_and_markers(case):
-    """Those of the scene, as the linear model takes them: lists of Winch and of Marker."""
+    """Winches and markers of the scene, as the linear model takes them: lists of Winch and of Marker."""
     return winches_of(case.scene, list(case.scene.cables)), markers_of(case.scene)
 
 

@@ -28,7 +28,7 @@ class CoupledChoice(Choice):
 
     @property
     def poles(self):
-        """Of what a response shows. [rad/s]"""
+        """Poles of the system whose response is shown. [rad/s]"""
         return np.linalg.eigvals(self.system().a)
 
     def mode_table(self):
@@ -154,7 +154,7 @@ def _of_loop(closed_loop):
 
 
 def choose_controlled(document, scene, options, highest=None):
-    """Choose the coupled modes that a state space keeps of a suspension with its actuators, or with its loop too.
+    """`ControlledChoice` of the modes that a state space keeps of a suspension with its actuators, or its loop too.
 
     The loop follows from a model with enough modes, and is then closed on the modes that are kept.
 
@@ -167,10 +167,6 @@ def choose_controlled(document, scene, options, highest=None):
         Without `error`.
     highest : float, optional
         Highest frequency of a response, up to which modes are kept where the options state no other choice. [Hz]
-
-    Returns
-    -------
-    ControlledChoice
 
     Raises
     ------

@@ -12,7 +12,7 @@ import numpy as np
 from cablestudy.control.loop_state_space import ExactResponse
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.state_spaces import StateSpaces
-from cablestudy.system.together import computed_together, together
+from cablestudy.system.together import batches, computed_together
 from cablestudy.wind.integrals import Integrals, variances_of_rows
 from cablestudy.wind.tolerances import WIND
 from cablestudy.wind.variance import smooth_on, with_turns
@@ -46,7 +46,7 @@ class Turbulence:
         Equations and poles are kept in the loops too.
         """
         without_delay = [one for one in turbulences if not one.has_delay]
-        for members in together(without_delay, lambda one: one._signature, lambda one: 2 * len(one.plant.motion)):
+        for members in batches(without_delay, lambda one: one._signature, lambda one: 2 * len(one.plant.motion)):
             loops = [turbulence.loop for turbulence in members] if members[0].loop else None
             motions = [turbulence.plant.motion for turbulence in members]
             space = StateSpaces.of(motions, loops, members[0].plant.actuators)

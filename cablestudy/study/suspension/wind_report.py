@@ -12,7 +12,7 @@ from cablestudy.study.column import lacks
 from cablestudy.study.notes import beyond_linear, larger_by_loop
 from cablestudy.study.status import SLACK
 from cablestudy.study.suspension.columns import cable_columns, has_key, linear_ranges
-from cablestudy.study.suspension.report import cells_of, chosen_tables, listed
+from cablestudy.study.suspension.report import cells_of, chosen_tables, table_by_name
 from cablestudy.study.suspension.wind_columns import (
     LOOP,
     WINCHES,
@@ -62,16 +62,16 @@ def wind_tables(document, case, only=None):
     chosen = chosen_tables(TABLES, only)
     if only and not getattr(scene, chosen[only][0]):
         raise SceneError(f"--table {only}: the scene has no {chosen[only][0]}")
-    return made(case, {name: make for name, (key, make) in chosen.items() if getattr(scene, key)})
+    return make_tables(case, {name: make for name, (key, make) in chosen.items() if getattr(scene, key)})
 
 
 def loop_tables(case, only=None):
     """The tables `loop` and `coordinates`, or the one named by `only`; returns and raises as `wind_tables`."""
     makers = {"loop": loop_table, "coordinates": coordinate_table}
-    return made(case, chosen_tables(makers, only))
+    return make_tables(case, chosen_tables(makers, only))
 
 
-def made(case, makers):
+def make_tables(case, makers):
     """Tables by their names, and why cells of them are empty: tuple of str.
 
     Parameters
@@ -119,13 +119,13 @@ def _actuator_columns(scene):
     return lambda name: actuator_columns(name, hasattr(scene.actuators[name], "torque"))
 
 
-def _listed(case, names, columns_of, failures):
+def _by_name(case, names, columns_of, failures):
     """Table with one row for each name, without the columns whose keys the scene lacks."""
 
     def computable(name):
         return [column for column in columns_of(name) if not lacks(case.scene, column)]
 
-    return listed(case, names, computable, failures=failures)
+    return table_by_name(case, names, computable, failures=failures)
 
 
 def loop_table(case, failures, more=()):
@@ -162,15 +162,15 @@ def coordinate_table(case, _):
 
 
 TABLES = {  # name -> the key of the scene that it needs, and what makes it of a case
-    "motion": ("bodies", lambda case, why: _listed(
+    "motion": ("bodies", lambda case, why: _by_name(
         case, _bodies_and_markers(case.scene), _closed_loop(place_columns), why)),
-    "rotations": ("bodies", lambda case, why: _listed(case, list(case.scene.bodies), _closed_loop(turn_columns), why)),
-    "open_loop": ("control", lambda case, why: _listed(case, _bodies_and_markers(case.scene), _open_loop, why)),
-    "cables": ("cables", lambda case, why: listed(
+    "rotations": ("bodies", lambda case, why: _by_name(case, list(case.scene.bodies), _closed_loop(turn_columns), why)),
+    "open_loop": ("control", lambda case, why: _by_name(case, _bodies_and_markers(case.scene), _open_loop, why)),
+    "cables": ("cables", lambda case, why: table_by_name(
         case, list(case.scene.cables), partial(_cable_columns, case.scene), failures=why)),
-    "actuators": ("actuators", lambda case, why: _listed(
+    "actuators": ("actuators", lambda case, why: _by_name(
         case, list(case.scene.actuators), _actuator_columns(case.scene), why)),
-    "links": ("links", lambda case, why: _listed(
+    "links": ("links", lambda case, why: _by_name(
         case, list(case.scene.links), lambda name: [link_force_column(name)], why)),
     "loop": ("control", lambda case, why: loop_table(case, why, WINCHES if case.scene.control.max_speed else ())),
     "coordinates": ("control", coordinate_table),
@@ -192,7 +192,7 @@ def remarks_of(case, tables):
     lines = [f"warning: {text}: the linear numbers do not hold" for text in exceeded_limits(case).values()]
     if slack := slackened(case):
         lines.append(f"warning: {SLACK}: {first_of(slack, STUDY.listed_parts)}: the linear numbers do not hold")
-    if doubt := case.in_wind.doubt:
+    if doubt := case.in_wind.error_note:
         lines.append(f"note: {doubt}")
     lines += loop_remarks(case, tables)
     if "motion" in tables:
