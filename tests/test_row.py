@@ -97,7 +97,7 @@ def test_the_first_model_suffices_and_hardly_a_coarser_one(base, name):
     for number in (1, 2, 5, 10):
         column = find(f"{name}_{number}")
         stated = {  # a model may be too coarse to have such a mode
-            order: ColumnRequirements([column]).sample(case)[1].get(column.header, np.inf)
+            order: ColumnRequirements([column]).frequencies(case)[1].get(column.header, np.inf)
             for order, case in models(base).items()
         }
         for accuracy in (1e-3, 1e-6, 1e-10):

@@ -23,7 +23,7 @@ class _Actuator(KeyTable):
     high_pass: _HighPass | None = Field(None, description="Corner frequency below which its feedback does not act")
 
     def relations(self):
-        """An axis has a direction."""
+        """Relations: an axis has a direction."""
         yield [(("axis",), sum(part * part for part in self.axis) > 0, lambda: "the axis has no direction: all zero")]
 
 

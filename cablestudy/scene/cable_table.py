@@ -55,7 +55,7 @@ class DampingTable(KeyTable):
         return {"model": models[0] if models else "modal", **data}
 
     def relations(self):
-        """The parameter is that of the model."""
+        """Relations: the parameter is that of the model."""
         parameter = self.parameters[self.model]
         for model, name in self.parameters.items():
             message = f"belongs to the model {model}; the model is {self.model}, with {parameter}"

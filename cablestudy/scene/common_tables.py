@@ -49,7 +49,7 @@ class ModelTable(KeyTable):
         return {"accuracy": DEFAULT_ACCURACY} if data == {} else data
 
     def relations(self):
-        """Blended mass is defined for bars."""
+        """Relations: blended mass is defined for bars."""
         message = f"blended needs order 1, and the order is {self.order} (use lumped or consistent)"
         yield [(("mass",), self.mass != "blended" or self.order == 1, lambda: message)]
 
@@ -71,7 +71,7 @@ class Correction(KeyTable):
     )
 
     def relations(self):
-        """The mirror's loop, an integrator with a delay, is stable."""
+        """Relations: the mirror's loop, an integrator with a delay, is stable."""
         highest = "an unstable mirror: with this delay it must be below 1/(4 delay) = {:.4g} Hz"
         yield [(("bandwidth",), 4 * self.bandwidth * self.delay < 1, lambda: highest.format(0.25 / self.delay))]
 

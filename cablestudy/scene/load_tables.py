@@ -42,7 +42,7 @@ class Load(KeyTable):
     )
 
     def relations(self):
-        """A force, a mass, or both."""
+        """Relations: a force, a mass, or both."""
         has_load = self.force is not None or self.mass is not None
         yield [((), has_load, lambda: "missing key: force, mass, or both")]
 
@@ -124,7 +124,7 @@ class SteadyWind(KeyTable):
         return without_gust * self.gust_factor**2
 
     def relations(self):
-        """The height of a speed and the exponent go together."""
+        """Relations: the height of a speed and the exponent go together."""
         given, missing = ("at", "exponent") if self.exponent is None else ("exponent", "at")
         both_or_none = (self.at is None) == (self.exponent is None)
         yield [((), both_or_none, lambda: f"missing key: {missing} ({given} goes with it)")]
@@ -195,7 +195,7 @@ class EndForces(KeyTable):
     end_2: ForceVector = Field(NONE, description="On the gondola, along x, in which it is free to move")
 
     def relations(self):
-        """The gondola is held along y and z."""
+        """Relations: the gondola is held along y and z."""
         held = not any(self.end_2[1:])
         yield [(("end_2",), held, lambda: "end 2 is free along x only: the forces along y and z must be 0")]
 

@@ -44,7 +44,7 @@ class WinchTable(Drive):
     controller: Controller | None = Field(None, description="What drives the winch")
 
     def relations(self):
-        """A winch that follows at once is driven by an integrator."""
+        """Relations: a winch that follows at once is driven by an integrator."""
         if self.controller is not None:
             yield from self.follows(self.controller)
 

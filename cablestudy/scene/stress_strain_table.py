@@ -41,7 +41,7 @@ class PartTable(KeyTable):
     )
 
     def relations(self):
-        """Its curves rise as far as they are used, and are above zero there."""
+        """Relations: its curves rise as far as they are used, and are above zero there."""
         for key in ("initial", "creep"):
             if (curve := getattr(self, key)) is not None:
                 end = end_of(curve)
@@ -107,7 +107,7 @@ class StressStrainTable(KeyTable):
         return in_si + [0.0] * (TERMS - len(in_si)), PERCENT * end_of(written)
 
     def relations(self):
-        """The areas of the parts are the whole; each curve begins about as steep as its final modulus."""
+        """Relations: the areas of the parts are the whole; each curve begins about as steep as its final modulus."""
         shares = [part.area_share for part in self.parts.values() if part.area_share is not None]
         complete = len(shares) < 2 or abs(sum(shares) - 1) < 1e-3
         text = "the two shares of the area add up to {:g}, not to 1".format

@@ -181,7 +181,7 @@ class SuspensionScene(KeyTable):
         yield [relation for name, case in self.cases.items() for relation in self._move_relations(name, case.moves)]
 
     def _case_relations(self):
-        """All cables have what the cases need, and their loads act on something."""
+        """Relations: all cables have what the cases need, and their loads act on something."""
         yield [loaded_by_a_case(("cables", name), table, self.cases) for name, table in self.cables.items()]
         with_state = [name for name, table in self.cables.items() if table.state]
         has_curves = not with_state or any(table.stress_strain for table in self.cables.values())
@@ -197,7 +197,7 @@ class SuspensionScene(KeyTable):
         yield _broken(case_mistakes(self))
 
     def _load_relations(self):
-        """The point loads of load cases are on cables that exist, and not beyond their ends."""
+        """Relations: the point loads of load cases are on cables that exist, and not beyond their ends."""
         loads_at = {  # path in the scene -> point loads of one case on one cable
             ("cases", name, "loads", cable): case.loads[cable]
             for name, case in self.cases.items()

@@ -68,7 +68,7 @@ class PointTable(KeyTable):
         return super().with_value(("at", *path) if path[0].isdigit() else path, value)
 
     def relations(self):
-        """Mass and force belong to a free point."""
+        """Relations: mass and force belong to a free point."""
         message = "belongs to a free point: this one is fixed (free: true lets it move)"
         given = [name for name in ("mass", "force") if name in self.model_fields_set]
         yield [((name,), self.free, lambda: message) for name in given]
@@ -133,7 +133,7 @@ class Body(KeyTable):
         return (0.0, 0.0, 0.0) if self.attitude == "free" else self.attitude
 
     def relations(self):
-        """Names; a body that can turn has inertia, and its tensor is that of some mass."""
+        """Relations: names; a body that can turn has inertia, and its tensor is that of some mass."""
         yield [
             ((table, name), False, lambda message=message: message)
             for table in ("attachments", "markers")
@@ -273,7 +273,7 @@ class Link(KeyTable):
         return self.length is not None and "stiffness" in self.model_fields_set
 
     def relations(self):
-        """A link does something."""
+        """Relations: a link does something."""
         given = {"stiffness", "damping"} & self.model_fields_set
         yield [((), bool(given), lambda: "missing key: one of stiffness, damping")]
 
@@ -306,7 +306,7 @@ class Tensions(KeyTable):
     ) = Field(None, description="With closest: of all cables, or cable -> force")
 
     def relations(self):
-        """Bounds in order; a reference goes with `closest`."""
+        """Relations: bounds in order; a reference goes with `closest`."""
         if self.max is not None:
             yield [(("max",), self.min <= self.max, lambda: f"{self.max:g} N is below min, {self.min:g} N")]
         is_closest, has_reference = self.method == "closest", self.reference is not None
@@ -324,5 +324,5 @@ class CableWinch(KeyTable):
     )
 
     def relations(self):
-        """A direction is one."""
+        """Relations: a direction is one."""
         yield [(("direction",), self.direction is None or any(self.direction), lambda: NO_DIRECTION)]

@@ -197,7 +197,7 @@ def _solve_to_accuracy(answers, required, _):
     _add_errors_by_drag(answers, required.single)
     refine([search for _, _, search in searches], models.solve_models)
     for answer, needed, search in searches:
-        _add_found(answer, needed, search)
+        _add_frequencies(answer, needed, search)
 
 
 def _add_errors_by_drag(answers, columns):
@@ -287,7 +287,7 @@ def _gondola_notes(answer):
     return tuple(notes.gondola_notes(answer.case)) if "gondola_frequency_Hz" in answer.values else ()
 
 
-def _add_found(answer, required, search):
+def _add_frequencies(answer, required, search):
     """Add the frequencies, errors, failures and notes of a `Refinement` to an answer."""
     answer.dof = max(search.used.dof, answer.dof)
     model_error = float(search.used.results.model_error[search.used.index])

@@ -12,7 +12,7 @@ from cablestudy.system.tolerances import SYSTEM
 
 
 def next_argument(arguments, values):
-    """Next argument of a fixed-point iteration, shape (..., n), each case by itself.
+    """Next argument of a fixed-point iteration by Anderson acceleration, shape (..., n), each case by itself.
 
     Parameters
     ----------
