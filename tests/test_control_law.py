@@ -11,7 +11,6 @@ from one_loop import OneLoop, encirclements, spring_loop
 from scenes import cells, scene
 from test_stability import random_scene
 from test_winch import loop_gain
-from test_windrms import force
 
 from cablestudy.control.law import Law
 from cablestudy.control.notch import Notch
@@ -135,29 +134,6 @@ def test_a_pid_controller_has_the_margins_of_python_control(derivative):
     assert found.limit.factor / integral == pytest.approx(gains[gains > 1].min(), rel=1e-5)
     assert margins.phase_margin == pytest.approx(np.abs(phases).min(), abs=1e-3)
     assert margins.sensitivity_peak == pytest.approx(1 / distances.min(), rel=1e-4)
-
-
-def test_the_speed_of_the_winch_is_the_integral_of_its_spectrum():
-    names = "winch_rms_speed", "winch_peak_speed"
-    found = cells(scene("winch.bandwidth=20 Hz"), *names)
-    loop = OneLoop(scene())
-    poles = loop.closed_poles(loop.gain)
-    poles = poles[poles.imag > 0] / (2 * np.pi)
-    parts = [np.geomspace(1e-6, 3e3, 60_000)]
-    parts += [abs(p) + abs(p.real) * np.sinh(np.linspace(-7, 7, 801)) for p in poles]
-    frequency = np.unique(np.concatenate(parts))
-    frequency = frequency[frequency > 0]
-    s = 2j * np.pi * frequency
-    late = 1 / (1 + s / (40 * np.pi))
-    gain = loop_gain(loop, s.imag) * late
-    alone = 1 / (loop.mass * s**2 + loop.cable.dynamic_stiffness(s, [3], [3])[:, 0, 0])
-    moved = alone / (1 + gain) * 0.325 * loop.notch(s) * late
-    spectrum = np.abs(moved) ** 2 * force(frequency)
-    rms = np.sqrt(np.trapezoid(spectrum, frequency))
-    rate = np.sqrt(np.trapezoid(spectrum * frequency**2, frequency)) / rms
-    peak = np.sqrt(2 * np.log(600 * rate))
-    assert found["winch_rms_speed"] == pytest.approx(1e3 * rms, rel=2e-4)
-    assert found["winch_peak_speed"] == pytest.approx(1e3 * rms * (peak + 0.5772 / peak), rel=2e-4)
 
 
 def test_a_winch_that_is_too_slow_has_no_linear_answer():
