@@ -277,29 +277,15 @@ def test_a_key_without_a_value_is_refused_in_a_study(folder, text, message):
     assert refused(folder, "sweep", "study.yaml") == [f"study.yaml:{message}"]
 
 
-# what made the program stop with a traceback, or numpy warn
+# what made the program stop with a traceback, or numpy warn; test_scene has the ranges of all keys
 @pytest.mark.parametrize(
     ("option", "message"),
     [
         ("cable.elastic_modulus=1e-12", "times the area of the cross-section is 2.69e-18 N: out of range"),
-        ("cable.area=1e-300", "must be from 1e-18 to 1e+09 m^2, got 1e-300"),
-        ("cable.diameter=1e160", "must be from 1e-09 to 100000 m, got 1e+160"),
-        ("cable.density=1e-300", "must be from 1e-09 to 1e+15 kg/m^3, got 1e-300"),
         ("gravity=1e308", "must be from 0 to 1e+06 m/s^2, got 1e+308"),
         ("cable.preload=1e300 N", 'must be from 1e-24 to 1e+24 N, got "1e300 N"'),
-        ("cable.sag=1e160", "must be from 1e-18 to 1e+09 m, got 1e+160"),
         ("cable.ends.1.0=1e300", "must be from -1e+09 to 1e+09 m, got 1e+300"),
-        ("cable.loads=[{at: 1 m, force: [0, 0, 1e300]}]", "must be from -1e+24 to 1e+24 N, got 1e+300"),
-        ("cable.damping.time=1e303", "must be 0, or from 1e-30 to 1e+12 s, got 1e+303"),
-        ("cable.damping={ratio: 5e-324}", "must be 0, or from 1e-30 to 2, got 5e-324"),
-        ("winch.controller.gain=1e-300", "must be 0, or from 1e-30 to 1e+12 rad/s, got 1e-300"),
-        ("winch.delay=1e-100", "must be 0, or from 1e-30 to 1e+06 s, got 1e-100"),
-        ("gondola.mass=1e-308", "must be from 1e-09 to 1e+15 kg, got 1e-308"),
-        ("winch.controller={gain: 1, notch: {frequency: 1e160}}", "must be from 1e-09 to 1e+09 Hz, got 1e+160"),
-        ("winch.controller={gain: 1, notch: {frequency: 1e-303}}", "must be from 1e-09 to 1e+09 Hz, got 1e-303"),
-        ("winch.controller.gain={auto: {gain_margin: 1e5 dB}}", 'must be from 1e-06 to 300 dB, got "1e5 dB"'),
         ("winch.controller.gain={auto: {gain_margin: 6 dB, sensitivity: 1}}", "sensitivity: must be from 1.001 to"),
-        ("wind={speed: 1e308, turbulence_rms: 1, length_scale: 1}", "must be from 1e-06 to 1e+06 m/s, got 1e+308"),
         ("<<=1", "--set <<: unknown key (allowed: gravity, "),
         ("cable.\udcff=1", 'cable: expected text in UTF-8, got "\\udcff"'),  # a byte that is none
     ],
