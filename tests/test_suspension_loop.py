@@ -16,7 +16,6 @@ from scipy.optimize import brentq
 from solved import solve
 from straight_scenes import (
     ACTUATORS,
-    FOUR_WINCHES,
     LOOP,
     NOTCH,
     case_of,
@@ -99,50 +98,6 @@ def test_closed_loop_poles_are_the_eigenvalues_of_a_dense_model(name):
     expected = own.unit_gain(s)
     for unit_gain in (closed_loop.loop.unit_gain, closed_loop.gains.loop_gain):
         assert np.abs(unit_gain(s) - expected).max() < 2e-7 * np.abs(expected).max()
-
-
-def test_closed_loop_poles_on_heavy_cables_are_those_of_dense_bars():
-    """Winches that move ends with mass and damping, on the ground and on board: v' and v'' act too."""
-    time, viscous, mass = 2e-3, 0.05, 0.1
-    text = platform(
-        winches=FOUR_WINCHES, control=LOOP | {"notch": "none", "gain": 0.3}, cable__density=mass * 1e3, actuators={},
-        cable__damping={"model": "kelvin_voigt", "time": time, "viscous": viscous},
-        model={"elements": 4, "order": 1, "mass": "lumped"},
-    )  # fmt: skip
-    text["cables"]["c4"]["unstretched_length"] *= 1.004  # one that sags
-    closed_loop = case_of(text).in_wind.closed_loop_of(200)
-    state = closed_loop.equilibrium
-    bars = bar_suspension.dense(state, 4)
-    n, rate = len(bars.K), viscous / mass
-    # per m/s^0, m/s and m/s^2 of each winch
-    forces, C = np.zeros((3, n, 4)), time * bars.elastic
-    for cable, ((stiff, inert, elastic), move) in enumerate(zip(bars.cables, bars.maps, strict=True)):
-        C = C + rate * move.T @ inert @ move
-        for place, (name, winch) in enumerate(FOUR_WINCHES.items()):
-            if name != f"c{cable}":
-                continue
-            end = 1 if winch.get("end") == "to" else 0
-            pull = state.end_forces[cable, end]
-            tension = np.linalg.norm(pull)
-            rows = slice(-3, None) if end else slice(0, 3)
-            imposed = np.zeros(len(stiff))
-            imposed[rows] = -pull / tension * (1 + tension / EA)
-            for order, matrix in enumerate((stiff, time * elastic + rate * inert, inert)):
-                forces[order, :, place] -= move.T @ matrix @ imposed
-            forces[0, :, place] += move[rows].T @ [0, 0, mass * 9.81]
-    measured = np.eye(n)[-6:-3]
-    inverse = np.diag([1.0, 1 / 3.0, 1.0, 1.0])  # of the weights
-    G = measured @ np.linalg.solve(bars.K, forces[0])
-    shares = 0.3 * inverse @ G.T @ np.linalg.inv(G @ inverse @ G.T)
-    z, speed, summed = np.split(np.eye(2 * n + 3), [n, 2 * n])
-    force = -bars.K @ z - C @ speed - forces[0] @ shares @ summed
-    force -= forces[1] @ shares @ measured @ z + forces[2] @ shares @ measured @ speed
-    expected = np.linalg.eigvals(np.concatenate([speed, np.linalg.solve(bars.M, force), measured @ z]))
-    found = closed_loop.loop.poles
-    assert len(found) == len(expected)
-    apart = np.abs(found[:, None] - expected[None]) / np.abs(expected)
-    rows, columns = scipy.optimize.linear_sum_assignment(apart)
-    assert apart[rows, columns].max() < 1e-7
 
 
 def test_rotations_and_displacements_are_corrected_without_error_at_rest():

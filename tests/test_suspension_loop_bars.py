@@ -5,6 +5,7 @@ import pytest
 from campaign import campaign
 from references.bar_loop import AXES, BarLoop
 from references.bars_in_wind import von_karman
+from scipy.optimize import linear_sum_assignment
 from solved import solve
 
 from cablestudy.scene.suspension import SuspensionScene
@@ -72,6 +73,20 @@ def scene_of(seed):
     }  # fmt: skip
 
 
+@pytest.mark.parametrize("seed", campaign(range(8), (0, 2, 3, 7)))
+def test_closed_loop_poles_are_those_of_dense_bars(seed):
+    """Winches that move ends with mass and damping, on the ground and on board: v' and v'' act too."""
+    data = scene_of(seed)
+    data["control"]["gain"] *= 1e3
+    case = SuspensionCase(SuspensionScene.model_validate({**data, "model": MODEL}))
+    found = case.in_wind.closed_loop_of(250).loop.poles
+    expected = BarLoop(data, case.equilibrium, BARS).poles(data["control"]["gain"])
+    assert len(found) == len(expected)
+    apart = np.abs(found[:, None] - expected) / np.maximum(np.abs(expected), 1e-9 * np.abs(expected).max())
+    rows, columns = linear_sum_assignment(apart)
+    assert apart[rows, columns].max() < 1e-6
+
+
 # of the last two one crossing lies between a pole and the notch
 @pytest.mark.parametrize("seed", campaign([*range(8), 16, 51], (2, 3, 5, 16, 51)))
 def test_the_largest_gain_is_the_smallest_at_which_a_pole_of_dense_bars_crosses(seed):
@@ -129,8 +144,7 @@ def test_the_loop_in_the_wind_with_a_complex_stiffness(seed):
 
 def panels(bars, gain):
     """Frequencies and weights of Gauss's rule, on panels that grow with the distance from the loop's poles. [Hz]"""
-    fixed, scaled = bars.matrices()
-    poles = np.linalg.eigvals(fixed + gain * scaled)
+    poles = bars.poles(gain)
     steps = np.sinh(np.linspace(-8, 8, 17))
     edges = [np.abs(pole.imag + abs(pole.real) * steps) / TURN for pole in poles[poles.imag > 0]]
     edges = np.unique(np.concatenate([[0.0], np.geomspace(1e-4, 1e3, 60), *edges]))

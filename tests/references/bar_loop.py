@@ -69,14 +69,18 @@ class BarLoop:
         scaled[n : 2 * n] = -(first @ integral + second @ passed + third @ change)
         return fixed, scaled
 
+    def poles(self, gain):
+        """All poles with the loop closed. [rad/s]"""
+        fixed, scaled = self.matrices()
+        return np.linalg.eigvals(fixed + gain * scaled)
+
     def growth(self, gain):
         """Largest growth of a pole over its frequency, positive where one grows. [-]
 
         Poles at zero are left out: integrals of what the winches do not correct. With a loss factor the equations hold
         for Im s >= 0.
         """
-        fixed, scaled = self.matrices()
-        poles = np.linalg.eigvals(fixed + gain * scaled)
+        poles = self.poles(gain)
         poles = poles[poles.imag >= 0]
         poles = poles[np.abs(poles) > 1e-9 * np.abs(poles).max()]
         return float((poles.real / np.abs(poles)).max())
