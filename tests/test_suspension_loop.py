@@ -9,7 +9,7 @@ import scipy.linalg
 import scipy.optimize
 from campaign import campaign
 from command import CONFIGS
-from references import bar_suspension
+from references.bar_loop import AXES, BarLoop
 from references.modal_loop import gains_of_modes
 from references.straight_suspension import Straight
 from scipy.optimize import brentq
@@ -386,50 +386,6 @@ def test_waves_along_the_cables_far_above_the_roll_off_are_found():
     assert_limit_of_modes(found.closed_loop_of(450), limit)
 
 
-class Bars:
-    """The closed loop of a suspension of lumped bars with modal damping, integrators and notches, assembled here."""
-
-    def __init__(self, case, elements):
-        scene, state = case.scene, case.in_wind.closed_loop_of(64).equilibrium
-        bars = bar_suspension.dense(state, elements)
-        self.K, self.M, n = bars.K, bars.M, len(bars.K)
-        self.C, self.forces = np.zeros((n, n)), np.zeros((3, n, len(scene.winches)))
-        names, inner = list(scene.cables), slice(3, -3)
-        for place, ((stiff, inert, _), move) in enumerate(zip(bars.cables, bars.maps, strict=True)):
-            mass = np.diagonal(inert)[inner]
-            value, shape = scipy.linalg.eigh(stiff[inner, inner], np.diag(mass))
-            weighed = (mass[:, None] * shape).T @ move[inner]  # absolute amplitudes of its modes with fixed ends
-            self.C += weighed.T @ (2 * scene.cables[names[place]].damping.ratio * np.sqrt(value)[:, None] * weighed)
-            span = state.catenary.span
-            pull = state.end_forces[place, 0]
-            tension = np.linalg.norm(pull)
-            imposed = np.zeros(len(stiff))
-            imposed[:3] = -pull / tension * (1 + tension / span.axial_stiffness[place])
-            winch = list(scene.winches).index(names[place])
-            for order, matrix in ((0, stiff), (2, inert)):
-                self.forces[order, :, winch] -= move.T @ matrix @ imposed
-            self.forces[0, :, winch] += move[:3].T @ [0, 0, span.mass[place] * 9.81]
-        self.measured = np.eye(n)[-6:-3]
-        frequency, shapes = bars.modes()
-        share = (self.measured @ shapes / frequency) ** 2
-        self.notch = 2 * np.pi * frequency[share.argmax(axis=1)]
-        G = self.measured @ np.linalg.solve(self.K, self.forces[0])
-        self.shares = np.linalg.pinv(G)
-
-    def poles(self, gain):
-        n, k = len(self.K), 3
-        z, speed, first, slope, summed = np.split(np.eye(2 * n + 3 * k), np.cumsum([n, n, k, k]))
-        w1, z1, w2, z2 = self.notch[:, None], 0.05, 20 * np.pi, 1.0
-        bend = self.measured @ z - 2 * z2 * w2 * slope - w2**2 * first
-        jerk = self.measured @ speed - 2 * z2 * w2 * bend - w2**2 * slope
-        passed, rate = ((w2 / w1) ** 2 * (a + 2 * z1 * w1 * b + w1**2 * c)
-                        for a, b, c in ((bend, slope, first), (jerk, bend, slope)))  # fmt: skip
-        force = -self.K @ z - self.C @ speed
-        for part, moved in zip(self.forces, (summed, passed, rate), strict=True):
-            force -= gain * part @ self.shares @ moved
-        return np.linalg.eigvals(np.concatenate([speed, np.linalg.solve(self.M, force), slope, bend, passed]))
-
-
 EXACT = "control.notch={frequency: coupled, damping_ratio: 0.05, rolloff_frequency: 10, rolloff_damping_ratio: 1}"
 
 
@@ -439,8 +395,13 @@ def test_exact_elements_are_judged_with_all_of_their_modes(elements):
     sets = ["cable.diameter=1.85 mm", "cable.damping={model: modal, ratio: 0.01}", "wind=null", "actuators=null",
             "control.measured=[x, y, z]", EXACT, f"model={{elements: {elements}, order: 1}}"]  # fmt: skip
     case = SuspensionCase(load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml", sets)[1])
-    closed_loop, own = case.in_wind.closed_loop, Bars(case, elements)
-    assert closed_loop.body.allocation.shares == pytest.approx(own.shares, abs=1e-6 * np.abs(own.shares).max())
+    closed_loop = case.in_wind.closed_loop
+    notch = {"frequency": "coupled", "damping_ratio": 0.05, "rolloff_frequency": 10.0, "rolloff_damping_ratio": 1.0}
+    own = BarLoop({
+        "gravity": 9.81, "cable": {"damping": {"model": "modal", "ratio": 0.01}}, "bodies": {"b": {"free": list(AXES)}},
+        "winches": {name: {} for name in case.scene.winches}, "control": {"measured": ["x", "y", "z"], "notch": notch},
+    }, closed_loop.equilibrium, elements)  # fmt: skip
+    assert closed_loop.body.allocation.shares == pytest.approx(own.allocation, abs=1e-6 * np.abs(own.allocation).max())
     limit = closed_loop.largest_gain
     for factor in (0.3, 0.6, 0.9, 0.995, 1 - 1e-6, 1 + 1e-6, 1.005):
         assert (own.poles(factor * limit).real.max() > 1e-9 * limit) == (factor > 1), factor

@@ -55,7 +55,8 @@ class BarLoop:
         passed, change = self.measured @ z, self.measured @ rate
         fixed[:n] = rate
         if states:
-            w1, w2 = TURN * notch["frequency"], TURN * notch["rolloff_frequency"]
+            w1 = self._coupled() if notch["frequency"] == "coupled" else TURN * notch["frequency"]
+            w2 = TURN * notch["rolloff_frequency"]
             d1, d2 = 2 * notch["damping_ratio"] * w1, 2 * notch["rolloff_damping_ratio"] * w2
             low, slope = unit[2 * n : 2 * n + k], unit[2 * n + k : 2 * n + 2 * k]
             bend = passed - d2 * slope - w2**2 * low
@@ -68,6 +69,12 @@ class BarLoop:
         first, second, third = np.linalg.solve(M, self.forces) @ self.allocation
         scaled[n : 2 * n] = -(first @ integral + second @ passed + third @ change)
         return fixed, scaled
+
+    def _coupled(self):
+        """Of each measured coordinate, the mode with the largest share in its static compliance, (k, 1). [rad/s]"""
+        frequency, shapes = self.bars.modes()
+        share = (self.measured @ shapes / frequency) ** 2
+        return TURN * frequency[share.argmax(axis=1)][:, None]
 
     def poles(self, gain):
         """All poles with the loop closed. [rad/s]"""
