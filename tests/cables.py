@@ -20,7 +20,7 @@ from cablestudy.study.scene_values import SceneValues
 G = 9.81
 AREA, MODULUS, DENSITY = 2.69e-6, 70.3e9, 1440.0  # the paper's Table 1
 EA, MASS = MODULUS * AREA, DENSITY * AREA
-PAPER_CHORD, PAPER_LENGTH, SAGGING_LENGTH = 185.8, 184.4883, 186.0  # Table 6, rows 2 and 6
+PAPER_CHORD, PAPER_LENGTH = 185.8, 184.4883  # Table 6, row 2
 
 
 def chord_span(chord, degrees, chord_strain, stiffness, mass=1.0, gravity=G, loads=(), azimuth=0.0):

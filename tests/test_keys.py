@@ -15,7 +15,6 @@ sys.path.insert(0, str(ROOT / "docs"))
 import reference
 
 SCHEMAS = {"scene": scene_schema, "suspension": suspension_schema, "study": study_schema}
-UNITS_OF_COLUMNS = ("find.value", "find.between")  # in the unit of a column or key
 
 
 @pytest.mark.parametrize("kind", KINDS)
