@@ -24,7 +24,7 @@ from cablestudy.control.margins_grid import highest, passages
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.matrices import inverse
-from cablestudy.system.together import computed_together, together
+from cablestudy.system.together import batches, computed_together
 
 TURN = 2 * np.pi
 SHIFTS = np.array([0.0, 0.5])  # of S by multiples of I: for the peak of the sensitivity, and for the disk margin
@@ -239,7 +239,7 @@ def _of_many(margins):
 
     These are one function: frequencies and numbers of the loops, both of shape (f,) -> shape (f, k, k).
     """
-    for members in together(margins, attrgetter("_signature"), attrgetter("_measured")):
+    for members in batches(margins, attrgetter("_signature"), attrgetter("_measured")):
         functions, gain = [one.unit_gain for one in members], np.array([one.gain for one in members])
 
         def loop_gains(omega, loop, functions=functions, gain=gain):

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from cablestudy.interface.scene import lines_with_cases
 from cablestudy.study.column import attribute
-from cablestudy.study.table import Field, Table, joined
+from cablestudy.study.table import Field, Table, join_tables
 
 CAPTIONS = {
     "limits": "Limits",
@@ -179,7 +179,7 @@ def _add_load_cases(page, scene):
 def _add_loads_of_cases(page, scene):
     """Append a table of the point loads on cables in those load cases that have any."""
     loaded = {name: case.compute("loads") for name, case in scene.cases.items() if case.model.load_paths}
-    tables = joined({name: answer.tables for name, answer in loaded.items()})
+    tables = join_tables({name: answer.tables for name, answer in loaded.items()})
     failures = lines_with_cases({name: answer.failures for name, answer in loaded.items()})
     _add_point_loads(page, tables, failures, LOADS.format(" in the load cases"))
 
