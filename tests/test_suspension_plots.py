@@ -46,6 +46,15 @@ def whole(figure):
     return figure
 
 
+def test_views_below_each_other_have_their_texts_apart(folder):
+    """The label below an upper view and the title above a lower one, by at least half a line, when first drawn."""
+    figure = plots.static_form(SuspensionCase(load_scene(CONFIGS / "suspensions" / "cable-robot.yaml")[1]))
+    figure.draw_without_rendering()
+    _, above, _, below = figure.axes[:4]
+    label, title = above.xaxis.label.get_window_extent(), below._left_title.get_window_extent()
+    assert label.y0 - title.y1 > 0.5 * title.height
+
+
 def lines(axes):
     return {line.get_label(): line for line in axes.lines}
 

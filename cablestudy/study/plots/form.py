@@ -34,6 +34,7 @@ SMALL = 0.03  # share of the height of the picture below which a sag has no dime
 SAGS = 6  # cables up to which sags have dimensions
 LONG = 0.25  # second largest extent over the largest below which a scene is long
 RATIO = 0.3  # height over width of a view with an enlarged vertical scale
+SPACE_BELOW = 0.05  # between views of a scene in space, share of their height
 BAR = 1.2  # width of a scale of colours with its numbers [in]
 KILO = 1e4  # tension from which a scale is in kN [N]
 LENGTH = "length along the unstretched cable [m]"
@@ -113,6 +114,8 @@ class _Picture:
         """Draw all panels, one legend below them, a title and, for one case, a scale of the tension: Figure."""
         columns, heights = 1 + self.in_space, [height for height, _ in self.panels][:: 1 + self.in_space]
         figure = Figure(figsize=(WIDTH, sum(heights) + 0.8), layout="constrained")
+        if self.in_space:
+            figure.get_layout_engine().set(hspace=SPACE_BELOW)
         grid = figure.add_gridspec(len(heights), columns, height_ratios=heights)
         for cell, (_, paint) in zip(grid, self.panels, strict=True):
             paint(figure, cell)
