@@ -227,6 +227,8 @@ def test_validate_counts_load_cases_and_mistakes(folder):
          'find takes =, not <=: write "load_sag = 8 m"'),
         (["find", GUY, "sag==8 m", "--by", "cable.preload"], 'find takes =, not ==: write "sag = 8 m"'),
         (["find", GUY, "sag = 1 m", "--by", "preload"], "--by preload: unknown key (did you mean cable.preload?)"),
+        (["static", CONFIGS / "suspensions" / "mast-levels.yaml", "--set", "cables.west-low.from=esat"],
+         '--set cables.west-low.from: unknown end "esat" (did you mean east?)'),
         (["static", GUY, "--set", "preload=8 %"], "--set preload: unknown key (did you mean cable.preload?)"),
         (["static", CONFIGS / "suspensions" / "cable-robot.yaml", "--set", "diameter=8 mm"],
          "--set diameter: unknown key (did you mean cable.diameter?)"),

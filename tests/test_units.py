@@ -97,6 +97,15 @@ def test_pounds_of_the_other_kind_are_told(text, unit, hint):
     assert str(caught.value).endswith(hint)
 
 
+@pytest.mark.parametrize(
+    ("text", "unit", "meant"),
+    [("16 mn", "m", "m"), ("16 mn", "N", "mN"), ("2 Knm", "N m", "kNm"), ("2 mmm", "Pa", "mm")],
+)
+def test_an_unknown_unit_is_likely_one_of_the_expected_kind(text, unit, meant):
+    with pytest.raises(ValueError, match=re.escape(f"did you mean {meant}?)")):
+        to_si(text, unit)
+
+
 WRITTEN = "a number, then a unit such as mm, kN, kg/m^3"
 
 

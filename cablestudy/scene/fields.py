@@ -55,7 +55,9 @@ def suggestion(word, known):
     known = list(known)
     if not known:
         return "there is none"
-    near = get_close_matches(str(word)[:100], known, n=1, cutoff=0.6)
+    word = str(word)[:100]
+    swapped = [one for one in known if sorted(one) == sorted(word)]  # letters in another order
+    near = swapped or get_close_matches(word, known, n=1, cutoff=0.6)
     return f"did you mean {near[0]}?" if near else f"allowed: {', '.join(known)}"
 
 

@@ -237,8 +237,8 @@ def _factor(name, unit):
     metric = _metric_ratio(name, unit)
     if metric is not None:
         return metric
-    ratio, dimension = _root(name)
     scale, expected = _root(unit)
+    ratio, dimension = _root(name, expected)
     if dimension != expected:
         is_degree = unit == "K" and name in _SCALES
         meant = f"deg{name}" if is_degree else _of_force_or_mass(name, expected)
@@ -328,8 +328,14 @@ def _registry():
 
 
 @lru_cache(maxsize=4096)
-def _root(name):
+def _root(name, expected=None):
     """Express a unit in the base units of pint: "mm" is 0.001 "meter".
+
+    Parameters
+    ----------
+    name : str
+    expected : str, optional
+        Base units that it should have, for the message on an unknown unit.
 
     Returns
     -------
@@ -353,7 +359,7 @@ def _root(name):
         parsed = registry.parse_units(spelt.replace("%", " percent ").replace("·", "*").strip())
         ratio, units = registry.get_root_units(parsed)
     except Exception:  # pint raises a dozen kinds, and the tokenizer under it more
-        raise _NotAQuantityError(_unknown(name)) from None
+        raise _NotAQuantityError(_unknown(name, expected)) from None
     # The ratio is an int where only base units are multiplied: "m m" is 1 meter ** 2. pint's base of mass is the gram;
     # the text of the units is what compares equal across its versions.
     return Decimal(ratio), "" if units.dimensionless and not units._units else str(units)
@@ -368,11 +374,17 @@ def _dimension_name(dimension):
     return dimension or "pure number"
 
 
-def _unknown(name):
-    """The end of a message about an unknown unit, with the nearest known one."""
-    similar = [known for known in _KNOWN if known.lower() == name.lower()]
-    if not similar:
-        from difflib import get_close_matches
+def _unknown(name, expected):
+    """The end of a message about an unknown unit, with the nearest known one, if possible of the `expected` base units.
 
-        similar = get_close_matches(name, _KNOWN, n=1, cutoff=0.6)
-    return f' (unknown unit "{name}"' + (f"; did you mean {similar[0]}?)" if similar else ")")
+    `expected` is None where any unit would do.
+    """
+    from difflib import get_close_matches
+
+    fitting = [] if expected is None else [known for known in _KNOWN if _root(known)[1] == expected]
+    for units in (fitting, _KNOWN):
+        similar = [known for known in units if known.lower() == name.lower()]
+        similar = similar or get_close_matches(name, units, n=1, cutoff=0.6)
+        if similar:
+            return f' (unknown unit "{name}"; did you mean {similar[0]}?)'
+    return f' (unknown unit "{name}")'
