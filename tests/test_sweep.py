@@ -247,7 +247,7 @@ def test_explain_names_the_row(folder):
     study_file(folder, "vary: [{model: [{elements: 4}, {accuracy: 1e-3}]}]\ncolumns: [cable_frequency]\n")
     notes = run("sweep", "study.yaml", "--no-write", "--explain").lines
     assert any(note.startswith("row 1: model: 4 elements of order 1") for note in notes)
-    assert any(note.startswith("row 2: motion: 1 element(s) of order") for note in notes)
+    assert any(note.startswith("row 2: motion: 1 element of order") for note in notes)
 
 
 def test_the_plot_of_a_study_must_name_its_columns(folder):

@@ -6,7 +6,7 @@ from cablestudy.cable.damping import grows_with_modes
 from cablestudy.cable.initial_length import BELOW_LEAST
 from cablestudy.scene.cable_table import LIKELY_RATIO
 from cablestudy.scene.likely_mistakes import bare_number
-from cablestudy.scene.words import first_of
+from cablestudy.scene.words import counted, first_of
 from cablestudy.study.column import relative
 from cablestudy.study.columns import over_strength, stress_of
 from cablestudy.study.motion_columns import tensions_at_peak
@@ -31,14 +31,14 @@ def of_refined(case, error, tried):
     """Yield notes on the model of the motion, what it leaves out, and what it cost; see `Refinement`."""
     mesh = case.model.mesh
     yield (
-        f"motion: {mesh.elements} element(s) of order {mesh.order} about the closed form, {case.dof} unknowns;"
+        f"motion: {counted(mesh.elements, 'element')} of order {mesh.order} about the closed form, {case.dof} unknowns;"
         f" estimated error {error:.1e}, asked for {case.scene.model.accuracy:g}"
     )
     planes = [name for name in ("in_plane", "out_of_plane", "dynamics") if name in case.computed]
     if case.planar and planes in (["in_plane"], ["out_of_plane"]):
         asked_motion, excluded = ("in", "across") if planes == ["in_plane"] else ("across", "in")
         yield f"left out: motion {excluded} the cable's plane, since all that is asked for moves {asked_motion} it"
-    yield f"compared: {tried} models, coarse to fine"
+    yield f"compared: {counted(tried, 'model')}{', coarse to fine' if tried > 1 else ''}"
 
 
 def of_system(case):
