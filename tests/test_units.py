@@ -120,6 +120,7 @@ WRITTEN = "a number, then a unit such as mm, kN, kg/m^3"
         *((text, f'"{text}"') for text in ("abc", "", "m", "nan", "__import__('os')")),
         *((text, f'"{text}" (out of range)') for text in ("1e999 m", "1e300 Gm", "1e999999999 m")),
         *((text, f'"{text}" ({WRITTEN})') for text in ("9**9**9 m", "1 m**9**9", "1 m * 2", "1 m;import os")),
+        ("10 %%", f'"10 %%" ({WRITTEN})'),
         ("1 m)", '"1 m)" (unknown unit "m)"; did you mean m?)'),
         ("1" * 500, '"' + "1" * 57 + '..."'),
         (True, "true"),

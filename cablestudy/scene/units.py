@@ -99,7 +99,7 @@ _QUANTITY = re.compile(
 _NAME = r"[A-Za-zµμΩ°%][A-Za-z0-9_]*"
 _POWER = re.compile(rf"({_NAME})(?:\^([-+]?[0-9]{{1,2}}))?")
 _RAISED = str.maketrans({"²": "^2", "³": "^3"})
-_UNIT = re.compile(rf"(?:{_NAME}(?:\s*(?:\^|\*\*)\s*[-+]?[0-9]{{1,2}})?|1(?=\s*/)|[*/()· ])+")
+_UNIT = re.compile(rf"(?!.*%%)(?:{_NAME}(?:\s*(?:\^|\*\*)\s*[-+]?[0-9]{{1,2}})?|1(?=\s*/)|[*/()· ])+")
 
 
 def article(noun):
