@@ -3,12 +3,15 @@
 import numpy as np
 import pytest
 from command import CONFIGS, table_of
+from mpmath import mp
 from references import bars, catenary_mp
 from scenes import CHORD, LENGTH, PAPER, SAGGING, G, Twin, cells, scene
 
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.case import Case
+from cablestudy.study.columns import find
 from cablestudy.study.deflection import load_deflections, nodal_deflections
+from cablestudy.study.row import evaluate
 
 FIG_4 = str(CONFIGS / "point-load.yaml")
 
@@ -89,6 +92,42 @@ def test_closed_form_statics_move_as_the_continuous_cable():
         heights.append(catenary_mp.shape_loaded(force0, place, *cable, loads)[2])
     assert found["deflection"] == pytest.approx(float(heights[0] - heights[1]), rel=1e-6)
     assert found["linear_deflection"] == pytest.approx(found["deflection"], rel=1e-4)
+
+
+@pytest.mark.parametrize("rise", [0.0, 60.0])
+@pytest.mark.parametrize(("length", "force"), [
+    (400.0, (0.0, 0.0, -0.1)), (1800.0, (0.3, 0.0, -1.0)), (1.0005 * CHORD, (0.0, 0.0, -1e-6)),
+    (0.999 * CHORD, (0.0, 0.0, -1e-5)),
+], ids=["slack", "nine times its chord", "next to no load", "taut"])  # fmt: skip
+def test_deflections_of_the_closed_form_are_within_their_stated_errors(rise, length, force):
+    twin = Twin(CHORD, rise, length, 24.2e-6, ((0.37 * length, force),))
+    cable = mp.mpf(twin.length), twin.stiffness, twin.mass * G
+    direction = mp.matrix(force) / mp.norm(mp.matrix(force))
+
+    def place(share):
+        """Place of the load under a share of it, along its force, at 50 digits."""
+        loads = [(place, [share * mp.mpf(part) for part in parts]) for place, parts in twin.loads]
+        force0 = catenary_mp.solve_loaded((twin.a, 0, twin.b), *cable, loads)
+        return mp.fdot(direction, catenary_mp.shape_loaded(force0, twin.loads[0][0], *cable, loads))
+
+    with mp.workdps(50):
+        small = mp.mpf(10) ** -12
+        full, linear = place(1) - place(0), (place(small) - place(-small)) / (2 * small)
+        expected = {"deflection": full, "linear_deflection": linear, "nonlinearity": linear / full - 1}
+    columns = [find(name) for name in expected]
+    row = evaluate(twin.scene("model=null"), columns)
+    for column in columns:
+        found = row.cells[column.header]
+        assert abs(found - expected[column.name]) <= row.errors[column.header] * abs(found), column.name
+        assert row.errors[column.header] < 1e-5 or column.name == "nonlinearity"
+
+
+def test_a_folded_cable_has_no_linear_deflection():
+    folded = scene("model=null", "cable.ends=[[0, 0, 0], [0, 0, 10]]", "cable.unstretched_length=12",
+                   "cable.loads=[{at: 5, force: [3, 0, -10]}]")  # fmt: skip
+    row = evaluate(folded, [find("deflection"), find("linear_deflection")])
+    assert row.cells["deflection_m"] > 0
+    assert row.cells["linear_deflection_m"] is None
 
 
 def test_shape_shows_the_deflection_of_every_point():

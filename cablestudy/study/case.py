@@ -101,6 +101,11 @@ class Case:
         return self.scene.model.elements is None
 
     @property
+    def statics_error(self):
+        """Relative error of the statics in closed form, by rounding and by what they leave out. [-]"""
+        return float(max(self.results.statics_rounding[self.index], self.results.model_error[self.index]))
+
+    @property
     def span(self):
         """The cable, with its unstretched length: `Span`.
 

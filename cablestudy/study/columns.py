@@ -79,19 +79,33 @@ def _unstretched_length(results):
     return np.where(np.isnan(stated), results.reference_length, stated)
 
 
-def _nonlinearity(case):
-    """Linear over non-linear deflection by the point loads, less one. [-]"""
-    full, linear = _deflections(case)
-    return linear / full - 1 if full else 0.0
-
-
 def _deflections(case):
-    """Movement along its force of the load that moves most: non-linear, and linear about the unloaded form. [m]"""
-    from cablestudy.study.deflection import load_deflections
+    """Movement along its force of the load that moves most: non-linear, and linear about the unloaded form.
 
-    full, linear = load_deflections(case)
+    Two pairs of a number [m] and its relative error [-], which is None with the elements of a scene.
+    """
+    from cablestudy.study.deflection import load_deflections, rounding
+
+    full, linear = (deflections.tolist() for deflections in load_deflections(case))
     largest = int(np.argmax(np.abs(full)))
-    return float(full[largest]), float(linear[largest])
+    full, linear = full[largest], linear[largest]
+    if not case.exact_statics:
+        return (full, None), (linear, None)
+    by_rounding = rounding(case, full) / abs(full) if full else 0.0
+    error = max(STUDY.rounding, case.statics_error)
+    return (full, error + by_rounding), (linear, error)
+
+
+def _nonlinearity(case):
+    """Linear over non-linear deflection by the point loads, less one, and its relative error. [-]"""
+    (full, error), (linear, linear_error) = _deflections(case)
+    if not full:
+        return 0.0, error
+    ratio = linear / full
+    if error is None:
+        return ratio - 1, None
+    uncertainty = (error + linear_error) * abs(ratio)
+    return ratio - 1, uncertainty / abs(ratio - 1) if ratio != 1 else uncertainty
 
 
 def _tension_at(end):

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from cablestudy.cable import segment
 from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, System
 from cablestudy.cable.catenary import solve, split
 from cablestudy.cable.element import mesh_segments
@@ -17,7 +18,7 @@ def nodal_deflections(case):
     """Displacements of the nodes of a cable by its point loads: from the form without loads to the form with them.
 
     They are computed twice, so that a user sees how non-linear the cable is: as the difference of both equilibria, and
-    linearly, by the tangent stiffness of the unloaded form.
+    linearly, by the tangent stiffness of the unloaded form: in closed form where the statics are, else by elements.
 
     Parameters
     ----------
@@ -28,7 +29,7 @@ def nodal_deflections(case):
     mesh : Mesh
         Elements of the cable; the loads are at element boundaries.
     full, linear : ndarray, shape (nodes, 3)
-        Non-linear and linear displacements, in the chord frame. [m]
+        Non-linear and linear displacements, in the chord frame. [m] A folded cable has no linear ones: not a number.
 
     Raises
     ------
@@ -50,23 +51,84 @@ def nodal_deflections(case):
         mesh = loaded_state.mesh
         unloaded_state, _ = solve_elements(unloaded, mesh)
     full = loaded_state.displacement - unloaded_state.displacement
-    loads_only = replace(span, mass=0.0)
-    forces = external_forces(loads_only, mesh, unloaded_state.force)[1:-1]
-    linear = np.zeros_like(full)
+    length = float(span.unstretched_length)
+    linear = _by_tangent(unloaded, mesh, span) if case.exact_statics else length * _by_elements(unloaded_state, span)
+    return mesh, full * length, linear
+
+
+def _by_tangent(unloaded, mesh, span):
+    """Displacements of the nodes of a mesh by the tangent of a catenary without loads, in closed form.
+
+    End 1 of the catenary gives a change of the tension vector, and each load takes its force from it; the flexibility
+    of each piece between two nodes turns what is left into a movement.
+
+    Parameters
+    ----------
+    unloaded : Catenary
+    mesh : Mesh
+    span : Span
+        With the point loads.
+
+    Returns
+    -------
+    ndarray, shape (nodes, 3)
+        Chord frame [m]; not a number where the catenary hangs folded.
+    """
+    if unloaded.folded:
+        return np.full((mesh.nodes, 3), np.nan)
+    positions, angles = mesh.node_positions, (span.cosine, span.sine)
+    shares, middles = np.diff(positions), (positions[1:] + positions[:-1]) / 2
+    tension, weight = tuple(unloaded.tension_at(middles).T), span.weight * shares
+    kernel = segment.evaluate(tension, weight, *angles)
+    per_length = np.array(segment.flexibility(tension, weight, span.axial_stiffness, *angles, kernel))
+    entries = span.unstretched_length * shares * per_length  # qq, nn, yy, qn, qy, ny [m/N]
+    pieces = entries[[[0, 3, 4], [3, 1, 5], [4, 5, 2]]]  # shape (3, 3, pieces)
+    forces = np.zeros((mesh.nodes, 3))
+    np.add.at(forces, _nodes_of_loads(mesh, span), span.load_forces)
+    taken = np.cumsum(forces, axis=0)[:-1].T  # by the loads before each piece
+    given = segment.solve_symmetric(entries.sum(axis=-1), (pieces * taken).sum(axis=(1, 2)))
+    changes = (pieces * (np.array(given)[:, None] - taken)).sum(axis=1)
+    return np.concatenate([np.zeros((1, 3)), np.cumsum(changes.T, axis=0)])
+
+
+def _by_elements(unloaded, span):
+    """Displacements of the nodes over the unstretched length by the tangent of elements without loads, (nodes, 3).
+
+    `unloaded` is the `State` of the elements, `span` has the point loads.
+    """
+    forces = external_forces(replace(span, mass=0.0), unloaded.mesh, unloaded.force)[1:-1]
+    linear = np.zeros_like(unloaded.displacement)
     for axes in (IN_PLANE, OUT_OF_PLANE):
         if forces[:, axes].any():
-            displacement = System(unloaded_state, axes).solve(forces[:, axes].reshape(-1, 1))
+            displacement = System(unloaded, axes).solve(forces[:, axes].reshape(-1, 1))
             linear[1:-1, axes] = displacement.reshape(-1, len(axes))
-    length = float(span.unstretched_length)
-    return mesh, full * length, linear * length
+    return linear
+
+
+def _nodes_of_loads(mesh, span):
+    """Node of each of k point loads, which are at ends of elements: list of int."""
+    positions = span.load_positions / span.unstretched_length
+    return [int(np.argmin(np.abs(mesh.edges - position))) * mesh.order for position in positions]
 
 
 def load_deflections(case):
     """Displacement of each of k point loads along its force, non-linear and linear: two arrays of shape (k,). [m]"""
     mesh, full, linear = nodal_deflections(case)
-    span = case.span
-    positions = span.load_positions / span.unstretched_length
-    nodes = np.array([int(np.argmin(np.abs(mesh.edges - position))) * mesh.order for position in positions])
+    span, nodes = case.span, _nodes_of_loads(mesh, case.span)
     size = np.sqrt((span.load_forces**2).sum(axis=1))
     direction = span.load_forces / np.where(size > 0, size, 1.0)[:, None]
     return (full[nodes] * direction).sum(axis=1), (linear[nodes] * direction).sum(axis=1)
+
+
+def rounding(case, full):
+    """Error by rounding of a deflection that is the difference of two forms of a cable in closed form. [m]
+
+    Parameters
+    ----------
+    case : Case or HangingCable
+    full : float
+        The deflection. [m]
+    """
+    loaded, _ = case.catenary.at(np.linspace(0.0, 1.0, STUDY.spectral_order + 1))
+    size = float(np.abs(loaded).max() * case.span.unstretched_length) + abs(full)
+    return STUDY.form_rounding * size

@@ -30,8 +30,7 @@ class OneCableGroup(Group):
         self._case, self.reference, self._loaded, self._coordinates = case, equilibria_of([case]), None, {}
         self._conductors = None  # their errors are in those of the case
         self.cable_indices, self.body_indices = {CABLE: 0}, {GONDOLA: 0}
-        results, index = case.results, case.index
-        self._rounding_errors = [float(max(results.statics_rounding[index], results.model_error[index]))]
+        self._rounding_errors = [case.statics_error]
         self._rounding_movement = np.zeros((1, 1, 6))
         self._drag_change = self._drag_change_in_wind = DragChange(np.zeros(1), self._rounding_movement)
 

@@ -42,6 +42,7 @@ class StudyTolerances:
     drag_steps: int = 3  # in which c and d settle; what is left in the last one is added to the error
     push_steps: int = 200  # of the search for the position of a pushed end
     epsilon: float = 4e-16  # rounding of one number
+    form_rounding: float = 5e-14  # of a place on a cable in closed form, over the largest distance from the chord
     # of the larger one of force and tension: what may be left of the force where rounding ends the search
     balanced: float = 1e-9
     tiny: float = 1e-300  # divisor in the place of zero

@@ -208,7 +208,7 @@ class SuspensionCase:
         fractions = catenary.span.load_positions / catenary.span.unstretched_length
         for position, fraction, _, _ in merged_loads(self.scene.loads_on(name)):
             loaded[np.argmin(np.abs(fractions - (fraction if np.isnan(position) else position / length)))] = True
-        return HangingCable(replace(catenary, span=catenary.span.with_some_loads(loaded)))
+        return HangingCable(replace(catenary, span=catenary.span.with_some_loads(loaded)), self.statics_error(None))
 
     def of_cables(self, column):
         """Numbers of all cables in a `Column` of single cables, shape (c,)."""

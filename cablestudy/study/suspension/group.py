@@ -151,6 +151,7 @@ class HangingCable:
     """One cable of a case in equilibrium, with the attributes of `Case` that columns of point loads need."""
 
     catenary: Catenary
+    statics_error: float  # relative error of the statics of its case [-]
     exact_statics: ClassVar = True
 
     @property
