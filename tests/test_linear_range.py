@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 from command import CONFIGS, run
+from mpmath import mp
+from references import catenary_mp
 from scenes import cells
 from scipy.optimize import brentq
 from straight_scenes import case_of, one_axis, with_changes
@@ -30,7 +32,7 @@ def test_a_body_between_two_straight_cables_across_them():
     stiffness = 2 * 1e5 * (20.0 / 19.0 - 1) / 20.0
     expected = brentq(lambda y: restoring(y) / (stiffness * y) - 1.05, 1e-3, 10.0)
     span = Span.between(np.zeros((2, 3)), np.array([[20.0, 0, 0], [-20.0, 0, 0]]), 1e5, 1e-9, 0.0, np.array([19.0, 19]))
-    assert linear_range(span, np.array([[0.0, 0, 1], [0, 0, 1]])) == pytest.approx(expected, rel=1e-6)
+    assert linear_range(span, np.array([[0.0, 0, 1], [0, 0, 1]]))[0] == pytest.approx(expected, rel=1e-6)
     text = one_axis(("x", "y", "z"))
     for side, cable in zip((-20.0, 20.0), text["cables"].values(), strict=True):
         cable |= {"from": [side, 0.0, 0.0], "unstretched_length": 19.0}
@@ -43,7 +45,7 @@ def test_a_body_between_two_straight_cables_across_them():
 
 def test_a_place_that_no_cable_moves_has_no_limit():
     span = Span.between(np.zeros((1, 3)), np.array([[20.0, 0, 0]]), 1e5, 0.1, 9.81, np.array([19.9]))
-    assert linear_range(span, np.zeros((1, 3))) is None
+    assert linear_range(span, np.zeros((1, 3)))[0] is None
 
 
 @pytest.mark.parametrize(("end", "length"), [((185.8, 0.0), 184.488), ((180.0, 40.0), 184.9)])
@@ -60,6 +62,30 @@ def test_the_linear_range_of_a_gondola_is_that_of_reactions_at_moved_ends(end, l
         there = found(moved, "reaction_2_horizontal")["reaction_2_horizontal"]
         shares.append((there - rest["reaction_2_horizontal"]) / (moved * rest["end_stiffness"]))
     assert max(abs(share - 1) for share in shares) == pytest.approx(0.05, rel=1e-4), (reach, shares)
+
+
+@pytest.mark.parametrize(("rise", "length", "section"), [
+    (0.0, 184.4883, 2.69e-6), (0.0, 186.0, 24.2e-6), (30.0, 200.0, 24.2e-6), (0.0, 185.8 * (1 - 5.4e-6), 2.69e-6),
+])  # fmt: skip
+def test_the_linear_range_is_within_its_stated_error(rise, length, section):
+    """At the movement that is found, and at those that its error allows, by the 50-digit catenary."""
+    own = {"ends": f"[[0, 0, 0], [185.8, 0, {rise}]]", "unstretched_length": repr(length), "area": section}
+    sets = [f"cable.{key}={value}" for key, value in own.items()]
+    row = evaluate(load_scene(CARLINA, [*sets, "model=null"])[1], [find_of_one("linear_range")])
+    found, error = row.cells["linear_range_mm"] / 1e3, row.errors["linear_range_mm"]
+    cable = 70.3e9 * section, 1440 * section * mp.mpf("9.81")
+
+    def pull(movement):
+        return catenary_mp.solve_loaded((mp.mpf("185.8") + movement, 0, mp.mpf(rise)), mp.mpf(length), *cable, ())[0]
+
+    with mp.workdps(50):
+        small = mp.mpf(10) ** -15
+        rest, stiffness = pull(0), (pull(small) - pull(-small)) / (2 * small)
+
+        def beyond(movement):
+            return max(abs((pull(x) - rest) / (stiffness * x) - 1) - mp.mpf("0.05") for x in (movement, -movement))
+
+        assert beyond(mp.mpf(found) * (1 - mp.mpf(error))) < 0 < beyond(mp.mpf(found) * (1 + mp.mpf(error)))
 
 
 def test_a_gondola_in_a_storm_slackens_its_cable_and_the_row_says_so():

@@ -63,13 +63,16 @@ def linear_range(span, moves):
 
     Returns
     -------
-    float or None
+    movement : float or None
         None where the force is linear up to `CABLE.largest_movement` of the shortest chord, where no cable is moved,
         and where there is no stiffness, or no equilibrium even at `CABLE.least_movement`. [m]
+    error : float
+        Its relative error, by the last interval of the search, by the rounding of the force, which is what moved cables
+        pull more than those at rest, and by that of the moved ends. [-]
     """
     moving = np.abs(moves).max(axis=-1) > 0
     if not moving.any():
-        return None
+        return None, 0.0
     at_rest, moves = catenary.solve(span.take(np.flatnonzero(moving))), moves[moving]
     chord = float(at_rest.span.chord.min())
     shortest, longest = CABLE.least_movement * chord, CABLE.largest_movement * chord
@@ -91,4 +94,9 @@ def linear_range(span, moves):
         if not intervals:
             break
     limits += [abs(movements[0]) for movements in distances]
-    return float(min(limits)) if limits else None
+    if not limits:
+        return None, 0.0
+    _, linear = forces(at_rest, moves, movement := float(min(limits)))
+    by_force = float(at_rest.max_tension.sum()) / abs(float(linear)) / CABLE.linear_difference
+    by_ends = float(at_rest.span.chord.max()) / movement
+    return movement, CABLE.last_interval + CABLE.movement_rounding * (by_force + by_ends)

@@ -55,7 +55,9 @@ class CableTolerances:
     least_movement: float = 1e-7  # least movement that is looked at, over the shortest chord,
     largest_movement: float = 0.9  # and the largest one
     movements_at_once: int = 40  # movements in an interval, twice as many in the first one
-    movement_divisions: int = 6  # times that the interval in which the force ceases to be linear is divided again
+    movement_divisions: int = 8  # times that the interval in which the force ceases to be linear is divided again
+    last_interval: float = 2e-12  # length of the last of them, over the movement
+    movement_rounding: float = 4e-14  # of a change of force over the tension, and of moved ends over the chord
     midspan_steps: int = 80  # bisection alone needs 53
     newton_steps: int = 60  # corrections of a catenary
     newton_halvings: int = 40  # of one of them

@@ -275,11 +275,15 @@ def _support_columns():
 
 
 def _linear_range(case):
-    """Displacement of the gondola along x up to which its cable is linear, or None where it always is. [mm]"""
+    """Displacement of the gondola along x up to which its cable is linear, or None where it always is [mm]; its error.
+
+    The error is relative, None with the elements of a scene.
+    """
     from cablestudy.cable.linear_range import linear_range
 
-    displacement = linear_range(case.results.span.take([case.index]), np.array([[1.0, 0.0, 0.0]]))
-    return None if displacement is None else 1e3 * displacement
+    displacement, error = linear_range(case.results.span.take([case.index]), np.array([[1.0, 0.0, 0.0]]))
+    error = error + case.statics_error if case.exact_statics else None
+    return None if displacement is None else 1e3 * displacement, error
 
 
 def _shedding(name, meaning, index):

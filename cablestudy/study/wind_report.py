@@ -115,7 +115,7 @@ def _names(scene, parts):
 
 def _peak_and_range(case, cells):
     """Largest expected displacement and linear range of the gondola, None where the peak is not shown. [mm]"""
-    return cells.get("peak_mm"), find("linear_range").compute(case) if "peak_mm" in cells else None
+    return cells.get("peak_mm"), find("linear_range").compute(case)[0] if "peak_mm" in cells else None
 
 
 def _strength(scene, peak=False):

@@ -244,7 +244,7 @@ class SuspensionCase:
     def linear_range(self, name, axis):
         """Movement of a body or free point along x, y or z (0, 1, 2) up to which its cables restore it linearly. [m]
 
-        None where there is no such limit; see `cable.linear_range`.
+        None where there is no such limit; and its relative error, see `cable.linear_range`.
         """
         suspension = self.equilibrium.suspension
         ends = (suspension.owner[suspension.of_cables] == self.body(name)).astype(float)

@@ -247,8 +247,8 @@ def _linear_range(name, axis):
     """Column of the linear range of a body or free point along x, y or z."""
 
     def compute(case):
-        displacement = case.linear_range(name, axis)
-        return (None if displacement is None else 1e3 * displacement), case.statics_error(None)
+        displacement, error = case.linear_range(name, axis)
+        return (None if displacement is None else 1e3 * displacement), error + case.statics_error(None)
 
     meaning = (
         f"displacement along {'xyz'[axis]}, of either sign, at which the restoring force of its cables differs by 5 % "
