@@ -13,15 +13,18 @@ from test_suspension_loop_bars import lossy, scene_of
 
 from cablestudy.control.curves import at_frequencies, by_parts
 from cablestudy.control.law import Law
+from cablestudy.control.loop_gain import LoopGain
 from cablestudy.scene.scene import CableScene, load_scene
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.case import Case
 from cablestudy.study.one_cable_system import in_wind_of
+from cablestudy.study.suspension import driven_cables
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.driven_cables import DrivenCables
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system import pole_windows
 from cablestudy.system.coupling_damping import CouplingDamping, compute_pole_sums
+from cablestudy.system.linear import LinearSystem
 from cablestudy.system.tolerances import SYSTEM
 
 BARS, TURN = 6, 2 * np.pi
@@ -320,3 +323,31 @@ def test_ends_that_winches_move_on_board_push_the_body_as_in_the_modes_of_the_wh
     s = TURN * 1j * np.array([0.02, 0.05, 0.1])
     found, expected = loop.driven.loop_gain(s), loop.loop.unit_gain(s)
     assert found == pytest.approx(expected, abs=1e-7 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("error", [3e-7, -3e-7])
+def test_poles_of_the_model_with_errors_above_their_decay_hide_no_crossing(monkeypatch, error):
+    """Strain damps waves across a cable by 1e-8 of their frequency: the resonance that decides is as narrow."""
+    changes = "cable.damping={model: hysteretic, loss_factor: 1e-4, ratio: null}", "control.gain=1e-5 rad/s"
+    scene = load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml", ["model.accuracy=1e-3", *changes])[1]
+    scene, poles_of = scene.model_copy(update={"wind": None}), driven_cables.open_poles
+    own, _ = SuspensionCase(scene).in_wind.largest_gain
+    monkeypatch.setattr(driven_cables, "open_poles", lambda closed_loop: poles_of(closed_loop) * (1 + error))
+    assert SuspensionCase(scene).in_wind.largest_gain[0] == pytest.approx(own, rel=1e-9)
+
+
+def test_narrow_poles_are_those_of_the_equations():
+    """Two coupled masses on springs, without cables: eigenvalues of their state matrix."""
+    mass, damping = np.diag([2.0, 3.0]), 1e-7 * np.array([[2.0, -1.0], [-1.0, 4.0]])
+    stiffness, zero = np.array([[50.0, -20.0], [-20.0, 90.0]]), np.zeros((2, 2))
+    inverse = np.linalg.inv(mass)
+    poles = np.linalg.eigvals(np.block([[zero, np.eye(2)], [-inverse @ stiffness, -inverse @ damping]]))
+    poles = np.sort_complex(poles[poles.imag > 0])
+    none = {"elements": [], "moved": np.zeros((0, 6, 2)), "reeled": np.zeros((0, 6, 0)), "lifted": np.zeros((2, 0))}
+    loop_gain = LoopGain(LinearSystem(mass, damping, stiffness), **none, measured=np.zeros((0, 2)),
+                         shares=np.zeros((0, 0)), controller=None)  # fmt: skip
+    found = np.sort_complex(loop_gain.narrow_poles(poles + 1j * 1e-5, 1e-4))
+    np.testing.assert_allclose(found, poles, rtol=1e-14)
+    np.testing.assert_allclose(found.real, poles.real, rtol=1e-6)
+    assert not len(loop_gain.narrow_poles(poles, 1e-4))  # right already
+    assert not len(loop_gain.narrow_poles(poles + 1j * 1e-5, 1e-9))  # broader than their error

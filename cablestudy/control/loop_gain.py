@@ -28,7 +28,7 @@ import numpy as np
 from cablestudy.control.notched_law import NotchedLaw
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.system.linear import LinearSystem
-from cablestudy.system.matrices import solve
+from cablestudy.system.matrices import solve, solved
 from cablestudy.system.tolerances import SYSTEM
 
 
@@ -154,6 +154,52 @@ class LoopGain:
                 element = element.with_end_shapes(np.concatenate([np.eye(6)[:, rows], reeled[:, winches]], axis=1))
                 cables.append(_CableInLoop.of(element, moved[rows], winches, next(similar, None), self.windows))
         return cables
+
+    def narrow_poles(self, estimated, error):
+        """Poles without gain, of the equations of L itself, near estimates whose error may hide their resonance.
+
+        L has a resonance as wide as the pole decays, which frequencies beside an estimate miss where this is farther
+        off. Z is singular at a pole: near one, Z x = -d Z' x for the steps d from s to it and to poles close to it.
+
+        Parameters
+        ----------
+        estimated : ndarray, complex, shape (n,)
+            Poles. [rad/s]
+        error : float
+            Relative error of these: of those that decay more it hides nothing. [-]
+
+        Returns
+        -------
+        ndarray, complex, shape (m,)
+            Those that are farther from all estimates than half the width of the resonance. [rad/s]
+        """
+        hidden = (np.abs(estimated.real) < error * np.abs(estimated)) & (estimated.imag > 0)
+        if not (hidden.any() and len(self.bodies)):
+            return estimated[:0]
+        _ = self._divided  # found for few poles too, near which L is evaluated next
+        s, step = self._steps_to_poles(estimated[hidden])
+        near = np.abs(step) < error * np.abs(s)[:, None]
+        s = (s[:, None] + step)[near]
+        for _ in range(CONTROL.narrow_pole_steps):
+            s, step = self._steps_to_poles(s)
+            step = np.take_along_axis(step, np.abs(step).argmin(axis=1)[:, None], axis=1)[:, 0]
+            s = s + step
+        s = s[(np.abs(step) < np.abs(s.real) / 2) & (s.real < 0)]
+        found = estimated
+        for pole in s.tolist():
+            if np.abs(found - pole).min() > abs(pole.real):
+                found = np.append(found, pole)
+        return found[len(estimated) :]
+
+    @np.errstate(all="ignore")  # what is not finite is left out
+    def _steps_to_poles(self, s):
+        """Those of some s, shape (n,), at which Z is known; steps from there to poles, to first order, shape (n, d)."""
+        apart = np.abs(s.real) + CONTROL.least_half_width * np.abs(s)
+        stiffness, beside = (self._stiffness_and_forces(at)[0] for at in (s, s + apart))
+        slope = (beside - stiffness) / apart[:, None, None]
+        step = solved(slope, -stiffness)
+        known = np.isfinite(step).all(axis=(1, 2))
+        return s[known], np.linalg.eigvals(step[known])
 
     def poles_of(self, cable, modes):
         """Estimate the poles of modes of one cable with the bodies free, and the shift of each pole per gain.

@@ -32,6 +32,7 @@ class ControlTolerances:
     # distance from the frequency of a mode, in its half-widths, at which Z is computed for its pole
     half_widths_aside: float = 5.0
     least_half_width: float = 1e-9  # that is taken, over the frequency
+    narrow_pole_steps: int = 3  # of Newton's method to poles that decay less than their estimates are accurate
 
     # damping of ends and modes over the sum of its terms' sizes, up to which it is rounding: they cancel to some eps
     cancelled_damping: float = 1e-14

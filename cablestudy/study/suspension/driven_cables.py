@@ -355,7 +355,8 @@ class DrivenCables:
                 estimated, fixed = estimated[above], fixed[above]
                 shift = (np.abs(estimated) - fixed)[:, None] * MODES_TOGETHER
                 poles.append((estimated.real[:, None] + 1j * (fixed[:, None] + shift)).ravel())
-        return np.concatenate(poles)
+        poles = np.concatenate(poles)
+        return np.append(poles, self.loop_gain.narrow_poles(poles, self._closed_loop.plant.accuracy))
 
     def with_critical_modes(self, plant, gain):
         """Copy of a `Plant` with further modes, near the one that would grow first as the gain is raised.
