@@ -22,7 +22,7 @@ from cablestudy.study.notes import statics_error
 from cablestudy.study.row import evaluate, evaluate_cases
 
 DEEP = Twin(CHORD, 0.0, 371.6)  # twice the chord
-ORDER_AND_MODELS = r"of order (\d+)", r"compared: (\d+) models"
+ORDER_AND_MODELS = r"of order (\d+)", r"compared: (\d+) model"
 
 
 def row_of(scene, *names):
