@@ -9,8 +9,6 @@ from functools import cache
 from threading import Lock
 
 VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
-
-
 _lock, _inside, _limit = Lock(), 0, None  # how many blocks of `one_thread` run, in all threads; what the first one set
 
 

@@ -23,6 +23,7 @@ from twins import swinging
 import cablestudy
 from cablestudy import __version__
 from cablestudy.cli import main
+from cablestudy.cli.options import OneValueEach
 from cablestudy.study import all_columns, files, report
 
 GUY = CONFIGS / "guy.yaml"
@@ -298,6 +299,7 @@ def test_help_names_every_option_and_says_what_it_does(name):
             assert parameter.help, parameter.name
             assert all(option in text for option in parameter.opts)
     assert command.help
+    assert isinstance(command, OneValueEach)  # which refuses an option given twice
     assert f"  {name} " in run("--help").out
 
 

@@ -306,11 +306,15 @@ class _Spectra:
         coarse = self.responses.coarse
         return self._gusts.input_spectra(coarse / TURN, np.swapaxes(self._residues.response(1j * coarse), -1, -2))
 
-    def forcing(self, omega):
-        """Spectra over squared responses to forces, which are smoother than both, at some frequencies, shape (f, r)."""
+    @cached_property
+    def _forcing(self):
+        """Spectra over squared responses to forces, which are smoother than both, at the frequencies `coarse`."""
         of_model = self.responses.of_model
-        ratio = np.divide(self.coarse, of_model, out=np.zeros_like(of_model), where=of_model > 0)
-        return np.stack([np.interp(omega, self.responses.coarse, of_output) for of_output in ratio.T], axis=-1)
+        return np.divide(self.coarse, of_model, out=np.zeros_like(of_model), where=of_model > 0)
+
+    def forcing(self, omega):
+        """`_forcing` interpolated at other frequencies, shape (f, r)."""
+        return np.stack([np.interp(omega, self.responses.coarse, of_output) for of_output in self._forcing.T], axis=-1)
 
 
 def _with_values(omega, values):
