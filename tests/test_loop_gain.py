@@ -14,6 +14,7 @@ from test_suspension_loop_bars import lossy, scene_of
 from cablestudy.control.curves import at_frequencies, by_parts
 from cablestudy.control.law import Law
 from cablestudy.control.loop_gain import LoopGain
+from cablestudy.control.loop_gain_poles import narrow_poles, poles_of_modes
 from cablestudy.scene.scene import CableScene, load_scene
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.case import Case
@@ -69,6 +70,12 @@ def test_it_is_that_of_dense_bars_from_below_the_first_mode_to_the_highest(seed)
         assert value[place] == pytest.approx(expected, rel=1e-6, abs=1e-7 * np.abs(expected).max())
 
 
+def highest_poles(loop_gain):
+    """`poles_of_modes` of the three highest modes of the first cable: their poles, and the shifts of these."""
+    none = [np.zeros(0, dtype=int)] * (len(loop_gain.elements) - 1)
+    return poles_of_modes([loop_gain], [[np.arange(len(loop_gain.elements[0].omega))[-3:], *none]])[0]
+
+
 @pytest.mark.parametrize("seed", [2, 58])
 def test_the_pole_of_a_mode_of_one_cable_with_the_bodies_free(seed):
     """Close to an eigenvalue of the dense bars, much closer than the frequency between fixed ends."""
@@ -81,8 +88,7 @@ def test_the_pole_of_a_mode_of_one_cable_with_the_bodies_free(seed):
         ]
     )
     poles = np.linalg.eigvals(a)
-    modes = np.arange(len(found.elements[0].omega))[-3:]
-    for pole in found.poles_of(0, modes)[0]:
+    for pole in highest_poles(found)[0]:
         assert np.abs(poles - pole).min() < 1e-3 * abs(pole)
 
 
@@ -93,8 +99,7 @@ def test_the_shift_of_a_pole_by_the_gain(seed):
     fixed, scaled = bars.matrices()
     before, vectors = np.linalg.eig(fixed)
     change = np.diagonal(np.linalg.solve(vectors, scaled @ vectors))
-    poles, shifts = found.poles_of(0, np.arange(len(found.elements[0].omega))[-3:])
-    for pole, shift in zip(poles, shifts, strict=True):
+    for pole, shift in zip(*highest_poles(found), strict=True):
         assert change[np.argmin(np.abs(before - pole))] == pytest.approx(shift, rel=0.05)
 
 
@@ -153,7 +158,7 @@ def test_cables_in_the_air_are_summed_together(seed):
     """Against the matrices of each cable, its modes eliminated."""
     found, _ = both(seed, wind=WIND)
     omega = np.geomspace(0.1, 2 * max(element.omega.max() for element in found.elements), 31)
-    bodies, pulled = found._stiffness_and_forces(1j * omega)
+    bodies, pulled = LoopGain.stiffness_and_forces([found], np.zeros(len(omega), dtype=int), 1j * omega)
     for place, s in enumerate(1j * omega):
         expected, pushed, size = condensed_bodies(found, s)
         assert np.abs(bodies[place] - expected).max() < ROUNDING * size
@@ -176,7 +181,7 @@ def test_stiffness_of_cables_of_any_viscous_damping(law, damped):
     ]
     found = replace(found, elements=elements)
     s = 1j * np.geomspace(0.1, 2 * max(element.omega.max() for element in found.elements), 31)
-    bodies, pulled = found._stiffness_and_forces(s)
+    bodies, pulled = LoopGain.stiffness_and_forces([found], np.zeros(len(s), dtype=int), s)
     if law == "hysteretic" or damped != 1.0:  # else poles of a real matrix coincide, and equations are solved
         assert not found._divided[1]
     for place, one in enumerate(s):
@@ -346,8 +351,8 @@ def test_narrow_poles_are_those_of_the_equations():
     none = {"elements": [], "moved": np.zeros((0, 6, 2)), "reeled": np.zeros((0, 6, 0)), "lifted": np.zeros((2, 0))}
     loop_gain = LoopGain(LinearSystem(mass, damping, stiffness), **none, measured=np.zeros((0, 2)),
                          shares=np.zeros((0, 0)), controller=None)  # fmt: skip
-    found = np.sort_complex(loop_gain.narrow_poles(poles + 1j * 1e-5, 1e-4))
+    found = np.sort_complex(narrow_poles([loop_gain], [poles + 1j * 1e-5], [1e-4])[0])
     np.testing.assert_allclose(found, poles, rtol=1e-14)
     np.testing.assert_allclose(found.real, poles.real, rtol=1e-6)
-    assert not len(loop_gain.narrow_poles(poles, 1e-4))  # right already
-    assert not len(loop_gain.narrow_poles(poles + 1j * 1e-5, 1e-9))  # broader than their error
+    for estimated, error in (poles, 1e-4), (poles + 1j * 1e-5, 1e-9):  # right already; broader than their error
+        assert not len(narrow_poles([loop_gain], [estimated], [error])[0])

@@ -7,15 +7,6 @@ them to the winches, Z_b is the dynamic stiffness of the bodies without cables, 
 displacements of its ends, G and H these displacements by the bodies and by the lengths reeled in, F_0 the load that a
 winch takes off its own end. No system larger than that of the bodies is solved, and no mode of the whole suspension is
 needed.
-
-A mode of one cable between fixed ends, of frequency W, has its pole with the bodies free near that of
-
-    s^2 + c s + W^2 = s^4 w^T Z_r^-1 w,    w = G^T m,
-
-Z_r being Z without this mode, c twice its decay rate between fixed ends and m its coupling to the displacements of the
-ends. A gain g moves the pole by -g X/(2 s) to first order, with
-
-    X = s^4 (w^T Z_r^-1 F + m^T H) A C1 N P Z_r^-1 w.
 """
 
 from dataclasses import dataclass, replace
@@ -28,11 +19,11 @@ import numpy as np
 from cablestudy.control.notched_law import NotchedLaw
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.system.linear import LinearSystem
-from cablestudy.system.matrices import solve, solved
+from cablestudy.system.matrices import solve
 from cablestudy.system.tolerances import SYSTEM
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LoopGain:
     """The loop gain over the gain, L/g: a function of s.
 
@@ -79,14 +70,20 @@ class LoopGain:
     @np.errstate(divide="ignore", invalid="ignore")  # at the pole of an undamped mode it is infinite
     def of_rows(loop_gains, row, s):
         """L/g of n loop gains with equal `signature`, at s of the loops `row`, ascending: shape (f, k, k). [s]"""
+        stiffness, forces = LoopGain.stiffness_and_forces(loop_gains, row, s)
+        shares, measured = (
+            np.stack([getattr(one, name) for one in loop_gains])[row] for name in ("shares", "measured")
+        )
+        moved = measured @ solve(stiffness, forces @ shares)
+        return moved * NotchedLaw.of_rows([one.controller for one in loop_gains], row, s)[:, None, :]
+
+    @staticmethod
+    def stiffness_and_forces(loop_gains, row, s):
+        """Z, shape (f, d, d), and F, shape (f, d, i), as of `of_rows`; of k = 0 too."""
         by_cables = np.concatenate([loop_gains[number]._by_cables(s[part]) for number, part in _parts(row)])
         bodies = LinearSystem.stack([one.bodies for one in loop_gains]).dynamic_stiffness_of_rows(row, s)
-        lifted, shares, measured = (
-            np.stack([getattr(one, name) for one in loop_gains])[row] for name in ("lifted", "shares", "measured")
-        )
-        count = bodies.shape[-1]
-        moved = measured @ solve(bodies + by_cables[:, :, :count], (lifted - by_cables[:, :, count:]) @ shares)
-        return moved * NotchedLaw.of_rows([one.controller for one in loop_gains], row, s)[:, None, :]
+        lifted, count = np.stack([one.lifted for one in loop_gains])[row], bodies.shape[-1]
+        return bodies + by_cables[:, :, :count], lifted - by_cables[:, :, count:]
 
     @property
     def signature(self):
@@ -97,7 +94,7 @@ class LoopGain:
     @np.errstate(divide="ignore", invalid="ignore")  # at the pole of an undamped mode it is not a number
     def receptance(self, s, gain=0.0):
         """Coordinates per force on them with a gain g, (Z + g F A C1 N P)^-1 for s of shape (f,), shape (f, d, d)."""
-        bodies, pulled = self._stiffness_and_forces(s)
+        bodies, pulled = LoopGain.stiffness_and_forces([self], np.zeros(len(s), dtype=int), s)
         if gain:
             bodies = bodies + gain * (pulled @ self.shares * self.controller(s)[:, None, :]) @ self.measured
         finite = np.isfinite(bodies).all(axis=(1, 2))
@@ -121,11 +118,6 @@ class LoopGain:
         """True if poles of a cable are found in windows, which leaves a small error."""
         return any(damping.windowed for damping in self.coupling_damping)
 
-    def _stiffness_and_forces(self, s):
-        """Z, shape (f, d, d), and F, shape (f, d, i)."""
-        by_cables, count = self._by_cables(s), len(self.bodies)
-        return self.bodies.dynamic_stiffness(s) + by_cables[:, :, :count], self.lifted - by_cables[:, :, count:]
-
     def _by_cables(self, s):
         """Forces of cables on bodies by their displacements and by the winches, Z - Z_b and F_0 - F, (f, d, d + i)."""
         few = len(s) <= SYSTEM.solved_places  # at few frequencies the poles of cables cost more than they spare
@@ -136,6 +128,10 @@ class LoopGain:
         for cable in others:
             forces += cable.moved.T @ cable.stiffness(s) @ cable.columns(winches)
         return forces
+
+    def find_pole_sums(self):
+        """Find the sums over poles of the cables' stiffness, which few frequencies alone would not pay for."""
+        _ = self._divided
 
     @cached_property
     def _divided(self):
@@ -154,93 +150,6 @@ class LoopGain:
                 element = element.with_end_shapes(np.concatenate([np.eye(6)[:, rows], reeled[:, winches]], axis=1))
                 cables.append(_CableInLoop.of(element, moved[rows], winches, next(similar, None), self.windows))
         return cables
-
-    def narrow_poles(self, estimated, error):
-        """Poles without gain, of the equations of L itself, near estimates whose error may hide their resonance.
-
-        L has a resonance as wide as the pole decays, which frequencies beside an estimate miss where this is farther
-        off. Z is singular at a pole: near one, Z x = -d Z' x for the steps d from s to it and to poles close to it.
-
-        Parameters
-        ----------
-        estimated : ndarray, complex, shape (n,)
-            Poles. [rad/s]
-        error : float
-            Relative error of these: of those that decay more it hides nothing. [-]
-
-        Returns
-        -------
-        ndarray, complex, shape (m,)
-            Those that are farther from all estimates than half the width of the resonance. [rad/s]
-        """
-        hidden = (np.abs(estimated.real) < error * np.abs(estimated)) & (estimated.imag > 0)
-        if not (hidden.any() and len(self.bodies)):
-            return estimated[:0]
-        _ = self._divided  # found for few poles too, near which L is evaluated next
-        s, step = self._steps_to_poles(estimated[hidden])
-        near = np.abs(step) < error * np.abs(s)[:, None]
-        s = (s[:, None] + step)[near]
-        for _ in range(CONTROL.narrow_pole_steps):
-            s, step = self._steps_to_poles(s)
-            step = np.take_along_axis(step, np.abs(step).argmin(axis=1)[:, None], axis=1)[:, 0]
-            s = s + step
-        s = s[(np.abs(step) < np.abs(s.real) / 2) & (s.real < 0)]
-        found = estimated
-        for pole in s.tolist():
-            if np.abs(found - pole).min() > abs(pole.real):
-                found = np.append(found, pole)
-        return found[len(estimated) :]
-
-    @np.errstate(all="ignore")  # what is not finite is left out
-    def _steps_to_poles(self, s):
-        """Those of some s, shape (n,), at which Z is known; steps from there to poles, to first order, shape (n, d)."""
-        apart = np.abs(s.real) + CONTROL.least_half_width * np.abs(s)
-        stiffness, beside = (self._stiffness_and_forces(at)[0] for at in (s, s + apart))
-        slope = (beside - stiffness) / apart[:, None, None]
-        step = solved(slope, -stiffness)
-        known = np.isfinite(step).all(axis=(1, 2))
-        return s[known], np.linalg.eigvals(step[known])
-
-    def poles_of(self, cable, modes):
-        """Estimate the poles of modes of one cable with the bodies free, and the shift of each pole per gain.
-
-        They tell which modes of the cable a gain could drive to instability, and where the loop gain has peaks. The
-        equations of the module's docstring are evaluated once, not iterated. Z_r, which is Z without the mode, is
-        computed beside the frequency W of the mode: at W its resonance dominates Z, and Z_r would be lost in rounding.
-
-        Parameters
-        ----------
-        cable : int
-            Index of the cable.
-        modes : ndarray of int, shape (n,)
-            Numbers of its modes, from 0.
-
-        Returns
-        -------
-        poles : ndarray, complex, shape (n,)
-            Without gain. [rad/s]
-        shift : ndarray, complex, shape (n,)
-            Change of each pole per gain, to first order: -X/(2 s). [-]
-        """
-        element = self.elements[cable]
-        omega, coupling = element.omega[modes], element.coupling[modes]
-        decay = np.maximum(element.decay[modes], CONTROL.least_half_width * omega)
-        beside, rate = 1j * (omega + CONTROL.half_widths_aside * decay), 2 * decay  # s near i W, and c
-        _ = self._divided  # found even for few modes: whoever asks for poles asks for the loop gain beside them next
-        blocks = []  # few modes at once: their matrices stay in the processor's cache
-        for begin in range(0, len(modes), CONTROL.modes_at_once):
-            block = slice(begin, begin + CONTROL.modes_at_once)
-            s, w = beside[block], coupling[block] @ self.moved[cable]
-            stiffness, winch_forces = self._stiffness_and_forces(s)  # Z and F
-            of_mode_alone = s**4 / (omega[block] ** 2 + s * (s + rate[block]))
-            without_mode = stiffness + of_mode_alone[:, None, None] * w[:, :, None] * w[:, None, :]  # Z_r
-            displacements = solve(without_mode, w[..., None])[..., 0]  # Z_r^-1 w
-            excitation = (displacements[:, None, :] @ winch_forces)[:, 0] + coupling[block] @ self.reeled[cable]
-            winch_movement = (self.controller(s) * (displacements @ self.measured.T)) @ self.shares.T
-            blocks.append(np.stack([(w * displacements).sum(axis=-1), (excitation * winch_movement).sum(axis=-1)]))
-        held, driven = np.concatenate(blocks, axis=1) * omega**4  # W^4 w^T Z_r^-1 w, and X
-        poles = -decay + 1j * np.sqrt(omega**2 - held - decay**2)  # of s^2 + c s + W^2 = W^4 w^T Z_r^-1 w, c = 2 decay
-        return poles, -driven / (2 * poles)
 
 
 @dataclass(frozen=True)

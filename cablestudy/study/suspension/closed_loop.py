@@ -30,6 +30,7 @@ def _solve_trials(trials):
     Models.groups.compute(trial.models for trial in trials)
     coupling = without_errors({trial: outcome_of(partial(getattr, trial, "coupling_damping")) for trial in trials})
     compute_pole_sums(damping for of_trial in coupling.values() for damping in of_trial)
+    DrivenCables.poles_outcome.compute(coupling)
     gains = without_errors({trial: outcome_of(partial(getattr, trial, "gains")) for trial in trials})
     StableGains.limits.compute(gains.values())
 
@@ -402,9 +403,9 @@ class ClosedLoop:
             return False
         fixed = np.sort(np.concatenate([element.omega for element in elements]))
         lowest = fixed[: max(len(self.modes) - len(self.layout.free), 0)].max(initial=0.0)
+        driven = effects.may_drive(elements, gain)
         return not any(
-            (effects.may_drive(cable, element, gain) & (element.omega >= lowest)).any()
-            for cable, element in enumerate(elements)
+            (of_cable & (element.omega >= lowest)).any() for of_cable, element in zip(driven, elements, strict=True)
         )
 
     @property

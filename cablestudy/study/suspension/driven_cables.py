@@ -23,17 +23,19 @@ import numpy as np
 from cablestudy.activity import doing
 from cablestudy.control.gain_limits import StableGains, limit_near, limits_near, too_many
 from cablestudy.control.loop_gain import LoopGain
+from cablestudy.control.loop_gain_poles import narrow_poles, poles_of_modes
 from cablestudy.control.margins import Margins
 from cablestudy.control.motion import with_strokes
 from cablestudy.control.nearby_margins import nearby_limits, nearby_margins
 from cablestudy.control.suspension import winch_loads
 from cablestudy.control.tolerances import CONTROL
-from cablestudy.errors import ConvergenceError
-from cablestudy.study.suspension.driven_waves import ACROSS
+from cablestudy.errors import ConvergenceError, outcome_of, result_of, without_errors
+from cablestudy.study.suspension.driven_waves import ACROSS, driven_modes
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.cable_coordinates import residual_vectors
 from cablestudy.system.cables import Models
 from cablestudy.system.coupled_modes import Search
+from cablestudy.system.together import computed_together
 
 MODES_TOGETHER = np.arange(5.0)  # shifts of the poles of modes that nearly coincide, over that of one alone
 TURN = 2 * np.pi
@@ -132,7 +134,7 @@ class DrivenCables:
             The gain could drive more modes than can be computed.
         """
         notches, law = self._closed_loop.body.notches, self._closed_loop.untuned_loop.law
-        return StableGains(self.loop_gain, self._poles(), notches, law, self._gain)
+        return StableGains(self.loop_gain, result_of(self.poles_outcome), notches, law, self._gain)
 
     @property
     def limit(self):
@@ -295,15 +297,15 @@ class DrivenCables:
         below = element.omega < max(across, resolved * self.resolved_to)
         return below | (self._effects.along(cable, element) & (element.omega < along))
 
-    def _needed_modes(self):
-        """Modes of each cable that the gain could drive, or that are needed: list of (ndarray of bool, shape (n,)).
+    def _needed_modes(self, modes_driven):
+        """Modes of each cable that the gain could drive, as of `driven_modes`, or that are needed: list of such arrays.
 
         Raises
         ------
         NoSolutionError
             There are too many of them.
         """
-        modes_driven, needed = self._effects.driven(self.loop_gain, self._gain), []
+        needed = []
         for driven, kept, element in zip(modes_driven, self.kept, self.loop_gain.elements, strict=True):
             is_mode = np.arange(len(driven)) < kept.modes  # vectors that stand for modes come after them
             needed.append((driven | (element.omega < self.all_modes_up_to)) & is_mode)
@@ -339,24 +341,46 @@ class DrivenCables:
         """`Superelement` of each cable in the loop gain, in the air: list; arguments as of `_loop_gain`."""
         return [in_air.element for in_air in self._closed_loop.plant.in_air(models, kept)]
 
-    def _poles(self):
-        """Poles of the model, and estimates of those of modes above it that the gain could drive. [rad/s]"""
-        poles = [open_poles(self._closed_loop)]
-        if self._spoilt:
-            return poles[0]
-        highest = (1 - STUDY.uncertain_pole) * self._highest_resolved
-        for cable, needed in enumerate(self._needed_modes()):
-            element = self.loop_gain.elements[cable]
-            modes = np.flatnonzero(needed & (element.omega > STUDY.may_be_above * highest))
-            if len(modes):
-                estimated, _ = self.loop_gain.poles_of(cable, modes)
-                fixed = element.omega[modes]  # with the ends of the cable fixed
-                above = np.maximum(np.abs(estimated), fixed) > highest
-                estimated, fixed = estimated[above], fixed[above]
-                shift = (np.abs(estimated) - fixed)[:, None] * MODES_TOGETHER
-                poles.append((estimated.real[:, None] + 1j * (fixed[:, None] + shift)).ravel())
-        poles = np.concatenate(poles)
-        return np.append(poles, self.loop_gain.narrow_poles(poles, self._closed_loop.plant.accuracy))
+    @computed_together
+    def poles_outcome(trials):
+        """Poles of the model, and estimates of those of modes above it that the gain could drive, or an error. [rad/s]
+
+        The error is the NoSolutionError of too many modes. Each of the trials has a loop gain.
+        """
+        yield from ((one, open_poles(one._closed_loop)) for one in trials if one._spoilt)
+        trials = [one for one in trials if not one._spoilt]
+        loop_gains = [one.loop_gain for one in trials]
+        driven = driven_modes([one._effects for one in trials], loop_gains, [one._gain for one in trials])
+        needed = {one: outcome_of(partial(one._needed_modes, modes)) for one, modes in zip(trials, driven, strict=True)}
+        yield from ((one, error) for one, error in needed.items() if isinstance(error, Exception))
+        needed = without_errors(needed)
+        above = [one._modes_that_may_be_above(modes) for one, modes in needed.items()]
+        loop_gains = [one.loop_gain for one in needed]
+        estimated = [poles for poles, _ in poles_of_modes(loop_gains, above)]
+        poles = [one._with_estimates(*pair) for one, *pair in zip(needed, above, estimated, strict=True)]
+        narrow = narrow_poles(loop_gains, poles, [one._closed_loop.plant.accuracy for one in needed])
+        yield from ((one, np.concatenate(pair)) for one, *pair in zip(needed, poles, narrow, strict=True))
+
+    @property
+    def _highest_surely_known(self):
+        """Frequency up to which the poles of modes are those of the model. [rad/s]"""
+        return (1 - STUDY.uncertain_pole) * self._highest_resolved
+
+    def _modes_that_may_be_above(self, needed):
+        """Numbers of those of the needed modes of each cable whose poles the model may not have: list of ndarray."""
+        least = STUDY.may_be_above * self._highest_surely_known
+        pairs = zip(needed, self.loop_gain.elements, strict=True)
+        return [np.flatnonzero(modes & (element.omega > least)) for modes, element in pairs]
+
+    def _with_estimates(self, modes, estimated):
+        """Poles of the model, then those of modes above it, by the numbers and estimated poles of these. [rad/s]"""
+        elements, highest = self.loop_gain.elements, self._highest_surely_known
+        fixed = np.concatenate([element.omega[own] for element, own in zip(elements, modes, strict=True)])
+        above = np.maximum(np.abs(estimated), fixed) > highest  # `fixed` with the ends of the cable fixed
+        estimated, fixed = estimated[above], fixed[above]
+        shift = (np.abs(estimated) - fixed)[:, None] * MODES_TOGETHER
+        poles = estimated.real[:, None] + 1j * (fixed[:, None] + shift)
+        return np.append(open_poles(self._closed_loop), poles)
 
     def with_critical_modes(self, plant, gain):
         """Copy of a `Plant` with further modes, near the one that would grow first as the gain is raised.
@@ -379,12 +403,12 @@ class DrivenCables:
 
     def _critical_modes(self, limit):
         """Modes of each cable that the gain could drive, near the frequency of a `Limit`: list of bool, shape (n,)."""
-        critical = []
-        for cable, element in enumerate(self.models.elements):
-            near = self._in_loop[cable] & (np.abs(element.omega / limit.omega - 1) < STUDY.critical_modes)
-            driven = True if self._spoilt else self._effects.may_drive(cable, element, self._gain)
-            critical.append(near & driven)
-        return critical
+        elements = self.models.elements
+        driven = [True] * len(elements) if self._spoilt else self._effects.may_drive(elements, self._gain)
+        return [
+            in_loop & of_cable & (np.abs(element.omega / limit.omega - 1) < STUDY.critical_modes)
+            for element, in_loop, of_cable in zip(elements, self._in_loop, driven, strict=True)
+        ]
 
     # ------------------------------------------------------------------------------------------------------- errors
 

@@ -28,6 +28,7 @@ from operator import attrgetter
 
 import numpy as np
 
+from cablestudy.control.loop_gain_poles import poles_of_modes
 from cablestudy.control.notched_law import NotchedLaw
 from cablestudy.control.suspension import reeled
 from cablestudy.control.tolerances import CONTROL
@@ -181,49 +182,60 @@ class Effects:
         size = gain * np.abs(np.linalg.eigvals(unit_gain)).max(axis=1)
         return float(self.omega[size > STUDY.broad_loop_gain].max(initial=0.0))
 
-    def driven(self, loop_gain, gain):
-        """Decide which modes of each cable a gain could make grow: list of ndarray of bool, shape (n,).
-
-        First by the bound of the module's docstring; modes that exceed it are judged by the estimated shift of their
-        own poles. Those poles count the damping by moving bodies too: a mode across a cable may have hardly any other.
+    def may_drive(self, elements, gain):
+        """Which modes of each cable a gain could drive by the bound of the module's docstring: list, as `driven_modes`.
 
         Parameters
         ----------
-        loop_gain : LoopGain
-            Its `elements` have the n modes of each cable that are judged.
+        elements : list of Superelement
+            Of all cables.
         gain : float
             [rad/s]
         """
         of_cables = []
-        for cable, element in enumerate(loop_gain.elements):
-            is_driven = self.may_drive(cable, element, gain)
-            if is_driven.any():
-                omega, poles, shift = element.omega[is_driven], *loop_gain.poles_of(cable, np.flatnonzero(is_driven))
-                by_air = self._decay(cable, element)[is_driven] - element.decay[is_driven]  # lower bound, see `air`
-                is_driven[is_driven] = gain * np.abs(shift) > self._harmless_shift(by_air - poles.real, omega)
-            of_cables.append(is_driven)
+        for cable, element in enumerate(elements):
+            # index of the frequency of the bound next above each mode
+            index = np.clip(np.searchsorted(self.omega, element.omega), 0, len(self.omega) - 1)
+            bound = gain * self._shift_per_gain(cable, index, element.coupling)
+            of_cables.append(bound > self._harmless_shift(self._decay(cable, element), element.omega))
         return of_cables
-
-    def may_drive(self, cable, element, gain):
-        """Which modes of a cable a gain could drive by the bound of the module's docstring: array of bool, shape (n,).
-
-        Parameters
-        ----------
-        cable : int
-        element : Superelement
-            Of this cable.
-        gain : float
-            [rad/s]
-        """
-        # index of the frequency of the bound next above each mode
-        index = np.clip(np.searchsorted(self.omega, element.omega), 0, len(self.omega) - 1)
-        bound = gain * self._shift_per_gain(cable, index, element.coupling)
-        return bound > self._harmless_shift(self._decay(cable, element), element.omega)
 
     @staticmethod
     def _harmless_shift(decay, omega):
         """Shift of poles by a gain up to which it drives no mode, of modes with a rate of decay [1/s], shape (n,)."""
         return np.maximum(STUDY.driven_decay * decay, UNDAMPED * omega)
+
+
+def driven_modes(effects, loop_gains, gains):
+    """Decide which modes of each cable a gain could make grow, for many rows.
+
+    First by the bound of the module's docstring; modes that exceed it are judged by the estimated shift of their own
+    poles. Those poles count the damping by moving bodies too: a mode across a cable may have hardly any other.
+
+    Parameters
+    ----------
+    effects : list of Effects
+    loop_gains : list of LoopGain
+        Their `elements` have the n modes of each cable that are judged.
+    gains : list of float
+        [rad/s]
+
+    Returns
+    -------
+    list of (list of ndarray of bool, shape (n,))
+        Of each row and cable.
+    """
+    rows = list(zip(effects, loop_gains, gains, strict=True))
+    driven = [own.may_drive(loop_gain.elements, gain) for own, loop_gain, gain in rows]
+    numbers = [[np.flatnonzero(of_cable) for of_cable in of_row] for of_row in driven]
+    for (own, loop_gain, gain), of_row, pair in zip(rows, driven, poles_of_modes(loop_gains, numbers), strict=True):
+        edges = np.cumsum([np.count_nonzero(of_cable) for of_cable in of_row])[:-1]
+        parts = zip(loop_gain.elements, of_row, *(np.split(array, edges) for array in pair), strict=True)
+        for cable, (element, of_cable, poles, shift) in enumerate(parts):
+            by_air = own._decay(cable, element)[of_cable] - element.decay[of_cable]  # lower bound, see `air`
+            harmless = own._harmless_shift(by_air - poles.real, element.omega[of_cable])
+            of_cable[of_cable] = ~(gain * np.abs(shift) <= harmless)  # driven, too, where the shift is no number
+    return driven
 
 
 def _stacked(owners, *names):

@@ -1,0 +1,164 @@
+"""Poles, without gain, of the equations of many loop gains: of modes of single cables, and of narrow resonances.
+
+In the notation of `control.loop_gain`, Z(s) is singular at a pole. A mode of one cable between fixed ends, of frequency
+W, has its pole with the bodies free near that of
+
+    s^2 + c s + W^2 = s^4 w^T Z_r^-1 w,    w = G^T m,
+
+Z_r being Z without this mode, c twice its decay rate between fixed ends and m its coupling to the displacements of the
+ends. A gain g moves the pole by -g X/(2 s) to first order, with
+
+    X = s^4 (w^T Z_r^-1 F + m^T H) A C1 N P Z_r^-1 w.
+"""
+
+from operator import attrgetter
+
+import numpy as np
+
+from cablestudy.control.loop_gain import LoopGain
+from cablestudy.control.notched_law import NotchedLaw
+from cablestudy.control.tolerances import CONTROL
+from cablestudy.system.matrices import solved
+from cablestudy.system.together import batches
+
+
+def poles_of_modes(loop_gains, modes):
+    """Estimate the poles of modes of single cables with the bodies free, and the shift of each pole per gain.
+
+    They tell which modes a gain could drive to instability, and where the loop gain has peaks. The equations of the
+    module's docstring are evaluated once, not iterated, at s beside i W: at W the resonance of the mode dominates Z,
+    and Z_r would be lost in rounding.
+
+    Parameters
+    ----------
+    loop_gains : list of LoopGain
+    modes : list of (list of ndarray of int)
+        Of each loop gain the numbers of modes of each cable, from 0.
+
+    Returns
+    -------
+    list of (ndarray, ndarray)
+        Of each loop gain, for these modes of one cable after the other, complex, shape (n,) both: the poles without
+        gain [rad/s], and the change of each pole per gain, to first order: -X/(2 s) [-]. Not numbers where Z_r is
+        singular.
+    """
+    found, modes_of = {}, dict(zip(loop_gains, modes, strict=True))
+    for members in _batches(loop_gains):
+        by_row = [_arrays_of_modes(loop_gain, modes_of[loop_gain]) for loop_gain in members]
+        counts = [len(arrays[0]) for arrays in by_row]
+        omega, decay, *forces = (np.concatenate(arrays) for arrays in zip(*by_row, strict=True))
+        row, blocks = np.repeat(np.arange(len(members)), counts), [np.zeros((2, 0))]
+        for begin in range(0, len(omega), CONTROL.modes_at_once):  # whose matrices stay in the processor's cache
+            part = slice(begin, begin + CONTROL.modes_at_once)
+            arrays = (array[part] for array in (row, omega, decay, *forces))
+            blocks.append(_held_and_driven(members, *arrays))
+        held, driven = np.concatenate(blocks, axis=1) * omega**4  # W^4 w^T Z_r^-1 w, and X
+        poles = -decay + 1j * np.sqrt(omega**2 - held - decay**2)  # of s^2 + c s + W^2 = W^4 w^T Z_r^-1 w, c = 2 decay
+        edges = np.cumsum(counts)[:-1]
+        pairs = zip(np.split(poles, edges), np.split(-driven / (2 * poles), edges), strict=True)
+        found |= zip(members, pairs, strict=True)
+    return [found[loop_gain] for loop_gain in loop_gains]
+
+
+def _batches(loop_gains):
+    """Lists of loop gains whose poles are found together, with the sums over poles of their cables (generator)."""
+    for members in batches(loop_gains, attrgetter("signature"), lambda loop_gain: len(loop_gain.bodies)):
+        for loop_gain in members:  # whoever asks for poles asks for the loop gain beside them next
+            loop_gain.find_pole_sums()
+        yield members
+
+
+def _arrays_of_modes(loop_gain, modes):
+    """Frequency and decay of chosen modes of each cable, shape (n,), w and H^T m, shapes (n, d) and (n, i): four."""
+    by_cable = []
+    for element, *onto, chosen in zip(loop_gain.elements, loop_gain.moved, loop_gain.reeled, modes, strict=True):
+        forces = (element.coupling[chosen] @ part for part in onto)
+        by_cable.append((element.omega[chosen], element.decay[chosen], *forces))
+    omega, decay, *forces = (np.concatenate(arrays) for arrays in zip(*by_cable, strict=True))
+    return omega, np.maximum(decay, CONTROL.least_half_width * omega), *forces
+
+
+def _held_and_driven(loop_gains, row, omega, decay, w, by_winches):
+    """W^-4 times what holds and what drives each of n modes, w^T Z_r^-1 w and X/W^4: shape (2, n).
+
+    The arrays have n rows: the number of the loop gain, ascending, then those of `_arrays_of_modes`.
+    """
+    s, rate = 1j * (omega + CONTROL.half_widths_aside * decay), 2 * decay  # beside i W, and c
+    stiffness, winch_forces = LoopGain.stiffness_and_forces(loop_gains, row, s)  # Z and F
+    of_mode_alone = s**4 / (omega**2 + s * (s + rate))
+    without_mode = stiffness + of_mode_alone[:, None, None] * w[:, :, None] * w[:, None, :]  # Z_r
+    displacements = solved(without_mode, w[..., None] + 0j)  # Z_r^-1 w
+    excitation = (np.swapaxes(displacements, 1, 2) @ winch_forces)[:, 0] + by_winches
+    measured, shares = (np.stack([getattr(one, name) for one in loop_gains])[row] for name in ("measured", "shares"))
+    controller = NotchedLaw.of_rows([one.controller for one in loop_gains], row, s)
+    winch_movement = (shares @ (controller[..., None] * (measured @ displacements)))[..., 0]
+    return np.stack([(w * displacements[..., 0]).sum(axis=-1), (excitation * winch_movement).sum(axis=-1)])
+
+
+def narrow_poles(loop_gains, estimates, error):
+    """Poles without gain, of the equations of L itself, near estimates whose error may hide their resonance.
+
+    L has a resonance as wide as the pole decays, which frequencies beside an estimate miss where this is farther off.
+    Near a pole Z x = -d Z' x for the steps d from s to it and to poles close to it.
+
+    Parameters
+    ----------
+    loop_gains : list of LoopGain
+    estimates : list of ndarray
+        Poles of each, complex, shape (n,). [rad/s]
+    error : list of float
+        Relative error of these: of those that decay more it hides nothing. [-]
+
+    Returns
+    -------
+    list of ndarray
+        Of each loop gain those poles that are farther from all estimates than half the width of the resonance, complex,
+        shape (m,). [rad/s]
+    """
+    found, hidden_of = dict.fromkeys(loop_gains, np.zeros(0, dtype=complex)), {}
+    for loop_gain, estimated, of_row in zip(loop_gains, estimates, error, strict=True):
+        hidden = (np.abs(estimated.real) < of_row * np.abs(estimated)) & (estimated.imag > 0)
+        if hidden.any() and len(loop_gain.bodies):
+            hidden_of[loop_gain] = estimated, estimated[hidden], of_row
+    for members in _batches(hidden_of):
+        estimates, hidden, error = zip(*(hidden_of[loop_gain] for loop_gain in members), strict=True)
+        row = np.repeat(np.arange(len(members)), [len(poles) for poles in hidden])
+        row, s = _narrow_poles(members, row, np.concatenate(hidden), np.array(error))
+        for number, (loop_gain, estimated) in enumerate(zip(members, estimates, strict=True)):
+            found[loop_gain] = _apart(estimated, s[row == number])
+    return [found[loop_gain] for loop_gain in loop_gains]
+
+
+def _apart(estimated, poles):
+    """Those of some poles that are farther from estimates, and from those before, than half a resonance's width."""
+    known = estimated
+    for pole in poles.tolist():
+        if np.abs(known - pole).min() > abs(pole.real):
+            known = np.append(known, pole)
+    return known[len(estimated) :]
+
+
+def _narrow_poles(loop_gains, row, s, error):
+    """Poles, decaying, that are closer to s of some loop gains than relative errors of these: their `row`, and poles.
+
+    `row` and `s` have shape (n,), `row` ascending; `error` is that of each loop gain.
+    """
+    row, s, step = _steps_to_poles(loop_gains, row, s)
+    index, which = np.nonzero(np.abs(step) < (error[row] * np.abs(s))[:, None])
+    row, s = row[index], s[index] + step[index, which]
+    for _ in range(CONTROL.narrow_pole_steps):
+        row, s, step = _steps_to_poles(loop_gains, row, s)
+        step = np.take_along_axis(step, np.abs(step).argmin(axis=1)[:, None], axis=1)[:, 0]
+        s = s + step
+    narrow = (np.abs(step) < np.abs(s.real) / 2) & (s.real < 0)
+    return row[narrow], s[narrow]
+
+
+@np.errstate(all="ignore")  # what is not finite is left out
+def _steps_to_poles(loop_gains, row, s):
+    """Those of some s, shape (n,), at which Z is known; steps from there to poles, to first order, shape (n, d)."""
+    apart = np.abs(s.real) + CONTROL.least_half_width * np.abs(s)
+    stiffness, beside = (LoopGain.stiffness_and_forces(loop_gains, row, at)[0] for at in (s, s + apart))
+    step = solved((beside - stiffness) / apart[:, None, None], -stiffness)
+    known = np.isfinite(step).all(axis=(1, 2))
+    return row[known], s[known], np.linalg.eigvals(step[known])
