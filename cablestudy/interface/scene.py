@@ -166,7 +166,18 @@ class Scene:
             if hint := self._hint(str(error)):
                 raise NoSolutionError(f"{error}{hint}") from None
             raise
-        return replace(answer, failures=tuple(f"{failure}{self._hint(failure)}" for failure in answer.failures))
+        failures = tuple(f"{failure}{self._hint(failure)}" for failure in answer.failures)
+        return replace(answer, failures=failures, warnings=(*answer.warnings, *self._above_accuracy(what, answer)))
+
+    def _above_accuracy(self, what, answer):
+        """A note on errors of an `Answer` about motion that are above the accuracy, at most one; tuple of str."""
+        from cablestudy.study.notes import above_accuracy
+
+        if answer.failures or what not in ("windrms", "loop"):
+            return ()
+        tables = {f" of {name}" if name else "": table for name, table in answer.tables.items() if table.errors}
+        rows = (({f"{key}{of}": e for key, e in row.items()}) for of, table in tables.items() for row in table.errors())
+        return above_accuracy((row, self.model.model.accuracy) for row in rows)
 
     def _compute_case(self, what, **options):
         """`Answer` of one of several load cases, see `_compute`."""

@@ -112,15 +112,14 @@ def solve_loop(scene, span, time_options, table, estimate):
     """`Answer` of the loop, see `one_cable.solve_loop`."""
     from cablestudy.scene.scene import missing
     from cablestudy.study.loop_report import unstable
-    from cablestudy.study.suspension.wind_report import loop_remarks, loop_tables
+    from cablestudy.study.suspension.wind_report import loop_tables
 
     if scene.model.control is None:
         raise missing(scene.document, "control", "loop")
     case = scene.estimated if estimate else scene.case
     tables, failures = ({}, ()) if span or time_options else loop_tables(case, table)
-    remarks = () if failures else loop_remarks(case, tables)
     failures = unstable(case.in_wind.controlled) if span else failures
-    answer = _of_case(case, failures, remarks, tables=_named(table, tables))
+    answer = _of_case(case, failures, tables=_named(table, tables))
     return with_loop(answer, scene, case.in_wind, span, time_options)
 
 

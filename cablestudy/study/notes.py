@@ -282,6 +282,29 @@ def share_hint(document, scene, failure):
     return ""
 
 
+def above_accuracy(rows):
+    """A note on numbers whose estimated error is above the accuracy that the scene states, at most one; tuple of str.
+
+    Parameters
+    ----------
+    rows : iterable of (dict, float or None)
+        Of each row: name of a number -> its estimated relative error, None where it is not known; and the accuracy,
+        None of a scene that states its elements instead. An error counts if it is above with the two digits told. [-]
+    """
+    above, asked = {}, set()  # name -> errors
+    for errors, accuracy in rows:
+        for name, error in errors.items() if accuracy is not None else ():
+            if error is not None and float(f"{error:.1e}") > accuracy:
+                above.setdefault(name, []).append(error)
+                asked.add(accuracy)
+    if not above:
+        return ()
+    names = sorted(above, key=lambda name: -max(above[name]))
+    texts = [f"{name} (up to {max(above[name]):.1e}, {counted(len(above[name]), 'row')})" for name in names]
+    accuracies = " to ".join(f"{accuracy:g}" for accuracy in sorted({min(asked), max(asked)}))
+    return (f"note: estimated errors above model.accuracy, {accuracies}: {first_of(texts, STUDY.listed_columns)}",)
+
+
 def assumed_damping(scene):
     """Notes, at most one: a scene without damping gets the default. Returns a tuple of str."""
     if "damping" in scene.cable.model_fields_set:

@@ -82,7 +82,8 @@ class StudyTolerances:
     few_modes: tuple = (16, 8)  # and then so many
     lacked_compliance: float = 1e-3  # share in the static compliance of bodies that these may lack,
     lacked_motion: float = 0.1  # and that any model may lack without responses to the inertia of the bodies
-    # where notches are at frequencies that those have not, the first one for tensions of a bare cable
+    # where notches are at frequencies that those have not; the first one where those do not suffice for the accuracy,
+    # unless damping is modal, and for tensions of a bare cable
     more_modes: tuple = (300, 600)
     # of a model with an exact choice of elements, where fewer change the RMS by more than the share
     element_modes: int = 250

@@ -8,12 +8,14 @@ from collections import Counter
 from contextlib import ExitStack, closing, suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from functools import partial
+from functools import lru_cache, partial
 from itertools import islice
 
 from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
 from cablestudy.interrupts import Interrupts
 from cablestudy.scene.words import counted, first_of
+from cablestudy.study.column import SYSTEM
+from cablestudy.study.notes import above_accuracy
 from cablestudy.study.prepare import prepare
 from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.status import FALLEN, OVER_STRENGTH, SLACK
@@ -234,7 +236,7 @@ class Run:
         return lines
 
     def warnings(self):
-        """List of lines: what a stated tension means in the first case, the rows whose numbers are doubtful."""
+        """List of lines: what a stated tension means in the first case, doubtful rows, errors above the accuracy."""
         lines = []
         with suppress(CablestudyError):
             scene = self.study.case(0)[1]
@@ -243,7 +245,17 @@ class Run:
             rows = [str(case + 1) for case in self.store.doubtful(doubt)]
             if rows:
                 lines.append(f"warning: {words} in {len(rows)} of {self.done} rows: {first_of(rows, SHOWN)}")
-        return lines
+        return [*lines, *above_accuracy(self._errors_of_motion())]
+
+    def _errors_of_motion(self):
+        """Yield of each row the errors of gondola, loop and wind, header -> error, and the accuracy of its scene."""
+        headers = {column.header for column in self.columns if column.needs in SYSTEM}
+        varied = any(key.partition(".")[0] == "model" for key in self.study.set_keys)
+        accuracy_of = lru_cache(maxsize=1)(lambda case: self.study.case(case)[1].model.accuracy)
+        first = None
+        for case, errors in self.store.errors() if headers else ():
+            first = case if varied or first is None else first
+            yield {header: error for header, error in errors.items() if header in headers}, accuracy_of(first)
 
     def interrupted(self, words):
         """Lines that say how to go on with a run that was ended."""

@@ -165,6 +165,14 @@ class RowStore:
             for (case,) in self.database.execute(query):
                 yield case
 
+    def errors(self):
+        """Yield case and errors, header -> estimated relative error, of each row that states any, in order."""
+        with self.database.reported():
+            for case, errors in self.database.execute(
+                "SELECT row - 1, errors FROM rows WHERE errors != '' ORDER BY row"
+            ):
+                yield case, json.loads(errors)
+
     def add(self, headers, records):
         """Add the rows of a chunk, from `record.pack`: all of them, or none.
 

@@ -184,7 +184,9 @@ class DynamicAnalysis:
         """Numbers of modes of models of many cables, or of cables of which all modes are excited: ascending."""
         if self._model is not None:
             return (STUDY.element_modes,)
-        return STUDY.plane_model_modes if self._cables is not None and self._cables.planes else STUDY.model_modes
+        if self._cables is not None and self._cables.planes:
+            return STUDY.plane_model_modes
+        return STUDY.model_modes if self._modal_damping_counts else (*STUDY.model_modes, STUDY.more_modes[0])
 
     def closed_loop_with(self, count):
         """`closed_loop_of` a number of modes that is tried; where those left out matter they have responses."""
@@ -258,29 +260,11 @@ class DynamicAnalysis:
         return ends_move and any_grows_with_modes(self.scene.cables.values())
 
     @property
-    def error_note(self):
-        """Text of a note where the error of the RMS of the bodies is unknown or above the accuracy; else empty.
-
-        Raises
-        ------
-        NoSolutionError, ConvergenceError
-            As `response`.
-        """
-        if self._model is not None:
+    def modal_damping_note(self):
+        """Text of a note where modal damping leaves the error of the RMS unknown; else empty; raises as `response`."""
+        if self._model is not None or not self._modal_damping_counts:
             return ""
-        if self._modal_damping_counts:
-            return unknown_rms_error(counted(len(self.closed_loop.modes), "mode"))
-        analyses = self, DynamicAnalysis._without_control.known(self)  # with the winches at rest, if it was needed
-        solved = [analysis for analysis in analyses if analysis is not None and analysis.solved]
-        variance_error = max(analysis.response.displacement_truncation_error for analysis in solved)
-        error = variance_error / 2  # of the root
-        if error <= self._accuracy:
-            return ""
-        sizes = [str(count) for count in self._model_sizes if count <= len(self.closed_loop.modes)]
-        models = f"{counted(len(sizes), 'model')} of {', '.join(sizes)} modes"
-        return (
-            f"motion in the wind: {models} tried: estimated error of the RMS {error:.1e}, asked for {self._accuracy:g}"
-        )
+        return unknown_rms_error(counted(len(self.closed_loop.modes), "mode"))
 
     @property
     def _error_known(self):
@@ -399,7 +383,7 @@ class DynamicAnalysis:
     @cached_property
     def finer(self):
         """`DynamicAnalysis` of a bare cable with the next larger number of modes; None where there is no larger one."""
-        sizes, count = (*self._usual_counts, STUDY.more_modes[0]), len(self.closed_loop.modes)
+        sizes, count = sorted({*self._usual_counts, STUDY.more_modes[0]}), len(self.closed_loop.modes)
         if self._model is not None or count not in sizes[:-1]:
             return None
         other = self._with_scene()
@@ -435,23 +419,10 @@ class DynamicAnalysis:
         return other
 
     @property
-    def loop_error(self):
-        """Estimated relative error of the largest gain by models; not a number for an exact choice of elements. [-]"""
-        return self._with_limits.driven.errors[0]
-
-    @property
     def _limit_errors(self):
         """Estimated relative errors of the largest gain and of its frequency, by models and by the mean drag. [-]"""
         driven = self._with_limits.driven
         return tuple(np.add(driven.errors, driven.drag_errors).tolist())
-
-    @property
-    def loop_doubt(self):
-        """Why the error of the largest gain is larger than asked for, in words; else empty; raises as `controlled`."""
-        error = self.loop_error
-        if self._model is not None or not error > self._accuracy:
-            return ""
-        return f"loop: estimated error of the largest gain {error:.1e}, asked for {self._accuracy:g}"
 
     def margin(self, name):
         """A number of `Margins` by its name, and its estimated relative error by the models of the cables."""

@@ -185,25 +185,18 @@ def _peaks_and_ranges(case):
 
 
 def remarks_of(case, tables):
-    """Warnings and notes on numbers in the wind: exceeded limits, slack cables, large errors: list of str.
+    """Warnings and notes on numbers in the wind: exceeded limits, slack cables, unknown errors: list of str.
 
     And, where the `tables` show both, a note on motions that the loop makes larger.
     """
     lines = [f"warning: {text}: the linear numbers do not hold" for text in exceeded_limits(case).values()]
     if slack := slackened(case):
         lines.append(f"warning: {SLACK}: {first_of(slack, STUDY.listed_parts)}: the linear numbers do not hold")
-    if doubt := case.in_wind.error_note:
-        lines.append(f"note: {doubt}")
-    lines += loop_remarks(case, tables)
+    if unknown := case.in_wind.modal_damping_note:
+        lines.append(f"note: {unknown}")
     if "motion" in tables:
         lines += beyond_linear(_peaks_and_ranges(case))
     if "motion" in tables and "open_loop" in tables:
         pairs = zip(tables["motion"].rows, tables["open_loop"].rows, strict=True)
         lines += larger_by_loop((row["name"], row["rms_mm"], at_rest["rms_mm"]) for row, at_rest in pairs)
     return lines
-
-
-def loop_remarks(case, tables):
-    """A note on a largest gain whose error is above the accuracy, where the `tables` show it; at most one: list."""
-    doubt = case.in_wind.loop_doubt if "loop" in tables else ""
-    return [f"note: {doubt}"] if doubt else []
