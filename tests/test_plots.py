@@ -20,6 +20,7 @@ from cablestudy.study import case_modes, plots, report
 from cablestudy.study.all_columns import find
 from cablestudy.study.case import Case
 from cablestudy.study.deflection import nodal_deflections
+from cablestudy.study.gondola_on_cable import gondola_on_cable
 from cablestudy.study.plots import style
 from cablestudy.study.plots.words import key_words, number, unit_text, value_text
 from cablestudy.study.row import evaluate
@@ -207,6 +208,23 @@ def test_a_load_out_of_the_plane_gets_a_panel_of_its_own():
 
 
 # ---------------------------------------------------------------------------------------------------- mode shapes
+
+
+def test_a_mode_along_the_cable_moves_as_far_on_the_paper_as_one_across_it(carlina):
+    """Each mode has the same peak; z is enlarged 200 times, and the gondola's 5 cm along x were not: no movement."""
+    case = gondola_on_cable(carlina)
+    found = case.modes(4)
+    assert found.moves[:2] == ("gondola x", "cable out-of-plane")
+    figure = draw(plots.coupled_mode_shapes(case, found))
+    assert "vertical scale enlarged 200 times, displacements along the horizontal axis too" in " ".join(
+        figure.get_suptitle().split()
+    )
+    along, across = figure.axes[:2]
+    still, moved = (along.transData.transform(line.get_xydata()[0]) for line in along.lines if line.get_marker() == "s")
+    assert moved[1] == pytest.approx(still[1], abs=0.1)  # pixels
+    sideways = across.transData.transform(curves(across)["mode"].get_xydata())[:, 1]
+    assert abs(moved[0] - still[0]) == pytest.approx(np.ptp(sideways), rel=1e-3)
+    assert np.ptp(sideways) > 0.02 * along.bbox.width
 
 
 def test_mode_shapes_are_the_modes_on_the_static_form(carlina):

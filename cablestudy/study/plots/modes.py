@@ -1,6 +1,6 @@
 """Pictures of mode shapes on the static form: of one cable between fixed ends, and of a whole suspension."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -48,6 +48,7 @@ SMALL = 0.08  # size of a body over that of the scene, below which its rotation 
 MANY = 100  # cables from which lines are thin
 TALL = 1.8  # height over width of the tallest panel in perspective
 ENLARGED = 0.27  # side of the picture of the enlarged body over the width of its panel
+FITTED = 6  # vertical scales that are tried until displacements are enlarged alike in both directions
 TRUE = 1e-3  # height over width of a picture that is not enlarged
 
 
@@ -75,6 +76,8 @@ class ModeDrawing:
         Largest rotation of a body.
     body : str or None
         The body that moves most, where it turns.
+    across : float
+        Enlargement of displacements across the paper, over that of those upwards. [-]
     """
 
     view: object
@@ -86,6 +89,7 @@ class ModeDrawing:
     points: tuple = (np.zeros((0, 3)),) * 2
     turn: float = 0.0
     body: str | None = None
+    across: float = 1.0
 
     @property
     def parts(self):
@@ -99,7 +103,12 @@ class ModeDrawing:
 
     def outline(self, factor):
         """Places that are displaced so far, on the paper, shape (n, 2)."""
-        return np.concatenate([self.view(places + factor * moved).reshape(-1, 2) for places, moved in self.parts])
+        return np.concatenate([self.displaced(*part, factor).reshape(-1, 2) for part in self.parts])
+
+    def displaced(self, places, moved, factor):
+        """Places, shape (..., 3), with so many times their displacements, on the paper, shape (..., 2)."""
+        still = self.view(places)
+        return still + (self.view(places + factor * moved) - still) * [self.across, 1.0]
 
     def turns_in_a_small_body(self, size):
         """True if a body turns that is small beside the size of the scene. [m]"""
@@ -177,12 +186,32 @@ def coupled_mode_shapes(case, modes, listed=None, share=None):
     """
     listed, drawing = len(modes) if listed is None else listed, drawing_of(case)
     plane, peak = upright_plane([drawing]), nice(PEAK_OVER_SIZE * drawing.size)  # peak: largest displacement drawn [m]
-    if plane is not None and not np.ptp(plane(drawing.places)[:, 0]) < FLAT * drawing.size:
-        peak = nice(PEAK_OVER_SIZE * drawing.size / Window(*plane(drawing.places).T, LAYOUT[columns_of(listed)]).factor)
-    else:
+    if plane is not None and np.ptp(plane(drawing.places)[:, 0]) < FLAT * drawing.size:
         plane = None
     shown = [_coupled(case, modes, drawing, plane, number) for number in range(min(listed, PANELS))]
+    if plane is not None and shown:
+        shown, peak = _alike_in_both_directions(shown, drawing, Window(*plane(drawing.places).T, _ratio(shown)).factor)
     return _figure(shown, modes.frequency, listed, peak, share, drawing, plane and plane.labels[0])
+
+
+def _ratio(shown):
+    """Height over width of the panel of each of so many modes."""
+    return LAYOUT[columns_of(len(shown))]
+
+
+def _alike_in_both_directions(shown, drawing, enlargement):
+    """Modes in a plane whose displacements across are enlarged as those upwards are, and their largest one drawn. [m]
+
+    `enlargement` is that of the vertical scale without displacements: with them it may be less, which is looked for.
+    """
+    for _ in range(FITTED):
+        peak = nice(PEAK_OVER_SIZE * drawing.size / enlargement)
+        shown = [replace(mode, across=enlargement) for mode in shown]
+        window, _ = _window(shown, [mode.factor(peak) for mode in shown], None, False, _ratio(shown))
+        if window.factor >= enlargement:
+            break
+        enlargement = window.factor
+    return shown, peak
 
 
 def _coupled(case, modes, drawing, plane, number):
@@ -308,7 +337,11 @@ def _figure(shown, frequency, listed, peak, share, drawing, distance):
         _label_plane(figure, shown, distance)
     scaled = f"scaled to a peak of {quantity_text(peaks[0], 'm')}" if equal else "displacements enlarged"
     modes_in_words = f"First {count} of {listed} modes" if count < listed else counted(count, "mode")
-    heading(figure, f"{modes_in_words}, {scaled}, on the static form (grey){f'; {window.note}' if distance else ''}")
+    scale = f"; {window.note}" if distance else ""
+    if (across := shown[0].across) != 1.0:
+        times = "" if across == window.factor else f" {across:g} times"
+        scale += f", displacements along the horizontal axis too{times}"
+    heading(figure, f"{modes_in_words}, {scaled}, on the static form (grey){scale}")
     return figure
 
 
@@ -339,15 +372,15 @@ def _draw(axes, mode, factor, anchors):
     width, view = 1.4 if len(mode.cables) < MANY else 0.5, mode.view
     draw_lines(axes, [view(places) for places, _ in mode.cables], STILL, linewidths=0.7 * width, label="static form")
     colours = [mode.colour_of(moved) for _, moved in mode.cables]
-    lines = [view(places + factor * moved) for places, moved in mode.cables]
+    lines = [mode.displaced(places, moved, factor) for places, moved in mode.cables]
     draw_lines(axes, lines, colours, linewidths=width, zorder=3, label="mode")
     draw_points(axes, view, anchors, "^", color=GREY, ms=4, zorder=4)
     places, moved = mode.points
     draw_points(axes, view, places, "o", color=STILL, ms=3, zorder=2)
-    draw_points(axes, view, places + factor * moved, "o", color=mode.colour, ms=3, zorder=5)
+    draw_points(axes, lambda at: mode.displaced(at, moved, factor), places, "o", color=mode.colour, ms=3, zorder=5)
     for places, moved in mode.bodies.values():
         for colour, reach, zorder in ((STILL, 0.0, 2), (mode.colour_of(moved), factor, 6)):
-            draw_body(axes, view(places + reach * moved), colour, colour, 4, zorder, lw=1.6)
+            draw_body(axes, mode.displaced(places, moved, reach), colour, colour, 4, zorder, lw=1.6)
 
 
 def _enlarge(axes, mode, factor, side):
