@@ -7,8 +7,10 @@ import re
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 from command import CARLINA, ROOT, table_of
+from PIL import Image
 
 DOCS = ROOT / "docs"
 FOLDERS = ("IPYTHONDIR", "JUPYTER_RUNTIME_DIR", "JUPYTER_CONFIG_DIR", "JUPYTER_DATA_DIR")  # of the user otherwise
@@ -30,8 +32,14 @@ def page(name, folder):
     pictures = re.findall(r"!\[[^\]]*\]\((.*?)\)", text)
     assert len(pictures) == 3
     assert all((folder / picture).stat().st_size > 5000 for picture in pictures)
-    assert all((DOCS / picture).exists() for picture in pictures)
+    assert [picture for picture in pictures if differ(folder / picture, DOCS / picture)] == [], "stale: 'make docs'"
     return text
+
+
+def differ(*paths):
+    """True if two pictures are not of one size, or differ in more than a hundredth of their area."""
+    now, before = (np.asarray(Image.open(path).convert("L"), dtype=float) for path in paths)
+    return now.shape != before.shape or (np.abs(now - before) > 32).mean() > 0.01
 
 
 def printed(text, pattern):
