@@ -225,6 +225,24 @@ def test_an_integrator_with_a_lag_in_closed_form():
     assert found.disk_phase_margin == pytest.approx(np.degrees(2 * np.arctan(half)), rel=1e-12)
 
 
+def test_a_delay_turns_a_leading_eigenvalue_all_the_way_to_minus_one():
+    """L = s^2/2/(s^2 + s/10 + 1) has the size 1 where 3 x^2/4 - 1.99 x + 1 = 0, x = w^2.
+
+    At the lower crossing it lags -1 by 14 degrees on the far side: a delay has to turn it by 346, not by 14, and the
+    upper one, where its phase is 8 degrees, decides with 188.
+    """
+    found = Margins(lambda s: (s**2 / 2 / (s**2 + s / 10 + 1))[:, None, None], frequencies(np.roots([1, 0.1, 1])))
+    lower, upper = ((1.99 + sign * (1.99**2 - 3) ** 0.5) / 1.5 for sign in (-1, 1))
+    lag = np.arctan(lower**0.5 / 10 / (1 - lower))
+    assert found.phase_margin == pytest.approx(np.degrees(lag), rel=1e-10)
+    assert found.gain_crossover == pytest.approx(lower**0.5 / TURN, rel=1e-10)
+    delay = (np.pi + np.arctan(upper**0.5 / 10 / (upper - 1))) / upper**0.5
+    assert lag / lower**0.5 < delay / 7
+    s = 1j * upper**0.5  # with this delay a pole is on the axis
+    assert abs(1 + s**2 / 2 / (s**2 + s / 10 + 1) * np.exp(-s * delay)) < 1e-12
+    assert found.delay_margin == pytest.approx(delay, rel=1e-10)
+
+
 @pytest.mark.parametrize("gain", [0.02, 0.05])
 def test_disk_margins_are_those_of_python_control(gain):
     loop, rational = spring_loop(gain)
