@@ -225,6 +225,23 @@ def test_an_integrator_with_a_lag_in_closed_form():
     assert found.disk_phase_margin == pytest.approx(np.degrees(2 * np.arctan(half)), rel=1e-12)
 
 
+@pytest.mark.parametrize("raised", [0.0, 1e-8, -1e-8])
+def test_of_equal_peaks_the_lowest_is_named(raised):
+    """L = 1/(s (s + 1)) in three coordinates at 1, 2 and 4 times the frequency, the highest with another gain too."""
+    scales = np.array([4.0, 1.0, 2.0])
+
+    def loop_gain(s):
+        scaled = s[:, None] / scales
+        return ((1 + raised * (scales == 4.0)) / (scaled * (scaled + 1)))[:, :, None] * np.eye(3)
+
+    poles = np.concatenate([scale * np.array([-1.0, -0.5 + 0.75**0.5 * 1j]) for scale in scales])
+    found = Margins(loop_gain, frequencies(poles))
+    x = (1 + 3**0.5) / 2  # as above
+    assert found.sensitivity_frequency * TURN == pytest.approx(x**0.5, rel=1e-7)
+    assert found.disk_frequency * TURN == pytest.approx(1.0, rel=1e-7)
+    assert found.sensitivity_peak == pytest.approx(((x**2 + x) / (x**2 - x + 1)) ** 0.5, rel=2e-8)
+
+
 def test_a_delay_turns_a_leading_eigenvalue_all_the_way_to_minus_one():
     """L = s^2/2/(s^2 + s/10 + 1) has the size 1 where 3 x^2/4 - 1.99 x + 1 = 0, x = w^2.
 

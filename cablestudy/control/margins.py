@@ -110,7 +110,7 @@ class Margins:
                 return _size(sensitivity(loop_gains(omega, loop)), SHIFTS[shift][:, None, None])
 
             curves = [(one._curve[0], one._sizes(shift)) for one in members for shift in SHIFTS.tolist()]
-            found = highest(size_at, curves)
+            found = highest(size_at, curves, CONTROL.equal_peaks)
             yield from zip(members, zip(found[::2], found[1::2], strict=True), strict=True)
 
     def _sizes(self, shift):
@@ -176,7 +176,7 @@ class Margins:
 
     @property
     def sensitivity_frequency(self):
-        """Frequency of the largest sensitivity; None where it is 1, at infinity. [Hz]"""
+        """Frequency of the largest sensitivity, the lowest of equal ones; None where it is 1, at infinity. [Hz]"""
         return self._peak[1] and self._peak[1] / TURN
 
     @property

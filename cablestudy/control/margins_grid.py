@@ -52,8 +52,10 @@ def near_poles(poles):
     return np.concatenate([beside, size[np.abs(poles.real) > CONTROL.infinite_at_pole * size]])
 
 
-def highest(function, curves):
+def highest(function, curves, equal=0.0):
     """Find the largest value of each of n functions of frequency, and the frequency where it is [rad/s]: list of pairs.
+
+    Of peaks that are equal the frequency is the lowest one.
 
     Parameters
     ----------
@@ -62,6 +64,8 @@ def highest(function, curves):
     curves : list of (ndarray, ndarray)
         Of each function frequencies, shape (f,), ascending, close enough to show every peak, and its values there. Each
         peak that may be the highest is refined.
+    equal : float
+        Relative difference of heights, which are not negative, up to which peaks are equal. [-]
     """
     found, brackets = [], []
     for number, (omega, value) in enumerate(curves):
@@ -75,13 +79,16 @@ def highest(function, curves):
     if not len(top):
         return found
     position, height = maxima(function, low, top, high, which)
-    order = np.lexsort([-height, which])
-    best = order[np.append(True, np.diff(which[order]) > 0)]  # the highest peak of each function that has one
-    # else the largest value is at an end of the range
-    best = best[height[best] >= np.array([found[number][0] for number in which[best].tolist()])]
-    polished = _polished_maxima(function, height[best], position[best], (high - low)[best], which[best])
-    for number, *of_function in zip(which[best].tolist(), *polished, strict=True):
-        found[number] = tuple(of_function)
+    tallest = np.array([value for value, _ in found])  # else the largest value is at an end of the range
+    np.maximum.at(tallest, which, height)
+    best = np.flatnonzero(height >= tallest[which] * (1 - equal))
+    heights, positions = _polished_maxima(function, height[best], position[best], (high - low)[best], which[best])
+    for number in np.unique(which[best]).tolist():
+        of_function = which[best] == number
+        largest = max(tallest[number], heights[of_function].max())
+        is_equal = of_function & (heights >= largest * (1 - equal))
+        if is_equal.any():
+            found[number] = float(largest), float(positions[is_equal].min())
     return found
 
 
@@ -124,7 +131,7 @@ def maxima(function, low, top, high, *which):
 
 
 def _polished_maxima(function, height, omega, width, which):
-    """Heights and frequencies [rad/s] of maxima, to rounding, from those known to `extremum_place`: two lists.
+    """Heights and frequencies [rad/s] of maxima, to rounding, from those known to `extremum_place`: two arrays.
 
     A Newton step with the derivatives of fourth order of five values around each; `width` is that of its bracket.
     """
@@ -136,7 +143,7 @@ def _polished_maxima(function, height, omega, width, which):
     height, omega = height.copy(), omega.copy()
     omega[sharp] -= step[sharp] * slope[sharp] / curvature[sharp]
     height[sharp] = np.fmax(height[sharp], function(omega[sharp], which[sharp]))
-    return height.tolist(), omega.tolist()
+    return height, omega
 
 
 def passages(function, curves):
