@@ -29,8 +29,8 @@ def relative(value, truth):
 def statics(cables, peers):
     """Lines: static columns."""
     from cablestudy.study.scene_values import tables_of
-    from cablestudy.study.status import has_answer
     from cablestudy.study.study_rows import evaluate_tables
+    from cablestudy.study.table_rows import has_answer
 
     names = "horizontal_tension", "max_tension", "preload", "sag", "end_stiffness"
     wanted, study = columns(*names), study_of(cables * REPEATED, ACCURACY, names)

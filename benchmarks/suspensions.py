@@ -226,7 +226,7 @@ def motion(peers):
     import numpy as np
 
     from cablestudy.study.suspension.case import SuspensionCase
-    from cablestudy.study.suspension.grouping import cases_of
+    from cablestudy.study.suspension.rows import cases_of
     from cablestudy.system.equilibria import shared
 
     scene = telescope()

@@ -62,7 +62,7 @@ def undrawn():
     with (
         patch("cablestudy.study.plots.save", lambda figure, path: Path(path).touch()),
         patch("cablestudy.study.plots.save_animation", lambda draw, path: Path(path).touch()),
-        patch("cablestudy.pages.pictures.inline_picture", lambda figure, prefix, label: empty(escape(label))),
+        patch("cablestudy.pages.page.inline_picture", lambda figure, prefix, label: empty(escape(label))),
     ):
         yield
 

@@ -9,7 +9,7 @@ import pytest
 from cluster import cluster
 from command import LONGEST, SLACK, go_on, run, start_paused, stored_rows, study_file
 
-from cablestudy.sweeps import cluster as module
+from cablestudy.sweeps import driver as module
 
 pytestmark = pytest.mark.usefixtures("folder")
 

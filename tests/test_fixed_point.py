@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cablestudy.system.fixed_point import next_argument
+from cablestudy.wind.mean import next_argument
 
 
 def linear_steps(seed, count):

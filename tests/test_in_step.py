@@ -5,7 +5,7 @@ import threading
 import pytest
 from command import LONGEST
 
-from cablestudy.study.in_step import NAME, in_step
+from cablestudy.study.find_rows import NAME, in_step
 
 
 def halvings(low, high):

@@ -12,7 +12,7 @@ from picture import undrawn
 import cablestudy as cs
 from cablestudy.errors import SceneError
 from cablestudy.pages.given import flat, written
-from cablestudy.pages.pictures import inline_picture
+from cablestudy.pages.page import inline_picture
 from cablestudy.pages.tables import END_ROWS, MOST_ROWS, table_html
 from cablestudy.study.table import Field, Table
 from cablestudy.sweeps import run as sweeps_run

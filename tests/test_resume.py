@@ -27,9 +27,10 @@ from cablestudy.errors import SceneError
 from cablestudy.scene.study import read_study
 from cablestudy.study.prepare import prepare
 from cablestudy.study.scene_values import CaseTable, tables_of
-from cablestudy.sweeps import chunks, driver, row_reuse
+from cablestudy.sweeps import chunks, driver
 from cablestudy.sweeps.database import Database
 from cablestudy.sweeps.fingerprint import RESULTS_VERSION, digest, identity, versions
+from cablestudy.sweeps.run import usable
 
 pytestmark = pytest.mark.usefixtures("folder")
 
@@ -279,11 +280,11 @@ def key_alone(study, case):
 
 def test_what_can_be_used_again():
     moving = ["sag_m", "cable_frequency_Hz"]
-    assert row_reuse.usable(["sag_m"], ["sag_m", "preload_N"]) == {"sag_m"}
-    assert row_reuse.usable(moving, [*moving, "preload_N"]) == set(moving)
-    assert row_reuse.usable(moving, [*moving, "axial_frequency_1_Hz"]) == {"sag_m"}
-    assert row_reuse.usable(moving, [*moving, "error_estimate"]) == set()
-    assert row_reuse.usable([*moving, "error_estimate"], ["error_estimate", *moving]) == {*moving, "error_estimate"}
+    assert usable(["sag_m"], ["sag_m", "preload_N"]) == {"sag_m"}
+    assert usable(moving, [*moving, "preload_N"]) == set(moving)
+    assert usable(moving, [*moving, "axial_frequency_1_Hz"]) == {"sag_m"}
+    assert usable(moving, [*moving, "error_estimate"]) == set()
+    assert usable([*moving, "error_estimate"], ["error_estimate", *moving]) == {*moving, "error_estimate"}
 
 
 def test_a_key_is_of_the_resolved_scene(folder):

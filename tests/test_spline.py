@@ -1,10 +1,10 @@
-"""`wind/spline.py` beside scipy.interpolate, and polynomials, which splines of their degree are."""
+"""`wind/gusts.py` beside scipy.interpolate, and polynomials, which splines of their degree are."""
 
 import numpy as np
 import pytest
 from scipy.interpolate import make_interp_spline
 
-from cablestudy.wind.spline import CardinalSplines
+from cablestudy.wind.gusts import CardinalSplines
 
 
 @pytest.mark.parametrize(("count", "degree"), [(36, 7), (6, 5), (8, 7), (25, 7), (200, 7), (12, 3)])

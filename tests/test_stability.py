@@ -20,9 +20,9 @@ from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.scene.scene import CableScene, load_scene
 from cablestudy.study.columns import find
 from cablestudy.study.row import evaluate
-from cablestudy.study.status import SLACK
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.closed_loop import ClosedLoop
+from cablestudy.study.table_rows import SLACK
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.linear import LinearSystem
 

@@ -19,8 +19,7 @@ from cablestudy.study.study_rows import evaluate_tables
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find
 from cablestudy.study.suspension.group import Group
-from cablestudy.study.suspension.grouping import cases_of
-from cablestudy.study.suspension.rows import evaluate_suspensions
+from cablestudy.study.suspension.rows import cases_of, evaluate_suspensions
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.cables import FixedModel
 from cablestudy.system.coupled_modes import coupled_modes_of_cases

@@ -23,7 +23,7 @@ from cablestudy.scene.scene import load_scene
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find
-from cablestudy.study.suspension.grouping import cases_of
+from cablestudy.study.suspension.rows import cases_of
 from cablestudy.system import descent, statics
 from cablestudy.system.coupled import Layout
 from cablestudy.system.tolerances import SYSTEM

@@ -25,8 +25,7 @@ from cablestudy.scene.determinacy import MOTIONS
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find
-from cablestudy.study.suspension.grouping import cases_of
-from cablestudy.study.suspension.rows import evaluate_suspensions
+from cablestudy.study.suspension.rows import cases_of, evaluate_suspensions
 from cablestudy.system.coupled import Layout
 from cablestudy.system.tolerances import SYSTEM
 

@@ -13,7 +13,7 @@ from picture import faults
 
 from cablestudy.cable.dynamics import Dynamics
 from cablestudy.errors import ConvergenceError
-from cablestudy.pages import pictures
+from cablestudy.pages import page as pages
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import plots
 from cablestudy.study.loop_in_time import TimeOptions, time_case, uniform_gust
@@ -147,7 +147,7 @@ def test_an_unstable_loop_is_no_answer():
 
 
 def test_the_page_of_an_unstable_loop_says_why_and_shows_the_rest(tmp_path, monkeypatch):
-    monkeypatch.setattr(pictures, "inline_picture", lambda figure, *_: f"<p>{len(figure.axes)} axes</p>")
+    monkeypatch.setattr(pages, "inline_picture", lambda figure, *_: f"<p>{len(figure.axes)} axes</p>")
     page = tmp_path / "net.html"
     done = run("report", NET, "--set", "control.gain=12", "--out", page, code=3)
     assert "the loop is unstable at 12 rad/s" in done.err

@@ -17,8 +17,8 @@ from test_suspension_extremes import EXTREMES, platform
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import load_scene
 from cablestudy.scene.suspension import SuspensionScene
-from cablestudy.study.suspension.grouping import cases_of
 from cablestudy.study.suspension.numbers import distribution_of, numbers_of
+from cablestudy.study.suspension.rows import cases_of
 from cablestudy.system import lengths, rounding, statics, tangent
 from cablestudy.system.descent import CONVERGED, ROUNDED, UNHELD, UNMET, evaluate
 from cablestudy.system.failure import explain

@@ -16,7 +16,7 @@ from scenes import case_of, cells, scene
 
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.case import Case
-from cablestudy.study.status import SLACK
+from cablestudy.study.table_rows import SLACK
 from cablestudy.study.wind_report import BELOW
 from cablestudy.wind import gusts
 

@@ -10,7 +10,6 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.cable.equal_rows import row_keys
 from cablestudy.cable.equilibrium_residual import EquilibriumResidual
 from cablestudy.cable.geometry import midspan, sag_and_swing
 from cablestudy.cable.midspan import arc_length_at_midspan
@@ -18,6 +17,7 @@ from cablestudy.cable.newton import CONVERGED, STALLED, UNDETERMINED, Record, ne
 from cablestudy.cable.segment import Kernel, SegmentedCable, evaluate, extension, flexibility, inverse_symmetric
 from cablestudy.cable.span import Span
 from cablestudy.cable.tolerances import CABLE
+from cablestudy.cable.vectors import row_keys
 
 GAUSS_POINTS = 8  # on each piece, for the travel time of a wave
 

@@ -33,12 +33,12 @@ GROUPS = {
             ("windrms gondola.yaml --plot wind.svg", "windrms gondola.yaml --set cable.material=steel"),
         ),
         "loop": (
-            "loop",
+            "scene",
             "Margins of the winch loop, over frequency and in time.",
             ("loop gondola.yaml --plot loop.svg", "loop gondola.yaml --time 60s --input gust --plot gust.svg"),
         ),
         "ssm": (
-            "loop",
+            "scene",
             "The state space for MATLAB, scipy and python-control.",
             ("ssm gondola.yaml --with gondola --out gondola.mat", "ssm gondola.yaml --response 0.1Hz:10Hz:50"),
         ),

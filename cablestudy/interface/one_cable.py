@@ -75,8 +75,8 @@ def _modes_with_gondola(scene, count, upto):
     """The coupled modes of gondola and cable, without winch and wind."""
     from cablestudy.scene.scene import missing
     from cablestudy.study.case import Case
-    from cablestudy.study.gondola_on_cable import gondola_on_cable
     from cablestudy.study.notes import reference_without_loads
+    from cablestudy.study.one_cable_columns import gondola_on_cable
     from cablestudy.study.suspension.notes import mode_notes
 
     if scene.model.gondola is None:

@@ -4,8 +4,8 @@ import re
 from dataclasses import dataclass, field
 
 from cablestudy.pages.markup import boxed, element, text, unit_text
-from cablestudy.study.status import OK
 from cablestudy.study.table import Field, short, signed
+from cablestudy.study.table_rows import OK
 from cablestudy.study.tolerances import STUDY
 
 MOST_ROWS, END_ROWS = 100, 25  # rows of the longest table that is whole, and rows at each end of one that is cut

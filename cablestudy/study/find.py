@@ -20,9 +20,9 @@ from cablestudy.study.limits import limits_by_case, limits_of, unanswered
 from cablestudy.study.roots import Effort, points_between, ranges_about, zeros
 from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.scene_values import tables_of
-from cablestudy.study.status import STATUS, has_answer
 from cablestudy.study.study_rows import checks_of, evaluate, evaluate_tables
 from cablestudy.study.table import Field, Table
+from cablestudy.study.table_rows import STATUS, has_answer
 from cablestudy.study.tolerances import STUDY
 
 

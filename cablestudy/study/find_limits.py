@@ -8,9 +8,9 @@ from cablestudy.errors import NoSolutionError
 from cablestudy.study.all_columns import find
 from cablestudy.study.find import Solutions, find_table, scenes_at, search
 from cablestudy.study.limits import NOT_MET
-from cablestudy.study.status import has_answer
 from cablestudy.study.study_rows import checks_of
 from cablestudy.study.table import Field
+from cablestudy.study.table_rows import has_answer
 
 GOVERNING = find("governing")
 END = Field("end", "end", label=True)

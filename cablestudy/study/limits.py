@@ -11,8 +11,8 @@ from cablestudy.scene.limit_table import REFERENCE, comparison
 from cablestudy.study.all_columns import find, why_not
 from cablestudy.study.goal import number_in_unit
 from cablestudy.study.scene_kind import kind_of
-from cablestudy.study.status import FALLEN
 from cablestudy.study.table import Field, Table
+from cablestudy.study.table_rows import FALLEN
 from cablestudy.study.tolerances import STUDY
 
 OK, NOT_MET = "ok", "not met"

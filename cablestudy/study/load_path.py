@@ -11,8 +11,8 @@ from cablestudy.scene.words import first_of
 from cablestudy.study.columns import find
 from cablestudy.study.point_loads import FIELDS, NO_GROUND, fields_in, lacks_clearance
 from cablestudy.study.scene_kind import kind_of
-from cablestudy.study.status import OK, STATUS
 from cablestudy.study.table import Field, Table
+from cablestudy.study.table_rows import OK, STATUS
 from cablestudy.study.tolerances import STUDY
 
 OF_CABLE = [find(name).field for name in ("max_tension", "angle_1", "angle_2")]

@@ -10,7 +10,7 @@ from cablestudy.scene.words import counted, first_of
 from cablestudy.study.column import relative
 from cablestudy.study.columns import over_strength, stress_of
 from cablestudy.study.motion_columns import tensions_at_peak
-from cablestudy.study.status import SLACK
+from cablestudy.study.table_rows import SLACK
 from cablestudy.study.tolerances import STUDY
 
 STATED_TENSIONS = ("preload",), ("tension", "value")  # paths in the table of a cable

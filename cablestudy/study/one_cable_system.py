@@ -16,9 +16,8 @@ from cablestudy.cable.assembly import IN_PLANE
 from cablestudy.errors import outcome_of
 from cablestudy.scene.one_cable import CABLE, GONDOLA, as_suspension
 from cablestudy.study.motion_columns import GONDOLA_X, MIDSPAN
-from cablestudy.study.suspension.airflow import Airflow
+from cablestudy.study.suspension.airflow import Airflow, drag_of
 from cablestudy.study.suspension.body_mode import BodyMode, RefinedMode
-from cablestudy.study.suspension.drag import drag_of
 from cablestudy.study.suspension.dynamic_analysis import DynamicAnalysis, solve_modes
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.cables import Cables, FixedModel

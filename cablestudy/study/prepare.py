@@ -11,8 +11,8 @@ from cablestudy.study.find import check_goal, field_of_key
 from cablestudy.study.goal import goal_of_study
 from cablestudy.study.limits import limits_of
 from cablestudy.study.scene_values import tables_of
-from cablestudy.study.status import STATUS
 from cablestudy.study.table import Field, number, read_csv
+from cablestudy.study.table_rows import STATUS
 from cablestudy.study.varied_keys import varied_key, varied_keys
 
 NEVER_COMPARED = "solve_time"  # differs from run to run

@@ -7,11 +7,11 @@ import numpy as np
 
 from cablestudy.cable.catenary import solve, travel_shares
 from cablestudy.cable.element import pieces
-from cablestudy.cable.equal_rows import row_keys
 from cablestudy.cable.newton import UNDETERMINED
 from cablestudy.cable.span import CORES
 from cablestudy.cable.taut import lambda_squared
 from cablestudy.cable.tolerances import CABLE
+from cablestudy.cable.vectors import row_keys
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study import load_cases, one_cable_conductors
 from cablestudy.study.column import LIMP

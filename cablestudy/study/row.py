@@ -15,8 +15,7 @@ from cablestudy.study.motion_columns import DAMPING_RATIO, goes_slack
 from cablestudy.study.refinement import SETTINGS, Refinement, needs_of, reference_scene, refine
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues, load_count
-from cablestudy.study.status import MODAL, OVER_STRENGTH, SLACK
-from cablestudy.study.table_rows import Row, UnfinishedRow, batched, compute_together
+from cablestudy.study.table_rows import MODAL, OVER_STRENGTH, SLACK, Row, UnfinishedRow, batched, compute_together
 from cablestudy.study.tolerances import STUDY
 
 

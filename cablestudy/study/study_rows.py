@@ -5,7 +5,7 @@ from dataclasses import replace
 from cablestudy.errors import SceneError
 from cablestudy.study.limits import columns_by_case, in_case, least_margin, limits_of, unanswered
 from cablestudy.study.scene_kind import kind_of
-from cablestudy.study.status import has_answer
+from cablestudy.study.table_rows import has_answer
 from cablestudy.study.tolerances import STUDY
 
 

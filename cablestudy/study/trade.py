@@ -22,8 +22,8 @@ from cablestudy.study.all_columns import find, why_not
 from cablestudy.study.column import DISCRETE, relative
 from cablestudy.study.pareto import pareto_front
 from cablestudy.study.scene_kind import kind_of
-from cablestudy.study.status import MODAL, STATUS
 from cablestudy.study.table import Field, Table, short
+from cablestudy.study.table_rows import MODAL, STATUS
 from cablestudy.study.tolerances import STUDY
 from cablestudy.study.trade_models import one_line
 

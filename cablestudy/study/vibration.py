@@ -6,7 +6,7 @@ import numpy as np
 
 from cablestudy.study.column import first_of_largest
 from cablestudy.study.columns import find
-from cablestudy.study.suspension.drag import wind_diameters
+from cablestudy.study.suspension.airflow import wind_diameters
 from cablestudy.study.table import Field
 from cablestudy.study.tolerances import STUDY
 from cablestudy.wind.drag import STROUHAL

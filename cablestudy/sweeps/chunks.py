@@ -16,8 +16,8 @@ from cablestudy.errors import SceneError
 from cablestudy.study.all_columns import column_named
 from cablestudy.study.find_rows import evaluate_found
 from cablestudy.study.scene_values import CaseTable, tables_of
-from cablestudy.study.status import has_answer
 from cablestudy.study.study_rows import evaluate_tables
+from cablestudy.study.table_rows import has_answer
 from cablestudy.sweeps.fingerprint import versions
 from cablestudy.sweeps.record import pack_all
 

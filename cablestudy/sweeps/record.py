@@ -10,7 +10,7 @@ from pydantic import Field, FiniteFloat, Strict, StrictInt, StrictStr, TypeAdapt
 from pydantic_core import to_json
 
 from cablestudy.study.columns import TEXTS
-from cablestudy.study.status import OK
+from cablestudy.study.table_rows import OK
 
 EXACT = 2**53  # beyond, a float does not hold an integer exactly
 # a number below 1e-4 as pydantic writes it: 0.00001 and 1e-7, where `repr` has 1e-05 and 1e-07
@@ -27,7 +27,7 @@ class RowRecord(NamedTuple):
 
     case: int  # from 0
     key: str  # hash of the resolved scene; empty where the case is no valid scene
-    status: str | None  # see `study.status`; None while some columns are still to be computed
+    status: str | None  # see `study.table_rows`; None while some columns are still to be computed
     cells: list  # number, text or None of each column but `status`, in their order
     errors: dict  # header -> estimated relative error, where it exceeds that of a closed form; a None is not known
     notes: list  # of str

@@ -11,8 +11,8 @@ import numpy as np
 
 from cablestudy.study.columns import TEXTS
 from cablestudy.study.prepare import fields_of, reference_header
-from cablestudy.study.status import OK
 from cablestudy.study.table import Field, Table, exact
+from cablestudy.study.table_rows import OK
 from cablestudy.study.varied_keys import varied_keys
 
 CACHED_STEPS = 100_000  # of what varies, whose text in the CSV is kept: more than any grid has along one axis

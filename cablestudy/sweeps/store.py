@@ -16,7 +16,7 @@ from contextlib import suppress
 
 from cablestudy.errors import SceneError
 from cablestudy.study.all_columns import find_header
-from cablestudy.study.status import DOUBTS, OK
+from cablestudy.study.table_rows import DOUBTS, OK
 from cablestudy.sweeps.database import Database
 from cablestudy.sweeps.fingerprint import differences, digest
 from cablestudy.sweeps.record import check_sum, pack, unpack
@@ -30,7 +30,7 @@ SCHEMA = {
 COLUMNS = "row, key, status, cells, errors, notes, sum"
 DONE = "SELECT count(*) FROM rows WHERE status IS NOT NULL"
 INSERT = "INSERT OR REPLACE INTO rows VALUES (?, ?, ?, ?, ?, ?, ?)"
-IS_DOUBTFUL = "(" + " OR ".join(f"status LIKE '{doubt}%'" for doubt in DOUBTS) + ")"  # see `status.has_answer`
+IS_DOUBTFUL = "(" + " OR ".join(f"status LIKE '{doubt}%'" for doubt in DOUBTS) + ")"  # see `table_rows.has_answer`
 MISSING, PARTIAL, COMPLETE = 0, 1, 2  # how much is known of a case
 MAX_LISTED = 5  # rows that are named in a message
 
@@ -159,7 +159,7 @@ class RowStore:
             yield from self.database.execute(query)
 
     def doubtful(self, doubt):
-        """Yield each case with an answer that one of `status.DOUBTS` is about, in order."""
+        """Yield each case with an answer that one of `table_rows.DOUBTS` is about, in order."""
         query = f"SELECT row - 1 FROM rows WHERE {IS_DOUBTFUL} AND status LIKE '%{doubt}%' ORDER BY row"
         with self.database.reported():
             for (case,) in self.database.execute(query):
@@ -222,7 +222,7 @@ class RowStore:
         """Take over the rows that an earlier run has left in the file, to go on with them; or begin without rows.
 
         The store begins without rows if the file is empty or cannot be read. If the study was edited since, `identity`
-        becomes that of the stored rows, of which `row_reuse.reuse_rows` then keeps those that the edited study has too.
+        becomes that of the stored rows, of which `run.reuse_rows` then keeps those that the edited study has too.
 
         Raises
         ------

@@ -11,8 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.catenary import Catenary
-from cablestudy.cable.equal_rows import row_keys
-from cablestudy.cable.vectors import times
+from cablestudy.cable.vectors import row_keys, times
 from cablestudy.system import stability, tangent, uncertainty
 from cablestudy.system.descent import take_rows
 from cablestudy.system.links import Links, joined

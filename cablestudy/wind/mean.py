@@ -22,7 +22,6 @@ from cablestudy.cable.steady_drag import Profile
 from cablestudy.cable.vectors import size
 from cablestudy.system.descent import DISAGREED, ROUNDED
 from cablestudy.system.equilibria import pose
-from cablestudy.system.fixed_point import next_argument
 from cablestudy.system.tangent import GROUND
 from cablestudy.system.tolerances import SYSTEM
 from cablestudy.wind.tolerances import WIND
@@ -233,3 +232,25 @@ def _end_uncertainty(equilibrium):
     translation, rotation = (sizes.max(axis=(-1, -2)) for sizes in (uncertainty[..., :3], uncertainty[..., 3:]))
     arms = np.where(equilibrium.suspension.owner != GROUND, size(equilibrium.arms), 0.0).max(axis=(-1, -2))
     return np.sqrt(3) * (translation + rotation * arms)
+
+
+# ------------------------------------------------------------------------------ acceleration of a fixed-point iteration
+
+
+def next_argument(arguments, values):
+    """Next argument of a fixed-point iteration by Anderson acceleration, shape (..., n), each case by itself.
+
+    Of some arguments x_i and values g_i = g(x_i) it is the combination sum of a_i g_i, sum of a_i = 1, for which the
+    sum of a_i (g_i - x_i) is least: where g is linear this is the argument in their space that is nearest to the fixed
+    point, even if the iteration itself would diverge (Anderson, Iterative procedures for nonlinear integral equations,
+    Journal of the ACM 12, 1965; Walker and Ni, SIAM Journal on Numerical Analysis 49, 2011).
+
+    Parameters
+    ----------
+    arguments, values : ndarray, shape (k, ..., n)
+        x_i and g(x_i) of k steps, the last one last. The n components of x are of comparable size.
+    """
+    residual, value = values[-1] - arguments[-1], values[-1]
+    changes = np.moveaxis(np.diff(values - arguments, axis=0), 0, -1)  # of the residuals from step to step
+    weights = np.linalg.pinv(changes, rcond=SYSTEM.dependent_steps) @ residual[..., None]
+    return value - (np.moveaxis(np.diff(values, axis=0), 0, -1) @ weights)[..., 0]

@@ -1,5 +1,8 @@
-"""Pictures of mode shapes on the static form: of one cable between fixed ends, and of a whole suspension."""
+"""Pictures of mode shapes on the static form, at rest or in motion: of one cable between fixed ends or a suspension."""
 
+import base64
+import io
+import os
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -27,6 +30,7 @@ from cablestudy.study.plots.style import (
     wrapped,
 )
 from cablestudy.study.plots.words import quantity_text, shortened
+from cablestudy.study.table import write_whole
 from cablestudy.system.suspension import GROUND
 
 # of one cable: kind of mode -> colour, words for what is drawn upwards, its axis (1: across the chord, 2: sideways)
@@ -398,3 +402,45 @@ def _enlarge(axes, mode, factor, side):
         draw_lines(inset, lines, colour, linewidths=0.7, zorder=zorder)
         draw_body(inset, mode.view(places + reach * moved), colour, colour, 4, zorder, lw=1.6)
     inset.set_title(shortened(mode.body, 16), fontsize=7, color=mode.colour, pad=2)
+
+
+# ------------------------------------------------------------------------------------------------------ modes in motion
+
+
+ENDINGS = (".gif", ".html")
+FRAMES, PAUSE = 20, 60  # of one period; time between them [ms]
+RESOLUTION = 100  # of the frames [dots/in]
+PAGE = """<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><title>Modes in motion</title></head>
+<body style="margin:0"><img alt="Modes in motion" style="max-width:100%" src="data:image/gif;base64,{}"></body></html>
+"""
+
+
+@styled
+def save_animation(draw, path):
+    """Write one period of the vibration of modes as a moving picture: a .gif, or an .html page that contains it.
+
+    The file is written completely or not at all.
+
+    Parameters
+    ----------
+    draw : callable
+        Displacement over the amplitude, from -1 to 1 -> matplotlib.figure.Figure of all modes.
+    path : str
+        File name, whose ending is one of ENDINGS.
+    """
+    from PIL import Image  # which matplotlib has with it
+
+    displacements = np.round(np.cos(2 * np.pi * np.arange(FRAMES) / FRAMES), 9).tolist()
+    pictures = {}  # displacement -> picture, which occurs on the way there and on the way back
+    for displacement in displacements:
+        if displacement not in pictures:
+            data = io.BytesIO()
+            draw(displacement).savefig(data, format="png", dpi=RESOLUTION)
+            pictures[displacement] = Image.open(data).convert("RGB").quantize(64, dither=Image.Dither.NONE)
+    first, *others = (pictures[displacement] for displacement in displacements)
+    data = io.BytesIO()
+    first.save(data, format="GIF", save_all=True, append_images=others, duration=PAUSE, loop=0)
+    is_page = os.path.splitext(path)[1].lower() == ".html"
+    contents = PAGE.format(base64.b64encode(data.getvalue()).decode()).encode() if is_page else data.getvalue()
+    write_whole(path, contents)

@@ -26,7 +26,7 @@ from cablestudy.study.plots.style import (
 )
 from cablestudy.study.plots.words import value_text
 from cablestudy.study.prepare import SHOWN_BY, reference_header
-from cablestudy.study.status import OK, has_answer
+from cablestudy.study.table_rows import OK, has_answer
 
 ROW = "row of the table"
 OTHER_COLUMNS = 4  # columns drawn of a study without `plot:`

@@ -7,7 +7,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of
-from cablestudy.study.status import MODAL
+from cablestudy.study.table_rows import MODAL
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.damped_pole import energies, poles_near
 from cablestudy.system.damping import damped_poles

@@ -465,8 +465,7 @@ class SuspensionCase:
     @cached_property
     def _airflow(self):
         """`Airflow` about the equilibrium of the modes, which is not that in the mean wind; None without wind."""
-        from cablestudy.study.suspension.airflow import Airflow
-        from cablestudy.study.suspension.drag import drag_of
+        from cablestudy.study.suspension.airflow import Airflow, drag_of
 
         if self.scene.wind is None:
             return None

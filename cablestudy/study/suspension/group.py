@@ -11,8 +11,8 @@ from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import utilisation_of
 from cablestudy.study.load_cases import bounded_errors, relative_change
 from cablestudy.study.statics import ClosedStatics
+from cablestudy.study.suspension.airflow import drag_of
 from cablestudy.study.suspension.conductors import conductors_of
-from cablestudy.study.suspension.drag import drag_of
 from cablestudy.study.suspension.load_cases import (
     cables_left,
     drag_change,

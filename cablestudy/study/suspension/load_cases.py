@@ -24,7 +24,7 @@ from cablestudy.study.load_cases import (
     uneven_drag_errors,
     wind_direction,
 )
-from cablestudy.study.suspension.drag import drag_areas_of_bodies
+from cablestudy.study.suspension.airflow import drag_areas_of_bodies
 from cablestudy.study.suspension.numbers import CableValues, loads_of, numbers_of
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system import stated, tangent

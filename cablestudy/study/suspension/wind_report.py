@@ -10,7 +10,6 @@ from cablestudy.scene.scene import missing
 from cablestudy.scene.words import first_of
 from cablestudy.study.column import lacks
 from cablestudy.study.notes import beyond_linear, larger_by_loop
-from cablestudy.study.status import SLACK
 from cablestudy.study.suspension.columns import cable_columns, has_key, linear_ranges
 from cablestudy.study.suspension.report import cells_of, chosen_tables, table_by_name
 from cablestudy.study.suspension.wind_columns import (
@@ -26,6 +25,7 @@ from cablestudy.study.suspension.wind_columns import (
     turn_columns,
 )
 from cablestudy.study.table import Field, Table
+from cablestudy.study.table_rows import SLACK
 from cablestudy.study.tolerances import STUDY
 
 OPEN = "_open_loop"
