@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 from command import CARLINA, CONFIGS, SLACK, run, table_of
 from references import catenary_mp
-from scenes import INCLINED, PAPER, SAGGING, G, scene
+from scenes import INCLINED, PAPER, SAGGING, G
 
-from cablestudy.study.case import Case
 from cablestudy.study.columns import COLUMNS
-from cablestudy.study.report import shape_positions
 
 FIG_4 = str(CONFIGS / "point-load.yaml")
 
@@ -73,9 +71,3 @@ def test_validate_counts_cases_and_goes_on_after_a_bad_file():
     ends = ("preload.yaml,study,6,ok", "absent.yaml,,,1 mistake", "carlina.yaml,scene,1,ok")
     assert all(line.endswith(end) for line, end in zip(lines, ends, strict=True))
     assert outcome.lines == ["absent.yaml: no such file"]
-
-
-def test_pictures_draw_through_the_loads():
-    positions = shape_positions(Case(scene(base=FIG_4)))
-    assert np.all(np.diff(positions) > 0)
-    assert np.abs(positions - 0.75).min() < 1e-15

@@ -87,7 +87,7 @@ def _modes_of_cable(case, name, size, limit):
     case.refuse_lost(name)
     if name not in case.scene.cables:
         raise SceneError(f"--cable {name}: no such cable ({suggestion(name, case.scene.cables)})")
-    found = case.modes_of_cable(name, size, limit)
+    found = case.cable_modes.modes(name, size, limit)
     table, diameter = cable_mode_table(case, name, found), wind_diameters(case.scene)[case.cable(name)]
     return _of_case(
         case,

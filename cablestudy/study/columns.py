@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from cablestudy.cable import taut
-from cablestudy.cable.geometry import chord_angles, clearance, load_sag, lowest_point, places, sag_and_swing
+from cablestudy.cable.geometry import chord_angles, clearance, load_sag, lowest_point, sag_and_swing
 from cablestudy.study.column import DIAMETER, METAL, MM, STRONG, Column, scaled
 from cablestudy.study.motion_columns import (
     BODY,
@@ -34,6 +34,7 @@ from cablestudy.study.motion_columns import (
     winch_columns,
 )
 from cablestudy.study.tolerances import STUDY
+from cablestudy.study.uneven_drag import clearance_by_drag, load_sag_by_drag, lowest_by_drag, sag_by_drag, swing_by_drag
 from cablestudy.wind.drag import shedding_frequencies
 
 # keys that columns need, as `Column.key`
@@ -170,89 +171,6 @@ def _angle_by_drag(end):
     return compute
 
 
-def clearance_by_drag(results):
-    """Error of the clearance by drag taken as uniform: largest movement of a point of each cable to the ground. [m]
-
-    Above a slope that is the vertical movement less what the ground rises by along the horizontal one: on all sides of
-    the ground that the point may be above.
-    """
-    movement, error = results.drag_errors.displacement, lowering_by_drag(results)
-    x = results.end_1[..., None, 0] + places(results.form, results.drag_errors.points)[..., 0]
-    for case, ground in enumerate(results.grounds):
-        if not isinstance(ground, tuple):
-            continue
-        corners, levels = np.array(ground, dtype=float).T
-        slopes = np.diff(levels) / np.diff(corners)
-        along, towards = movement[case, ..., 0], 0.0
-        for reach in (-np.abs(along), 0.0, np.abs(along)):
-            side = np.clip(np.searchsorted(corners, x[case] + reach, side="right") - 1, 0, len(slopes) - 1)
-            towards = np.maximum(towards, np.abs(movement[case, ..., 2] - slopes[side] * along))
-        error[case] = towards.max(axis=-1)
-    return error
-
-
-def lowering_by_drag(results):
-    """Largest vertical movement of a point of each cable by what the uniform drag leaves out. [m]"""
-    return np.abs(results.drag_errors.displacement[..., 2]).max(axis=-1)
-
-
-def _lowest_by_drag(results):
-    """Error of the level of the lowest point by drag taken as uniform: by its end, where that is the lowest. [m]"""
-    rise = results.span.chord * results.span.frame[..., 0, 2]
-    of_lower_end = np.where(rise < 0, results.drag_errors.ends[..., 1, 2], results.drag_errors.ends[..., 0, 2])
-    at_end = lowest_point(results.form) >= np.minimum(rise, 0.0)
-    return np.where(at_end, of_lower_end, lowering_by_drag(results))
-
-
-def _load_sag_by_drag(results):
-    """Largest vertical movement of a point of each cable against the point of the chord above it. [m]"""
-    chord = results.span.frame[..., 0, :]
-    run, _, slope = _along_and_across(chord, chord)
-    movement = results.drag_errors.from_chord
-    along, _, vertical = _along_and_across(movement, chord[..., None, :])
-    return np.abs(vertical - along * (slope / np.maximum(run, STUDY.tiny))[..., None]).max(axis=-1)
-
-
-def _midspan_by_drag(results):
-    """Movement of mid-span, across the vertical plane of the chord and vertically, each of shape (...). [m]
-
-    At mid-span is another point of the cable then: as far from both ends, horizontally.
-    """
-    points, from_chord = results.drag_errors.points, results.drag_errors.from_chord
-    middle, chord = results.middle[..., None], results.span.frame[..., 0, :]
-    index = np.clip((points < middle).sum(axis=-1, keepdims=True), 1, points.shape[-1] - 1)
-    before, beyond = (np.take_along_axis(points, index - k, axis=-1) for k in (1, 0))
-    start, end = (np.take_along_axis(from_chord, (index - k)[..., None], axis=-2)[..., 0, :] for k in (1, 0))
-    movement = start + (end - start) * (middle - before) / np.maximum(beyond - before, STUDY.tiny)
-    tangent = results.span.in_frame(results.form.at(middle)[1], "global")[..., 0, :]
-    along, across, vertical = _along_and_across(movement, chord)
-    of_tangent = _along_and_across(tangent, chord)
-    passed = np.divide(along, of_tangent[0], out=np.zeros_like(along), where=of_tangent[0] != 0)
-    return across - passed * of_tangent[1], vertical - passed * of_tangent[2]
-
-
-def _along_and_across(vectors, chord):
-    """Parts of vectors, horizontally along a chord (zero if it is vertical) and across it, and upwards: each (...)."""
-    run = np.hypot(chord[..., 0], chord[..., 1])
-    east, north = (chord[..., axis] / np.where(run > STUDY.rounding, run, np.inf) for axis in (0, 1))
-    x, y, z = np.moveaxis(vectors, -1, 0)
-    return x * east + y * north, y * east - x * north, z
-
-
-def sag_by_drag(results):
-    """Error of the sag by drag taken as uniform. [m]"""
-    return _midspan_by_drag(results)[1]
-
-
-def _swing_by_drag(results):
-    """Error of the swing by drag taken as uniform. [deg]"""
-    sag, swing = sag_and_swing(results.form, results.middle)
-    across, vertical = map(np.abs, _midspan_by_drag(results))
-    # of the angle atan(s/v): (v ds + s dv)/(v^2 + s^2)
-    distance = np.maximum(np.abs(sag) / np.cos(swing), STUDY.tiny)
-    return np.degrees((across * np.cos(swing) + vertical * np.sin(swing)) / distance)
-
-
 def _lowest_point(results):
     """Level of the lowest point of each cable. [m]"""
     return results.end_1[..., 2] + lowest_point(results.form)
@@ -347,15 +265,15 @@ COLUMNS = (
     Column("nonlinearity", "", "linear over full deflection, less one", "statics", _nonlinearity, LOADED,
            each=True),
     Column("load_sag", "m", "vertical distance from chord to the point load that hangs lowest below it", "statics",
-           lambda c: load_sag(c.form), LOADED, each=True, by_drag=_load_sag_by_drag),
+           lambda c: load_sag(c.form), LOADED, each=True, by_drag=load_sag_by_drag),
     *_support_columns(),
     Column("lowest_point", "m", "level of the lowest point of the cable, its ends included", "statics", _lowest_point,
-           determined_by="form", by_drag=_lowest_by_drag),
+           determined_by="form", by_drag=lowest_by_drag),
     Column("clearance", "m", "least vertical distance from the cable down to the ground", "statics",
            lambda c: clearance(c.form, c.end_1, c.scene.ground), "ground", each=True, determined_by="form",
            by_drag=clearance_by_drag),
     Column("swing", "deg", "angle out of the vertical plane of the chord, at mid-span", "statics",
-           lambda r: np.degrees(sag_and_swing(r.form, r.middle)[1]), determined_by="form", by_drag=_swing_by_drag),
+           lambda r: np.degrees(sag_and_swing(r.form, r.middle)[1]), determined_by="form", by_drag=swing_by_drag),
     Column("inclination_from_plumb", "deg", "angle of the chord from the vertical", "statics",
            lambda r: np.degrees(chord_angles(r.span)[1])),
     Column("end_stiffness", "N/m", "static stiffness of end 2 along x, interior condensed", "stiffness",

@@ -21,8 +21,8 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.stress_strain import NO_SET, TERMS, Condition, Curves, linear_cable, uneven_strain
-from cablestudy.study.load_cases import bounded_errors
 from cablestudy.study.tolerances import STUDY
+from cablestudy.study.uneven_drag import bounded_errors
 
 NAMES = tuple(field.name for field in fields(Curves))
 BEYOND = " beyond its curve"  # where a curve is not measured, and goes on along its tangent

@@ -9,13 +9,13 @@ grows with the height, with the mean of q along the cable.
 shape (...) of what follows from them is (n,) or (n, c).
 """
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cablestudy.cable.catenary import solve
 from cablestudy.cable.span import Span
 from cablestudy.cable.steady_drag import Profile, SteadyDrag
-from cablestudy.study import uneven_drag
 from cablestudy.study.tolerances import STUDY
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -203,109 +203,6 @@ def drag_width(values):
     return values.given("load_case.wind.cable_drag_coefficient") * values.given("wind_diameter")
 
 
-@dataclass(frozen=True)
-class DragErrors:
-    """Errors of n equilibria in which the drag of a steady wind is taken as uniform along each cable.
-
-    Attributes
-    ----------
-    error : ndarray, shape (n,)
-        Relative, of tension and form. [-]
-    end_forces : ndarray, shape (n, 2, 3)
-        Change of the forces of each cable on its two supports by the actual drag, global axes. [N]
-    displacement : ndarray, shape (n, j, 3)
-        Movement of points along each cable by the actual drag, global axes. [m]
-    points : ndarray, shape (n, j)
-        These points, shares of the unstretched length. [-]
-    ends : ndarray, shape (n, 2, 3)
-        Movement of the two ends of each cable: zero where they are held. [m]
-    """
-
-    error: np.ndarray
-    end_forces: np.ndarray
-    displacement: np.ndarray
-    points: np.ndarray
-    ends: np.ndarray
-
-    @property
-    def from_chord(self):
-        """Movement of the points against those of the moved chord, at the same shares of the length; (n, j, 3). [m]"""
-        from_end, to_end = self.ends[..., :1, :], self.ends[..., 1:, :]
-        return self.displacement - (from_end + self.points[..., None] * (to_end - from_end))
-
-    def take(self, index):
-        """`DragErrors` of some cables."""
-        return DragErrors(*(getattr(self, field.name)[index] for field in fields(self)))
-
-    def with_moved_ends(self, ends, end_stiffness, end_forces):
-        """`DragErrors` with what movements of the ends of the cables add, to first order.
-
-        A cable of stiffness k whose ends move apart by e pulls with k e more: that is (k e) . t/|t|^2 of its end force
-        t.
-
-        Parameters
-        ----------
-        ends : ndarray, shape (n, 2, 3)
-            Movements. [m]
-        end_stiffness : ndarray, shape (n, 3, 3)
-            Static stiffness of one end, the other end held, global axes. [N/m]
-        end_forces : ndarray, shape (n, 2, 3)
-            Forces of the cables on their ends, global axes. [N]
-        """
-        force_change = (end_stiffness @ (ends[:, 1] - ends[:, 0])[..., None])[:, None, :, 0]
-        square = np.maximum((end_forces**2).sum(axis=-1), np.finfo(float).tiny)
-        tension_change = STUDY.second_order * np.abs((force_change * end_forces).sum(axis=-1) / square).max(axis=-1)
-        from_end, to_end = ends[:, :1], ends[:, 1:]
-        return DragErrors(
-            bounded_errors(self.error + tension_change),
-            self.end_forces + force_change * np.array([1.0, -1.0])[:, None],
-            self.displacement + from_end + self.points[..., None] * (to_end - from_end),
-            self.points,
-            ends,
-        )
-
-
-def uneven_drag_errors(drag, catenary, stretched=False):
-    """Estimate the errors of n equilibria in which the drag of a steady wind is taken as uniform along each cable.
-
-    Parameters
-    ----------
-    drag : SteadyDrag
-        Drag on the cables, shape (n,).
-    catenary : Catenary
-        Their equilibria under the uniform drag, shape (n,).
-    stretched : bool
-        Whether the uniform drag was computed for the stretched length, not for the unstretched one.
-
-    Notes
-    -----
-    The drag of the cable where it hangs, by its own tangent and stretched length and by the wind there, differs from
-    the uniform one: `uneven_drag`. The error is the larger one of the change of the tension vector over the tension and
-    of the movement at mid-length over its distance from the chord.
-    """
-    error, end_changes, displacement, points = uneven_drag.changes(drag, catenary, stretched)
-    windy = drag.normal_drag > 0
-    error = np.where(windy, STUDY.second_order * bounded_errors(error), 0.0)
-    end_forces = np.where(windy[:, None, None], end_changes * np.array([1.0, -1.0])[:, None], 0.0)
-    displacement = np.where(windy[:, None, None], displacement, 0.0)
-    return DragErrors(error, end_forces, displacement, points, np.zeros(end_forces.shape))
-
-
-def relative_change(change, number):
-    """Largest relative error of numbers by the changes that drag taken as uniform leaves out, shape (...). [-]
-
-    Relative to what is true, which is nearer to zero than the number by the change at most, and may be zero.
-    """
-    change = STUDY.second_order * np.abs(change)
-    least = np.abs(number) - change
-    return bounded_errors(np.divide(change, least, out=np.where(change > 0, np.inf, 0.0), where=least > 0))
-
-
-def bounded_errors(error):
-    """Estimated errors that are numbers, none of them larger than `unknown_error`."""
-    return np.minimum(np.nan_to_num(error, nan=STUDY.unknown_error), STUDY.unknown_error)
-
-
 def wind_direction(angle):
     """Unit vector of a horizontal wind, exactly zero where rounding alone makes a component differ, shape (..., 3). [-]
 
@@ -370,3 +267,98 @@ def _with_uniform_drag(span, ends, wind):
         sine=np.where(in_wind, turned.sine, span.sine),
         level=np.where(in_wind[:, None], turned.level, span.level),
     )
+
+
+# ------------------------------------------------------------------------------- a force on an end that is free along x
+
+
+CONVERGED, TOO_MANY, UNBALANCED = range(3)
+REASONS = ("converged", "no convergence", "rounding leaves a part of the force")
+
+
+@dataclass(frozen=True)
+class PushRecord:
+    """The searches of n cables, arrays of shape (n,)."""
+
+    steps: np.ndarray  # [-]
+    residual: np.ndarray  # force out of balance, over the larger one of the force and the tension [-]
+    reason: np.ndarray  # of the end of the search, an index into REASONS
+
+    @property
+    def converged(self):
+        """True of searches that found an equilibrium, shape (n,)."""
+        return self.reason == CONVERGED
+
+    def describe(self, case):
+        """Text on the search of one case."""
+        return f"{REASONS[self.reason[case]]} in {self.steps[case]} steps, {self.residual[case]:.1e} left"
+
+
+@dataclass(frozen=True)
+class Push:
+    """Displacements of n cable ends by forces on them.
+
+    Attributes
+    ----------
+    shift : ndarray, shape (n,)
+        Displacement of end 2 along x. [m]
+    error : ndarray, shape (n,)
+        Relative error of `shift`, by the rounding of the tensions. [-]
+    record : PushRecord
+    """
+
+    shift: np.ndarray
+    error: np.ndarray
+    record: PushRecord
+
+
+def pushed_ends(span_at, force):
+    """Displacements of n cable ends along x by forces F on them, from the positions of rest without F: `Push`.
+
+    Solves g(u) = g(0) + F for u, with the force g(u) that holds end 2 at the displacement u. It grows with u: its
+    slope, the static end stiffness, is positive. Newton's method, kept within a bracket that each step narrows,
+    therefore finds the only solution. Far out the cable is straight and g nearly linear, so that a step that goes much
+    too far, from a soft form, comes back.
+
+    Parameters
+    ----------
+    span_at : callable
+        Displacements of end 2 along x, shape (n,) [m] -> `Span` of n cables with all other loads.
+    force : ndarray, shape (n,)
+        F of each cable, along x. [N]
+    """
+    shift, done = np.zeros(len(force)), force == 0
+    low, high = np.where(force > 0, 0.0, -np.inf), np.where(force > 0, np.inf, 0.0)
+    holding_force, stiffness, tension, chord = _holding_force(span_at(shift))
+    target, steps = holding_force + force, np.zeros(len(force), dtype=int)
+    for _ in range(STUDY.push_steps):  # of Newton's method; the solution stays between low and high
+        imbalance = target - holding_force
+        low, high = np.where(imbalance > 0, shift, low), np.where(imbalance < 0, shift, high)
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            next_shift = shift + imbalance / stiffness
+            middle = np.where(np.isfinite(low + high), (low + high) / 2, 2 * shift + np.sign(force) * chord)
+        next_shift = np.where((next_shift > low) & (next_shift < high) & np.isfinite(next_shift), next_shift, middle)
+        settled = (np.abs(next_shift - shift) <= STUDY.epsilon * (chord + np.abs(shift))) | (imbalance == 0)
+        done = done | settled
+        if done.all():
+            break
+        shift, steps = np.where(done, shift, next_shift), steps + ~done
+        holding_force, stiffness, tension, chord = _holding_force(span_at(shift))
+    imbalance = np.where(force == 0, 0.0, np.abs(target - holding_force))
+    scale = np.maximum(np.abs(force), tension)
+    residual = np.divide(imbalance, scale, out=np.zeros_like(imbalance), where=scale > 0)
+    unbalanced = np.where(residual <= STUDY.balanced, CONVERGED, UNBALANCED)
+    reason = np.where(done, unbalanced, TOO_MANY)
+    force_error = np.maximum(STUDY.epsilon * scale, imbalance) / np.maximum(stiffness, np.finfo(float).tiny)
+    error = np.divide(force_error, np.abs(shift), out=np.sign(np.abs(force)), where=shift != 0)
+    return Push(shift, np.minimum(error, 1.0), PushRecord(steps, residual, reason))
+
+
+def _holding_force(span):
+    """Force that holds end 2 along x [N], its slope [N/m], largest tension [N] and chord [m], each of shape (n,)."""
+    cables = solve(span)
+    force = -cables.end_forces("global")[..., 1, 0]
+    x_axis = span.frame[..., 0]
+    # without a matrix product, whose rounding would depend on the number of cables
+    slope = sum(x_axis[..., i] * cables.end_stiffness[..., i, j] * x_axis[..., j] for i in range(3) for j in range(3))
+    return force, slope, cables.max_tension, span.chord

@@ -130,9 +130,3 @@ def _errors_of_modes(case, modes, chosen):
     errors, _ = frequency_errors(case, modes.first(int(max(chosen, default=-1)) + 1))
     for k in chosen:
         yield {} if errors[k] is None else {"frequency_Hz": errors[k]}
-
-
-def shape_positions(case):
-    """Shares of the unstretched length at which a picture draws the static shape, loads included: shape (j,)."""
-    edges = np.cumsum(split(case.span).fraction)
-    return np.unique(np.concatenate([np.linspace(0.0, 1.0, 401), edges[:-1]]))

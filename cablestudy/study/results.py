@@ -15,10 +15,11 @@ from cablestudy.cable.vectors import row_keys
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study import load_cases, one_cable_conductors
 from cablestudy.study.column import LIMP
-from cablestudy.study.push import pushed_ends
+from cablestudy.study.load_cases import pushed_ends
 from cablestudy.study.reference_length import chord_strain
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.tolerances import STUDY
+from cablestudy.study.uneven_drag import uneven_drag_errors
 
 UNPUSHED = "the force of the load case on end 2 leads to no equilibrium"
 NO_MOTION = "the cable hangs folded: somewhere it has no tension, and no stiffness about it"
@@ -271,12 +272,12 @@ class Results:
         """`DragErrors` of the equilibria, as drag is taken as uniform along each cable; None without a steady wind."""
         if not self.drag.normal_drag.any():
             return None
-        errors = load_cases.uneven_drag_errors(self.drag, self.catenary)
+        errors = uneven_drag_errors(self.drag, self.catenary)
         if self._push is None:
             return errors
         # what holds end 2 along x holds against the force that the actual drag leaves there without the push
         span, drag = self._unpushed()
-        held = load_cases.uneven_drag_errors(drag, solve(span)).end_forces[:, 1, 0]
+        held = uneven_drag_errors(drag, solve(span)).end_forces[:, 1, 0]
         change, stiffness, ends = errors.end_forces[:, 1, 0] - held, self.end_stiffness_along(0), 0 * errors.ends
         np.divide(change, stiffness, out=ends[:, 1, 0], where=stiffness > 0)
         return errors.with_moved_ends(ends, self.catenary.global_end_stiffness, self.catenary.end_forces("global"))

@@ -10,13 +10,13 @@ from cablestudy.study.case import Case
 from cablestudy.study.closed_form import ColumnRequirements, by_elements, closed_form
 from cablestudy.study.column import lacks, relative
 from cablestudy.study.columns import find, is_own
-from cablestudy.study.load_cases import relative_change
 from cablestudy.study.motion_columns import DAMPING_RATIO, goes_slack
 from cablestudy.study.refinement import SETTINGS, Refinement, needs_of, reference_scene, refine
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues, load_count
 from cablestudy.study.table_rows import MODAL, OVER_STRENGTH, SLACK, Row, UnfinishedRow, batched, compute_together
 from cablestudy.study.tolerances import STUDY
+from cablestudy.study.uneven_drag import relative_change
 
 
 def evaluate(scene, columns, estimate=False):

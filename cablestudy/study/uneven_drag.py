@@ -1,17 +1,19 @@
 """Change of cables in a steady wind by the drag where they hang, in place of the drag that is uniform along each.
 
+It is the error of all that takes the drag as uniform: `DragErrors`, and the errors of columns (`..._by_drag`).
+
 The tension vector at a point is N = N_0 + c - integral of d, with N_0 under the uniform drag, d(s) the drag where the
 cable hangs less the uniform one, and c the constant vector for which the ends stay where they are: the integral of
 r' = N/EA + N/|N| is the chord. d depends on the form: c and d are found in turns, c by Newton's method. Integrals are
 by Gauss's rule on each piece between two loads, and on both sides of mid-length: r' is smooth there.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import lru_cache
 
 import numpy as np
 
-from cablestudy.cable.geometry import places as places_along
+from cablestudy.cable.geometry import lowest_point, places, sag_and_swing
 from cablestudy.cable.steady_drag import across
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.cable.vectors import size
@@ -56,7 +58,7 @@ def changes(drag, catenary, stretched=False):
     uniform_drag = drag.times_mean_pressure(across(drag.direction, span.frame[..., 0, :]))[:, None]
     if stretched:
         uniform_drag = uniform_drag * (1 + catenary.mean_tension / span.axial_stiffness)[:, None, None]
-    positions = None if drag.profile is None else places_along(catenary, pieces.points)
+    positions = None if drag.profile is None else places(catenary, pieces.points)
     constant, displacement = np.zeros((len(at_points), 1, 3)), np.zeros_like(at_points)
     start, tension, tangent = _slope(at_points, stiffness)
     at_middle, before_middle = np.zeros_like(constant), (pieces.points < 0.5)[..., None]
@@ -155,3 +157,189 @@ def _running_integral():
     powers = nodes[:, None] ** order
     upper, lower = nodes[:, None] ** (order + 1), (-1.0) ** (order + 1)
     return (upper - lower) / (2 * (order + 1)) @ np.linalg.inv(powers)
+
+
+@dataclass(frozen=True)
+class DragErrors:
+    """Errors of n equilibria in which the drag of a steady wind is taken as uniform along each cable.
+
+    Attributes
+    ----------
+    error : ndarray, shape (n,)
+        Relative, of tension and form. [-]
+    end_forces : ndarray, shape (n, 2, 3)
+        Change of the forces of each cable on its two supports by the actual drag, global axes. [N]
+    displacement : ndarray, shape (n, j, 3)
+        Movement of points along each cable by the actual drag, global axes. [m]
+    points : ndarray, shape (n, j)
+        These points, shares of the unstretched length. [-]
+    ends : ndarray, shape (n, 2, 3)
+        Movement of the two ends of each cable: zero where they are held. [m]
+    """
+
+    error: np.ndarray
+    end_forces: np.ndarray
+    displacement: np.ndarray
+    points: np.ndarray
+    ends: np.ndarray
+
+    @property
+    def from_chord(self):
+        """Movement of the points against those of the moved chord, at the same shares of the length; (n, j, 3). [m]"""
+        from_end, to_end = self.ends[..., :1, :], self.ends[..., 1:, :]
+        return self.displacement - (from_end + self.points[..., None] * (to_end - from_end))
+
+    def take(self, index):
+        """`DragErrors` of some cables."""
+        return DragErrors(*(getattr(self, field.name)[index] for field in fields(self)))
+
+    def with_moved_ends(self, ends, end_stiffness, end_forces):
+        """`DragErrors` with what movements of the ends of the cables add, to first order.
+
+        A cable of stiffness k whose ends move apart by e pulls with k e more: that is (k e) . t/|t|^2 of its end force
+        t.
+
+        Parameters
+        ----------
+        ends : ndarray, shape (n, 2, 3)
+            Movements. [m]
+        end_stiffness : ndarray, shape (n, 3, 3)
+            Static stiffness of one end, the other end held, global axes. [N/m]
+        end_forces : ndarray, shape (n, 2, 3)
+            Forces of the cables on their ends, global axes. [N]
+        """
+        force_change = (end_stiffness @ (ends[:, 1] - ends[:, 0])[..., None])[:, None, :, 0]
+        square = np.maximum((end_forces**2).sum(axis=-1), np.finfo(float).tiny)
+        tension_change = STUDY.second_order * np.abs((force_change * end_forces).sum(axis=-1) / square).max(axis=-1)
+        from_end, to_end = ends[:, :1], ends[:, 1:]
+        return DragErrors(
+            bounded_errors(self.error + tension_change),
+            self.end_forces + force_change * np.array([1.0, -1.0])[:, None],
+            self.displacement + from_end + self.points[..., None] * (to_end - from_end),
+            self.points,
+            ends,
+        )
+
+
+def uneven_drag_errors(drag, catenary, stretched=False):
+    """Estimate the errors of n equilibria in which the drag of a steady wind is taken as uniform along each cable.
+
+    Parameters
+    ----------
+    drag : SteadyDrag
+        Drag on the cables, shape (n,).
+    catenary : Catenary
+        Their equilibria under the uniform drag, shape (n,).
+    stretched : bool
+        Whether the uniform drag was computed for the stretched length, not for the unstretched one.
+
+    Notes
+    -----
+    The drag of the cable where it hangs, by its own tangent and stretched length and by the wind there, differs from
+    the uniform one: `changes`. The error is the larger one of the change of the tension vector over the tension and
+    of the movement at mid-length over its distance from the chord.
+    """
+    error, end_changes, displacement, points = changes(drag, catenary, stretched)
+    windy = drag.normal_drag > 0
+    error = np.where(windy, STUDY.second_order * bounded_errors(error), 0.0)
+    end_forces = np.where(windy[:, None, None], end_changes * np.array([1.0, -1.0])[:, None], 0.0)
+    displacement = np.where(windy[:, None, None], displacement, 0.0)
+    return DragErrors(error, end_forces, displacement, points, np.zeros(end_forces.shape))
+
+
+def relative_change(change, number):
+    """Largest relative error of numbers by the changes that drag taken as uniform leaves out, shape (...). [-]
+
+    Relative to what is true, which is nearer to zero than the number by the change at most, and may be zero.
+    """
+    change = STUDY.second_order * np.abs(change)
+    least = np.abs(number) - change
+    return bounded_errors(np.divide(change, least, out=np.where(change > 0, np.inf, 0.0), where=least > 0))
+
+
+def bounded_errors(error):
+    """Estimated errors that are numbers, none of them larger than `unknown_error`."""
+    return np.minimum(np.nan_to_num(error, nan=STUDY.unknown_error), STUDY.unknown_error)
+
+
+def sag_by_drag(results):
+    """Error of the sag by drag taken as uniform. [m]"""
+    return _midspan_by_drag(results)[1]
+
+
+def swing_by_drag(results):
+    """Error of the swing by drag taken as uniform. [deg]"""
+    sag, swing = sag_and_swing(results.form, results.middle)
+    across, vertical = map(np.abs, _midspan_by_drag(results))
+    # of the angle atan(s/v): (v ds + s dv)/(v^2 + s^2)
+    distance = np.maximum(np.abs(sag) / np.cos(swing), STUDY.tiny)
+    return np.degrees((across * np.cos(swing) + vertical * np.sin(swing)) / distance)
+
+
+def _midspan_by_drag(results):
+    """Movement of mid-span, across the vertical plane of the chord and vertically, each of shape (...). [m]
+
+    At mid-span is another point of the cable then: as far from both ends, horizontally.
+    """
+    points, from_chord = results.drag_errors.points, results.drag_errors.from_chord
+    middle, chord = results.middle[..., None], results.span.frame[..., 0, :]
+    index = np.clip((points < middle).sum(axis=-1, keepdims=True), 1, points.shape[-1] - 1)
+    before, beyond = (np.take_along_axis(points, index - k, axis=-1) for k in (1, 0))
+    start, end = (np.take_along_axis(from_chord, (index - k)[..., None], axis=-2)[..., 0, :] for k in (1, 0))
+    movement = start + (end - start) * (middle - before) / np.maximum(beyond - before, STUDY.tiny)
+    tangent = results.span.in_frame(results.form.at(middle)[1], "global")[..., 0, :]
+    along, across, vertical = _along_and_across(movement, chord)
+    of_tangent = _along_and_across(tangent, chord)
+    passed = np.divide(along, of_tangent[0], out=np.zeros_like(along), where=of_tangent[0] != 0)
+    return across - passed * of_tangent[1], vertical - passed * of_tangent[2]
+
+
+def load_sag_by_drag(results):
+    """Largest vertical movement of a point of each cable against the point of the chord above it. [m]"""
+    chord = results.span.frame[..., 0, :]
+    run, _, slope = _along_and_across(chord, chord)
+    movement = results.drag_errors.from_chord
+    along, _, vertical = _along_and_across(movement, chord[..., None, :])
+    return np.abs(vertical - along * (slope / np.maximum(run, STUDY.tiny))[..., None]).max(axis=-1)
+
+
+def lowest_by_drag(results):
+    """Error of the level of the lowest point by drag taken as uniform: by its end, where that is the lowest. [m]"""
+    rise = results.span.chord * results.span.frame[..., 0, 2]
+    of_lower_end = np.where(rise < 0, results.drag_errors.ends[..., 1, 2], results.drag_errors.ends[..., 0, 2])
+    at_end = lowest_point(results.form) >= np.minimum(rise, 0.0)
+    return np.where(at_end, of_lower_end, lowering_by_drag(results))
+
+
+def lowering_by_drag(results):
+    """Largest vertical movement of a point of each cable by what the uniform drag leaves out. [m]"""
+    return np.abs(results.drag_errors.displacement[..., 2]).max(axis=-1)
+
+
+def clearance_by_drag(results):
+    """Error of the clearance by drag taken as uniform: largest movement of a point of each cable to the ground. [m]
+
+    Above a slope that is the vertical movement less what the ground rises by along the horizontal one: on all sides of
+    the ground that the point may be above.
+    """
+    movement, error = results.drag_errors.displacement, lowering_by_drag(results)
+    x = results.end_1[..., None, 0] + places(results.form, results.drag_errors.points)[..., 0]
+    for case, ground in enumerate(results.grounds):
+        if not isinstance(ground, tuple):
+            continue
+        corners, levels = np.array(ground, dtype=float).T
+        slopes = np.diff(levels) / np.diff(corners)
+        along, towards = movement[case, ..., 0], 0.0
+        for reach in (-np.abs(along), 0.0, np.abs(along)):
+            side = np.clip(np.searchsorted(corners, x[case] + reach, side="right") - 1, 0, len(slopes) - 1)
+            towards = np.maximum(towards, np.abs(movement[case, ..., 2] - slopes[side] * along))
+        error[case] = towards.max(axis=-1)
+    return error
+
+
+def _along_and_across(vectors, chord):
+    """Parts of vectors, horizontally along a chord (zero if it is vertical) and across it, and upwards: each (...)."""
+    run = np.hypot(chord[..., 0], chord[..., 1])
+    east, north = (chord[..., axis] / np.where(run > STUDY.rounding, run, np.inf) for axis in (0, 1))
+    x, y, z = np.moveaxis(vectors, -1, 0)
+    return x * east + y * north, y * east - x * north, z

@@ -65,10 +65,12 @@ class CableModes:
     ----------
     scene, catenary, drag : SuspensionScene, Catenary, SteadyDrag or None
         See `CablesAtRest`.
+    drag_error : float
+        Relative error of all frequencies, by drag that is taken as uniform along each cable. [-]
     """
 
-    def __init__(self, scene, catenary, drag):
-        self._scene, self._cases = scene, {}
+    def __init__(self, scene, catenary, drag, drag_error):
+        self._scene, self._cases, self._drag_error = scene, {}, drag_error
         self._results = CablesAtRest(scene, catenary, drag)
 
     def _case(self, name):
@@ -108,4 +110,4 @@ class CableModes:
         refine([search], solve_models)
         if column.header not in search.values:
             raise search.failures.get(column.header) or search.failures[None]
-        return search.values[column.header], search.errors[column.header]
+        return search.values[column.header], search.errors[column.header] + self._drag_error

@@ -191,11 +191,12 @@ class SuspensionCase:
         return (self._solved_group if held else self.group).cables.chord[self.index, cable]
 
     @cached_property
-    def _cable_modes(self):
-        """Modes of single cables with fixed ends: `CableModes`; raises as `group`."""
+    def cable_modes(self):
+        """Modes of single cables with both ends held where they are in the equilibrium: `CableModes`; as `group`."""
         from cablestudy.study.suspension.cable_modes import CableModes
 
-        return CableModes(self.scene, self.equilibrium.catenary, self.group.steady_drag(self.index))
+        about = self.equilibrium.catenary, self.group.steady_drag(self.index), self.group.drag_error(self.index)
+        return CableModes(self.scene, *about)
 
     def hanging(self, name):
         """`HangingCable` of a name, with the loads that it carries; raises as `group`.
@@ -214,18 +215,10 @@ class SuspensionCase:
         """Numbers of all cables in a `Column` of single cables, shape (c,)."""
         return self.group.cables.column(column.name, column.compute)[self.index]
 
-    def over_cables(self, column, extreme):
-        """Least, largest or sum over all cables of a `Column` of `of_cables`, as of `CableResults.over_all`."""
-        return self.group.cables.over_all(column.name, column.compute, extreme)[self.index]
-
     def pose_of(self, name):
         """Position of a body or free point, shape (3,) [m], and its rotation matrix, shape (3, 3)."""
         equilibrium, body = self.group.equilibrium, self.body(name)
         return equilibrium.position[self.index, body], equilibrium.rotation[self.index, body]
-
-    def end_tension(self, name, end):
-        """Tension at end 0 or 1 of a cable. [N]"""
-        return np.linalg.norm(self.group.equilibrium.end_forces[self.index, self.cable(name), end])
 
     def link(self, name):
         """Force along a link, positive in tension, 0 where it is rounding [N], its relative error, its length [m]."""
@@ -471,34 +464,3 @@ class SuspensionCase:
             return None
         suspension = self.equilibrium.suspension
         return Airflow(self.scene, drag_of([self.scene], suspension.body_names, suspension.cable_names).take(0))
-
-    def cable_frequency(self, name, column):
-        """Frequency of a mode of one cable, its ends fixed [Hz], and its estimated relative error.
-
-        Parameters
-        ----------
-        name : str
-        column : Column
-            Of one cable.
-
-        Raises
-        ------
-        NoSolutionError, ConvergenceError
-        """
-        frequency, error = self._cable_modes.frequency(name, column)
-        return frequency, error + self.group.drag_error(self.index)
-
-    def modes_of_cable(self, name, count, upto=None):
-        """`Case` of one cable with both ends held where they are in the equilibrium, and its modes.
-
-        Parameters
-        ----------
-        name : str
-        count, upto
-            As of `case_modes.modes`.
-
-        Raises
-        ------
-        NoSolutionError, ConvergenceError
-        """
-        return self._cable_modes.modes(name, count, upto)

@@ -14,7 +14,7 @@ from cablestudy.cable.geometry import chord_angles, clearance
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.fields import suggestion
 from cablestudy.study.column import Column, attribute, lacks, written_key
-from cablestudy.study.columns import COLUMNS, FAMILIES, clearance_by_drag
+from cablestudy.study.columns import COLUMNS, FAMILIES
 from cablestudy.study.columns import find as find_of_one
 from cablestudy.study.suspension.wind_columns import (
     LOOP,
@@ -28,6 +28,7 @@ from cablestudy.study.suspension.wind_columns import (
     turn_columns,
 )
 from cablestudy.study.tolerances import STUDY
+from cablestudy.study.uneven_drag import clearance_by_drag
 from cablestudy.system.suspension import AXES
 
 # columns of a single cable -> those that cables of a suspension have instead
@@ -105,13 +106,16 @@ def _refuse_shapeless(case, name):
 def _cable_mode(column, name):
     """Column of the frequency of a mode, a `column` of single cables, for the cable `name` with its ends fixed."""
     return replace(column, name=f"{name}.{column.name}", meaning=f"{column.meaning}, ends fixed",
-                   compute=lambda case: case.cable_frequency(name, column))  # fmt: skip
+                   compute=lambda case: case.cable_modes.frequency(name, column))  # fmt: skip
 
 
 def _end_tension(name, end, word):
     """Column of the tension at an end (0 or 1) of a cable, `from` or `to`."""
-    return Column(f"{name}.tension_{word}", "N", f"tension at the end `{word}`", "statics",
-                  lambda case: case.end_tension(name, end))  # fmt: skip
+
+    def compute(case):
+        return np.linalg.norm(case.group.equilibrium.end_forces[case.index, case.cable(name), end])
+
+    return Column(f"{name}.tension_{word}", "N", f"tension at the end `{word}`", "statics", compute)
 
 
 def _clearance(name):
@@ -297,10 +301,10 @@ def _over_all(name, unit, meaning, values, extreme, key="", of_reference=False):
 
     `values` is a function of `CableResults` for these numbers, shape (n, c), not a number where a cable has none.
     """
-    each = Column(name, unit, meaning, "statics", values)
 
     def compute(case):
-        return case.over_cables(each, extreme) if case.group.cable_indices else None
+        group = case.group
+        return group.cables.over_all(name, values, extreme)[case.index] if group.cable_indices else None
 
     return Column(name, unit, meaning, "statics", compute, key, of_reference=of_reference)
 

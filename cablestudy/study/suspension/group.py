@@ -9,7 +9,6 @@ import numpy as np
 from cablestudy.cable.catenary import Catenary
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.columns import utilisation_of
-from cablestudy.study.load_cases import bounded_errors, relative_change
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.suspension.airflow import drag_of
 from cablestudy.study.suspension.conductors import conductors_of
@@ -23,6 +22,7 @@ from cablestudy.study.suspension.load_cases import (
 )
 from cablestudy.study.suspension.numbers import CableValues, distribution_of, loads_of
 from cablestudy.study.tolerances import STUDY
+from cablestudy.study.uneven_drag import bounded_errors, relative_change
 from cablestudy.system import lengths
 from cablestudy.system.equilibria import pose
 from cablestudy.system.failure import explain

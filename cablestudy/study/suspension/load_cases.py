@@ -13,20 +13,18 @@ import numpy as np
 from cablestudy.cable.steady_drag import Profile, SteadyDrag
 from cablestudy.cable.vectors import size
 from cablestudy.study.load_cases import (
-    DragErrors,
-    bounded_errors,
     drag_width,
     elongation,
     ice_mass,
     placed_on_cable,
     point_loads,
     shrunk,
-    uneven_drag_errors,
     wind_direction,
 )
 from cablestudy.study.suspension.airflow import drag_areas_of_bodies
 from cablestudy.study.suspension.numbers import CableValues, loads_of, numbers_of
 from cablestudy.study.tolerances import STUDY
+from cablestudy.study.uneven_drag import DragErrors, bounded_errors, uneven_drag_errors
 from cablestudy.system import stated, tangent
 from cablestudy.system.descent import assign_rows
 from cablestudy.system.equilibria import pose

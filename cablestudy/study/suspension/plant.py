@@ -182,11 +182,6 @@ class Plant:
         return parts
 
     @property
-    def _observed(self):
-        """Which coordinates of the full system outputs depend on, shape (n,)."""
-        return self._system_and_observed[1]
-
-    @property
     def _moving_loads(self):
         """Forces on the coordinates by inertia and damping of moving bodies and winches, shape (n, r)."""
         system, winches = self._full_system, len(self.winches)
@@ -270,7 +265,7 @@ class Plant:
 
     def _observed_modes(self, shapes):
         """Which of some mode shapes, shape (n, k), outputs depend on: ndarray of bool, shape (k,)."""
-        if (coordinates := self._observed).all():
+        if (coordinates := self._system_and_observed[1]).all():
             return np.ones(shapes.shape[1], dtype=bool)
         shapes = shapes[coordinates]
         mass = self._full_system.mass[np.ix_(coordinates, coordinates)]

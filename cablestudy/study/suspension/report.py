@@ -265,7 +265,7 @@ def cable_mode_table(case, name, case_and_modes):
     name : str
         Of the cable.
     case_and_modes : tuple
-        `Case` of the cable and its modes, from `SuspensionCase.modes_of_cable`.
+        `Case` of the cable and its modes, from `CableModes.modes`.
 
     Returns
     -------
@@ -287,7 +287,7 @@ def _errors_of_cable_modes(case, name, modes):
             continue
         try:
             column = find(f"{kind.replace('-', '')}_frequency_{numbers[kind]}")
-            reference, reference_error = case.finer.cable_frequency(name, column)
+            reference, reference_error = case.finer.cable_modes.frequency(name, column)
             yield {"frequency_Hz": relative(frequency, reference) + reference_error}
         except CablestudyError as failure:
             case.reason = str(failure)
