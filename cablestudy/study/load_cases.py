@@ -277,12 +277,28 @@ REASONS = ("converged", "no convergence", "rounding leaves a part of the force")
 
 
 @dataclass(frozen=True)
-class PushRecord:
-    """The searches of n cables, arrays of shape (n,)."""
+class Push:
+    """Displacements of n cable ends by forces on them, and the searches for them: arrays of shape (n,).
 
-    steps: np.ndarray  # [-]
-    residual: np.ndarray  # force out of balance, over the larger one of the force and the tension [-]
-    reason: np.ndarray  # of the end of the search, an index into REASONS
+    Attributes
+    ----------
+    shift : ndarray
+        Displacement of end 2 along x. [m]
+    error : ndarray
+        Relative error of `shift`, by the rounding of the tensions. [-]
+    steps : ndarray
+        Of the searches. [-]
+    residual : ndarray
+        Force out of balance, over the larger one of the force and the tension. [-]
+    reason : ndarray
+        Of the end of each search, an index into REASONS.
+    """
+
+    shift: np.ndarray
+    error: np.ndarray
+    steps: np.ndarray
+    residual: np.ndarray
+    reason: np.ndarray
 
     @property
     def converged(self):
@@ -292,24 +308,6 @@ class PushRecord:
     def describe(self, case):
         """Text on the search of one case."""
         return f"{REASONS[self.reason[case]]} in {self.steps[case]} steps, {self.residual[case]:.1e} left"
-
-
-@dataclass(frozen=True)
-class Push:
-    """Displacements of n cable ends by forces on them.
-
-    Attributes
-    ----------
-    shift : ndarray, shape (n,)
-        Displacement of end 2 along x. [m]
-    error : ndarray, shape (n,)
-        Relative error of `shift`, by the rounding of the tensions. [-]
-    record : PushRecord
-    """
-
-    shift: np.ndarray
-    error: np.ndarray
-    record: PushRecord
 
 
 def pushed_ends(span_at, force):
@@ -351,7 +349,7 @@ def pushed_ends(span_at, force):
     reason = np.where(done, unbalanced, TOO_MANY)
     force_error = np.maximum(STUDY.epsilon * scale, imbalance) / np.maximum(stiffness, np.finfo(float).tiny)
     error = np.divide(force_error, np.abs(shift), out=np.sign(np.abs(force)), where=shift != 0)
-    return Push(shift, np.minimum(error, 1.0), PushRecord(steps, residual, reason))
+    return Push(shift, np.minimum(error, 1.0), steps, residual, reason)
 
 
 def _holding_force(span):

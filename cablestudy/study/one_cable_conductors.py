@@ -75,11 +75,10 @@ def equivalent_cables(values, results_class):
     EquivalentCables or None
         None where no scene has such a conductor.
     """
-    scenes = getattr(values, "scenes", ())
-    rows = [row for row, scene in enumerate(scenes) if scene.cable.stress_strain is not None]
+    rows = [row for row, scene in enumerate(values.scenes) if scene.cable.stress_strain is not None]
     if not rows:
         return None
-    scenes = [scenes[row] for row in rows]
+    scenes = [values.scenes[row] for row in rows]
     different, indices = distinct_without_case(scenes)
     values_without_case = SceneValues(different)
 

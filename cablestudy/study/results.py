@@ -82,8 +82,8 @@ class Results:
         self._push = pushed_ends(lambda shift: loaded_at(shift)[0], push) if push.any() else None
         self._unpushed = lambda: loaded_at(None)
         loaded, drag = loaded_at(self._push and self._push.shift)
-        for case in np.flatnonzero(~self._push.record.converged).tolist() if self._push else ():
-            reasons.setdefault(case, f"{UNPUSHED} ({self._push.record.describe(case)})")
+        for case in np.flatnonzero(~self._push.converged).tolist() if self._push else ():
+            reasons.setdefault(case, f"{UNPUSHED} ({self._push.describe(case)})")
         return loaded, reasons, length, drag
 
     @cached_property

@@ -4,7 +4,6 @@ Cases that differ in plain numbers only are one scene whose varied numbers are a
 for all of them.
 """
 
-from dataclasses import dataclass
 from functools import cached_property
 from operator import add
 
@@ -15,7 +14,7 @@ from cablestudy.errors import SceneError
 from cablestudy.scene.fields import KeyTable
 from cablestudy.scene.layers import split_key
 from cablestudy.scene.sampling import Sampled
-from cablestudy.scene.scene import CableScene, quantity_of
+from cablestudy.scene.scene import quantity_of
 from cablestudy.study.column import attribute, lacking_error, lacks
 
 # names in keys of quantities that are no columns: a scene takes their sine, compares them one by one, or cables follow
@@ -161,13 +160,23 @@ def places_of(loads):
 # ------------------------------------------------------------------------------------------------- cases of a study
 
 
-@dataclass(frozen=True)
-class CaseTable:
-    """Cases of a study that differ in plain numbers only, with the same properties and methods as `SceneValues`."""
+class CaseTable(SceneValues):
+    """Cases of a study that differ in plain numbers only: values of n scenes, for all of which one scene stands.
 
-    cases: np.ndarray  # number of each case in the study, from 0, shape (n,)
-    scene: CableScene  # one for all; each varied number is an array, shape (n,), in SI, and so are its properties
-    values: dict  # dotted key that is varied -> that array
+    Parameters
+    ----------
+    cases : ndarray, shape (n,)
+        Number of each case in the study, from 0.
+    scene : CableScene
+        One for all; each varied number is an array, shape (n,), in SI, and so are its properties.
+    values : dict
+        Dotted key that is varied -> that array.
+    """
+
+    def __init__(self, cases, scene, values):
+        super().__init__([scene])
+        self._tables = {"": ([scene], np.zeros(len(cases), dtype=int))}
+        self.cases, self.scene, self.values = cases, scene, values
 
     def __len__(self):
         return len(self.cases)
@@ -180,10 +189,6 @@ class CaseTable:
         """A number of each case in SI, see `SceneValues.given`."""
         return self._array(attribute(self.scene, path))
 
-    def words(self, path):
-        """A word of each case, see `SceneValues.words`."""
-        return np.array([attribute(self.scene, path) or ""] * len(self))
-
     def lacking(self, column):
         """Cases that lack a key which a column needs, see `SceneValues.lacking`."""
         return dict.fromkeys(range(len(self)), lacking_error(self.scene, column)) if lacks(self.scene, column) else {}
@@ -192,21 +197,6 @@ class CaseTable:
     def ends(self):
         """Positions of both ends, see `SceneValues.ends`."""
         return self._arrays(self.scene.cable.end_1), self._arrays(self.scene.cable.end_2)
-
-    @property
-    def moves(self):
-        """Displacements of both ends by the load cases, see `SceneValues.moves`."""
-        return np.repeat(SceneValues([self.scene]).moves, len(self), axis=0)
-
-    @property
-    def push(self):
-        """Forces of the load cases on end 2 along x, see `SceneValues.push`."""
-        return np.repeat(SceneValues([self.scene]).push, len(self))
-
-    @property
-    def grounds(self):
-        """Ground of each case, see `SceneValues.grounds`."""
-        return [self.scene.ground] * len(self)
 
     def loads(self, of_case):
         """Point loads, see `SceneValues.loads`."""

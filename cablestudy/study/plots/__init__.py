@@ -3,7 +3,6 @@
 from cablestudy.study.plots.form import case_forms as case_forms
 from cablestudy.study.plots.form import load_path as load_path
 from cablestudy.study.plots.form import static_form as static_form
-from cablestudy.study.plots.indices import sensitivity_plot as sensitivity_plot
 from cablestudy.study.plots.loop import bode as bode
 from cablestudy.study.plots.loop import loop_in_time as loop_in_time
 from cablestudy.study.plots.loop import loop_margins as loop_margins
@@ -11,6 +10,7 @@ from cablestudy.study.plots.modes import coupled_mode_shapes as coupled_mode_sha
 from cablestudy.study.plots.modes import mode_shapes as mode_shapes
 from cablestudy.study.plots.modes import save_animation as save_animation
 from cablestudy.study.plots.study import not_drawn as not_drawn
+from cablestudy.study.plots.study import sensitivity_plot as sensitivity_plot
 from cablestudy.study.plots.study import study_plot as study_plot
 from cablestudy.study.plots.style import save as save
 from cablestudy.study.plots.trade import trade_plot as trade_plot
