@@ -15,6 +15,7 @@ from cablestudy.scene.scene import load_scene
 from cablestudy.study import plots
 from cablestudy.study.case import Case
 from cablestudy.study.columns import find
+from cablestudy.study.one_cable_system import winds_on
 from cablestudy.study.row import evaluate, evaluate_cases
 
 TEXT = """
@@ -233,7 +234,7 @@ def test_windrms_of_a_bare_cable(bare):
 
 def test_the_picture_shows_mid_span_in_the_worse_wind(bare):
     case = Case(loaded(bare, SAGGING))
-    figure = plots.wind_response(case.winds_on("cable"), on="the cable")
+    figure = plots.wind_response(winds_on(case, "cable"), on="the cable")
     speed, spectra, below, above, side = figure.axes
     legend = [text.get_text() for text in spectra.get_legend().get_texts()]
     assert legend == ["along the chord", "in the cable's plane", "across it"]

@@ -70,7 +70,10 @@ def test_defaults_are_those_of_the_interface():
 def test_defaults_that_are_tables_are_what_an_empty_table_is_read_as():
     """Some are made without validators, which cost time when the program starts."""
     defaults = [field.default for table in tables() for field in table.model_fields.values()]
-    made = [default for default in defaults if isinstance(default, KeyTable)] + [scene.NO_CASE, suspension.NO_CASE]
+    made = [default for default in defaults if isinstance(default, KeyTable)] + [
+        scene.CableScene.no_case,
+        suspension.SuspensionScene.no_case,
+    ]
     assert len(made) > 8
     for default in made:
         assert default == type(default).model_validate({})

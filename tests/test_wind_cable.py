@@ -334,7 +334,7 @@ def test_what_the_wind_acts_on():
 @pytest.mark.parametrize("on", ["gondola", "cable", "both"])
 def test_a_picture_has_the_variance_that_is_printed(on, sets):
     case = Case(scene(*sets))
-    winds = (case.winds_on(on, open_loop) for open_loop in (False, True))
+    winds = (one_cable_system.winds_on(case, on, open_loop) for open_loop in (False, True))
     _, gondola, share = plots.wind_response(*winds, on).axes
     curves = {line.get_label(): line.get_xydata().T for line in gondola.lines}
     part = {"gondola": "", "cable": "_cable_wind", "both": "_all_wind"}[on]

@@ -28,6 +28,24 @@ Ground = Annotated[
 ]
 
 
+class SceneTable(KeyTable):
+    """A scene of one cable or a suspension, with what follows alike from the keys of both."""
+
+    no_case: ClassVar[KeyTable]  # load case of no temperature, ice, wind and loads
+
+    gravity: Annotated[float, Quantity("m/s^2", 0, 1e6)] = Field(9.81, description="Acceleration of gravity, along -z")
+
+    @property
+    def load_case(self):
+        """The chosen load case; without one `no_case`."""
+        return self.no_case if self.case is None else self.cases[self.case]
+
+    @property
+    def nonzero_gravity(self):
+        """Acceleration of gravity; None without any. [m/s^2]"""
+        return None if isinstance(self.gravity, float) and self.gravity == 0 else self.gravity
+
+
 class ModelTable(KeyTable):
     """Discretisation of cables: to an accuracy (`elements` is None), or with exactly these elements."""
 

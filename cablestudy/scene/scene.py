@@ -1,11 +1,11 @@
 """A scene: the file format as typed models. Every value is in SI after reading."""
 
-from typing import Annotated, Literal, get_args
+from typing import Annotated, ClassVar, Literal, get_args
 
 from pydantic import Field, ValidationError
 
 from cablestudy.scene.cable_table import CHORD_RANGE, Cable, beyond_the_end
-from cablestudy.scene.common_tables import Correction, Exposure, Ground, ModelTable, ground_relations
+from cablestudy.scene.common_tables import Correction, Exposure, Ground, ModelTable, SceneTable, ground_relations
 from cablestudy.scene.control_tables import Controller, Drive
 from cablestudy.scene.document import apply_sets, read_document
 from cablestudy.scene.fields import CaseName, KeyTable, Name, Quantity, tables_of
@@ -49,10 +49,11 @@ class WinchTable(Drive):
             yield from self.follows(self.controller)
 
 
-class CableScene(KeyTable):
+class CableScene(SceneTable):
     """The contents of a scene file."""
 
-    gravity: Annotated[float, Quantity("m/s^2", 0, 1e6)] = Field(9.81, description="Acceleration of gravity, along -z")
+    no_case: ClassVar[KeyTable] = LoadCase.model_construct()
+
     cable: Cable = Field(description="The cable")
     gondola: Gondola | None = Field(None, description="The body on end 2, free along x")
     winch: WinchTable | None = Field(None, description="The winch that moves the cable")
@@ -72,16 +73,6 @@ class CableScene(KeyTable):
     def cables(self):
         """The cable by its name, as those of a suspension: dict."""
         return {CABLE: self.cable}
-
-    @property
-    def load_case(self):
-        """The chosen `LoadCase`; without one that of no temperature, ice, wind and loads."""
-        return NO_CASE if self.case is None else self.cases[self.case]
-
-    @property
-    def nonzero_gravity(self):
-        """Acceleration of gravity; None without any. [m/s^2]"""
-        return None if isinstance(self.gravity, float) and self.gravity == 0 else self.gravity
 
     @property
     def loads(self):
@@ -132,9 +123,6 @@ class CableScene(KeyTable):
             _, holds, too_close = limited("ends", sum(squares) ** 0.5, CHORD_RANGE, "m", text)
             relations.append((("cases", name, "moves"), holds, too_close))
         return relations
-
-
-NO_CASE = LoadCase.model_construct()
 
 
 TABLES = tables_of(CableScene)

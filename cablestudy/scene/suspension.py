@@ -3,17 +3,24 @@
 import math
 from collections import Counter
 from functools import partial
-from typing import Annotated, Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
 from cablestudy.scene.actuator_tables import LIMITS, Actuator, ReactionWheel, actuator_relations, is_wheel
 from cablestudy.scene.cable_table import CHORD_RANGE, LENGTH_RATIO, NO_CURVES, beyond_the_end, length_ratio_message
-from cablestudy.scene.common_tables import Exposure, Ground, MarkerCorrection, ModelTable, ground_relations
+from cablestudy.scene.common_tables import (
+    Exposure,
+    Ground,
+    MarkerCorrection,
+    ModelTable,
+    SceneTable,
+    ground_relations,
+)
 from cablestudy.scene.connections import attachment_of, connection_mistakes, unheld, written_connections
 from cablestudy.scene.control_tables import Control, Drive
 from cablestudy.scene.determinacy import MOTIONS, determinacy_mistakes
-from cablestudy.scene.fields import CaseName, KeyTable, Name, Quantity, suggestion, tables_of
+from cablestudy.scene.fields import CaseName, KeyTable, Name, suggestion, tables_of
 from cablestudy.scene.layers import merge
 from cablestudy.scene.limit_table import Limits, case_relations
 from cablestudy.scene.load_tables import SuspensionLoadCase, paths_of_loads
@@ -43,13 +50,13 @@ INSTEAD = {
     **{(key,): "that of all winches is under control" for key in ("controller", *Drive.model_fields)},
 }
 OF_CABLES = ("cable",), ("cables",), ("cases",), ("winches",)  # tables with keys of one cable
-NO_CASE = SuspensionLoadCase.model_construct()
 
 
-class SuspensionScene(KeyTable):
+class SuspensionScene(SceneTable):
     """All that the file of a suspension says. Each cable holds its own keys and those of `cable` that it lacks."""
 
-    gravity: Annotated[float, Quantity("m/s^2", 0, 1e6)] = Field(9.81, description="Acceleration of gravity, along -z")
+    no_case: ClassVar[KeyTable] = SuspensionLoadCase.model_construct()
+
     cable: SharedCable = Field(SharedCable.model_construct(), description="What all cables share")
     points: dict[Name, PointOrPlace] = Field({}, description="Name -> place, or a mapping for a free point")
     bodies: dict[Name, Body] = Field({}, description="Name -> rigid body")
@@ -95,16 +102,6 @@ class SuspensionScene(KeyTable):
         """True if a cable, by its name, has its value at a path from the table `cable`."""
         own, shared = self._written["cables"][cable], self._written.get("cable", {})
         return not _is_written(own, path) and _is_written(_merge_shared(shared, own), path)
-
-    @property
-    def load_case(self):
-        """The chosen `SuspensionLoadCase`; without one that of no temperature, ice, wind and loads."""
-        return NO_CASE if self.case is None else self.cases[self.case]
-
-    @property
-    def nonzero_gravity(self):
-        """Acceleration of gravity; None without any. [m/s^2]"""
-        return None if isinstance(self.gravity, float) and self.gravity == 0 else self.gravity
 
     @property
     def lines(self):

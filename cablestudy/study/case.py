@@ -7,7 +7,6 @@ import numpy as np
 from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL
 from cablestudy.cable.dynamics import PLANAR
 from cablestudy.cable.geometry import midspan
-from cablestudy.errors import NoSolutionError
 from cablestudy.study.models import model_of, numbers_of
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues
@@ -379,22 +378,6 @@ class Case:
 
         return in_cable_wind_of(self)
 
-    def winds_on(self, on, open_loop=False):
-        """Analyses of the winds on gondola and cable: list of DynamicAnalysis. They are independent: variances add.
-
-        Parameters
-        ----------
-        on : {"gondola", "cable", "both"}
-            Loaded by the wind. With both the wind on the gondola blows where the air damps the cable too.
-        open_loop : bool
-            Of the directions of the wind on the cable, take the one that moves the gondola more with the winch at rest,
-            not with its loop.
-        """
-        if on == "gondola":
-            return [self.in_wind]
-        on_gondola = [] if on == "cable" else [self.in_wind_that_damps]
-        return [*on_gondola, self.in_cable_wind.side(open_loop)]
-
     @property
     def solved_winds(self):
         """Analyses of winds in which the motion was computed: list of DynamicAnalysis."""
@@ -402,11 +385,6 @@ class Case:
         analyses = [made[name] for name in ("in_wind", "in_wind_that_damps") if name in made]
         analyses += self.in_cable_wind.sides if "in_cable_wind" in made else []
         return [analysis for analysis in analyses if analysis.solved]
-
-    @property
-    def moves_in_wind(self):
-        """True if the motion of gondola or bare cable was computed, in wind."""
-        return self.scene.wind is not None and self.moves
 
     @property
     def moves(self):
@@ -439,25 +417,6 @@ class Case:
         from cablestudy.study.one_cable_system import gondola_mode_of
 
         return gondola_mode_of(self)
-
-    # --------------------------------------------------------------------------------------------------------- wind
-
-    def check_winch_speed(self):
-        """Refuse numbers of the loop in the wind where its winch would have to be faster than it can.
-
-        Raises
-        ------
-        NoSolutionError
-        """
-        winch = self.scene.winch
-        if winch is None or winch.controller is None or winch.max_speed is None:
-            return
-        peak, _ = self.in_wind.winch_speeds[1]
-        if peak > winch.max_speed:
-            raise NoSolutionError(
-                f"the winch would reach {1e3 * peak:.4g} mm/s in the wind, above its max_speed of "
-                f"{1e3 * winch.max_speed:.4g} mm/s: the linear numbers do not hold"
-            )
 
 
 class _ClosedForm:

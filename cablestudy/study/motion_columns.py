@@ -8,7 +8,7 @@ from math import hypot
 
 import numpy as np
 
-from cablestudy.errors import CablestudyError, ConvergenceError
+from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
 from cablestudy.study.column import DIAMETER, MM, UM, Column, scaled
 from cablestudy.study.load_cases import wind_direction
 from cablestudy.study.tolerances import STUDY
@@ -61,9 +61,22 @@ def damping_ratio_of_gondola(case):
     return mode.damping_ratio
 
 
+def check_winch_speed(case):
+    """Refuse numbers of the loop in the wind where its winch would have to be faster than it can: NoSolutionError."""
+    winch = case.scene.winch
+    if winch is None or winch.controller is None or winch.max_speed is None:
+        return
+    peak, _ = case.in_wind.winch_speeds[1]
+    if peak > winch.max_speed:
+        raise NoSolutionError(
+            f"the winch would reach {1e3 * peak:.4g} mm/s in the wind, above its max_speed of "
+            f"{1e3 * winch.max_speed:.4g} mm/s: the linear numbers do not hold"
+        )
+
+
 def peak_of_gondola(case):
     """Expected largest displacement of a gondola [mm], and its estimated relative error."""
-    case.check_winch_speed()
+    check_winch_speed(case)
     return scaled(case.in_wind.peak([GONDOLA_X], float(mean_displacement(case))), MM)
 
 
@@ -94,7 +107,8 @@ def _change_at_peak(case):
 
 def goes_slack(case):
     """True if the least tension of a `Case` in the wind is below zero; False where its RMS was not computed."""
-    solved = case.moves_in_wind and (case.scene.gondola is None or case.__dict__.get("in_wind") in case.solved_winds)
+    winds = [] if case.scene.wind is None else case.solved_winds
+    solved = winds and (case.scene.gondola is None or case.__dict__.get("in_wind") in winds)
     try:
         tension, change = _change_at_peak(case) if solved else (np.zeros(2), 0.0)
         return bool((tension < change).any())
@@ -106,7 +120,7 @@ def imaged_column(name, meaning, keys):
     """Column of the gondola's motion in a telescope's image, with exposure time or correction as `name` says."""
 
     def compute(case):
-        case.check_winch_speed()
+        check_winch_speed(case)
         return scaled(case.in_wind.rms([GONDOLA_X], name, open_loop=False), UM)
 
     return Column(name, "um", meaning, "wind", compute, f"{BODY}, {keys}")
@@ -170,7 +184,7 @@ def rms_columns(suffix, wind, key, compute):
 
             def rms_in_mm(case, at_rest=at_rest, variance=variance):
                 if not at_rest:
-                    case.check_winch_speed()
+                    check_winch_speed(case)
                 return scaled(compute(case, variance, at_rest), MM)
 
             name = "gondola_rms" + ("_velocity" if unit == "mm/s" else "") + ("_open_loop" if at_rest else "") + suffix

@@ -13,6 +13,7 @@ from cablestudy.study.case import Case
 from cablestudy.study.column import attribute, lacks
 from cablestudy.study.columns import find as find_of_one
 from cablestudy.study.columns import is_own
+from cablestudy.study.motion_columns import check_winch_speed
 from cablestudy.study.one_cable_system import equilibria_of
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.row import evaluate_cases
@@ -80,7 +81,7 @@ def column_of_one_cable(column, bare):
 
     def compute(case):
         if closed_loop:
-            case.check_winch_speed()
+            check_winch_speed(case)
         suspension = gondola_on_cable(case)
         result = column.compute(suspension)
         return result if isinstance(result, tuple) else (result, suspension.statics_error(column))

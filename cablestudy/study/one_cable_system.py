@@ -175,6 +175,24 @@ def in_wind_from(case, direction, side, kind=DynamicAnalysis):
     return _in_airflow(case, scene, airflow, case.linear_models.setdefault(damping, {}), kind)
 
 
+def winds_on(case, on, open_loop=False):
+    """Analyses of the winds on gondola and cable: list of DynamicAnalysis. They are independent: variances add.
+
+    Parameters
+    ----------
+    case : Case
+    on : {"gondola", "cable", "both"}
+        Loaded by the wind. With both the wind on the gondola blows where the air damps the cable too.
+    open_loop : bool
+        Of the directions of the wind on the cable, take the one that moves the gondola more with the winch at rest,
+        not with its loop.
+    """
+    if on == "gondola":
+        return [case.in_wind]
+    on_gondola = [] if on == "cable" else [case.in_wind_that_damps]
+    return [*on_gondola, case.in_cable_wind.side(open_loop)]
+
+
 def _on_bodies(scene):
     """`Drag` of the gondola along x; without a gondola one without bodies."""
     return drag_of([scene], tuple(scene.bodies), (CABLE,)).take(0)

@@ -11,6 +11,7 @@ from cablestudy.study.case_modes import modes
 from cablestudy.study.columns import find
 from cablestudy.study.motion_columns import GONDOLA_X
 from cablestudy.study.notes import beyond_linear, gondola_notes, growing_damping, larger_by_loop, slack_warning
+from cablestudy.study.one_cable_system import winds_on
 from cablestudy.study.refinement import with_accuracy
 from cablestudy.study.row import evaluate_named
 from cablestudy.study.table import Field
@@ -134,7 +135,7 @@ def _bare_cable_table(document, scene, estimate):
 
 def _integrals(case, on):
     """Shares of the variance of the displacement below BELOW, and its estimated relative error by integration. [-]"""
-    winds = case.winds_on(on)
+    winds = winds_on(case, on)
     variances = np.array([wind.rms([GONDOLA_X], "value", open_loop=False)[0] ** 2 for wind in winds])
     shares = np.array([wind.response.shares_below(GONDOLA_X, BELOW) for wind in winds])
     total = variances.sum()

@@ -26,6 +26,7 @@ from cablestudy.study.suspension.wind_columns import (
     place_columns,
     tension_columns,
     turn_columns,
+    wind_columns_of,
 )
 from cablestudy.study.tolerances import STUDY
 from cablestudy.study.uneven_drag import clearance_by_drag
@@ -338,26 +339,6 @@ def families():
     modes_of_cable = [_cable_mode(family, "CABLE") for family in FAMILIES]
     of_links = [*link_columns("LINK"), link_force_column("LINK")]
     return [*of_owners, *modes_of_cable, *in_wind, *actuator_columns("ACTUATOR"), *of_links, *of_whole]
-
-
-def wind_columns_of(scene, name):
-    """The columns of a body, BODY.MARKER, free point, cable, link or actuator in the wind: list, empty for other names.
-
-    Parameters
-    ----------
-    scene : SuspensionScene
-    name : str
-    """
-    body, _, marker = name.partition(".")
-    if body in scene.bodies and marker in ("", *scene.bodies[body].markers):
-        return place_columns(name) + ([] if marker else turn_columns(name))
-    if name in scene.points and scene.points[name].free:
-        return place_columns(name)
-    if name in scene.cables:
-        return [*tension_columns(name), midspan_column(name)]
-    if name in scene.links:
-        return [link_force_column(name)]
-    return actuator_columns(name, hasattr(scene.actuators[name], "torque")) if name in scene.actuators else []
 
 
 def find(name):

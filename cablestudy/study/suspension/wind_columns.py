@@ -224,6 +224,26 @@ def link_force_column(name):
     return replace(column, meaning="RMS force along the link, spring and dashpot together")
 
 
+def wind_columns_of(scene, name):
+    """The columns of a body, BODY.MARKER, free point, cable, link or actuator in the wind: list, empty for other names.
+
+    Parameters
+    ----------
+    scene : SuspensionScene
+    name : str
+    """
+    body, _, marker = name.partition(".")
+    if body in scene.bodies and marker in ("", *scene.bodies[body].markers):
+        return place_columns(name) + ([] if marker else turn_columns(name))
+    if name in scene.points and scene.points[name].free:
+        return place_columns(name)
+    if name in scene.cables:
+        return [*tension_columns(name), midspan_column(name)]
+    if name in scene.links:
+        return [link_force_column(name)]
+    return actuator_columns(name, hasattr(scene.actuators[name], "torque")) if name in scene.actuators else []
+
+
 def exceeded_limits(case):
     """Texts of warnings on limits of winches and actuators that the peaks expected in the wind exceed.
 
