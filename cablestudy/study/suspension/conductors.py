@@ -34,13 +34,16 @@ class SuspendedConductors:
     """
 
     def __init__(self, scenes, at_rest):
-        different, rows = distinct_without_case(scenes)
-        without_cases = _ConductorsWithoutCase(different, at_rest)
-        self.reference = without_cases.reference.take(rows)
-        self.problems = [without_cases.problems[row] for row in rows.tolist()]
-        self._names, self._stretching = without_cases.names, without_cases.stretching[rows]
-        self._linear = linear = without_cases.conductors.equivalent_cables(rows, scenes)
-        self.of_case = without_cases.cables(rows, linear.stiffness, linear.elongation, linear.length_ratio)
+        different, rows = distinct_without_case(scenes)  # suspensions in no load case, and which one each scene is
+        self._scenes, self._at_rest, self._numbers = different, at_rest, numbers_at_rest(different)
+        has_set = [[cable.stress_strain is not None for cable in scene.cables.values()] for scene in different]
+        self._names, self._stretching = list(different[0].cables), np.array(has_set)[rows]
+        shape = len(different), len(self._names)
+        conductors = Conductors(different, shape, self._solve_reference, self._solve_cases, independent=False)
+        _, _, reference, self._lengths = conductors.reference
+        self.reference, self.problems = reference.take(rows), [self._problems[row] for row in rows.tolist()]
+        self._linear = linear = conductors.equivalent_cables(rows, scenes)
+        self.of_case = self._cables(rows, linear.stiffness, linear.elongation, linear.length_ratio)
         self.labels = np.where(self._stretching, linear.labels, "")
 
     def uneven_errors(self, equilibrium):
@@ -52,22 +55,7 @@ class SuspendedConductors:
         error[row, cable] = uneven_errors(self._linear.take(indices), equilibrium.catenary.take((row, cable)))
         return error.max(axis=-1)
 
-
-class _ConductorsWithoutCase:
-    """Conductors of suspensions in no load case: new in the reference state, and as the cases load them.
-
-    Parameters are those of `SuspendedConductors`.
-    """
-
-    def __init__(self, scenes, at_rest):
-        self._scenes, self._at_rest, self._numbers = scenes, at_rest, numbers_at_rest(scenes)
-        stretching = [[cable.stress_strain is not None for cable in scene.cables.values()] for scene in scenes]
-        self.names, self.stretching = list(scenes[0].cables), np.array(stretching)
-        solve = self._solve_reference, self._solve_cases
-        self.conductors = Conductors(scenes, self.stretching.shape, *solve, independent=False)
-        _, _, self.reference, self._lengths = self.conductors.reference
-
-    def cables(self, rows, stiffness, elongation, length_ratio):
+    def _cables(self, rows, stiffness, elongation, length_ratio):
         """`CablesOfCase` of some of the suspensions, from these attributes of `LinearCables` in their cases."""
         mass = self._numbers.cable_mass[rows]
         return CablesOfCase(self._lengths[rows], 1.0 + elongation, stiffness, mass, length_ratio)
@@ -82,7 +70,7 @@ class _ConductorsWithoutCase:
             cable_mass=numbers.cable_mass / stretch,
             value=np.where(states_length, numbers.value * stretch, numbers.value),
         )
-        equilibrium, self.problems = self._at_rest(self._scenes, linear)
+        equilibrium, self._problems = self._at_rest(self._scenes, linear)
         tension = np.where(equilibrium.record.converged[:, None], equilibrium.catenary.mean_tension, np.nan)
         return tension, tensions_along(equilibrium.catenary), equilibrium, equilibrium.lengths / stretch
 
@@ -94,7 +82,7 @@ class _ConductorsWithoutCase:
             groups.setdefault(kind_of_case(scene), []).append(index)
         for indices in groups.values():
             rows_of_group = rows[indices]
-            cables = self.cables(rows_of_group, *(array[indices] for array in linear))
+            cables = self._cables(rows_of_group, *(array[indices] for array in linear))
             loaded_scenes = [scenes[index].without_lost() for index in indices]
             cables_present = cables_left(reference[2], loaded_scenes[0])
             equilibrium = loaded_state(reference[2].take(rows_of_group), loaded_scenes, cables=cables).equilibrium
