@@ -15,61 +15,6 @@ from cablestudy.errors import CablestudyError, ConvergenceError
 from cablestudy.study.tolerances import STUDY
 
 
-@dataclass(frozen=True)
-class Settings:
-    """Constants of the refinement. Those that scale errors are tested with random scenes in tests/test_extremes.py.
-
-    Attributes
-    ----------
-    lowest, highest : int
-        Orders of an element: 3 is the least with a symmetric and an antisymmetric shape inside; beyond 48 two elements
-        cost less than one, whose eigenvalue problem grows with the cube of the order.
-    finest : int
-        Sum of the orders along a piece: eight elements of the highest order, an eigenvalue problem of a second.
-    most_unknowns, most_dense : int
-        Unknowns beyond which the search ends: the latter where a large share of the modes is needed, for more than
-        `many_waves`, and a dense eigenvalue problem is solved.
-    many_waves : float
-        Half-waves beyond which the size is checked before the first model already.
-    growth : float
-        Factor of the sum of orders from one triple of levels to the next: the error falls by about a power of ten.
-    per_wave, beside_waves : float
-        Orders for each half-wave, and besides, from which the error falls exponentially; pi/2 and a little more.
-    per_digit, beside_digits : float
-        Orders for each further digit, and besides, of the first level.
-    trials : int
-        Levels in a row without a value of a column, after which it is refused.
-    without_gain, rounding_limit : int, float
-        Levels in a row whose error does not fall, after which the search ends; where errors are below the latter, so
-        that rounding is what remains.
-    unresolved : float
-        Relative error of a frequency over the largest angle [rad] between the tangents at end 1 and elsewhere, where
-        the elements do not resolve the transverse waves at this frequency.
-    numbers : int
-        Numbers in the models that are solved at once: 2.4 MB, about the size of a processor's cache.
-    """
-
-    lowest: int = 3
-    highest: int = 48
-    finest: int = 380
-    most_unknowns: int = 12000
-    most_dense: int = 2000
-    many_waves: float = 100
-    growth: float = 1.3
-    per_wave: float = CABLE.orders_per_half_wave
-    beside_waves: float = 3
-    per_digit: float = 1.0
-    beside_digits: float = 0.75
-    trials: int = 6
-    without_gain: int = 2
-    rounding_limit: float = 1e-5
-    unresolved: float = 10
-    numbers: int = 300_000
-
-
-SETTINGS = Settings()
-
-
 def levels(least_sum):
     """Yield levels (elements along the piece with most waves, order), finer and finer.
 
@@ -78,28 +23,28 @@ def levels(least_sum):
     least_sum : float
         Sum of the orders to begin with.
     """
-    total = min(max(ceil(least_sum), SETTINGS.lowest), SETTINGS.finest)
+    total = min(max(ceil(least_sum), STUDY.lowest_order), STUDY.finest_orders)
     while True:
-        elements = ceil(total / (SETTINGS.highest - 4))
+        elements = ceil(total / (STUDY.highest_order - 4))
         order = ceil(total / elements)
         for increment in (0, 2, 4):  # an odd step may leave the symmetric shapes as they are
             yield elements, order + increment
-        if total >= SETTINGS.finest:
+        if total >= STUDY.finest_orders:
             return
-        total = min(ceil(SETTINGS.growth * elements * (order + 4)), SETTINGS.finest)
+        total = min(ceil(STUDY.order_growth * elements * (order + 4)), STUDY.finest_orders)
 
 
 def levels_for(case, waves):
     """The `levels` of a case to its accuracy, from those on that resolve some half-waves along its cable."""
-    orders = SETTINGS.per_wave * waves * float(case.results.longest_segment[case.index])
-    digits = SETTINGS.per_digit * -log10(case.scene.model.accuracy) + SETTINGS.beside_digits
-    elements = max(1, ceil(orders / max(SETTINGS.highest - 4 - digits, 1)))  # each element needs its digits
+    orders = CABLE.orders_per_half_wave * waves * float(case.results.longest_segment[case.index])
+    digits = STUDY.orders_per_digit * -log10(case.scene.model.accuracy) + STUDY.orders_beside_digits
+    elements = max(1, ceil(orders / max(STUDY.highest_order - 4 - digits, 1)))  # each element needs its digits
     return levels(orders + elements * digits)
 
 
 def least_order_sum(waves):
     """Least sum of orders along a piece that resolves a number of half-waves along it."""
-    return SETTINGS.per_wave * waves + SETTINGS.beside_waves
+    return CABLE.orders_per_half_wave * waves + STUDY.orders_beside_waves
 
 
 def needs_of(case, required):
@@ -143,7 +88,7 @@ def _half_waves(case, required):
         waves = max(waves, min(required.sagging_waves, float(results.sag_waves[index])))
     if (
         required.axial
-        and SETTINGS.unresolved * case.refined(1, SETTINGS.lowest).waves(0.0)[1] > case.scene.model.accuracy
+        and STUDY.unresolved_turn * case.refined(1, STUDY.lowest_order).waves(0.0)[1] > case.scene.model.accuracy
     ):
         # an axial mode of a curved cable excites the transverse waves
         waves = max(waves, required.axial * float(results.axial_waves[index]))
@@ -156,7 +101,7 @@ class Refinement:
 
     Each frequency has an error estimate of its own, by what the highest orders contribute to its shape. A model that
     does not resolve the transverse waves at a frequency ignores them: where the direction of the cable changes along it
-    by an angle [rad], the relative error of this frequency is estimated as `Settings.unresolved` times the angle.
+    by an angle [rad], the relative error of this frequency is estimated as `unresolved_turn` times the angle.
 
     Parameters
     ----------
@@ -227,8 +172,8 @@ class Refinement:
 
     def _too_large(self):
         """True if the model of this level has too many unknowns to be solved."""
-        many_waves = self.waves > SETTINGS.many_waves
-        limit = SETTINGS.most_dense if many_waves else SETTINGS.most_unknowns
+        many_waves = self.waves > STUDY.many_waves
+        limit = STUDY.most_dense_unknowns if many_waves else STUDY.most_unknowns
         return (self._values_of_level or many_waves) and self.finer.in_plane.dof > limit
 
     def _unresolved(self, frequency):
@@ -237,7 +182,7 @@ class Refinement:
             return 0.0, 0.0
         waves, turn = self.finer.waves(frequency)
         resolved = least_order_sum(waves) <= self.finer.level[0] * self.finer.level[1]
-        return 0.0 if resolved else SETTINGS.unresolved * turn, waves
+        return 0.0 if resolved else STUDY.unresolved_turn * turn, waves
 
     def _values_where_resolved(self):
         """Values, errors and failures by this level, and the error by unresolved waves: arguments of `_judge`.
@@ -252,9 +197,9 @@ class Refinement:
         settled, self._last_waves = abs(waves - self._last_waves) < 0.1 * self._last_waves, waves
         if unresolved <= self._accuracy:
             return *computed, unresolved
-        self._values_of_level, self._least_orders = {}, min(least_order_sum(waves), SETTINGS.finest)
-        if settled and least_order_sum(waves) > SETTINGS.finest:
-            most = (SETTINGS.finest - SETTINGS.beside_waves) / SETTINGS.per_wave
+        self._values_of_level, self._least_orders = {}, min(least_order_sum(waves), STUDY.finest_orders)
+        if settled and least_order_sum(waves) > STUDY.finest_orders:
+            most = (STUDY.finest_orders - STUDY.orders_beside_waves) / CABLE.orders_per_half_wave
             self._give_up(f"more waves along a piece of the cable than the {most:.0f} that the finest model resolves")
         return None
 
@@ -287,11 +232,11 @@ class Refinement:
             self.finer = self.finer if pending else None
             return
         worst = max(errors.values())
-        without_gain = self._least_error <= worst < SETTINGS.rounding_limit
+        without_gain = self._least_error <= worst < STUDY.rounding_limit
         self._levels_without_gain = self._levels_without_gain + 1 if without_gain else 0
         self._least_error = min(worst, self._least_error)
         self._message = f"the error reached is about {self._least_error:.1e}"
-        if self._levels_without_gain == SETTINGS.without_gain:
+        if self._levels_without_gain == STUDY.levels_without_gain:
             self._give_up(self._message)
 
     def _refuse(self, failures):
@@ -300,7 +245,7 @@ class Refinement:
         for header, error in failures.items():
             previous_error, count = self._last_failures.get(header, (None, 0))
             missing[header] = error, count + 1
-            if count and (str(previous_error) == str(error) or count == SETTINGS.trials):
+            if count and (str(previous_error) == str(error) or count == STUDY.levels_without_value):
                 self.failures[header] = error
         self._last_failures = missing
 
@@ -331,7 +276,7 @@ def refine(searches, prepare):
     while waiting:
         level = min(search.finer.level for search in waiting)
         batch = [search for search in waiting if search.finer.level == level]
-        batch = batch[: max(1, SETTINGS.numbers // batch[0].finer.size)]
+        batch = batch[: max(1, STUDY.numbers_at_once // batch[0].finer.size)]
         if len(batch) > 1:
             prepare([search.finer for search in batch])
         for search in batch:

@@ -11,7 +11,7 @@ from cablestudy.study.closed_form import ColumnRequirements, by_elements, closed
 from cablestudy.study.column import lacks, relative
 from cablestudy.study.columns import find, is_own
 from cablestudy.study.motion_columns import DAMPING_RATIO, goes_slack
-from cablestudy.study.refinement import SETTINGS, Refinement, needs_of, reference_scene, refine
+from cablestudy.study.refinement import Refinement, needs_of, reference_scene, refine
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues, load_count
 from cablestudy.study.table_rows import MODAL, OVER_STRENGTH, SLACK, Row, UnfinishedRow, batched, compute_together
@@ -92,7 +92,8 @@ def evaluate_cases(scenes, columns, estimate=False):
 
 def _fixed_rows_at_once(scenes):
     """Number of scenes with fixed elements to solve at once, whose modes a processor's cache holds. [-]"""
-    return max(1, min(STUDY.rows_at_once, SETTINGS.numbers // max(models.numbers_of(scene.model) for scene in scenes)))
+    largest = max(models.numbers_of(scene.model) for scene in scenes)
+    return max(1, min(STUDY.rows_at_once, STUDY.numbers_at_once // largest))
 
 
 def _rows_of_batch(scenes, required, to_accuracy, estimate):

@@ -14,6 +14,7 @@ class StudyTolerances:
     suspended_cables_at_once: int = 6000  # and more of them up to so many cables: bounds the memory
     cables_at_once: int = 200  # cables, of several cases, whose modes are computed in one call
     lines_at_once: int = 1000  # lines of a CSV that are written in one call
+    numbers_at_once: int = 300_000  # in models of single cables solved together: 2.4 MB, about a processor's cache
     nodes_at_once: int = 100_000  # of all cables that are solved together: bounds the memory
     parquet_rows: int = 50_000  # written at once: bounds the memory
     pareto_points: int = 64  # points that are compared each with each
@@ -73,6 +74,26 @@ class StudyTolerances:
     coarser_mesh_safety: float = 3.0  # on the change from coarser meshes, where it falls slowly
     sharper: tuple = (1.0, 1e-2, 1e-4)  # accuracies of the modes that are tried for a number, over that asked for
     equal_shares: float = 1e-6  # relative difference of two shares that are one: the lower mode is taken
+
+    # ------------------------------------------------------- modes of single cables, by elements refined level by level
+    # those that scale errors are tested with random scenes in tests/test_extremes.py
+
+    lowest_order: int = 3  # of an element: the least with a symmetric and an antisymmetric shape inside;
+    highest_order: int = 48  # beyond it two elements cost less, since an eigenvalue problem grows with its cube
+    finest_orders: int = 380  # sum of the orders along a piece: an eigenvalue problem of a second
+    most_unknowns: int = 12000  # beyond which the search ends,
+    most_dense_unknowns: int = 2000  # and where a large share of the modes is needed, a dense eigenvalue problem:
+    many_waves: float = 100  # for more half-waves; the size is then checked before the first model already
+    order_growth: float = 1.3  # of the sum of orders to the next three levels: the error falls by a power of ten
+    orders_beside_waves: float = 3  # beside those for each half-wave, from which the error falls exponentially
+    orders_per_digit: float = 1.0  # of the first level, for each further digit,
+    orders_beside_digits: float = 0.75  # and besides
+    levels_without_value: int = 6  # in a row, after which a column is refused
+    levels_without_gain: int = 2  # in a row whose error does not fall, after which the search ends where
+    rounding_limit: float = 1e-5  # errors are below this, so that rounding is what remains
+    # relative error of a frequency over the largest angle between the tangents at end 1 and elsewhere [1/rad], where
+    # the elements do not resolve the transverse waves at this frequency
+    unresolved_turn: float = 10
 
     # -------------------------------------------------------- motion in the wind, with the loop or without
 
