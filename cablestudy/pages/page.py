@@ -23,6 +23,7 @@ SIZE = re.compile(r'\A<svg [^>]*?width="([\d.]+)pt"[^>]*?viewBox="([^"]+)"[^>]*>
 PATH = re.compile(r' d="[^"]*"')
 DIGITS = re.compile(r"(\.\d\d)\d+")  # beyond hundredths of a point
 NAMES = re.compile(r'(\bid="|url\(#|href="#)')
+LONGEST = 1000  # characters of a reason
 
 
 def inline_picture(figure, prefix, label):
@@ -62,9 +63,6 @@ def _points(figure):
         elif hasattr(artist, "get_paths"):
             total += sum(len(path.vertices) for path in artist.get_paths())
     return total
-
-
-LONGEST = 1000  # characters of a reason
 
 
 def one_line(error):

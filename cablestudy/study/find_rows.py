@@ -21,6 +21,8 @@ from cablestudy.study.study_rows import evaluate_tables
 from cablestudy.study.table_rows import batched
 from cablestudy.study.tolerances import STUDY
 
+NAME = "search"  # of the threads of searches in step
+
 
 def evaluate_found(study, tables, columns, explain=False, estimate=False):
     """Compute the columns of cases of a study that states a goal (`find`): in each case its key is solved for first.
@@ -119,9 +121,6 @@ def _values_in_cases(study, goal, cases, values_of_searches):
 
 
 # ------------------------------------------------------------------------------------------------ many searches in step
-
-
-NAME = "search"  # of the threads
 
 
 class _EndedError(Exception):

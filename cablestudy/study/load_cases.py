@@ -20,6 +20,8 @@ from cablestudy.study.tolerances import STUDY
 
 UP = np.array([0.0, 0.0, 1.0])
 END_2_ALONG_X = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+CONVERGED, TOO_MANY, UNBALANCED = range(3)
+REASONS = ("converged", "no convergence", "rounding leaves a part of the force")
 
 
 def bare_spans(values):
@@ -270,10 +272,6 @@ def _with_uniform_drag(span, ends, wind):
 
 
 # ------------------------------------------------------------------------------- a force on an end that is free along x
-
-
-CONVERGED, TOO_MANY, UNBALANCED = range(3)
-REASONS = ("converged", "no convergence", "rounding leaves a part of the force")
 
 
 @dataclass(frozen=True)

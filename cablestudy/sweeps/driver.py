@@ -27,6 +27,9 @@ LOOK_AGAIN = 10.0  # seconds without a result after which the number of workers 
 AHEAD = 2  # chunks in flight for each worker, so that none waits for the next
 PER_CORE = 4  # processes at most: more of them only take memory
 MAX_DEATHS = 3  # of workers, one after the other without a result between them
+TIMEOUT = 15  # seconds until a scheduler must have answered
+ADDRESS = re.compile(r"(?:tcp://)?(?:[^\s:/\[\]]+|\[[0-9a-f:.%]+\]):\d{1,5}")
+SAME_VERSIONS = "the scheduler and its workers need the same cablestudy, Python and dask as this machine"
 
 
 class WorkerDeathError(Exception):
@@ -201,11 +204,6 @@ def _exit_with_parent():
 
 
 # ------------------------------------------------------------------------------------------------- on a dask cluster
-
-
-TIMEOUT = 15  # seconds until a scheduler must have answered
-ADDRESS = re.compile(r"(?:tcp://)?(?:[^\s:/\[\]]+|\[[0-9a-f:.%]+\]):\d{1,5}")
-SAME_VERSIONS = "the scheduler and its workers need the same cablestudy, Python and dask as this machine"
 
 
 def compute_on_cluster(chunks, address, notify=None):

@@ -15,7 +15,7 @@ from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
 from cablestudy.interrupts import Interrupts
 from cablestudy.scene.words import counted, first_of
 from cablestudy.study.all_columns import find_header
-from cablestudy.study.column import SYSTEM
+from cablestudy.study.column import CLOSED, SYSTEM
 from cablestudy.study.notes import above_accuracy
 from cablestudy.study.prepare import prepare
 from cablestudy.study.scene_kind import kind_of
@@ -298,10 +298,6 @@ def read_shard(text):
 # --------------------------------------------------------------- rows of an earlier run that an edited study uses again
 
 
-# columns in closed form: their digits do not depend on which other columns are computed
-CLOSED_FORM = ("scene", "statics", "stiffness")
-
-
 def usable(old, new):
     """Columns whose stored values a run with other columns can use again, since it would compute the same digits.
 
@@ -327,12 +323,12 @@ def usable(old, new):
         return frozenset()
     same_motion = _columns_of_motion(stored) == _columns_of_motion(asked)
     common = stored.keys() & asked.keys()
-    return frozenset(name for name in common if asked[name] in CLOSED_FORM or same_motion)
+    return frozenset(name for name in common if asked[name] in CLOSED or same_motion)
 
 
 def _columns_of_motion(needs_of):
     """Set of the columns, from a mapping of name -> what it needs, that need a model of the motion."""
-    return {name for name, needs in needs_of.items() if needs not in CLOSED_FORM}
+    return {name for name, needs in needs_of.items() if needs not in CLOSED}
 
 
 def reuse_rows(store, study, cases, identity):

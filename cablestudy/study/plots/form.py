@@ -42,6 +42,10 @@ SPACE_BELOW = 0.05  # between views of a scene in space, share of their height
 BAR = 1.2  # width of a scale of colours with its numbers [in]
 KILO = 1e4  # tension from which a scale is in kN [N]
 LENGTH = "length along the unstretched cable [m]"
+FORMS = 5  # of the cable that are drawn
+PATH_COLUMNS = "x_m", "y_m", "z_m", "clearance_m", "max_tension_N"
+DOTS = 50  # places up to which each is marked
+POINTS = np.linspace(0.0, 1.0, 201)
 
 
 @styled
@@ -352,19 +356,13 @@ def finish_view(axes, view, window, ground, ticks=8):
 # -------------------------------------------------------------------------------------- the path of a load that travels
 
 
-FORMS = 5  # of the cable that are drawn
-COLUMNS = "x_m", "y_m", "z_m", "clearance_m", "max_tension_N"
-DOTS = 50  # places up to which each is marked
-POINTS = np.linspace(0.0, 1.0, 201)
-
-
 @styled
 def load_path(path):
     """Figure of a load that travels along a cable: its path in a side view, and below it the largest tension.
 
     The side view has the cable for some positions of the load. `path` is a `LoadPath`.
     """
-    first, (*positions, clearance, tension) = path.cables[0], (_numbers(path, name) for name in COLUMNS)
+    first, (*positions, clearance, tension) = path.cables[0], (_numbers(path, name) for name in PATH_COLUMNS)
     span = first.form.span
     view = view_from_end_1(first.end_1, direction(span.frame[0, :2] * span.chord, span.chord), first.ground)
     forms, line = [view(form) for form in _forms(path.cables)], view(np.stack(positions, axis=-1))

@@ -54,6 +54,13 @@ TALL = 1.8  # height over width of the tallest panel in perspective
 ENLARGED = 0.27  # side of the picture of the enlarged body over the width of its panel
 FITTED = 6  # vertical scales that are tried until displacements are enlarged alike in both directions
 TRUE = 1e-3  # height over width of a picture that is not enlarged
+ENDINGS = (".gif", ".html")
+FRAMES, PAUSE = 20, 60  # of one period; time between them [ms]
+RESOLUTION = 100  # of the frames [dots/in]
+PAGE = """<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><title>Modes in motion</title></head>
+<body style="margin:0"><img alt="Modes in motion" style="max-width:100%" src="data:image/gif;base64,{}"></body></html>
+"""
 
 
 @dataclass(frozen=True)
@@ -405,15 +412,6 @@ def _enlarge(axes, mode, factor, side):
 
 
 # ------------------------------------------------------------------------------------------------------ modes in motion
-
-
-ENDINGS = (".gif", ".html")
-FRAMES, PAUSE = 20, 60  # of one period; time between them [ms]
-RESOLUTION = 100  # of the frames [dots/in]
-PAGE = """<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>Modes in motion</title></head>
-<body style="margin:0"><img alt="Modes in motion" style="max-width:100%" src="data:image/gif;base64,{}"></body></html>
-"""
 
 
 @styled

@@ -43,6 +43,12 @@ ROUND_TICKS, DECADE_TICKS = {"x": 7, "y": 5}, {"x": 8, "y": 6}  # at most, on a 
 EQUAL = 1e-9  # range over the largest value, up to which values differ by rounding
 NARROWEST = 2e-3  # range of a linear y axis over the largest value at least: its ticks differ in four digits
 PRINTED = {"marker": "o", "ms": 9, "mfc": "none", "mec": RED, "mew": 1.3, "ls": "none"}
+PANELS = 12  # in one picture
+INDICES = {
+    "first_order": {"color": BLUE, "marker": "o", "label": "first order: of the key alone"},
+    "total": {"color": ORANGE, "marker": "s", "mfc": "white", "label": "total: with all that it interacts in"},
+}
+LIMITS = (-0.05, 1.05)  # of the shares, always shown
 
 
 @styled
@@ -289,14 +295,6 @@ def _values(lines, which):
 # ------------------------------------------------------------------------------------------------------ Sobol's indices
 
 
-PANELS = 12  # in one picture
-KINDS = {
-    "first_order": {"color": BLUE, "marker": "o", "label": "first order: of the key alone"},
-    "total": {"color": ORANGE, "marker": "s", "mfc": "white", "label": "total: with all that it interacts in"},
-}
-LIMITS = (-0.05, 1.05)  # of the shares, always shown
-
-
 @styled
 def sensitivity_plot(study, table):
     """Figure of Sobol's indices: the shares that the varied keys have in the variance of each column of a study.
@@ -310,7 +308,7 @@ def sensitivity_plot(study, table):
         From `Sensitivity.table`: rows with `column`, `parameter` (the varied key), values of keys that vary beside the
         sample, the indices, and the ends of their confidence intervals.
     """
-    fixed = ("column", "parameter", *(f"{kind}{end}" for kind in KINDS for end in ("", "_low", "_high")))
+    fixed = ("column", "parameter", *(f"{kind}{end}" for kind in INDICES for end in ("", "_low", "_high")))
     others = [field for field in table.fields if field.name not in fixed]  # keys that vary beside the sample
     groups = _groups(table.rows, others)
     count = min(len(groups), PANELS)
@@ -328,7 +326,7 @@ def sensitivity_plot(study, table):
         axes.set_xlabel("share of the variance")
     drawn = [row[name] for row in table.rows for name in fixed[2:] if row.get(name) is not None]
     grid[0].set_xlim(min([LIMITS[0], *drawn]) - 0.02, max([LIMITS[1], *drawn]) + 0.02)
-    legend_below(figure, [(Line2D([], [], ls="none", **look), look["label"]) for look in KINDS.values()])
+    legend_below(figure, [(Line2D([], [], ls="none", **look), look["label"]) for look in INDICES.values()])
     heading(figure, f"{study.title or 'Sensitivity'}: Sobol's indices{panels_left_out(count, len(groups))}")
     return figure
 
@@ -351,7 +349,7 @@ def _index_panel(axes, rows):
     """Draw the indices of one column, or a note if it has none."""
     names = [key_words(row["parameter"]) for row in rows]
     heights = np.arange(len(rows))
-    for (kind, look), aside in zip(KINDS.items(), (-0.13, 0.13), strict=True):
+    for (kind, look), aside in zip(INDICES.items(), (-0.13, 0.13), strict=True):
         for height, row in zip(heights, rows, strict=True):
             if row[kind] is None:
                 continue
@@ -359,7 +357,7 @@ def _index_panel(axes, rows):
             if low is not None and high is not None:
                 axes.plot([low, high], [height + aside] * 2, color=look["color"], lw=1.6)
             axes.plot(row[kind], height + aside, ms=5, ls="none", **look)
-    if all(row[kind] is None for row in rows for kind in KINDS):
+    if all(row[kind] is None for row in rows for kind in INDICES):
         axes.text(0.5, 0.5, "no indices", transform=axes.transAxes, ha="center", va="center", color="#555555")
     axes.set_yticks(heights, [wrapped(name, 1.5, 8.5) for name in names], fontsize=8.5)
     axes.set_ylim(len(rows) - 0.5, -0.5)

@@ -33,6 +33,7 @@ from cablestudy.study.table_rows import (
 from cablestudy.study.tolerances import STUDY
 
 IN_MOTION = {"winches", "actuators", "control", "exposure", "correction"}  # keys that change nothing at rest
+OF_THE_WHOLE = {column.name: column for column in WHOLE}
 
 
 def cases_of(scenes):
@@ -105,9 +106,6 @@ def _solved_groups(scenes):
         return [Group(scenes)] * len(scenes)
     except (NoSolutionError, ConvergenceError) as error:
         return [error] if len(scenes) == 1 else [result for scene in scenes for result in _solved_groups([scene])]
-
-
-OF_THE_WHOLE = {column.name: column for column in WHOLE}
 
 
 class RequiredColumns(TableColumns):
