@@ -20,10 +20,10 @@ def on(curve, positions):
 
 def closest(place, curve):
     """Position on a parabola that is closest to a place."""
-    x = np.linspace(0, 1, 2001)
-    for _ in range(3):
+    x = np.linspace(0, 1, 101)
+    for _ in range(5):
         best = x[np.argmin(np.linalg.norm(on(curve, x) - place, axis=-1))]
-        x = np.clip(np.linspace(best - 1.5 * (x[1] - x[0]), best + 1.5 * (x[1] - x[0]), 2001), 0, 1)
+        x = np.clip(np.linspace(best - 1.5 * (x[1] - x[0]), best + 1.5 * (x[1] - x[0]), 101), 0, 1)
     return best
 
 

@@ -11,7 +11,7 @@ from cablestudy.scene.scene import load_scene
 from cablestudy.study.ssm import StateSpaceOptions
 from cablestudy.study.ssm_of_cable import choose
 
-FREQUENCY = np.geomspace(0.01, 100, 300)
+FREQUENCY = np.geomspace(0.01, 100, 150)
 S = 2j * np.pi * FREQUENCY
 
 
@@ -37,15 +37,14 @@ def test_frequencies_have_equal_ratios_and_both_ends(count):
     np.testing.assert_array_equal(np.concatenate(blocks), np.geomspace(0.013, 97, count))
 
 
-@pytest.mark.crossed
-@pytest.mark.parametrize(("force", "displacement"), [(3, 3), (0, 3), (5, 2), (4, 4)])
 @each_cable
-def test_between_ends_is_the_state_space(path, force, displacement):
+def test_between_ends_is_the_state_space(path):
     choice = choice_of(path)
     expected = choice.system().response(S, derivatives=True)
-    computed = choice.response((force, displacement), FREQUENCY)
     size = np.abs(expected).max(axis=(1, 2))
-    assert (np.abs(computed - expected[:, force, displacement]) / size).max() < 1e-10
+    for force, displacement in ((3, 3), (0, 3), (5, 2), (4, 4)):
+        computed = choice.response((force, displacement), FREQUENCY)
+        assert (np.abs(computed - expected[:, force, displacement]) / size).max() < 1e-10
 
 
 @pytest.mark.crossed

@@ -7,7 +7,7 @@ from command import CONFIGS, run
 from picture import faults
 
 from cablestudy.control.step_response import step_response
-from cablestudy.interface import load
+from cablestudy.study import plots
 
 RATIOS = (0.05, 0.3, 0.7, 0.99)
 OMEGA = 3.0  # [rad/s]
@@ -77,11 +77,13 @@ def test_too_few_points_of_time_are_said():
     ("which", "words"),
     [("reference", "overshoot 0 %, rise time 4."), ("winch", "(to 2 % of the largest displacement)"), ("gust", "")],
 )
-def test_the_command_states_them_and_draws_no_panel_of_a_constant(which, words):
+def test_the_command_states_them_and_draws_no_panel_of_a_constant(which, words, monkeypatch):
     asked = ("loop", str(CONFIGS / "carlina-pid.yaml"), "--time", "20s:3", "--input", which)
-    said = run(*asked).err
+    figures = []
+    monkeypatch.setattr(plots, "save", lambda figure, path: figures.append(figure))
+    said = run(*asked, "--plot", "picture.svg").err
     assert words in said
     assert ("settling time" in said) == bool(words)
-    figure = load(CONFIGS / "carlina-pid.yaml").compute("loop", time="20s", input=which).figure()
+    (figure,) = figures
     assert len(figure.axes) == (3 if which == "gust" else 2)
     assert faults(figure) == []

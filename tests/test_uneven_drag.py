@@ -133,7 +133,8 @@ def test_a_pushed_gondola_states_what_the_drag_with_and_without_the_push_changes
     def held(shift):
         return pieces_of("thin", shift, case.reference_length, start)[1][-1, 0]
 
-    shift = brentq(lambda shift: held(shift) - held(0.0) - force, -3.0, -0.5, xtol=1e-7)
+    at_rest = held(0.0)
+    shift = brentq(lambda shift: held(shift) - at_rest - force, -3.0, -0.5, xtol=1e-7)
     row = evaluate(scene, [find("force_displacement"), find("tension_2")])
     true = abs(row.cells["force_displacement_mm"] / (1e3 * shift) - 1)
     assert 1e-3 < true < row.errors["force_displacement_mm"] < 3 * true

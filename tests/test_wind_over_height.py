@@ -65,15 +65,14 @@ def keys_of(wind):
 
 
 def pressure_of(name, wind=None):
-    """Dynamic pressure at a place: the power law written down once more. [Pa]"""
+    """Dynamic pressure at places, shape (3, b): the power law written down once more. [Pa]"""
     keys, ground = keys_of(wind or SCENES[name][2]), SCENES[name][3]
     base = keys.get("pressure", 0.6 * keys.get("speed", 0.0) ** 2) * keys.get("gust_factor", 1.0) ** 2
 
     def pressure(place):
         under = np.interp(place[0], *zip(*ground, strict=True)) if isinstance(ground, tuple) else ground
-        above = float(place[2]) - under
-        grown = (max(above, 0.0) / keys["at"]) ** (2 * keys["exponent"])  # 1 at all heights with the exponent 0
-        return base * grown
+        # 1 at all heights with the exponent 0
+        return base * (np.maximum(place[2] - under, 0.0) / keys["at"]) ** (2 * keys["exponent"])
 
     return pressure, keys["direction"]
 
@@ -92,7 +91,7 @@ def _truth(name, start, stretched, wind):
     (end_1, end_2), share, *_ = SCENES[name]
     pressure, direction = pressure_of(name, wind)
     load = cable_in_wind.drag(1.2 * D, pressure, direction, MASS * 9.81, stretched)
-    return cable_in_wind.solve(end_1, np.array(end_2), EA, share * math.dist(end_1, end_2), load, start)
+    return cable_in_wind.solve(np.array(end_1), np.array(end_2), EA, share * math.dist(end_1, end_2), load, start)
 
 
 @pytest.mark.parametrize("name", campaign(SCENES, PART))
