@@ -52,7 +52,8 @@ class EquilibriumResidual:
 
     def tension(self, unknown):
         """Tension vectors at mid-segment, 3 arrays of shape (..., k + 1). [N]"""
-        return tuple(u[..., None] + offset for u, offset in zip(unknown, self.segments.offset, strict=True))
+        (q, n, y), (along, across, out) = unknown[..., None], self.segments.offset
+        return q + along, n + across, y + out
 
     def residual(self, unknown):
         """Vector from the last segment's end to end 2, per unstretched length, shape (3, ...) [-], and a `point`.
@@ -81,7 +82,8 @@ class EquilibriumResidual:
     def step(self, gap, point):
         """Newton step of the tension vector, shape (3, ...). [N]"""
         step = np.array(solve_symmetric(self.flexibility(point), gap))
-        step[1:] = np.where(self.vertical, 0.0, step[1:])
+        if np.count_nonzero(self.vertical):
+            step[1:] = np.where(self.vertical, 0.0, step[1:])
         return step
 
     def relative(self, step, unknown, _):
@@ -203,7 +205,7 @@ def _taut_tension(span, transverse_load):
         value = tension**2 * (tension / stiffness - strain) - constant
         slope = tension * (3 * tension / stiffness - 2 * strain)
         step = np.where(slope > 0, value / np.where(slope > 0, slope, 1.0), 0.0)
-        tension = np.clip(tension - step, tension / 4, tension * 4)
+        tension = np.minimum(np.maximum(tension - step, tension / 4), tension * 4)
     return tension
 
 

@@ -47,8 +47,10 @@ class Record:
     @property
     def last_correction(self):
         """Size of the last full step, infinite where there was none, shape (...). [-]"""
-        last_step = np.maximum(self.steps - 1, 0)[None]
-        return np.where(self.steps > 0, np.take_along_axis(self.correction, last_step, axis=0)[0], np.inf)
+        last = np.full(self.reason.shape, np.inf)
+        for correction, taken in zip(self.correction, np.isfinite(self.share), strict=True):
+            last = np.where(taken, correction, last)
+        return last
 
     def of(self, index):
         """`Record` of one cable of a batch, or of several."""
@@ -98,28 +100,27 @@ def newton(problem, unknown, active):
     trace, solution, moving = [], None, ...  # the last: index of the cables that are still iterated
     for _ in range(CABLE.newton_steps):
         step = problem.step(gap, point)
-        slope = (gap * step).sum(axis=0)
+        slope = np.add.reduce(gap * step)
         least_slope = -0.5 * slope - problem.rounding(step)
         previous_change, change = change, np.where(active, problem.relative(step, unknown, point), change)
         share, large = active.astype(float), active & (change > CABLE.whole_correction)
         for _ in range(CABLE.newton_halvings):
             trial = unknown + share * step
             trial_gap, trial_point = problem.residual(trial)
-            trial_slope = (trial_gap * step).sum(axis=0)
+            trial_slope = np.add.reduce(trial_gap * step)
             overshoots = large & (trial_slope < least_slope)
-            if not overshoots.any():
+            if not np.count_nonzero(overshoots):
                 break
             share = np.where(overshoots, share / 2, share)
-        of_step = np.full((3, *settled.shape), np.nan)
-        of_step[:, *np.index_exp[moving]] = np.where(active, (np.abs(gap).max(axis=0), change, share), np.nan)
-        trace.append(of_step)
+        of_step = np.where(active, (np.maximum.reduce(np.abs(gap)), change, share), np.nan)
+        trace.append(of_step if moving is ... else _spread(of_step, settled.shape, moving))
         unknown, gap, point = trial, trial_gap, trial_point
         # a cable is done where its step is small, or rounding keeps it from falling further
         stalled = (change < problem.stalled) & (change >= previous_change / 2)
         small = (change < problem.tolerance) | stalled
         settled[moving] |= active & small & (share == 1)
         active = active & ~small & ~overshoots & np.isfinite(change)
-        if not active.any():
+        if not np.count_nonzero(active):
             break
         if CABLE.many_cables < active.size and active.sum() < CABLE.still_moving * active.size:
             kept = np.nonzero(active)
@@ -135,6 +136,13 @@ def newton(problem, unknown, active):
         unknown, point = solution
     residual, change, share = np.moveaxis(np.array(trace), 1, 0)
     return unknown, point, Record(residual, change, share, np.where(settled, CONVERGED, STALLED))
+
+
+def _spread(part, shape, index):
+    """Numbers of the cables at an index of a batch in an array for the whole batch, not a number elsewhere."""
+    whole = np.full((len(part), *shape), np.nan)
+    whole[:, *index] = part
+    return whole
 
 
 def _assign(solution, index, part):

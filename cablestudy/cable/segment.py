@@ -24,7 +24,8 @@ from cablestudy.cable.tolerances import CABLE
 from cablestudy.cable.vectors import largest
 
 GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(8)
-SERIES = [1.0 / (2 * k + 1) for k in range(10, 0, -1)]  # of atanh(beta)/beta - 1 in beta^2, from its highest power on
+# of atanh(beta)/beta - 1 in beta^2, from its highest power on; with numbers of Python numpy takes longer
+SERIES = [np.array(1.0 / (2 * k + 1)) for k in range(10, 0, -1)]
 
 
 @dataclass(frozen=True)
@@ -76,16 +77,18 @@ def evaluate(tension, weight, cosine, sine):
 
 def _excess(beta, small, plus, minus):
     """atanh(beta)/beta - 1, by its power series where beta is small, else by the logarithm of S + W over S - W."""
-    if small.all():
+    number = np.count_nonzero(small)
+    if number == small.size:
         return _excess_by_series(beta)
     by_logarithm = 0.5 * np.log(np.maximum(plus, CABLE.least_divisor) / minus) / np.where(small, 1.0, beta) - 1.0
-    return np.where(small, _excess_by_series(np.where(small, beta, 0.0)), by_logarithm) if small.any() else by_logarithm
+    return np.where(small, _excess_by_series(np.where(small, beta, 0.0)), by_logarithm) if number else by_logarithm
 
 
 def _excess_by_series(beta):
     """atanh(beta)/beta - 1 by its power series."""
-    square, series = beta**2, 0.0
-    for coefficient in SERIES:
+    square = beta**2
+    series = square * SERIES[0]
+    for coefficient in SERIES[1:]:
         series = square * (coefficient + series)
     return series
 
@@ -125,11 +128,12 @@ def flexibility(tension, weight, axial_stiffness, cosine, sine, kernel):
     in horizontal and vertical components: each form is free of cancellation where the other is not.
     """
     small = kernel.beta < CABLE.series_below
-    if small.all():
+    number = np.count_nonzero(small)
+    if number == small.size:
         by_turning = _flexibility_of_small_beta(tension, weight, cosine, sine, kernel)
     else:
         by_turning = _flexibility_of_large_beta(tension, cosine, sine, kernel)
-        if small.any():
+        if number:
             shallow = _flexibility_of_small_beta(tension, weight, cosine, sine, kernel)
             by_turning = tuple(np.where(small, *pair) for pair in zip(shallow, by_turning, strict=True))
     qq, nn, yy, *mixed = by_turning
