@@ -102,6 +102,45 @@ def test_a_pendulum_in_the_mean_wind():
     assert case.in_wind.mean_tensions("c") == pytest.approx([pull, pull], rel=1e-8)
 
 
+def test_a_body_on_a_pivot_in_a_steady_wind_is_a_compound_pendulum():
+    """Weight and drag, the same in any attitude, pull at their places on its axis as one force aslant."""
+    mass, inertia, center, below, area, speed = 3.0, 0.4, 0.6, 1.1, 0.7, 9.0
+    body = {"at": [0.0, 0.0, 0.0], "mass": mass, "center_of_mass": [0.0, 0.0, -center], "inertia": [inertia] * 3,
+            "free": ["pitch"], "attachments": {"a": [0.0, 0.0, 0.0]},
+            "wind": {"area": area, "drag_coefficient": 1.1, "center_of_pressure": [0.0, 0.0, -below]}}  # fmt: skip
+    text = one_axis(gravity=G) | {"bodies": {"bob": body}, "case": "windy"}
+    text["cables"] = {"c": {"from": [0.0, 0.0, 5.0], "to": "bob.a", "unstretched_length": 4.9}}
+    case = case_of(text | {"cases": {"windy": {"wind": {"speed": speed, "on": ["bob"]}}}})
+    by_weight, by_drag = mass * G * center, RHO / 2 * 1.1 * area * speed**2 * below
+    frequency = np.sqrt(np.hypot(by_weight, by_drag) / (inertia + mass * center**2)) / TURN
+    assert value(case, "bob.pitch") == pytest.approx(-np.degrees(np.arctan2(by_drag, by_weight)), rel=1e-9)
+    assert value(case, "frequency_1") == pytest.approx(frequency, rel=1e-9)
+
+
+def test_motion_in_the_mean_wind_does_not_depend_on_where_the_reference_point_of_a_body_is():
+    """Its centre of pressure turns with it: there the drag needs no moment."""
+    text = everything(wind=STRONG, bodies__gondola__wind__center_of_pressure=[0.3, -0.2, 0.9])
+    for table in ("control", "winches", "actuators"):
+        text.pop(table, None)
+    body = text["bodies"]["gondola"]
+    moved = np.array(body["wind"]["center_of_pressure"])
+
+    def from_there(place):
+        return (np.array(place) - moved).tolist()
+
+    turn = Rotation.from_euler("xyz", body.get("attitude", [0.0, 0.0, 0.0])).as_matrix()
+    other = body | {
+        "at": (np.array(body["at"]) + turn @ moved).tolist(), "center_of_mass": from_there(body["center_of_mass"]),
+        "wind": body["wind"] | {"center_of_pressure": [0.0, 0.0, 0.0]},
+    }  # fmt: skip
+    for table in ("attachments", "markers"):
+        other[table] = {name: from_there(place) for name, place in body[table].items()}
+    cases = [case_of(text), case_of(with_changes(text, bodies={"gondola": other}))]
+    for name in ("gondola.rms_rx", "gondola.rms_ry", "gondola.rms_rz", "gondola.focus.rms", "gondola.focus.mean_x"):
+        one, two = (value(case, name) for case in cases)
+        assert one == pytest.approx(two, rel=1e-6), name
+
+
 def test_a_mean_wind_whose_forces_do_not_settle_is_refused_without_a_force_that_is_left(monkeypatch):
     """The last search, under forces of the wind that are fixed, leaves but rounding, which says nothing."""
     monkeypatch.setattr(type(TOLERANCES), "mean_wind_equilibria", 1)

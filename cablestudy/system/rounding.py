@@ -67,6 +67,8 @@ def bounds(suspension, rotation, arms, ends, strain, cables, tension, links=None
     least, most = (joined(*rounding, axis=-1) for rounding in zip(of_cables, of_links, strict=True))
     center, weight = tangent.weights(suspension, rotation)
     force, moment = size(suspension.force), size(suspension.moment)
+    eccentricity = tangent.eccentric(suspension, rotation)
+    moment = moment if eccentricity is None else moment + np.sqrt((eccentricity**2).sum(axis=(-1, -2)))
     dead_loads = np.stack([size(weight) + force, size(weight) * size(center) + moment], axis=-1)
     cable, end, body = tangent.held_ends(suspension)
     arm, least, most = size(arms[..., cable, end, :]), least[..., cable], most[..., cable]

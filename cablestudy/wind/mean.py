@@ -9,8 +9,9 @@ in body axes. Of the wind on a cable only the part u_n across its chord counts, 
 rho/2 C_d d |u_n| u_n, taken as uniform along the cable. Both forces depend on the attitude of bodies and cables, so
 an equilibrium is sought under fixed forces, the forces are computed again in that equilibrium, and so on until both
 agree. Where that takes many equilibria, or goes to and fro, as of a light body with a large area, the next forces are
-combined from several of those before. The linear model about the equilibrium takes the forces as dead loads: their
-change with the attitude of bodies and cables is no part of its stiffness.
+combined from several of those before. The linear model about the equilibrium takes the forces as dead loads, those on
+bodies at their centres of pressure, which turn with the bodies: the change of the forces themselves with the attitude
+of bodies and cables is no part of its stiffness.
 """
 
 from collections import deque
@@ -26,7 +27,7 @@ from cablestudy.system.tangent import GROUND
 from cablestudy.system.tolerances import SYSTEM
 from cablestudy.wind.tolerances import WIND
 
-LOADS = ("force", "moment", "cable_wind")  # fields of a `SuspendedSystem` that the wind changes
+LOADS = ("force", "eccentric_loads", "cable_wind")  # fields of a `SuspendedSystem` that the wind changes
 
 
 @dataclass(frozen=True)
@@ -183,9 +184,10 @@ def _inputs_in_wind(suspension, equilibrium, drag):
     force, arm = body_forces(drag, equilibrium.rotation)
     if drag.profile is not None:
         force = force * drag.profile.pressure(equilibrium.position + arm)[..., None]
+    others = 0.0 if suspension.eccentric_loads is None else suspension.eccentric_loads
     return {
         "force": suspension.force + force,
-        "moment": suspension.moment + np.cross(arm, force),
+        "eccentric_loads": others + drag.centers[..., :, None] * force[..., None, :],
         "cable_wind": _cable_loads_at(equilibrium, drag),
         "position": equilibrium.position,
         "rotation": equilibrium.rotation,
@@ -198,7 +200,8 @@ def _combined_loads(tried):
     The loads of each kind count over the largest of them in its case.
     """
     shape, last = np.shape(tried[-1][0]["cable_wind"])[:-2], tried[-1][1]
-    largest = {name: np.abs(last[name]).max(axis=(-1, -2), initial=np.finfo(float).tiny) for name in LOADS}
+    rows = {name: last[name].reshape(*shape, -1) for name in LOADS}
+    largest = {name: np.abs(row).max(axis=-1, initial=np.finfo(float).tiny) for name, row in rows.items()}
 
     def flat(inputs):
         return [inputs[name].reshape(*shape, -1) / largest[name][..., None] for name in LOADS]

@@ -162,6 +162,9 @@ class Straight:
             m = body["mass"]
             M[place, place] += np.block([[m * np.eye(3), -m * arm], [m * arm, inertia - m * arm @ arm]])
             K[turn, turn] -= cross(np.array([0, 0, -m * self.gravity])) @ arm
+            if self.wind is not None and self.wind.get("mean", True):
+                drag, at = self.blown(number, self.pose, self.blowing)
+                K[turn, turn] -= cross(drag) @ cross(at)
             K[turn, turn] = (K[turn, turn] + K[turn, turn].T) / 2
         if self.wind is not None and self.wind.get("aerodynamic_damping", True):
             C += self.drag_rate @ self.moved_by_wind
