@@ -5,6 +5,8 @@ import math
 import pytest
 from command import CARLINA, CONFIGS, rows_of, run
 
+import cablestudy as cs
+
 GUY = CONFIGS / "guy.yaml"
 CASES = ["everyday", "cold", "hot", "ice", "storm", "ice-and-wind"]
 
@@ -57,6 +59,23 @@ def test_large_lengths_without_a_unit_are_told(folder):
     (folder / "study.yaml").write_text(f"base: {GUY}\ncolumns: [mass]\n")
     with_comma = run("sweep", "study.yaml", "--dry-run", "--vary", "cable.diameter=1,85 mm").lines  # two values
     assert with_comma == ["--vary cable.diameter: 1 without a unit is 1 m"]
+
+
+def test_what_may_be_why_a_suspension_hangs_nowhere_is_told(folder):
+    run("new", "suspension", "camera.yaml")
+    path = folder / "camera.yaml"
+    path.write_text(path.read_text().replace("diameter: 4 mm", "diameter: 4"))
+    told = "camera.yaml:7:13: cable.diameter: 4 without a unit is 4 m"
+    for command in ("static", "modes"):
+        lines = run(command, path.name, code=3).lines
+        assert lines[0] == told
+        assert "no tensions in" in lines[-1]
+        assert run(command, path.name, "--quiet", code=3).lines == lines[-1:]
+    scene = cs.load(path.name)
+    for _ in range(2):
+        with pytest.raises(cs.NoSolutionError) as refused:
+            scene.static()
+        assert refused.value.__notes__.count(told) == 1
 
 
 def test_only_the_first_likely_mistakes_of_a_study_are_told(folder):

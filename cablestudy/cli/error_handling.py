@@ -36,6 +36,7 @@ def handle_errors(command):
                 click.echo(str(mistake), err=True)
             return error.exit_code
         except CablestudyError as error:
+            echo_notes(getattr(error, "__notes__", ()), options.get("quiet", False))
             where = f"{options['scene']}: " if "scene" in options else ""
             click.echo(where + " ".join(str(error).split()), err=True)
             return error.exit_code

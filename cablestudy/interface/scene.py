@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from cablestudy.activity import ActivityDisplay
-from cablestudy.errors import NoSolutionError, SceneError, shorten
+from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError, shorten
 from cablestudy.interface.answer import Answer
 from cablestudy.interface.arguments import call, checked
 from cablestudy.interface.kinds import (
@@ -149,7 +149,15 @@ class Scene:
         **options
             Those of the function in `answers`.
         """
-        return with_likely_mistakes(self._compute(what, **options), self.document)
+        try:
+            answer = self._compute(what, **options)
+        except (NoSolutionError, ConvergenceError) as error:
+            known = getattr(error, "__notes__", ())  # of one that is raised again
+            for line in likely_mistakes(self.document):  # perhaps they are why there is no answer
+                if line not in known:
+                    error.add_note(line)
+            raise
+        return with_likely_mistakes(answer, self.document)
 
     @one_thread()
     def _compute(self, what, **options):
