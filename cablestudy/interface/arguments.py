@@ -144,7 +144,10 @@ def argument_names() -> Iterator[None]:
         mistakes = [Mistake(in_python(found.where), found.key, in_python(found.message)) for found in error.mistakes]
         raise SceneError(*mistakes) from None
     except NoSolutionError as error:
-        raise NoSolutionError(in_python(str(error))) from None
+        renamed = NoSolutionError(in_python(str(error)))
+        for line in getattr(error, "__notes__", ()):
+            renamed.add_note(line)
+        raise renamed from None
 
 
 def in_python(text: str) -> str:
