@@ -89,6 +89,19 @@ def trifilar(count=3, radius=0.8, height=20.0, mass=50.0, below=0.4, stiffness=1
     )
 
 
+def heavy(mass=1e9):
+    """A body on six cables of 0.5 kg/m and EA 1e7 N, which 1e9 kg make 160 times as long."""
+    rng = np.random.default_rng(7)
+    angles = np.pi / 3 * np.arange(6)
+    anchors = np.stack([20 * np.cos(angles), 20 * np.sin(angles), np.full(6, 15.0)], axis=-1)
+    places = anchors[[1, 1, 3, 3, 5, 5]] * [0.05, 0.05, 0]
+    lines = [
+        cable(tuple(a), ("b", tuple(p)), 1e7, 0.5, value=24.0 + rng.uniform(-0.2, 0.2))
+        for a, p in zip(anchors, places, strict=True)
+    ]
+    return suspension([body("b", (0, 0, 0), mass, center=(0, 0, -0.2))], lines)
+
+
 def sagging(seed=3, **more):
     """Two bodies, two junctions and eight cables, sagging and taut, without any symmetry; at rest near its start."""
     rng = np.random.default_rng(seed)

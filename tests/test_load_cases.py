@@ -65,27 +65,31 @@ def line(tmp_path):
     return made
 
 
-def exact(day, length, x=300.0, y=0.0):
-    """The cable of one day by the reference: tensions and reactions [N], sag halfway along the horizontal [m]."""
+def load_of(day, chord):
+    """Growth of lengths by warmth [-], load per length [N/m], and axes whose last one is against that load, (3, 3)."""
     change, ice, thickness, pressure, degrees = DAYS[day]
     warm = 1 + ALPHA * change
-    chord = np.array([x, y, 8.0])
     direction = np.array([math.cos(math.radians(degrees)), math.sin(math.radians(degrees)), 0.0])
     across = direction - chord * (direction @ chord) / (chord @ chord)
     drag = 1.2 * pressure * (D + 2 * thickness) * np.linalg.norm(across) * across
-    mass = RHO * AREA / warm + ice
-    upwards = np.array([0, 0, mass * G]) - drag
+    upwards = np.array([0, 0, (RHO * AREA / warm + ice) * G]) - drag
     weight = np.linalg.norm(upwards)
     vertical = upwards / weight
     level = chord - (chord @ vertical) * vertical
     level /= np.linalg.norm(level)
-    axes = np.array([level, np.cross(vertical, level), vertical])
+    return warm, weight, np.array([level, np.cross(vertical, level), vertical])
+
+
+def exact(day, length, x=300.0, y=0.0):
+    """The cable of one day by the reference: tensions and reactions [N], sag halfway along the horizontal [m]."""
+    chord = np.array([x, y, 8.0])
+    warm, weight, axes = load_of(day, chord)
     loads = []
     if day == "visitor":
         loads = [(0.25 * length * warm, axes @ [0, 0, -80 * G]), (200 * warm, axes @ [100, 50, -300])]
     force = catenary_mp.solve_loaded(axes @ chord, length * warm, E * AREA, weight, loads)
     first = np.array([float(part) for part in force]) @ axes  # of the cable on what holds end 1
-    total = -weight * length * warm * vertical + sum((load @ axes for _, load in loads), np.zeros(3))
+    total = -weight * length * warm * axes[2] + sum((load @ axes for _, load in loads), np.zeros(3))
     last = total - first
     # halfway along the horizontal, by bisection
     low, high = 0.0, length * warm

@@ -15,7 +15,8 @@ from command import run, table_of
 from references import catenary_mp
 from scenes import cells, scene
 from scipy.optimize import root
-from test_load_cases import LINE
+from test_load_cases import DAYS as DAYS_OF_ONE
+from test_load_cases import LINE, load_of
 from test_suspension_ssm import state_space
 
 from cablestudy.cable.geometry import places
@@ -33,13 +34,7 @@ G, D, ALPHA, DENSITY, EA = 9.81, 0.022, 19e-6, 3500.0, 70e9 * math.pi * 0.022**2
 MASS = DENSITY * math.pi * D**2 / 4
 CASES = LINE[LINE.index("cases:") : LINE.index("  visitor:")].format()
 SECTION = "elastic_modulus: 70 GPa, density: 3500, diameter: 22 mm, expansion: 19e-6 1/K, strength: 300 MPa"
-DAYS = {  # temperature change [K], ice [kg/m], thickness [m], pressure [Pa], direction [deg]
-    "cold": (-45, 0.0, 0.0, 0.0, 0),
-    "ice": (-20, 900 * math.pi * 0.010 * (D + 0.010), 0.010, 0.0, 0),
-    "heavy": (0, 10 / G, 0.0, 0.0, 0),
-    "storm": (0, 0.0, 0.0, 500.0, 90),
-    "oblique": (-20, 700 * math.pi * 0.005 * (D + 0.005), 0.005, 0.6 * 20**2, 40),
-}
+DAYS = {day: load for day, load in DAYS_OF_ONE.items() if day != "visitor"}
 ANCHORS = {"a": (60, 40, 25), "b": (-60, 40, 25), "c": (-60, -40, 25), "d": (60, -40, 25)}
 BODY = f"""\
 cable: {{{SECTION}, STATED}}
@@ -113,22 +108,12 @@ def force_on_body(place, anchor, day, length, near):
 
     `near` keeps the answer, from which the search of the next place begins.
     """
-    change, ice, thickness, pressure, degrees = DAYS[day]
-    warm = 1 + ALPHA * change
     chord = np.asarray(place) - anchor
-    direction = np.array([math.cos(math.radians(degrees)), math.sin(math.radians(degrees)), 0.0])
-    across = direction - chord * (direction @ chord) / (chord @ chord)
-    drag = 1.2 * pressure * (D + 2 * thickness) * np.linalg.norm(across) * across
-    upwards = np.array([0, 0, (MASS / warm + ice) * G]) - drag
-    weight = np.linalg.norm(upwards)
-    vertical = upwards / weight
-    level = chord - (chord @ vertical) * vertical
-    level /= np.linalg.norm(level)
-    axes = np.array([level, np.cross(vertical, level), vertical])
+    warm, weight, axes = load_of(day, chord)
     key = tuple(anchor)
     near[key] = catenary_mp.solve_loaded(axes @ chord, length * warm, EA, weight, start=near.get(key))
     first = np.array([float(part) for part in near[key]]) @ axes
-    return -(first + weight * length * warm * vertical)
+    return -(first + weight * length * warm * axes[2])
 
 
 def balanced(day, lengths):

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from campaign import campaign
 from command import CONFIGS, run
-from suspensions import body, cable, point, sagging, stacked, suspension, trifilar, turned
+from suspensions import body, cable, heavy, point, sagging, stacked, suspension, trifilar, turned
 from test_suspension_extremes import EXTREMES, platform
 
 from cablestudy.errors import NoSolutionError
@@ -23,19 +23,6 @@ from cablestudy.system import lengths, rounding, statics, tangent
 from cablestudy.system.descent import CONVERGED, ROUNDED, UNHELD, UNMET, evaluate
 from cablestudy.system.failure import explain
 from cablestudy.wind.mean import Drag, equilibrium_in_wind
-
-
-def heavy(mass=1e9):
-    """A body on six cables of EA 1e7 N that its weight makes 160 times as long."""
-    rng = np.random.default_rng(7)
-    angles = np.pi / 3 * np.arange(6)
-    anchors = np.stack([20 * np.cos(angles), 20 * np.sin(angles), np.full(6, 15.0)], axis=-1)
-    places = anchors[[1, 1, 3, 3, 5, 5]] * [0.05, 0.05, 0]
-    lines = [
-        cable(tuple(a), ("b", tuple(p)), 1e7, 0.5, value=24.0 + rng.uniform(-0.2, 0.2))
-        for a, p in zip(anchors, places, strict=True)
-    ]
-    return suspension([body("b", (0, 0, 0), mass, center=(0, 0, -0.2))], lines)
 
 
 def test_a_heavy_body_turned_and_its_cables_in_any_order():
