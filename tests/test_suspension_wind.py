@@ -102,6 +102,23 @@ def test_a_pendulum_in_the_mean_wind():
     assert case.in_wind.mean_tensions("c") == pytest.approx([pull, pull], rel=1e-8)
 
 
+@pytest.mark.parametrize("speed", [0.003, 0.01, 0.05, 0.2])
+def test_the_stated_error_of_a_small_displacement_by_the_mean_wind_counts_rounding(speed):
+    """Of a pendulum that stands aside of its place by 1e-8 of its length or less, the difference of two positions."""
+    mass, area, length = 3.0, 0.7, 5.0
+    body = {"at": [2.3, 0.7, -length], "mass": mass, "free": ["x", "y", "z"], "attachments": {"a": [0.0, 0.0, 0.0]},
+            "wind": {"area": area, "drag_coefficient": 1.1}}  # fmt: skip
+    text = one_axis(gravity=G, wind=WIND | {"mean": True, "speed": speed}) | {"bodies": {"bob": body}}
+    text["cables"] = {"c": {"from": [2.3, 0.7, 0.0], "to": "bob.a", "unstretched_length": length}}
+    drag = RHO / 2 * 1.1 * area * speed**2
+    down = (mass + 1e-8 * length / 2) * G  # half of the cable, of 1e-8 kg/m, hangs on the bob
+    pull = np.hypot(drag, down)
+    expected = 1e3 * length * (1 + pull / EA) * drag / pull
+    found, error = find("bob.mean_x").compute(case_of(text))
+    assert abs(found - expected) <= error * expected
+    assert error * expected < 1e-12 * 1e3 * length
+
+
 def test_a_body_on_a_pivot_in_a_steady_wind_is_a_compound_pendulum():
     """Weight and drag, the same in any attitude, pull at their places on its axis as one force aslant."""
     mass, inertia, center, below, area, speed = 3.0, 0.4, 0.6, 1.1, 0.7, 9.0

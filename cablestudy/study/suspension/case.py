@@ -315,7 +315,7 @@ class SuspensionCase:
         """Displacement of a body or marker by the mean wind along x, y or z (0, 1, 2) [m], and its relative error."""
         displacement, error = self.in_wind.mean_displacement(name)[axis], self.statics_error(None)
         owner, _, marker = name.partition(".")
-        uncertainty = self.group.drag_movement(self.index, in_wind=True)[self.body(owner)]
+        uncertainty = self.group.mean_wind_uncertainty(self.index)[self.body(owner)]
         if marker:
             arm = self.pose_of(owner)[1] @ self.scene.bodies[owner].markers[marker]
             uncertainty = uncertainty[:3] + np.abs(cross_matrix(arm)) @ uncertainty[3:]
