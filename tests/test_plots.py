@@ -20,7 +20,7 @@ from cablestudy.study import case_modes, plots, report
 from cablestudy.study.all_columns import find
 from cablestudy.study.case import Case
 from cablestudy.study.deflection import nodal_deflections
-from cablestudy.study.gondola_on_cable import gondola_on_cable
+from cablestudy.study.one_cable_columns import gondola_on_cable
 from cablestudy.study.plots import style
 from cablestudy.study.plots.words import key_words, number, unit_text, value_text
 from cablestudy.study.row import evaluate
