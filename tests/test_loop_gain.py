@@ -92,6 +92,18 @@ def test_the_pole_of_a_mode_of_one_cable_with_the_bodies_free(seed):
         assert np.abs(poles - pole).min() < 1e-3 * abs(pole)
 
 
+@pytest.mark.parametrize("seed", [0, 2])
+def test_the_poles_of_modes_that_nothing_damps_between_fixed_ends(seed):
+    """Eigenvalues of the dense bars: of all modes of all cables, whose strain hardly damps those across them."""
+    damping = {"model": "hysteretic", "loss_factor": 1e-5}
+    found, bars = both(seed, cable={**scene_of(seed)["cable"], "damping": damping})
+    assert min((element.decay / element.omega).min() for element in found.elements) < 1e-12
+    n, inverse = len(bars.bars.M), np.linalg.inv(bars.bars.M)
+    poles = np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ bars.bars.K, -inverse @ bars.C]]))
+    estimated, _ = poles_of_modes([found], [[np.arange(len(element.omega)) for element in found.elements]])[0]
+    assert (np.abs(poles - estimated[:, None]).min(axis=1) < 1e-5 * np.abs(estimated)).all()
+
+
 @pytest.mark.parametrize("seed", [2, 58])
 def test_the_shift_of_a_pole_by_the_gain(seed):
     """That of the nearest eigenvalue of the dense bars with a small gain."""

@@ -114,6 +114,15 @@ def test_tables_of_a_scene_with_loop(scene):
     assert all(f"## {name}\n" in text for name in tables)
 
 
+@pytest.mark.parametrize("axis", "xyz")
+def test_the_gain_margin_of_the_only_coordinate_is_that_of_the_loop(folder, axis):
+    """Across the wind rounding alone lets the loop drive a rotation that nothing damps: no limit of either."""
+    (folder / "b.yaml").write_text(SCENE + WINCHES.replace("[x, y, z]", f"[{axis}]"))
+    tables = cs.load(folder / "b.yaml").compute("windrms").tables
+    alone, loop = tables["coordinates"].rows[0], tables["loop"].rows[0]
+    assert alone["gain_margin_dB"] == pytest.approx(loop["gain_margin_dB"], abs=1e-6)
+
+
 AUTO = [
     ("8 dB", 2, None, 1e-3),
     ("{gain_margin: 8 dB, sensitivity: 1.3}", 1.3, None, 1e-3),

@@ -350,17 +350,19 @@ def _growth_allowed(functions, remaining):
     """`Limit` with the factor above 1 at which a pole first crosses to the right; infinite where none does.
 
     `remaining` are the sorted `Crossings` of one of some loop gains. The loop is stable with the factor 1: it is
-    unstable without the gain, and the factor 0, if below that factor more poles cross to the left than to the right.
+    unstable without the gain, and the factor 0, if below that factor more poles cross to the left than to the right. As
+    in `_limits_at`, a mode as good as undamped counts from the factor on with which it grows.
     """
-    net = 0
+    net, allowed = 0, Limit(np.inf, 0.0)
     while len(remaining):
         first, remaining = _split_first(functions, remaining)
-        if len(first):
-            net += np.where(first.outward, 1, -1)[first.factor < 1].sum()
-            above = first.take(first.outward & (first.factor > 1))
-            if len(above):
-                return _as_limits(above)[0] if net >= 0 else Limit(0.0, 0.0)
-    return Limit(np.inf if net >= 0 else 0.0, 0.0)
+        for _, limit, outward in _limits_at(functions, first):
+            if limit.factor < 1 and (outward or not limit.undamped):
+                net += 1 if outward else -1
+            elif outward and limit.factor < allowed.factor:
+                allowed = limit
+        remaining = remaining.take(remaining.least < allowed.factor)
+    return allowed if net >= 0 else Limit(0.0, 0.0)
 
 
 def _split_first(functions, remaining):

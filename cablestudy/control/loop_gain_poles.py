@@ -74,8 +74,7 @@ def _arrays_of_modes(loop_gain, modes):
     for element, *onto, chosen in zip(loop_gain.elements, loop_gain.moved, loop_gain.reeled, modes, strict=True):
         forces = (element.coupling[chosen] @ part for part in onto)
         by_cable.append((element.omega[chosen], element.decay[chosen], *forces))
-    omega, decay, *forces = (np.concatenate(arrays) for arrays in zip(*by_cable, strict=True))
-    return omega, np.maximum(decay, CONTROL.least_half_width * omega), *forces
+    return tuple(np.concatenate(arrays) for arrays in zip(*by_cable, strict=True))
 
 
 def _held_and_driven(loop_gains, row, omega, decay, w, by_winches):
@@ -83,7 +82,8 @@ def _held_and_driven(loop_gains, row, omega, decay, w, by_winches):
 
     The arrays have n rows: the number of the loop gain, ascending, then those of `_arrays_of_modes`.
     """
-    s, rate = 1j * (omega + CONTROL.half_widths_aside * decay), 2 * decay  # beside i W, and c
+    aside = CONTROL.half_widths_aside * np.maximum(decay, CONTROL.least_half_width * omega)
+    s, rate = 1j * (omega + aside), 2 * decay  # beside i W, and c
     stiffness, winch_forces = LoopGain.stiffness_and_forces(loop_gains, row, s)  # Z and F
     of_mode_alone = s**4 / (omega**2 + s * (s + rate))
     without_mode = stiffness + of_mode_alone[:, None, None] * w[:, :, None] * w[:, None, :]  # Z_r
