@@ -11,8 +11,6 @@ ends. A gain g moves the pole by -g X/(2 s) to first order, with
     X = s^4 (w^T Z_r^-1 F + m^T H) A C1 N P Z_r^-1 w.
 """
 
-from operator import attrgetter
-
 import numpy as np
 
 from cablestudy.control.loop_gain import LoopGain
@@ -32,6 +30,7 @@ def poles_of_modes(loop_gains, modes):
     Parameters
     ----------
     loop_gains : list of LoopGain
+        Of many rows, which may share one.
     modes : list of (list of ndarray of int)
         Of each loop gain the numbers of modes of each cable, from 0.
 
@@ -42,9 +41,9 @@ def poles_of_modes(loop_gains, modes):
         gain [rad/s], and the change of each pole per gain, to first order: -X/(2 s) [-]. Not numbers where Z_r is
         singular.
     """
-    found, modes_of = {}, dict(zip(loop_gains, modes, strict=True))
-    for members in _batches(loop_gains):
-        by_row = [_arrays_of_modes(loop_gain, modes_of[loop_gain]) for loop_gain in members]
+    found = [None] * len(loop_gains)
+    for indices, members in _batches(loop_gains, range(len(loop_gains))):
+        by_row = [_arrays_of_modes(loop_gain, modes[index]) for index, loop_gain in zip(indices, members, strict=True)]
         counts = [len(arrays[0]) for arrays in by_row]
         omega, decay, *forces = (np.concatenate(arrays) for arrays in zip(*by_row, strict=True))
         row, blocks = np.repeat(np.arange(len(members)), counts), [np.zeros((2, 0))]
@@ -55,17 +54,20 @@ def poles_of_modes(loop_gains, modes):
         held, driven = np.concatenate(blocks, axis=1) * omega**4  # W^4 w^T Z_r^-1 w, and X
         poles = -decay + 1j * np.sqrt(omega**2 - held - decay**2)  # of s^2 + c s + W^2 = W^4 w^T Z_r^-1 w, c = 2 decay
         edges = np.cumsum(counts)[:-1]
-        pairs = zip(np.split(poles, edges), np.split(-driven / (2 * poles), edges), strict=True)
-        found |= zip(members, pairs, strict=True)
-    return [found[loop_gain] for loop_gain in loop_gains]
+        of_rows = zip(np.split(poles, edges), np.split(-driven / (2 * poles), edges), strict=True)
+        for index, of_row in zip(indices, of_rows, strict=True):
+            found[index] = of_row
+    return found
 
 
-def _batches(loop_gains):
-    """Lists of loop gains whose poles are found together, with the sums over poles of their cables (generator)."""
-    for members in batches(loop_gains, attrgetter("signature"), lambda loop_gain: len(loop_gain.bodies)):
+def _batches(loop_gains, rows):
+    """Those of some rows whose poles are found together: pairs of lists, their numbers and loop gains (generator)."""
+    of_batches = batches(rows, lambda row: loop_gains[row].signature, lambda row: len(loop_gains[row].bodies))
+    for indices in of_batches:
+        members = [loop_gains[index] for index in indices]
         for loop_gain in members:  # whoever asks for poles asks for the loop gain beside them next
             loop_gain.find_pole_sums()
-        yield members
+        yield indices, members
 
 
 def _arrays_of_modes(loop_gain, modes):
@@ -115,18 +117,18 @@ def narrow_poles(loop_gains, estimates, error):
         Of each loop gain those poles that are farther from all estimates than half the width of the resonance, complex,
         shape (m,). [rad/s]
     """
-    found, hidden_of = dict.fromkeys(loop_gains, np.zeros(0, dtype=complex)), {}
-    for loop_gain, estimated, of_row in zip(loop_gains, estimates, error, strict=True):
+    found, hidden_of = [poles[:0] for poles in estimates], {}
+    for index, (loop_gain, estimated, of_row) in enumerate(zip(loop_gains, estimates, error, strict=True)):
         hidden = (np.abs(estimated.real) < of_row * np.abs(estimated)) & (estimated.imag > 0)
         if hidden.any() and len(loop_gain.bodies):
-            hidden_of[loop_gain] = estimated, estimated[hidden], of_row
-    for members in _batches(hidden_of):
-        estimates, hidden, error = zip(*(hidden_of[loop_gain] for loop_gain in members), strict=True)
+            hidden_of[index] = estimated[hidden]
+    for indices, members in _batches(loop_gains, hidden_of):
+        hidden = [hidden_of[index] for index in indices]
         row = np.repeat(np.arange(len(members)), [len(poles) for poles in hidden])
-        row, s = _narrow_poles(members, row, np.concatenate(hidden), np.array(error))
-        for number, (loop_gain, estimated) in enumerate(zip(members, estimates, strict=True)):
-            found[loop_gain] = _apart(estimated, s[row == number])
-    return [found[loop_gain] for loop_gain in loop_gains]
+        row, s = _narrow_poles(members, row, np.concatenate(hidden), np.array([error[index] for index in indices]))
+        for number, index in enumerate(indices):
+            found[index] = _apart(estimates[index], s[row == number])
+    return found
 
 
 def _apart(estimated, poles):
