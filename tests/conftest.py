@@ -5,12 +5,11 @@ import math
 import os
 from contextlib import nullcontext, suppress
 from importlib import import_module
-from inspect import signature
 from pathlib import Path
 
 import pytest
 from campaign import deselected
-from found_once import lengths_found_once, suspensions_solved_once
+from found_once import lengths_found_once
 from hypothesis import HealthCheck, settings
 
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -26,14 +25,6 @@ settings.load_profile("any machine")
 def searches(request):
     """Lengths of cables are searched once for all tests but those of the search itself."""
     with nullcontext() if request.module.__name__ == "test_initial_length" else lengths_found_once():
-        yield
-
-
-@pytest.fixture
-def solved_once(request):
-    """For tests that ask commands about the same suspensions again and again; none of those that change the program."""
-    changes = "monkeypatch" in signature(request.function).parameters
-    with nullcontext() if changes else suspensions_solved_once():
         yield
 
 

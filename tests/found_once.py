@@ -2,13 +2,11 @@
 
 import os
 import pickle
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from hashlib import blake2b
-from unittest.mock import patch
 
 SEARCHES = "strains_for_tension", "strains_for_sag"
 MOST = 20_000  # answers of some hundred bytes
-MOST_CASES = 8  # of some megabytes
 
 
 @contextmanager
@@ -49,29 +47,6 @@ def rows_found_once(folder):
         chunks.evaluate_tables = evaluate
 
 
-@contextmanager
-def suspensions_solved_once():
-    """Commands solve the same suspension once, for tests of their words, tables, files and pictures."""
-    from cablestudy.study.suspension import case, ssm, ssm_control
-
-    made = case.SuspensionCase
-
-    def case_of(scene, *more, **options):
-        if more:  # of other cases
-            return made(scene, *more, **options)
-        key = pickle.dumps((scene, options))
-        if key not in _CASES:
-            if len(_CASES) == MOST_CASES:
-                del _CASES[next(iter(_CASES))]
-            _CASES[key] = made(scene, **options)
-        return _CASES[key]
-
-    with ExitStack() as changes:
-        for module in (case, ssm, ssm_control):
-            changes.enter_context(patch.object(module, "SuspensionCase", case_of))
-        yield
-
-
 def _once(search):
     known = _KNOWN.setdefault(search, {})
 
@@ -86,5 +61,4 @@ def _once(search):
     return looked_up
 
 
-_CASES = {}  # pickled scene and options -> `SuspensionCase`
 _KNOWN = {}  # search -> pickled arguments -> answer

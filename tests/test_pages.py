@@ -17,8 +17,6 @@ from cablestudy.pages.tables import END_ROWS, MOST_ROWS, table_html
 from cablestudy.study.table import Field, Table
 from cablestudy.sweeps import run as sweeps_run
 
-pytestmark = pytest.mark.usefixtures("solved_once")
-
 VOID = {"meta", "br", "wbr", "link", "img", "input"}
 GUY, ZIPLINE = (str(CONFIGS / f"{name}.yaml") for name in ("guy", "zipline"))
 TRIFILAR = str(CONFIGS / "suspensions" / "trifilar.yaml")

@@ -9,8 +9,6 @@ from command import CARLINA, CONFIGS, refused_in_one_line, run
 
 import cablestudy
 
-pytestmark = pytest.mark.usefixtures("solved_once")
-
 NET = str(CONFIGS / "suspensions" / "carlina-net-wind.yaml")
 MODELS = {
     "cable": (CARLINA, {"modes": 6}),

@@ -21,8 +21,6 @@ from cablestudy.study.ssm import StateSpaceOptions
 from cablestudy.study.suspension import ssm
 from cablestudy.study.suspension.case import SuspensionCase
 
-pytestmark = pytest.mark.usefixtures("solved_once")
-
 NET = str(CONFIGS / "suspensions" / "carlina-net-wind.yaml")
 
 

@@ -12,8 +12,6 @@ from cablestudy.study import plots
 from cablestudy.study.plots.wind import ellipse
 from cablestudy.study.suspension.case import SuspensionCase
 
-pytestmark = pytest.mark.usefixtures("solved_once")
-
 CONTROLLED = f"""
 base: {CONFIGS / "suspensions" / "carlina-net.yaml"}
 bodies: {{gondola: {{wind: {{area: 0.6 m^2, drag_coefficient: 1.2}}}}}}

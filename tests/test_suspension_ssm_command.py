@@ -26,8 +26,6 @@ from cablestudy.system.coupled import Layout
 from cablestudy.system.linear import LinearSystem
 from cablestudy.system.suspension import outward
 
-pytestmark = pytest.mark.usefixtures("solved_once")
-
 BALLOON = str(CONFIGS / "suspensions" / "carlina-balloon.yaml")
 NET = str(CONFIGS / "suspensions" / "carlina-net.yaml")
 TRIFILAR = str(CONFIGS / "suspensions" / "trifilar.yaml")

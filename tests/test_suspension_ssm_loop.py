@@ -22,8 +22,6 @@ from cablestudy.scene.scene import load_scene
 from cablestudy.study.ssm import StateSpaceOptions
 from cablestudy.study.suspension import ssm
 
-pytestmark = pytest.mark.usefixtures("solved_once")
-
 VISCOUS = 0.02  # [kg/(m s)] of cables of 0.3 kg/m
 GAIN = 0.8  # [rad/s]
 NOTCHES = (Notch(7.0, 0.05, 40.0, 1.0), None, Notch(12.0, 0.1, 30.0, 0.7))

@@ -18,7 +18,7 @@ from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find as find_of_many
 from cablestudy.study.suspension.gust_response import GustResponse
 
-pytestmark = pytest.mark.usefixtures("folder", "solved_once")
+pytestmark = pytest.mark.usefixtures("folder")
 
 # A body of 50 kg on six light, stiff wires along x, y and z: each axis is an oscillator of its own.
 MASS, STIFFNESS, AREA, DRAG, SPEED, RHO = 50.0, 2e5, 0.5, 1.2, 8.0, 1.2
