@@ -17,17 +17,15 @@ from contextlib import chdir, contextmanager, redirect_stdout
 from importlib import import_module
 from pathlib import Path
 
-from found_once import lengths_found_once, rows_found_once, suspensions_solved_once
+from found_once import lengths_found_once, rows_found_once
 from picture import undrawn
 
 ROOT = Path(__file__).parent.parent
-# so that no fork does again what is done once: validators of pydantic, imports, fonts, lengths of cables, a suspension
-FIRST = (
+FIRST = (  # so that no fork does again what is done once: validators of pydantic, imports, fonts, lengths of cables
     *(("static", f"{name}.yaml") for name in ("carlina", "slack", "carlina-inclined", "zipline")),
     ("static", "line.yaml", "--case", "all"),
     ("static", "guy.yaml", "--case", "all", "--plot", "guy.svg"),
     ("modes", "suspensions/fast.yaml"),
-    ("windrms", "suspensions/carlina-net-wind.yaml"),
     ("windrms", "carlina.yaml"),
     ("sweep", "preload.yaml", "--no-write"),
 )
@@ -81,7 +79,7 @@ def listen(address, rows):
     cablestudy.sweeps.chunks.SECONDS = cablestudy.sweeps.chunks.MAX_GROWTH = math.inf  # nor divides its rows by time
     tolerances = type(cablestudy.study.tolerances.STUDY)
     tolerances.timing_budget = tolerances.brief_run = 0.0  # no example shows a time, which would be another each time
-    with undrawn(), lengths_found_once(), suspensions_solved_once(), rows_found_once(Path(rows)):  # while it runs
+    with undrawn(), lengths_found_once(), rows_found_once(Path(rows)):  # as long as the server runs
         _run_first()
         gc.collect()
         gc.disable()  # a collection in a fork would copy much of it, and no command is long enough to need one
