@@ -67,6 +67,7 @@ def modes(
     case = scene.case
     if cable is not None:
         return _modes_of_cable(case, cable, count or DEFAULT_MODES, frequency_limit(count, upto))
+    case = case.without_modes()  # so that no digit depends on what was asked for before
     answer, group = coupled_modes(case, count, upto), case.group
     return _of_case(
         case,

@@ -1,5 +1,6 @@
 """One suspension: its equilibrium, tensions and coupled modes, each computed when it is needed."""
 
+from copy import copy
 from dataclasses import replace
 from functools import cached_property, partial
 
@@ -160,6 +161,12 @@ class SuspensionCase:
     def largest_modes(self):
         """The computed `CoupledModes` with most modes: a list of at most one."""
         return [self._modes[max(self._modes)]] if self._modes else []
+
+    def without_modes(self):
+        """Copy without the modes that were computed, of which `modes` gives any that has enough of them."""
+        other = copy(self)
+        other._modes = {}
+        return other
 
     @property
     def over_strength(self):
