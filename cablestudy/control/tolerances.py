@@ -24,7 +24,7 @@ class ControlTolerances:
     highest_sensitive_gain: float = 1e3
     # gain up to which stability is judged, over the lowest pole: beyond it rounding decides
     highest_judged_gain: float = 1e9
-    driven_modes: int = 300  # of cables, that a gain could drive; more are refused: 600 states take a second
+    driven_modes: int = 600  # of cables, that a gain could drive; more are refused: so many take three seconds
     peak_at_pole: float = 1e-5  # relative distance of a peak from a pole up to which it is that of its mode
     above_undamped_limit: float = 0.03  # a gain this much above that at which a mode as good as undamped grows is named
     closed_poles_gain: float = 3.0  # gains between which poles of the closed loop follow from a crossing, over its gain
