@@ -61,7 +61,7 @@ def allocate(measured, sizes, gain, weights):
     most = np.take_along_axis(movements, np.abs(movements).argmax(axis=0)[None], axis=0)[0]
     lengths = np.sign(most) * np.sqrt((movements**2).sum(axis=0))
     rates = (left[:, corrected] * (lengths / values[corrected])).T * sizes
-    return Allocation(measured, movements / lengths, rates, gain)
+    return Allocation(measured, movements / lengths, rates)
 
 
 @dataclass(frozen=True)

@@ -30,14 +30,11 @@ class Allocation:
         U: independent movements of the i winches, of length 1. The winch that moves most reels in.
     rates : ndarray, shape (..., r, k)
         R: each of these movements per error of each measured coordinate. [-], [m/rad]
-    static_gain : ndarray, shape (k, i), optional
-        G: static movement of the measured coordinates per length reeled in. [-], [rad/m]
     """
 
     measured: np.ndarray
     movements: np.ndarray
     rates: np.ndarray
-    static_gain: np.ndarray = None
 
     @cached_property
     def shares(self):
