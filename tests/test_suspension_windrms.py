@@ -5,6 +5,7 @@ import json
 import math
 import re
 
+import numpy as np
 import pytest
 from campaign import campaign
 from command import CONFIGS, run, study_file, table_of
@@ -121,6 +122,15 @@ def test_the_gain_margin_of_the_only_coordinate_is_that_of_the_loop(folder, axis
     tables = cs.load(folder / "b.yaml").compute("windrms").tables
     alone, loop = tables["coordinates"].rows[0], tables["loop"].rows[0]
     assert alone["gain_margin_dB"] == pytest.approx(loop["gain_margin_dB"], abs=1e-6)
+
+
+def test_what_grows_is_counted_beside_a_mode_that_never_does(folder):
+    """Far above the largest gain the undamped rotation crosses back: as many poles grow as of the model itself."""
+    (folder / "b.yaml").write_text(SCENE + WINCHES.replace("[x, y, z]", "[y]"))
+    closed_loop = cs.load(folder / "b.yaml").case.in_wind.controlled
+    for gain in 100.0, 200.0, 3e5:
+        growing = np.count_nonzero(closed_loop.loop.poles_with(gain).real > 1e-6)
+        assert closed_loop.gains.unstable(gain) == growing == (0 if gain < 150 else 2)
 
 
 AUTO = [

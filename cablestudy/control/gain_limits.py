@@ -304,7 +304,8 @@ def _limits_at(functions, crossings):
     """Each of some `Crossings` of n loop gains as a `Limit`: list of (number of the loop, Limit, bool).
 
     The last tells whether its pole crosses to the right. For a mode as good as undamped the limit is where the mode
-    grows by `CONTROL.negligible_growth` times its frequency; the factor is infinite if the mode never does.
+    grows by `CONTROL.negligible_growth` times its frequency; the factor is infinite if the mode never does, so that its
+    crossing back to the left is left out.
     """
     limits, outward = _as_limits(crossings), crossings.outward.tolist()
     undamped = [index for index, limit in enumerate(limits) if outward[index] and limit.undamped]
@@ -313,7 +314,8 @@ def _limits_at(functions, crossings):
         factors = _undamped_factors(functions, row, [limits[index] for index in undamped])
         for index, factor in zip(undamped, factors.tolist(), strict=True):
             limits[index] = replace(limits[index], factor=factor)
-    return list(zip(crossings.row.tolist(), limits, outward, strict=True))
+    found = zip(crossings.row.tolist(), limits, outward, strict=True)
+    return [(row, limit, to_right) for row, limit, to_right in found if to_right or not limit.undamped]
 
 
 def _undamped_factors(functions, row, limits):
@@ -357,7 +359,7 @@ def _growth_allowed(functions, remaining):
     while len(remaining):
         first, remaining = _split_first(functions, remaining)
         for _, limit, outward in _limits_at(functions, first):
-            if limit.factor < 1 and (outward or not limit.undamped):
+            if limit.factor < 1:
                 net += 1 if outward else -1
             elif outward and limit.factor < allowed.factor:
                 allowed = limit

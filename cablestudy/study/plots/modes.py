@@ -348,12 +348,17 @@ def _figure(shown, frequency, listed, peak, share, drawing, distance):
         _label_plane(figure, shown, distance)
     scaled = f"scaled to a peak of {quantity_text(peaks[0], 'm')}" if equal else "displacements enlarged"
     modes_in_words = f"First {count} of {listed} modes" if count < listed else counted(count, "mode")
-    scale = f"; {window.note}" if distance else ""
-    if (across := shown[0].across) != 1.0:
-        times = "" if across == window.factor else f" {across:g} times"
-        scale += f", displacements along the horizontal axis too{times}"
+    scale = _scale_in_words(window, shown[0].across) if distance else ""
     heading(figure, f"{modes_in_words}, {scaled}, on the static form (grey){scale}")
     return figure
+
+
+def _scale_in_words(window, across):
+    """End of a heading: the vertical scale of a `Window`, and how displacements across the paper are enlarged."""
+    if across == 1.0:
+        return f"; {window.note}"
+    times = "" if across == window.factor else f" {across:g} times"
+    return f"; {window.note}, displacements along the horizontal axis too{times}"
 
 
 def _window(shown, factors, share, with_inset, ratio):
