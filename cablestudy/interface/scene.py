@@ -179,13 +179,17 @@ class Scene:
 
     def _above_accuracy(self, what, answer):
         """A note on errors of an `Answer` about motion that are above the accuracy, at most one; tuple of str."""
-        from cablestudy.study.notes import above_accuracy
-
         if answer.failures or what not in ("windrms", "loop"):
             return ()
-        tables = {f" of {name}" if name else "": table for name, table in answer.tables.items() if table.errors}
-        rows = (({f"{key}{of}": e for key, e in row.items()}) for of, table in tables.items() for row in table.errors())
-        return above_accuracy((row, self.model.model.accuracy) for row in rows)
+        from cablestudy.study.notes import above_accuracy
+
+        accuracy = self.model.model.accuracy
+        return above_accuracy(
+            ({f"{key} of {name}" if name else key: error for key, error in row.items()}, accuracy)
+            for name, table in answer.tables.items()
+            if table.errors
+            for row in table.errors()
+        )
 
     def _compute_case(self, what, **options):
         """`Answer` of one of several load cases, see `_compute`."""
