@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from campaign import campaign
 from random_suspensions import scene_data
+from references import catenary_mp
 from scipy.optimize import minimize_scalar
 from suspensions import body, cable, point, suspension, trifilar
 
@@ -50,6 +51,33 @@ def test_a_chain_of_300_points(start, slack, stiffness):
     moved, _ = whole.at(share)
     along = (1 + whole.span.chord_strain) * share[:, None] * np.array([1.0, 0, 0]) + moved
     np.testing.assert_allclose(found.position, whole.span.unstretched_length * along @ whole.span.frame, atol=1e-7)
+
+
+@pytest.mark.parametrize(("kind", "value"), [("sag", 1.9), ("preload", 4e6)])
+def test_a_platform_comes_to_rest_far_below_its_place_in_the_file(kind, value):
+    """Six stiff cables keep what they state while it moves by 118 and 234 m, to where exact catenaries balance it."""
+    mass, upper, lower = 8.2e5, (2.3e9, 124.0), (5.7e8, 31.0)  # EA and mass per length of the cables
+    lines = []
+    for angle in 2 * np.pi * np.arange(3) / 3:
+        x, y = np.cos(angle), np.sin(angle)
+        end = ("a", (35 * x, 35 * y, 2.0))
+        lines.append(cable((300 * x, 300 * y, 110.0), end, *upper, given=kind, value=value))
+        lines.append(cable((120 * x, 120 * y, -40.0), end, *lower, given="preload", value=3e5))
+    platform = body("a", (0, 0, 100.0), mass, inertia=(8e7, 8e7, 1.4e8))
+    found = statics.pose(suspension([platform], lines, gravity=G))
+    assert found.record.converged
+
+    def exact(cable, radius, top, length):
+        """Mean tension, sag, and how much of the weight one of these cables carries."""
+        stiffness, weight = cable[0], cable[1] * G
+        force = catenary_mp.solve(radius - 35, found.position[0, 2] + 2.0 - top, length, stiffness, weight)
+        mean, sag = catenary_mp.mean_tension(*force, length, weight), catenary_mp.sag(*force, length, stiffness, weight)
+        return {"preload": float(mean), "sag": float(sag), "lift": -float(force[1] + weight * length)}
+
+    of_upper, of_lower = exact(upper, 300, 110.0, found.lengths[0]), exact(lower, 120, -40.0, found.lengths[1])
+    assert of_upper[kind] == pytest.approx(value, rel=1e-9)
+    assert of_lower["preload"] == pytest.approx(3e5, rel=1e-9)
+    assert 3 * (of_upper["lift"] + of_lower["lift"]) == pytest.approx(mass * G, rel=1e-9)
 
 
 def test_a_mechanism_beside_stiff_cables_is_passed():

@@ -23,7 +23,7 @@ from cablestudy.system.descent import (
 )
 from cablestudy.system.failure import MOTIONS
 from cablestudy.system.stability import UNSTABLE
-from cablestudy.system.statics import equilibrium, perturbed, refuse_unheld, start
+from cablestudy.system.statics import equilibrium, perturbed, refuse_unheld, start, with_stated
 from cablestudy.system.tension_distribution import METHODS, distribute
 from cablestudy.system.tolerances import SYSTEM
 
@@ -516,12 +516,6 @@ def allowed_share(suspension, state, step):
     displacement = largest(step[..., :3]).max(axis=-1) / (SYSTEM.farthest_step * descent.extent(state))
     rotation = largest(step[..., 3:]).max(axis=-1) / SYSTEM.widest_turn
     return 1 / np.maximum(1.0, np.maximum(displacement, rotation))
-
-
-def with_stated(suspension, state):
-    """State with the lengths for which the cables have what they state, in the same pose."""
-    strain, _, tension = stated.fit_strains(spans(suspension, state), suspension.given, suspension.value, state.strain)
-    return replace(state, strain=strain, length=size(state.chord) / (1 + strain), tension=tension)
 
 
 def describe_failure(suspension, which, answer, low, possible, high):

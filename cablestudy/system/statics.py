@@ -189,6 +189,12 @@ def with_lengths(state, change):
     return replace(state, length=state.length * (1 + change), strain=strain, tension=unknown)
 
 
+def with_stated(suspension, state):
+    """State with the lengths for which the cables have what they state, in the same pose."""
+    strain, _, tension = stated.fit_strains(spans(suspension, state), suspension.given, suspension.value, state.strain)
+    return replace(state, strain=strain, length=size(state.chord) / (1 + strain), tension=tension)
+
+
 def stated_errors(suspension, state, which):
     """Errors of stated preloads, sags and tensions in a state.
 
@@ -266,7 +272,9 @@ def satisfy_stated(suspension, state, record):
 def backtrack(suspension, state, step, length_change, which, error):
     """Shorten steps of bodies and lengths until they lower the errors of stated values, in equilibrium after each.
 
-    A step that is no better after the last try is returned as it is.
+    Where bodies move far, lengths that follow linearly are wrong by more than stiff cables stretch: before a step is
+    shortened, its lengths are those for which the cables have what they state where it leads. A step that is no better
+    after the last try is returned as it is.
 
     Parameters
     ----------
@@ -283,17 +291,27 @@ def backtrack(suspension, state, step, length_change, which, error):
     record : SearchRecord
         Of the search for the equilibrium.
     """
-    error_before, share = log_error(error), np.ones(len(error))
-    for _ in range(SYSTEM.equilibrium_halvings):
+    error_before, share, fitted = log_error(error), np.ones(len(error)), np.zeros(len(error), dtype=bool)
+    for _ in range(SYSTEM.equilibrium_tries):
         trial = with_lengths(displaced(suspension, state, step * share[:, None, None]), length_change * share[:, None])
+        trial = _with_stated_of(fitted, which, suspension, trial) if fitted.any() else trial
         trial, record = descend(suspension, trial, SYSTEM.next_equilibrium_steps)
         trial_error, rounding, cables = stated_errors(suspension, trial, which)
         larger = ~(log_error(trial_error) < error_before) & (np.abs(trial_error) > rounding.most).any(axis=-1)
         worse = larger | ~record.converged
         if not worse.any():
             break
-        share = np.where(worse, share / 4, share)
+        share = np.where(worse & fitted, share / 4, share)
+        fitted |= worse
     return trial, trial_error, rounding, cables, record
+
+
+def _with_stated_of(cases, which, suspension, state):
+    """`with_stated` of the cables `which` in some cases, a mask, and the state as it is of the others."""
+    fitted, chosen = with_stated(suspension, state), np.zeros(state.length.shape, dtype=bool)
+    chosen[:, which] = cases[:, None]
+    strain, length = np.where(chosen, fitted.strain, state.strain), np.where(chosen, fitted.length, state.length)
+    return replace(state, strain=strain, length=length)
 
 
 def log_error(error):
