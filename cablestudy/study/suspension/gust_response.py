@@ -13,7 +13,7 @@ import numpy as np
 
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.suspension.left_out_modes import BodiesOnAllModes
-from cablestudy.study.suspension.turbulence import OWN
+from cablestudy.study.suspension.turbulence import OWN, Turbulence
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.together import computed_together
 from cablestudy.wind.imaging import seen_weights
@@ -171,8 +171,9 @@ class GustResponse:
     @computed_together
     def own_variances(responses):
         """`_variances` of displacements and rates."""
-        compared = [one for one in responses if one._compared_at_rest]
-        BodiesOnAllModes.loop_gain.compute([one.closed_loop.plant.all_modes for one in compared])
+        plants = [one.closed_loop.plant for one in responses if one._compared_at_rest]
+        BodiesOnAllModes.loop_gain.compute([plant.all_modes for plant in plants])
+        Turbulence.space.compute([plant.at_rest for plant in plants])
         return ((one, one._variances()) for one in responses)
 
     @property

@@ -97,14 +97,18 @@ class BodiesOnAllModes:
     @cached_property
     def displacements(self):
         """`_Responses` at the displacements of bodies, winches at rest: also of loops that only integrate."""
-        plant, free = self._plant, len(self._plant.layout.free)
-        rows, of_bodies = plant.displacements
-        model = plant.at_rest.response_to_forces(plant.loads_on_bodies, rows)
+        free, of_bodies = len(self._plant.layout.free), self._plant.displacements[1]
 
         def by_forces(s):
-            return of_bodies @ self.loop_gain.receptance(s)[:, :free, :free], model(s)
+            return of_bodies @ self.loop_gain.receptance(s)[:, :free, :free], self._by_model(s)
 
-        return _Responses(plant, plant.at_rest, by_forces)
+        return _Responses(self._plant, self._plant.at_rest, by_forces)
+
+    @cached_property
+    def _by_model(self):
+        """Displacements of bodies by forces on them, by the model of the plant: function of s, see `_Responses`."""
+        plant = self._plant
+        return plant.at_rest.response_to_forces(plant.loads_on_bodies, plant.displacements[0])
 
 
 def _added(omega, coupling, decay):
