@@ -261,5 +261,8 @@ def _from_rows(state_rate, output_rows, states, inputs, outputs, second_order=No
     a, *b_parts = np.split(state_rate, starts, axis=1)
     c, *e_parts = np.split(output_rows, starts, axis=1)
     first = b_parts[1] + a @ b_parts[2]
-    b, d, derivatives = b_parts[0] + a @ first, e_parts[0] + c @ first, (e_parts[1] + c @ b_parts[2], e_parts[2])
+    b, d, by_velocity = b_parts[0] + a @ first, e_parts[0] + c @ first, e_parts[1] + c @ b_parts[2]
+    terms = np.abs(e_parts[1]) + np.abs(c) @ np.abs(b_parts[2])
+    by_velocity[np.abs(by_velocity) <= CONTROL.cancelled_velocity * terms] = 0.0
+    derivatives = by_velocity, e_parts[2]
     return StateSpace(a, b, c, d, tuple(states), tuple(inputs), tuple(outputs), derivatives, second_order)

@@ -36,6 +36,8 @@ class ControlTolerances:
 
     # damping of ends and modes over the sum of its terms' sizes, up to which it is rounding: they cancel to some eps
     cancelled_damping: float = 1e-14
+    # what the velocity of an input adds to an output at once, likewise: of displacements it is nothing
+    cancelled_velocity: float = 1e-13
 
     # -------------------------------------------------------------------------- delay and its approximants
 

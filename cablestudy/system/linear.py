@@ -426,10 +426,17 @@ class LinearSystem:
         Notes
         -----
         Of the modes left out the static part stays (mode acceleration method: Williams, Quarterly of Mechanics and
-        Applied Mathematics 2, 1949): z = Phi q + S u with S = K^-1 B0 - Phi Omega^-2 Phi^T B0.
+        Applied Mathematics 2, 1949): z = Phi q + S u with S = R B0 and R = K^-1 - Phi Omega^-2 Phi^T. Damping couples
+        them with those kept: as the inputs move them, they drive q by -Phi^T C S u', and as q moves, they add
+        -C0 R C Phi q' to the outputs, without which responses would not be reciprocal. The jump B2 u' of q' is left
+        out of this, as is what the inputs alone would add by damping: displacements need no derivatives of inputs.
         """
-        others = np.delete(self.strain_modes[1], chosen, axis=1)
-        return self._of_modes(chosen, others @ (others.T @ self.b[0]), self.c, self.d)
+        compliance, shapes = self.strain_modes
+        others = np.delete(shapes, chosen, axis=1)
+        found = self._of_modes(chosen, others @ (others.T @ self.b[0]), self.c, self.d)
+        by_damping = -self.c[0] @ others @ (others.T @ self.damping @ shapes[:, chosen] / np.sqrt(compliance[chosen]))
+        c = found.c[0], found.c[1] + by_damping, found.c[2]
+        return replace(found, c=c, d=(found.d[0], found.d[1] - by_damping @ found.b[2], found.d[2]))
 
     def truncate(self, chosen):
         """The system reduced to some of its modes, the others left out with their static response: modal truncation.
