@@ -354,6 +354,50 @@ def test_poles_of_the_model_with_errors_above_their_decay_hide_no_crossing(monke
     assert SuspensionCase(scene).in_wind.largest_gain[0] == pytest.approx(own, rel=1e-9)
 
 
+def cut_loop(cut):
+    """A body on six cables, two of them with winches; one of these in two parts at a junction without mass if `cut`."""
+    anchors = np.array([
+        [-57.6, -109.5, 44.4], [54.7, -111.2, -68.7], [113.2, 0.6, 81.7],
+        [50.4, 74.7, -50.0], [-51.9, 85.9, 44.1], [-120.8, 3.6, -57.3],
+    ])  # fmt: skip
+    ends = np.array([
+        [-0.64, -0.92, 0.39], [0.23, -0.95, -0.24], [0.88, -0.40, 0.46],
+        [0.14, 0.93, -0.32], [-0.24, 0.96, 0.85], [-0.83, -0.35, -0.71],
+    ])  # fmt: skip
+    lengths = np.linalg.norm(anchors - ends, axis=1) * [0.9926, 0.9906, 0.9940, 0.9860, 0.9936, 0.9934]
+    cables = {
+        f"c{k}": {"from": anchor.tolist(), "to": f"b.e{k}", "unstretched_length": length}
+        for k, (anchor, length) in enumerate(zip(anchors, lengths.tolist(), strict=True))
+    }
+    scene = {
+        "bodies": {"b": {
+            "at": [0, 0, 0], "mass": 115, "inertia": [56, 71, 66], "center_of_mass": [0, 0, -0.1],
+            "attachments": {f"e{k}": end for k, end in enumerate(ends.tolist())},
+        }},
+        "cable": {"axial_stiffness": 1.85e5, "mass_per_length": 1.46e-3, "diameter": 7e-3,
+                  "damping": {"loss_factor": 0.132}},
+        "cables": cables,
+        "winches": {"c1": {}, "c4": {}},
+        "control": {"body": "b", "measured": ["x", "y", "z"], "gain": 0.02, "notch": {
+            "frequency": 0.3, "damping_ratio": 0.05, "rolloff_frequency": 10.0, "rolloff_damping_ratio": 0.8,
+        }},
+        "model": {"accuracy": 1e-3},
+    }  # fmt: skip
+    if cut:
+        first, second = 0.22 * lengths[1], 0.78 * lengths[1]
+        scene["points"] = {"junction": {"at": (0.78 * anchors[1] + 0.22 * ends[1]).tolist(), "free": True}}
+        cables["c1"] |= {"to": "junction", "unstretched_length": first}
+        cables["second"] = {"from": "junction", "to": "b.e1", "unstretched_length": second}
+    return SuspensionCase(SuspensionScene.model_validate(scene)).in_wind.described.driven
+
+
+def test_waves_across_a_junction_without_mass_are_seen_as_narrow_as_those_of_the_whole_cable():
+    """Their poles are far from those of the parts between fixed ends, by which they are estimated."""
+    whole, cut = ([(limit.factor, limit.omega) for limit in cut_loop(cut).gains.limits[:3]] for cut in (False, True))
+    assert np.array(cut) == pytest.approx(np.array(whole), rel=1e-4)
+    assert cut[2][1] / TURN == pytest.approx(23.8787, rel=1e-5)
+
+
 def test_narrow_poles_are_those_of_the_equations():
     """Two coupled masses on springs, without cables: eigenvalues of their state matrix."""
     mass, damping = np.diag([2.0, 3.0]), 1e-7 * np.array([[2.0, -1.0], [-1.0, 4.0]])
@@ -364,8 +408,9 @@ def test_narrow_poles_are_those_of_the_equations():
     none = {"elements": [], "moved": np.zeros((0, 6, 2)), "reeled": np.zeros((0, 6, 0)), "lifted": np.zeros((2, 0))}
     loop_gain = LoopGain(LinearSystem(mass, damping, stiffness), **none, measured=np.zeros((0, 2)),
                          shares=np.zeros((0, 0)), controller=None)  # fmt: skip
-    found = np.sort_complex(narrow_poles([loop_gain], [poles + 1j * 1e-5], [1e-4])[0])
+    near = [poles + 1j * 1e-5]
+    found = np.sort_complex(narrow_poles([loop_gain], near, near, [np.full(2, 1e-4)])[0])
     np.testing.assert_allclose(found, poles, rtol=1e-14)
     np.testing.assert_allclose(found.real, poles.real, rtol=1e-6)
     for estimated, error in (poles, 1e-4), (poles + 1j * 1e-5, 1e-9):  # right already; broader than their error
-        assert not len(narrow_poles([loop_gain], [estimated], [error])[0])
+        assert not len(narrow_poles([loop_gain], [estimated], [estimated], [np.full(2, error)])[0])

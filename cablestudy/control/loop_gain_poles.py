@@ -97,8 +97,8 @@ def _held_and_driven(loop_gains, row, omega, decay, w, by_winches):
     return np.stack([(w * displacements[..., 0]).sum(axis=-1), (excitation * winch_movement).sum(axis=-1)])
 
 
-def narrow_poles(loop_gains, estimates, error):
-    """Poles without gain, of the equations of L itself, near estimates whose error may hide their resonance.
+def narrow_poles(loop_gains, estimates, starts, errors):
+    """Poles without gain, of the equations of L itself, near places whose error may hide their resonance.
 
     L has a resonance as wide as the pole decays, which frequencies beside an estimate miss where this is farther off.
     Near a pole Z x = -d Z' x for the steps d from s to it and to poles close to it.
@@ -108,59 +108,68 @@ def narrow_poles(loop_gains, estimates, error):
     loop_gains : list of LoopGain
     estimates : list of ndarray
         Poles of each, complex, shape (n,). [rad/s]
-    error : list of float
-        Relative error of these: of those that decay more it hides nothing. [-]
+    starts : list of ndarray
+        Places from which they are sought, complex, shape (m,): estimates, and others. [rad/s]
+    errors : list of ndarray, shape (m,)
+        Relative error of each of these: of those that decay more it hides nothing. [-]
 
     Returns
     -------
     list of ndarray
         Of each loop gain those poles that are farther from all estimates than half the width of the resonance, complex,
-        shape (m,). [rad/s]
+        shape (k,). [rad/s]
     """
     found, hidden_of = [poles[:0] for poles in estimates], {}
-    for index, (loop_gain, estimated, of_row) in enumerate(zip(loop_gains, estimates, error, strict=True)):
-        hidden = (np.abs(estimated.real) < of_row * np.abs(estimated)) & (estimated.imag > 0)
+    for index, (loop_gain, s, error) in enumerate(zip(loop_gains, starts, errors, strict=True)):
+        hidden = (np.abs(s.real) < error * np.abs(s)) & (s.imag > 0)
         if hidden.any() and len(loop_gain.bodies):
-            hidden_of[index] = estimated[hidden]
+            hidden_of[index] = s[hidden], error[hidden]
     for indices, members in _batches(loop_gains, hidden_of):
         hidden = [hidden_of[index] for index in indices]
-        row = np.repeat(np.arange(len(members)), [len(poles) for poles in hidden])
-        row, s = _narrow_poles(members, row, np.concatenate(hidden), np.array([error[index] for index in indices]))
-        for number, index in enumerate(indices):
-            found[index] = _apart(estimates[index], s[row == number])
+        for _ in range(2):  # from a pole that is known others that nearly coincide with it are seen apart
+            row = np.repeat(np.arange(len(members)), [len(poles) for poles, _ in hidden])
+            row, *of_poles = _narrow_poles(members, row, *map(np.concatenate, zip(*hidden, strict=True)))
+            for number, index in enumerate(indices):
+                s, error = (part[row == number] for part in of_poles)
+                new = _apart(np.append(estimates[index], found[index]), s)
+                hidden[number] = s[new], error[new]
+                found[index] = np.append(found[index], s[new])
     return found
 
 
-def _apart(estimated, poles):
-    """Those of some poles that are farther from estimates, and from those before, than half a resonance's width."""
-    known = estimated
-    for pole in poles.tolist():
+def _apart(known, poles):
+    """Which of some poles are farther from those known, and from those before, than half a resonance's width: list."""
+    apart = []
+    for number, pole in enumerate(poles.tolist()):
         if np.abs(known - pole).min() > abs(pole.real):
             known = np.append(known, pole)
-    return known[len(estimated) :]
+            apart.append(number)
+    return apart
 
 
 def _narrow_poles(loop_gains, row, s, error):
-    """Poles, decaying, that are closer to s of some loop gains than relative errors of these: their `row`, and poles.
+    """Poles, decaying, that are closer to s of some loop gains than relative errors of these.
 
-    `row` and `s` have shape (n,), `row` ascending; `error` is that of each loop gain.
+    `row`, `s` and `error` have shape (n,), `row` ascending; these three are returned for the poles.
     """
-    row, s, step = _steps_to_poles(loop_gains, row, s)
-    index, which = np.nonzero(np.abs(step) < (error[row] * np.abs(s))[:, None])
-    row, s = row[index], s[index] + step[index, which]
+    known, step = _steps_to_poles(loop_gains, row, s)
+    row, s, error = row[known], s[known], error[known]
+    index, which = np.nonzero(np.abs(step) < (error * np.abs(s))[:, None])
+    row, s, error = row[index], s[index] + step[index, which], error[index]
     for _ in range(CONTROL.narrow_pole_steps):
-        row, s, step = _steps_to_poles(loop_gains, row, s)
+        known, step = _steps_to_poles(loop_gains, row, s)
+        row, s, error = row[known], s[known], error[known]
         step = np.take_along_axis(step, np.abs(step).argmin(axis=1)[:, None], axis=1)[:, 0]
         s = s + step
     narrow = (np.abs(step) < np.abs(s.real) / 2) & (s.real < 0)
-    return row[narrow], s[narrow]
+    return row[narrow], s[narrow], error[narrow]
 
 
 @np.errstate(all="ignore")  # what is not finite is left out
 def _steps_to_poles(loop_gains, row, s):
-    """Those of some s, shape (n,), at which Z is known; steps from there to poles, to first order, shape (n, d)."""
+    """At which of some s, shape (n,), Z is known; steps from these to poles, to first order, shape (m, d)."""
     apart = np.abs(s.real) + CONTROL.least_half_width * np.abs(s)
     stiffness, beside = (LoopGain.stiffness_and_forces(loop_gains, row, at)[0] for at in (s, s + apart))
     step = solved((beside - stiffness) / apart[:, None, None], -stiffness)
     known = np.isfinite(step).all(axis=(1, 2))
-    return row[known], s[known], np.linalg.eigvals(step[known])
+    return known, np.linalg.eigvals(step[known])

@@ -167,7 +167,8 @@ class StudyTolerances:
     beyond_corners: float = 30.0
     # largest relative error of a variance by a pole that lacks the right delay, over the loop gain there
     delayed_error: float = 4.0
-    # least relative error of the rate at which a tension crosses its mean: motions above the model's modes count. Of
+    # least relative error of the rate at which a tension, or the speed of a winch behind a notch that passes high
+    # frequencies hundreds of times larger, crosses its mean: motions above the model's modes count. Of tensions in
     # 90 random scenes with next to no damping five were more wrong, up to 0.38; then the rate states more itself
     crossings: float = 0.2
     counted_modes: int = 40  # modes of each plane up to which they are computed and not estimated
@@ -202,6 +203,8 @@ class StudyTolerances:
     critical_modes: float = 0.05
     # relative error of where such a pole is: the model may lack one that seems to be below its highest
     uncertain_pole: float = 2e-3
+    # relative distance of an estimated pole from the frequency with fixed ends, from which it is sought on the way too
+    far_from_fixed: float = 0.01
     zero_pole: float = 1e-3  # size of a pole over the lowest frequency, below which it is that of an integral, zero
     driven_decay: float = 0.05  # share of its decay by which the gain may move the pole of a mode that is left out
     driven_wave_safety: float = 2.0  # on the same for waves, by which the highest mode is found that is looked at

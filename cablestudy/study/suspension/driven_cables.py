@@ -38,6 +38,7 @@ from cablestudy.system.coupled_modes import Search
 from cablestudy.system.together import computed_together
 
 MODES_TOGETHER = np.arange(5.0)  # shifts of the poles of modes that nearly coincide, over that of one alone
+ON_THE_WAY = np.arange(1.0, 6.0) / 5  # from the frequency with fixed ends to an estimated pole
 TURN = 2 * np.pi
 
 
@@ -357,8 +358,9 @@ class DrivenCables:
         above = [one._modes_that_may_be_above(modes) for one, modes in needed.items()]
         loop_gains = [one.loop_gain for one in needed]
         estimated = [poles for poles, _ in poles_of_modes(loop_gains, above)]
-        poles = [one._with_estimates(*pair) for one, *pair in zip(needed, above, estimated, strict=True)]
-        narrow = narrow_poles(loop_gains, poles, [one._closed_loop.plant.accuracy for one in needed])
+        of_rows = [one._with_estimates(*pair) for one, *pair in zip(needed, above, estimated, strict=True)]
+        poles, starts, errors = map(list, zip(*of_rows, strict=True)) if of_rows else ([], [], [])
+        narrow = narrow_poles(loop_gains, poles, starts, errors)
         yield from ((one, np.concatenate(pair)) for one, *pair in zip(needed, poles, narrow, strict=True))
 
     @property
@@ -373,14 +375,23 @@ class DrivenCables:
         return [np.flatnonzero(modes & (element.omega > least)) for modes, element in pairs]
 
     def _with_estimates(self, modes, estimated):
-        """Poles of the model, then those of modes above it, by the numbers and estimated poles of these. [rad/s]"""
+        """Poles of the model, then those of modes above it, by the numbers and estimated poles of these. [rad/s]
+
+        Then places from which narrow poles are sought, and how far these may be, over their frequency: poles of the
+        model and their accuracy; these estimates, and what moves them from the frequency with fixed ends. Where that is
+        much, as where a cable goes on beyond a junction of hardly any mass, the places are on the way there.
+        """
         elements, highest = self.loop_gain.elements, self._highest_surely_known
         fixed = np.concatenate([element.omega[own] for element, own in zip(elements, modes, strict=True)])
         above = np.maximum(np.abs(estimated), fixed) > highest  # `fixed` with the ends of the cable fixed
-        estimated, fixed = estimated[above], fixed[above]
-        shift = (np.abs(estimated) - fixed)[:, None] * MODES_TOGETHER
-        poles = estimated.real[:, None] + 1j * (fixed[:, None] + shift)
-        return np.append(open_poles(self._closed_loop), poles)
+        estimated, fixed = estimated[above, None], fixed[above, None]
+        shift, of_model = np.abs(estimated) - fixed, open_poles(self._closed_loop)
+        far, accuracy = np.abs(shift) > STUDY.far_from_fixed * fixed, self._closed_loop.plant.accuracy
+        poles = estimated.real + 1j * (fixed + shift * MODES_TOGETHER)
+        starts = estimated.real + 1j * (fixed + shift * np.where(far, ON_THE_WAY, MODES_TOGETHER))
+        errors = np.maximum(accuracy, np.abs(shift) / fixed) + np.zeros_like(starts.imag)
+        starts, errors = np.append(of_model, starts), np.append(np.full(len(of_model), accuracy), errors)
+        return np.append(of_model, poles), starts, errors
 
     def with_critical_modes(self, plant, gain):
         """Copy of a `Plant` with further modes, near the one that would grow first as the gain is raised.

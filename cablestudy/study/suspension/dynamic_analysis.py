@@ -560,7 +560,12 @@ class DynamicAnalysis:
         divisor = np.where(variances > 0, variances, 1.0)
         (rms, rms_rate), (error, rate_error) = np.sqrt(variances), errors / (2 * divisor)
         crossing_rate = rms_rate / (2 * np.pi * np.sqrt(divisor[0]))
-        peaks, peak_errors = self._expected_peak(rms, crossing_rate, error, rate_error)
+        closed_loop = self.response.closed_loop
+        highest = 2 * np.pi * closed_loop.modes.frequency[-1]
+        # a notch passes motions above it larger than those of the body, up to its roll-off: those above the modes too
+        more = any(notch and notch.rolloff_omega > highest for notch in closed_loop.loop.notches)
+        crossings = STUDY.crossings if more else 0.0
+        peaks, peak_errors = self._expected_peak(rms, crossing_rate, error, rate_error, crossings)
         largest, fastest = int(np.argmax(rms)), int(np.argmax(peaks))
         known = 0.0 if self._error_known else np.nan
         return (
