@@ -107,6 +107,15 @@ def test_a_gondola_in_a_storm_slackens_its_cable_and_the_row_says_so():
     assert calm["end_stiffness_N_per_m"] * calm["peak_mm"] / 1e3 < calm["max_tension_N"]
 
 
+def test_the_error_of_a_peak_utilisation_is_that_of_the_peak_by_its_share():
+    sets = "model.accuracy=1e-2", "cable.damping={loss_factor: 0.01, viscous: 0.01}", "winch.controller.gain=0.03"
+    columns = [find_of_one(name) for name in ("peak", "peak_utilisation", "utilisation")]
+    row = evaluate(load_scene(CARLINA, sets)[1], columns)
+    share = 1 - row.cells["utilisation"] / row.cells["peak_utilisation"]
+    assert row.errors["peak_utilisation"] == pytest.approx(share * row.errors["peak_mm"], rel=1e-6)
+    assert row.errors["peak_mm"] > 1e-6
+
+
 def test_windrms_warns_of_a_slack_cable_and_of_motion_beyond_the_linear_range():
     stormy = run("windrms", CARLINA, "--set", "wind.speed=80 m/s")
     assert "warning: a cable goes slack in the wind" in stormy.err

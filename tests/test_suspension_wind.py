@@ -1264,6 +1264,20 @@ def test_peaks_and_least_tensions_by_hand():
         assert value(case, f"{name}.peak_{quantity}") == pytest.approx(expected, rel=3e-4)
 
 
+@pytest.mark.parametrize("intensity", [0.0, 0.1])
+def test_the_error_of_a_peak_is_at_least_that_of_the_mean_displacement(intensity):
+    sets = [f"wind.turbulence_intensity={intensity}", "model.accuracy=1e-3"]
+    case = SuspensionCase(load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml", sets)[1])
+    means, errors = np.transpose([find(f"gondola.mean_{axis}").compute(case) for axis in "xyz"])
+    peak, error = find("gondola.peak").compute(case)
+    _, rms_error = find("gondola.rms").compute(case)
+    of_mean, moved = np.linalg.norm(means * errors), peak - np.linalg.norm(means)
+    assert of_mean > 0
+    assert peak * error == pytest.approx(of_mean + moved * rms_error, rel=0.5)
+    assert peak * error >= of_mean * (1 - 1e-9)
+    assert (moved > 1e-9 * peak) == (intensity > 0)
+
+
 def test_a_limit_that_is_passed_is_a_status():
     """Just above the limit of the stroke and below that of the force."""
     text = one_axis(wind=WIND, bodies__gondola__wind=BODY_WIND, actuators={"mass_x": ACTUATORS["mass_x"]})

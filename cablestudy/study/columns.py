@@ -28,9 +28,9 @@ from cablestudy.study.motion_columns import (
     loop_columns,
     mean_displacement,
     peak_of_gondola,
+    peak_utilisation,
     rms_columns,
     rms_of_bare_cable,
-    tensions_at_peak,
     winch_columns,
 )
 from cablestudy.study.tolerances import STUDY
@@ -308,7 +308,7 @@ COLUMNS = (
     Column("peak", "mm", "largest displacement of the gondola expected within wind.duration: mean_displacement, and "
            "Davenport's factor times the RMS with the winch loop, if there is one", "wind", peak_of_gondola, BODY),
     Column("peak_utilisation", "", "largest tension over breaking force at the gondola's peak, towards either side; "
-           "linear", "wind", lambda c: tensions_at_peak(c)[1] / float(c.given(STRONG)), f"{BODY}, {STRONG}"),
+           "linear", "wind", peak_utilisation, f"{BODY}, {STRONG}"),
     Column("linear_range", "mm", "displacement of the gondola along x, of either sign, at which the restoring force of "
            "the cable differs by 5 % from linear; empty where it does not", "stiffness", _linear_range, "gondola.mass",
            each=True),

@@ -9,7 +9,7 @@ from math import hypot
 import numpy as np
 
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
-from cablestudy.study.column import DIAMETER, MM, UM, Column, scaled
+from cablestudy.study.column import DIAMETER, MM, STRONG, UM, Column, scaled
 from cablestudy.study.load_cases import wind_direction
 from cablestudy.study.tolerances import STUDY
 from cablestudy.wind.peak import peak_factor
@@ -87,22 +87,35 @@ def tensions_at_peak(case):
     does not say whether its wind blows towards end 1 or away from it. With fixed ends by `tension_rms`, with as many
     crossings as cycles of the lowest mode.
     """
-    tension, change = _change_at_peak(case)
+    tension, change, _ = _change_at_peak(case)
     return float((tension - change).min()), float(case.statics.max_tension + np.max(change))
 
 
+def peak_utilisation(case):
+    """Largest one of `tensions_at_peak` over the breaking force, and its relative error."""
+    _, changes, error = _change_at_peak(case)
+    change = float(np.max(changes))
+    largest = float(case.statics.max_tension) + change
+    return largest / float(case.given(STRONG)), max(error * change / largest, STUDY.rounding)
+
+
 def _change_at_peak(case):
-    """Tension at both ends, shape (2,), and its largest change as of `tensions_at_peak`, shape (2,) or a number. [N]"""
+    """Tension at both ends [N], shape (2,), its largest change as of `tensions_at_peak` [N], and the error of this [-].
+
+    The change has the shape (2,) or is a number; its relative error is a number.
+    """
     force = case.equilibrium.end_forces[0] if case.exact_statics else case.state.end_forces("global")
     tension = np.sqrt((force**2).sum(axis=-1))
     if case.scene.gondola is None:
         lowest = float(case.in_cable_wind.sides[0].closed_loop.modes.frequency[0])
-        change = peak_factor(lowest, case.scene.wind.duration) * rms_of_bare_cable(case, TENSIONS)[0]
+        rms, error = rms_of_bare_cable(case, TENSIONS)
+        change = peak_factor(lowest, case.scene.wind.duration) * rms
     else:
         # force on end 2 per displacement along x; in closed form, since elements would have to be those of both planes
         stiffness = np.array([case.results.end_stiffness_along(axis, 0)[case.index] for axis in range(3)])
-        change = np.abs(force @ stiffness) / np.where(tension > 0, tension, 1.0) * peak_of_gondola(case)[0] / MM
-    return tension, change
+        peak, error = peak_of_gondola(case)
+        change = np.abs(force @ stiffness) / np.where(tension > 0, tension, 1.0) * peak / MM
+    return tension, change, error
 
 
 def goes_slack(case):
@@ -110,7 +123,7 @@ def goes_slack(case):
     winds = [] if case.scene.wind is None else case.solved_winds
     solved = winds and (case.scene.gondola is None or case.__dict__.get("in_wind") in winds)
     try:
-        tension, change = _change_at_peak(case) if solved else (np.zeros(2), 0.0)
+        tension, change, _ = _change_at_peak(case) if solved else (np.zeros(2), 0.0, 0.0)
         return bool((tension < change).any())
     except CablestudyError:  # a winch that would be too fast, for example: the columns of the wind say why
         return False

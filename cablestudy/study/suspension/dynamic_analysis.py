@@ -507,7 +507,7 @@ class DynamicAnalysis:
         """Largest RMS of some outputs, each by itself, and its estimated relative error, see `rms`."""
         return max((self.rms([name], variance, open_loop) for name in names), key=lambda value: value[0])
 
-    def peak(self, names, mean, crossings=0.0):
+    def peak(self, names, mean, crossings=0.0, mean_error=0.0):
         """Largest size that some outputs are expected to reach in the wind, |mean| + g RMS, and its relative error.
 
         Parameters
@@ -518,6 +518,8 @@ class DynamicAnalysis:
             Their mean value, in their unit.
         crossings : float
             Least relative error of the rate at which the mean is crossed. [-]
+        mean_error : float
+            Relative error of the mean value. [-]
 
         Notes
         -----
@@ -525,10 +527,11 @@ class DynamicAnalysis:
         """
         rms, error = self.rms(names, "value", open_loop=False)
         if not rms:
-            return abs(mean), error
+            return abs(mean), error + mean_error
         rms_rate, rate_error = self.rms(names, "rate", open_loop=False)
-        peak, error = self._expected_peak(rms, rms_rate / (2 * np.pi * rms), error, rate_error, crossings)
-        return abs(mean) + peak, error
+        change, error = self._expected_peak(rms, rms_rate / (2 * np.pi * rms), error, rate_error, crossings)
+        peak = abs(mean) + change
+        return peak, (error * change + mean_error * abs(mean)) / peak
 
     def peak_of_change(self, names):
         """Largest change from their mean that some outputs are expected to have in the wind, g RMS of `peak`.

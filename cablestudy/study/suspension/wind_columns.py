@@ -48,8 +48,10 @@ def place_columns(name):
         return lambda case: scaled(case.mean_displacement(name, axis), MM)
 
     def peak(case):
-        mean = np.sqrt((case.in_wind.mean_displacement(name) ** 2).sum())
-        return scaled(_analysis(case, outputs).peak(outputs, mean), MM)
+        means, errors = np.transpose([case.mean_displacement(name, axis) for axis in range(len(PLACES))])
+        mean = np.linalg.norm(means)
+        mean_error = np.linalg.norm(means * errors) / mean if mean else 0.0
+        return scaled(_analysis(case, outputs).peak(outputs, mean, mean_error=mean_error), MM)
 
     def seen_motion(variance, *keys):
         """Function of a case: the RMS that a telescope sees, which needs some keys of the scene."""
@@ -137,11 +139,11 @@ def tension_at_peak(case, name, sign):
 
     The largest one of both ends with a `sign` of 1, the least one with -1.
     """
-    tensions = []
+    tensions, by_statics = [], case.statics_error(None) + case.group.drag_error(case.index, in_wind=True)
     for mean, end in zip(case.in_wind.mean_tensions(name), ENDS, strict=True):
         change, error = case.in_wind.peak([f"{name}.{end}"], 0.0, STUDY.crossings)
         tension = mean + sign * change
-        tensions.append((tension, error * change / abs(tension) if tension else error))
+        tensions.append((tension, (error * change + by_statics * mean) / abs(tension) if tension else error))
     return max(tensions, key=lambda pair: sign * pair[0])
 
 
