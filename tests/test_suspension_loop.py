@@ -34,6 +34,7 @@ from cablestudy.study.case import Case
 from cablestudy.study.motion_columns import SENSITIVITY
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find
+from cablestudy.study.suspension.rows import evaluate_suspensions
 from cablestudy.system.tolerances import SYSTEM
 
 TURN = 2 * np.pi
@@ -485,3 +486,14 @@ def test_the_stated_error_of_the_largest_gain_counts_drag_that_follows_the_cable
     assert by_elements[0] == pytest.approx(by_elements[1], rel=1e-3)
     change = by_elements[1] / found.values["largest_gain"] - 1
     assert 0.01 < abs(change) < found.errors["largest_gain"] < 0.1
+
+
+def test_a_row_whose_gain_is_refused_keeps_its_other_cells_and_has_notes():
+    """Strain damps the waves that decide by 1e-10 of their frequency; the gain follows from a margin."""
+    sets = "model.accuracy=1e-3", "cable.damping={loss_factor: 1e-6, ratio: null}", "control.gain=auto: 6 dB"
+    scene = load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml", sets)[1].model_copy(update={"wind": None})
+    columns = [find(name) for name in ("gondola.z", "largest_gain")]
+    (row,) = evaluate_suspensions([scene], columns, estimate=True)
+    assert row.cells["status"].startswith("no largest gain")
+    assert row.cells["gondola.z_m"] is not None
+    assert any(note.startswith("motion: ") for note in row.notes)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from cablestudy.cable.damping import grows_with_modes
-from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of
 from cablestudy.scene.words import counted, first_of
 from cablestudy.study.columns import find
 from cablestudy.study.notes import DAMPING_IN_STATE_SPACES, averaged_wind, comparison_notes, long_cables
@@ -130,7 +130,9 @@ def _of_wind(case):
     closed_loop, wind = case.in_wind.described, case.scene.wind
     modes, strokes = len(closed_loop.modes), sum(not actuator.wheel for actuator in closed_loop.actuators)
     shapes = counted(len(closed_loop.motion) - len(closed_loop.plant.kept) - strokes, "static shape")
-    if closed_loop.loop is not None and case.model is not None:
+    loop = outcome_of(lambda: closed_loop.loop)
+    controlled = loop is not None and not isinstance(loop, Exception)  # columns say why there is no gain
+    if controlled and case.model is not None:
         yield (
             f"loop: judged by the modes of these elements, up to {_highest(closed_loop):.4g} Hz, and not by those "
             "of the cables above"
@@ -143,7 +145,7 @@ def _of_wind(case):
             state = "about the equilibrium in the steady wind of the load case"
         damped = "with" if wind.aerodynamic_damping else "without"
         yield f"wind on {'bodies and cables' if wind.on == 'both' else wind.on}: {state}, {damped} aerodynamic damping"
-    if closed_loop.loop is not None:
+    if controlled:
         yield from _of_loop(closed_loop, wind)
     if case.damped_by_modes:
         yield "modal damping grows with the number of modes of a cable; hysteretic, kelvin_voigt and viscous do not"
