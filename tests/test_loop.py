@@ -229,6 +229,8 @@ def test_a_reference_with_a_delay_by_the_method_of_steps():
     # a corner in time has no end in frequency
     assert found.measured == pytest.approx(expected, abs=5e-3)
     assert np.abs(found.measured - expected)[np.abs(time / delay % 1 - 0.5) < 0.35].max() < 1e-3
+    error = np.abs(found.measured - expected).max() / np.abs(expected).max()
+    assert error < found.error < 10 * error
 
 
 def test_an_unstable_loop_has_no_response_in_time():

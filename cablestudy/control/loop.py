@@ -186,6 +186,12 @@ class Loop:
         return self.law.state_space_of(self._approximants(self._delay_needed_up_to))
 
     @property
+    def law_states_of_finer_delay(self):
+        """`law_space` and `law_names` with twice as many approximants of the delay; None where there are none: pair."""
+        count = self._approximants(self._delay_needed_up_to)
+        return self.law.state_space_of(2 * count) if count else None
+
+    @property
     def law_space(self):
         """s C1 as a state space, for responses: a, b, c, d."""
         return self._law_states[0]
