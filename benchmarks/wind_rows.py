@@ -41,7 +41,8 @@ def direct(closed_loop):
     moved = closed_loop.motion.c
     shown = moved[0] + s[:, None, None] * moved[1] + s[:, None, None] ** 2 * moved[2]
     dynamic = np.swapaxes(closed_loop.loop.dynamic_stiffness(s), 1, 2)
-    spectra = closed_loop.gusts.variance_spectra(frequency, np.linalg.solve(dynamic, np.swapaxes(shown, 1, 2)))
+    to_forces, gusts = np.linalg.solve(dynamic, np.swapaxes(shown, 1, 2)), closed_loop.gusts
+    spectra = gusts.input_spectra(frequency, gusts.input_matrix.T @ to_forces)
     return np.sqrt(np.trapezoid(spectra, frequency, axis=0))
 
 

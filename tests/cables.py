@@ -10,6 +10,7 @@ from mpmath import mp
 from references import catenary_mp
 
 from cablestudy.cable import catenary, equilibrium, initial_length
+from cablestudy.cable.assembly import masses
 from cablestudy.cable.element import mesh_segments
 from cablestudy.cable.span import CORES, Span
 from cablestudy.cable.stiffness import tangent_stiffness
@@ -196,8 +197,13 @@ def matrices_of_all_nodes(case):
         K[np.ix_(index, index)] = full_stiffness(system) * case.state.force / length
         root = system.elastic_root(shapes)
         E[np.ix_(index, index)] = root.T @ root * case.state.force / length
-        M[np.ix_(index, index)] = system.full_mass().toarray() * float(case.span.mass) * length
+        M[np.ix_(index, index)] = full_mass(system).toarray() * float(case.span.mass) * length
     return K, E, M
+
+
+def full_mass(system):
+    """Sparse mass matrix of all nodes of a `System`, of a cable of unit mass, shape (nodes d, nodes d). [-]"""
+    return masses(system.state.mesh, len(system.axes))[0]
 
 
 def full_stiffness(system):
@@ -215,7 +221,7 @@ def condensed_stiffness(model, s, c=0.0):
         d, nodes = len(system.axes), system.state.mesh.nodes
         chosen = (3 * np.arange(nodes)[:, None] + np.array(system.axes)).ravel()
         elastic, geometric = (part.toarray()[np.ix_(chosen, chosen)] for part in tangent_stiffness(system.state))
-        inertia = system.full_mass().toarray() * float(model.mass * model.length)
+        inertia = full_mass(system).toarray() * float(model.mass * model.length)
         whole = (1 + c) * elastic + geometric + s**2 * inertia
         ends, inner = np.r_[0:d, len(whole) - d : len(whole)], slice(d, -d)
         outside = np.linalg.solve(whole[inner, inner], whole[inner, ends])

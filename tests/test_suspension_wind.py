@@ -333,6 +333,11 @@ def gusts_of(text, count=12):
     return case_of(text).in_wind.closed_loop_of(count).with_all_modes
 
 
+def force_spectra(gusts_, frequency, response_):
+    """One-sided spectra, shape (f, o), of o outputs by their response to a force on each coordinate, (f, m, o)."""
+    return gusts_.input_spectra(frequency, gusts_.input_matrix.T @ response_)
+
+
 def exponential(kappa, shape, other, ends, others, points=400):
     """Double integral of shape(s) other(t) exp(-kappa distance), s and t along two straight cables of given ends."""
     nodes, weights = np.polynomial.legendre.leggauss(points)
@@ -359,7 +364,7 @@ def test_the_force_of_gusts_on_the_first_shape_of_a_cable(kappa_length):
     frequency = np.array([kappa_length / length * speed / decay])
     # the variance of the force on all coordinates that are half waves along y of one cable
     response_ = first_shapes(closed_loop)
-    found = closed_loop.gusts.variance_spectra(frequency, response_[None].astype(complex))[0]
+    found = force_spectra(closed_loop.gusts, frequency, response_[None].astype(complex))[0]
     drag = RHO * 1.2 * np.sqrt(4e-4 / np.pi) * speed
     spectrum = speed_spectrum(frequency, speed, 0.2 * speed, 25.0)[0]
     own = sine_alone(kappa_length / length, length)
@@ -389,7 +394,7 @@ def test_two_cables_that_meet_are_coherent_near_their_common_end(kappa_length, a
     rows = np.concatenate([moved[:, 2] for moved in displacements(closed_loop.gusts)])
     along = [np.linalg.norm(places - places[0], axis=1) / 30.0 for places in places_of(closed_loop.gusts)]
     wanted, *_ = np.linalg.lstsq(rows, np.sin(np.pi / 2 * np.concatenate(along)), rcond=None)
-    found = closed_loop.gusts.variance_spectra(frequency, wanted[None, :, None].astype(complex))[0, 0]
+    found = force_spectra(closed_loop.gusts, frequency, wanted[None, :, None].astype(complex))[0, 0]
     # force per length and vertical speed: half of rho C d times the speed across the cable
     drag = RHO * 1.2 * np.sqrt(4e-4 / np.pi) * speed * np.cos(angle / 2) / 2
     spectrum = speed_spectrum(frequency, speed, 0.2 * speed, 25.0)[0]
@@ -485,7 +490,7 @@ def test_the_force_of_gusts_on_a_body_does_not_depend_on_coherence(on, decay):
     admitted = 1 / (1 + (frequency * 2 * np.sqrt(area) / speed) ** (4 / 3))
     spectrum = von_karman(frequency, speed, 0.2 * speed, 25.0)
     closed_loop = gusts_of(text)
-    found = closed_loop.gusts.variance_spectra(frequency, np.tile(on_one_body(closed_loop), (4, 1, 1)).astype(complex))[
+    found = force_spectra(closed_loop.gusts, frequency, np.tile(on_one_body(closed_loop), (4, 1, 1)).astype(complex))[
         :, 0
     ]
     expected = (RHO * 1.17 * area * speed) ** 2 * admitted * spectrum
@@ -589,7 +594,7 @@ def test_the_force_on_two_bodies_together_at_a_distance():
     frequency = np.array([1e-3, 0.05, 0.2, 1.0])
     moved = closed_loop.layout.displaced(closed_loop.layout.bodies(closed_loop.motion.shapes))[:, 0]
     both, *_ = np.linalg.lstsq(moved, np.ones(2), rcond=None)
-    found = closed_loop.gusts.variance_spectra(frequency, np.tile(both[:, None], (4, 1, 1)).astype(complex))[:, 0]
+    found = force_spectra(closed_loop.gusts, frequency, np.tile(both[:, None], (4, 1, 1)).astype(complex))[:, 0]
     admitted = 1 / (1 + (frequency * 2 * np.sqrt(0.5) / 9.0) ** (4 / 3))
     one = (RHO * 9.0 * 0.5) ** 2 * admitted * von_karman(frequency, 9.0, 1.8, 25.0)
     assert found == pytest.approx(2 * one * (1 + np.exp(-10 * frequency * 6.0 / 9.0)), rel=1e-5)

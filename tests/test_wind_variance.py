@@ -108,16 +108,6 @@ def test_a_matrix_without_eigenvectors():
     assert found == pytest.approx(1 / (s + 1) ** 3, rel=1e-6)
 
 
-def test_a_fast_pole_follows_statically():
-    """x' = -k x + u and its static answer u/k, whose spectrum differs by (w/k)^2."""
-    k = 1e5
-    one = system([[-k]], [[1]], [[1]])
-    still = one.statically(np.array([True]))
-    assert len(still.poles) == 0
-    assert still.direct == pytest.approx(1 / k)
-    assert one.response(np.array([1j]))[0] == pytest.approx(still.response(np.array([1j]))[0], rel=1e-4)
-
-
 @pytest.mark.parametrize("count", [24, 64, 100])
 def test_more_modes_of_a_hysteretic_cable_do_not_change_the_rms_with_a_loop(count):
     """The notch of a slow loop has a double pole, and hysteretic damping many poles that are damped alike."""

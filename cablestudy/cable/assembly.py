@@ -290,10 +290,6 @@ class System:
         """Sparse mass matrix of the interior for a cable of unit mass, shape (dof, dof). [-]"""
         return masses(self.state.mesh, len(self.axes))[1]
 
-    def full_mass(self):
-        """Sparse mass matrix of all nodes for a cable of unit mass, shape (nodes d, nodes d). [-]"""
-        return masses(self.state.mesh, len(self.axes))[0]
-
     def inertia(self, movements):
         """M u for movements u of all nodes, see `inertia`."""
         return inertia(self.state.mesh, movements)

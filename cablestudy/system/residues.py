@@ -280,11 +280,6 @@ class Residues:
         """Residues of some of its poles, chosen by an array of bool."""
         return replace(self, poles=self.poles[chosen], inputs=self.inputs[chosen], outputs=self.outputs[:, chosen])
 
-    def statically(self, fast):
-        """Residues with some poles, an array of bool, replaced by their static response -c_j b_j/l_j."""
-        static = (self.outputs[:, fast] / -self.poles[fast]) @ self.inputs[fast]
-        return replace(self.take(~fast), direct=self.direct + (static if self.one_sided else static.real))
-
 
 @dataclass(frozen=True)
 class DelayedResponse:

@@ -55,22 +55,6 @@ class Gusts:
     areas: np.ndarray
     coherence: Coherence
 
-    def variance_spectra(self, frequency, response):
-        """One-sided spectra of o outputs.
-
-        Parameters
-        ----------
-        frequency : ndarray, shape (f,)
-            [Hz]
-        response : ndarray, complex, shape (f, m, o)
-            Frequency response of each output to a force on each coordinate.
-
-        Returns
-        -------
-        ndarray, shape (f, o)
-        """
-        return self.input_spectra(frequency, np.swapaxes(self.input_matrix, -1, -2) @ response)
-
     def input_spectra(self, frequency, response):
         """One-sided spectra of o outputs, shape (f, o), by their response to the i inputs, shape (f, i, o)."""
         times_spectra = self.matrix_times(frequency, response)
