@@ -46,7 +46,7 @@ class OneLoop:
         winch = self.scene.winch
         winch = winch.model_copy(update={"controller": changed(winch.controller)})
         scene, own = self.scene.model_copy(update={"winch": winch}), self.in_wind
-        known = own._without_wind, own._equilibrium, own.airflow, own._model, own._shared
+        known = own.without_wind, own.equilibrium, own.airflow, own.model, own.plants_and_loops
         return OneLoop(scene, DynamicAnalysis(as_suspension(scene), *known))
 
     @property

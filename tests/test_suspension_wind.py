@@ -171,7 +171,7 @@ def test_a_light_body_with_a_large_area_in_a_strong_wind():
     text = ", ".join(f"{area} m^2" for area in areas)
     sets = [f"bodies.gondola.mass={mass} kg", f"bodies.gondola.wind.area=[{text}]", f"wind.speed={speed} m/s"]
     scene = load_scene(CONFIGS / "suspensions" / "carlina-balloon-wind.yaml", [*sets, "wind.direction=24 deg"])[1]
-    found = SuspensionCase(scene).in_wind._equilibrium
+    found = SuspensionCase(scene).in_wind.equilibrium
     suspension = found.suspension
     turn = found.rotation[suspension.body_names.index("gondola")]
     wind = turn.T @ [speed * np.cos(direction), speed * np.sin(direction), 0.0]
@@ -193,7 +193,7 @@ def test_the_mean_wind_can_be_left_out():
     text = everything(wind=STRONG | {"mean": False})
     case = case_of(text)
     assert [value(case, f"gondola.mean_{axis}") for axis in "xyz"] == [0, 0, 0]
-    assert case.in_wind._equilibrium.position == pytest.approx(case.equilibrium.position, abs=1e-12)
+    assert case.in_wind.equilibrium.position == pytest.approx(case.equilibrium.position, abs=1e-12)
     # the gusts keep the mean speed: the same damping as Straight, whose equilibrium is the calm one
     own, motion = Straight({k: v for k, v in text.items() if k != "control"}), case.in_wind.closed_loop_of(40).motion
     found = Loop(motion, None, 0.0, ()).poles
@@ -243,7 +243,7 @@ def test_the_drag_of_a_cable_by_hand():
     """rho/2 C d |U_n| U_n per stretched length, U_n across the chord; both ends together carry it and the weight."""
     text = heavy(wind__direction=0.4, free=["z"])
     case = case_of(text)
-    found = case.in_wind._equilibrium
+    found = case.in_wind.equilibrium
     ends = found.suspension.ends(found.position, found.rotation)
     wind = 25.0 * np.array([np.cos(0.4), np.sin(0.4), 0.0])
     diameter = np.sqrt(4 * 1e-4 / np.pi)

@@ -13,7 +13,7 @@ from cablestudy.system.residues import Residues
 from cablestudy.system.state_spaces import StateSpaces
 
 
-def force_state_space(motion, forces, loop=None, actuators=(), direct=None):
+def force_state_space(motion, forces, loop):
     """State-space matrices B, C and D from forces on a suspension to its outputs, with its loop or the winches at rest.
 
     With the eigenvalues of A in `Loop.eigen`, or in `LinearSystem.eigen` without a loop, they give the response as a
@@ -25,30 +25,34 @@ def force_state_space(motion, forces, loop=None, actuators=(), direct=None):
         The suspension; its inputs are the lengths that winches reel in.
     forces : ndarray, shape (m, j)
         Force on each coordinate by each of j inputs.
-    loop : Loop, optional
-        Without it the winches are at rest.
-    actuators : sequence of Actuator
-        See `StateSpaces`.
-    direct : ndarray, shape (o, j), optional
-        Feedthrough: outputs of the motion per input, without delay.
+    loop : Loop or None
+        With None the winches are at rest.
 
     Returns
     -------
-    b, c, d : ndarray, shapes (N, j), (p, N), (p, j)
-        For N states and p outputs: those of the motion, then those of the actuators.
+    b, c, d : ndarray, shapes (N, j), (o, N), (o, j)
+        For N states and the o outputs of the motion.
     """
-    spaces = StateSpaces.of([motion], loop and [loop], actuators)
-    return tuple(matrix[0] for matrix in spaces.matrices(forces[None], None if direct is None else direct[None]))
+    return tuple(matrix[0] for matrix in StateSpaces.of([motion], loop and [loop]).matrices(forces[None]))
 
 
 class ExactResponse:
     """Response to forces of a suspension with a loop whose delay T is exp(-s T) itself, not an approximant.
 
-    Arguments are those of `force_state_space`. With the winches at rest the response y of the measured coordinates is a
-    sum over poles; the loop then moves the winches by v = -gain C1 A N (I + L)^-1 y, symbols as in `control.loop`.
+    With the winches at rest the response y of the measured coordinates is a sum over poles; the loop then moves the
+    winches by v = -gain C1 A N (I + L)^-1 y, symbols as in `control.loop`.
+
+    Parameters
+    ----------
+    motion, forces, loop
+        As of `force_state_space`, with a loop; m coordinates, o outputs, j inputs.
+    actuators : sequence of Actuator
+        See `StateSpaces`: their outputs come after those of the motion.
+    direct : ndarray, shape (o, j), optional
+        Feedthrough: outputs of the motion per input, without delay.
     """
 
-    def __init__(self, motion, forces, loop, actuators=(), direct=None):
+    def __init__(self, motion, forces, loop, actuators, direct=None):
         first_order, state_rate, reeled, output_rows = state_rows(motion, forces, actuators=actuators)
         size, winches = len(state_rate), len(reeled[0])
         inputs = (state_rate.shape[1] - size) // 3
@@ -63,7 +67,7 @@ class ExactResponse:
         self._direct = [output_rows[:, part] for part in parts]
 
     def outputs(self, s):
-        """Outputs as of `force_state_space` per force, shape (f, o, j), for s of shape (f,)."""
+        """Outputs per input, shape (f, p, j), for s of shape (f,): of the motion, then of the actuators."""
         return self._solved(s)[0]
 
     def winch_speeds(self, s):

@@ -135,17 +135,17 @@ class SuspensionCase:
         if self.scene.control is not None:
             for name in self.with_all_cables.winches:
                 self.refuse_lost(name, "the loop needs the winch of {0}, which is lost in the load case {1}")
-        (equilibrium, drag), linear_models = self.group.in_mean_wind, self.group.linear_models[self.index]
-        models = self._exact_model, linear_models
-        others = {"modes": self.group.modes_in_wind[self.index], "mean_drag": self.group.mean_drag(self.index)}
+        group, index, (equilibrium, drag) = self.group, self.index, self.group.in_mean_wind
+        others = self._exact_model, group.linear_models[index]
+        shared = {"modes": group.modes_in_wind[index], "mean_drag": group.mean_drag(index)}
         if drag is None:
-            return DynamicAnalysis(self.scene, self.without_wind, self.equilibrium, None, *models, **others)
-        if not equilibrium.record.converged[self.index]:
-            raise ConvergenceError(f"no equilibrium in the mean wind: {explain(equilibrium.take(self.index))}")
-        if reason := equilibrium.stability.reason(self.index):
+            return DynamicAnalysis(self.scene, self.without_wind, self.equilibrium, None, *others, **shared)
+        if not equilibrium.record.converged[index]:
+            raise ConvergenceError(f"no equilibrium in the mean wind: {explain(equilibrium.take(index))}")
+        if reason := equilibrium.stability.reason(index):
             raise NoSolutionError(f"in the mean wind: {reason}")
-        in_mean_wind, airflow = equilibrium.take(self.index), Airflow(self.scene, drag.take(self.index))
-        return DynamicAnalysis(self.scene, self.without_wind, in_mean_wind, airflow, *models, **others)
+        in_mean_wind, airflow = equilibrium.take(index), Airflow(self.scene, drag.take(index))
+        return DynamicAnalysis(self.scene, self.without_wind, in_mean_wind, airflow, *others, **shared)
 
     @property
     def moves(self):

@@ -1,6 +1,6 @@
 """A suspension in the wind and under control, with as many modes as the accuracy of its results needs."""
 
-from dataclasses import replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -24,10 +24,11 @@ from cablestudy.system.together import computed_together
 from cablestudy.wind.peak import peak_factor
 
 
+@dataclass(eq=False)
 class DynamicAnalysis:
     """One case of a study in motion: modes, loop and response to the wind, with as many modes as the accuracy needs.
 
-    Parameters
+    Attributes
     ----------
     scene : SuspensionScene
     without_wind : Equilibrium
@@ -38,27 +39,40 @@ class DynamicAnalysis:
         None without turbulent wind.
     model : FixedModel or None
         Exact choice of elements; None where the scene states an accuracy.
-    known : dict
-        Plants and loops by keys, to be filled; cases of this equilibrium whose winds damp it alike share the dict.
+    plants_and_loops : dict
+        `Plant` and `ClosedLoop` by keys, to be filled; cases of this equilibrium whose winds damp it alike share it.
     cables : Cables, optional
         Cables of this equilibrium, with damping.
-    modes : dict, optional
+    modes : dict
         Number of modes -> `CoupledModes` of this equilibrium, or the error that says why there are none; to be filled,
         by `solve_modes` for many cases at once. The key (number, "shaped") is that of modes for mid-spans, `shaped` of
         `Search`. Cases of this equilibrium in other winds share the dict too.
     mean_drag : SteadyDrag, optional
         As of `Plant`.
+    midspans, points : bool
+        As of `Plant`: whether outputs have the mid-spans of cables; whether free points are as accurate as bodies.
+    fewest_modes : int
+        Least number of modes of a model.
+    together : list of DynamicAnalysis
+        Analyses of many rows whose numbers are computed in the same calls.
     """
 
-    def __init__(
-        self, scene, without_wind, equilibrium, airflow, model, known, cables=None, modes=None, mean_drag=None
-    ):
-        self.scene, self.airflow, self._model = scene, airflow, model
-        self._without_wind, self._equilibrium = without_wind, equilibrium
-        self._shared, self._cables, self._modes = known, cables, {} if modes is None else modes
-        self._accuracy = scene.model.accuracy or STUDY.fixed_model_accuracy
-        self._midspans, self._points, self._fewest_modes, self._mean_drag = False, False, 0, mean_drag
-        self.together = [self]  # analyses of many rows whose numbers are computed in the same calls
+    scene: object
+    without_wind: object
+    equilibrium: object
+    airflow: object
+    model: object
+    plants_and_loops: dict
+    cables: object = None
+    modes: dict = field(default_factory=dict)
+    mean_drag: object = None
+    midspans: bool = False
+    points: bool = False
+    fewest_modes: int = 0
+
+    def __post_init__(self):
+        self._accuracy = self.scene.model.accuracy or STUDY.fixed_model_accuracy
+        self.together = [self]
 
     def closed_loop_of(self, count, responses=False, among=0):
         """`ClosedLoop`, stable or not, with a number of modes; cases that agree in all that it depends on share it.
@@ -77,24 +91,24 @@ class DynamicAnalysis:
         NoSolutionError, ConvergenceError
             There are no modes to the accuracy.
         """
-        scene, (winches, control) = self.scene, self._keys
-        computed, loops = max(count, among), self._shared.setdefault(winches, {})
+        scene, (winches, control), shared = self.scene, self._keys, self.plants_and_loops
+        computed, loops = max(count, among), shared.setdefault(winches, {})
         # each level of keys adds what the next object depends on: plant, plant in a wind, loop, loop in this wind
-        plant_key = count, computed, responses, winches, self._midspans, self._points
-        if plant_key not in self._shared:
+        plant_key = count, computed, responses, winches, self.midspans, self.points
+        if plant_key not in shared:
             modes = self._modes_of(computed).first(count)
-            arguments = scene, self._equilibrium, self.airflow, modes, self._accuracy, self._model
-            others = {"midspans": self._midspans, "points": self._points, "mean_drag": self._mean_drag}
-            self._shared[plant_key] = Plant(*arguments, loops=loops, responses=responses, **others)
+            arguments = scene, self.equilibrium, self.airflow, modes, self._accuracy, self.model
+            others = {"midspans": self.midspans, "points": self.points, "mean_drag": self.mean_drag}
+            shared[plant_key] = Plant(*arguments, loops=loops, responses=responses, **others)
         plant_in_wind_key = *plant_key, self.airflow and self.airflow.side
-        if plant_in_wind_key not in self._shared:
-            self._shared[plant_in_wind_key] = self._shared[plant_key].blown_by(self.airflow)
+        if plant_in_wind_key not in shared:
+            shared[plant_in_wind_key] = shared[plant_key].blown_by(self.airflow)
         loop_key, closed_loop_key = (*plant_key, control), (*plant_in_wind_key, control)
-        if loop_key not in self._shared:
-            self._shared[loop_key] = ClosedLoop(scene, self._shared[plant_in_wind_key])
-        if closed_loop_key not in self._shared:
-            self._shared[closed_loop_key] = self._shared[loop_key].blown_by(self._shared[plant_in_wind_key])
-        return self._shared[closed_loop_key]
+        if loop_key not in shared:
+            shared[loop_key] = ClosedLoop(scene, shared[plant_in_wind_key])
+        if closed_loop_key not in shared:
+            shared[closed_loop_key] = shared[loop_key].blown_by(shared[plant_in_wind_key])
+        return shared[closed_loop_key]
 
     @cached_property
     def _keys(self):
@@ -103,21 +117,21 @@ class DynamicAnalysis:
 
     def _modes_of(self, count):
         """`CoupledModes`, the lowest `count` of them with damping; raises as `closed_loop_of`."""
-        if count not in self._modes:
-            self._modes[count] = self._coupled_modes(count)
-        modes = result_of(self._modes[count])
-        if not self._midspans or self._model is not None:
+        if count not in self.modes:
+            self.modes[count] = self._coupled_modes(count)
+        modes = result_of(self.modes[count])
+        if not self.midspans or self.model is not None:
             return modes
         if modes.fewest_modes_of_cable >= modes.solution.models.cables.across * shaping_modes(self._accuracy):
             return modes
-        if (count, "shaped") not in self._modes:
-            self._modes[count, "shaped"] = self._coupled_modes(count, shaped=True)
-        return self._modes[count, "shaped"]
+        if (count, "shaped") not in self.modes:
+            self.modes[count, "shaped"] = self._coupled_modes(count, shaped=True)
+        return self.modes[count, "shaped"]
 
     def _coupled_modes(self, count, shaped=False):
         """`CoupledModes` with damping; `shaped` as of `Search`. Raises as `closed_loop_of`."""
         damping = [cable.damping for cable in self.scene.cables.values()]
-        arguments = self._equilibrium, count, self._accuracy, damping, self._model, self._cables
+        arguments = self.equilibrium, count, self._accuracy, damping, self.model, self.cables
         return coupled_modes(*arguments, damped=True, shaped=shaped).damped
 
     @property
@@ -126,8 +140,8 @@ class DynamicAnalysis:
 
         Number of modes, accuracy, planes of the motion of the cables, and elements without their drag, or None.
         """
-        drag, planes = self._model and self._model.drag, self._cables and self._cables.planes
-        elements = self._model and replace(self._model, drag=drag and (drag.profile is None,))
+        drag, planes = self.model and self.model.drag, self.cables and self.cables.planes
+        elements = self.model and replace(self.model, drag=drag and (drag.profile is None,))
         return self._computed_modes(self._model_sizes[0]), self._accuracy, planes, elements
 
     def _computed_modes(self, count):
@@ -154,7 +168,7 @@ class DynamicAnalysis:
 
         Fewer than the usual ones only where they have nearly all of the compliance of the bodies.
         """
-        for count in (*self._model_sizes, *(STUDY.more_modes if self._model is None else ())):
+        for count in (*self._model_sizes, *(STUDY.more_modes if self.model is None else ())):
             closed_loop = self.closed_loop_with(count)
             enough = count >= self._usual_counts[0] or closed_loop.plant.lacked_compliance < STUDY.lacked_compliance
             if (enough and closed_loop.body.notch_frequencies_known) or len(closed_loop.modes) < count:
@@ -169,22 +183,22 @@ class DynamicAnalysis:
         that only integrates. Modal damping, unless of an exact choice of elements, depends on the number of modes: it
         is then one of the usual numbers.
         """
-        scene, usual, exact = self.scene, self._usual_counts, self._model is not None
+        scene, usual, exact = self.scene, self._usual_counts, self.model is not None
         all_excited = self.airflow is not None and self.airflow.on_cables
         all_excited |= scene.control is not None and not law_from(scene.control)[0].integrates_only
         small = map(self._count_for_cables, (STUDY.few_modes,) if exact else (STUDY.fewest_modes, STUDY.few_modes))
         small = [count for count in small if count < usual[0]]
         count_matters = self._modal_damping_counts and not exact
-        if not small or all_excited or count_matters or not self._equilibrium.suspension.free.any():
-            return tuple(count for count in usual if count >= self._fewest_modes) or (self._fewest_modes,)
+        if not small or all_excited or count_matters or not self.equilibrium.suspension.free.any():
+            return tuple(count for count in usual if count >= self.fewest_modes) or (self.fewest_modes,)
         return *small, *usual
 
     @property
     def _usual_counts(self):
         """Numbers of modes of models of many cables, or of cables of which all modes are excited: ascending."""
-        if self._model is not None:
+        if self.model is not None:
             return (STUDY.element_modes,)
-        if self._cables is not None and self._cables.planes:
+        if self.cables is not None and self.cables.planes:
             return STUDY.plane_model_modes
         return STUDY.model_modes if self._modal_damping_counts else (*STUDY.model_modes, STUDY.more_modes[0])
 
@@ -198,15 +212,15 @@ class DynamicAnalysis:
 
         Of a free point too, where its motion is asked for.
         """
-        modes, suspension = self._modes_of(self._computed_modes(count)).first(count), self._equilibrium.suspension
-        free = suspension.free if self._points else suspension.free[: suspension.bodies]
+        modes, suspension = self._modes_of(self._computed_modes(count)).first(count), self.equilibrium.suspension
+        free = suspension.free if self.points else suspension.free[: suspension.bodies]
         shares = (modes.compliance_shares(*motion).sum() for motion in np.argwhere(free))
         return any(share < 1 - STUDY.lacked_motion for share in shares)
 
     @property
     def _models_compared(self):
         """True if models are compared with each other: those to an accuracy, of few cables and few excited modes."""
-        return self._model is None and self._model_sizes[0] < self._usual_counts[0]
+        return self.model is None and self._model_sizes[0] < self._usual_counts[0]
 
     @computed_together
     def _search_outcome(analyses):
@@ -243,7 +257,7 @@ class DynamicAnalysis:
     def modes_suffice(self, response):
         """True if the RMS of bodies in a `GustResponse` are accurate, by the modes left out and by quadrature."""
         accuracy, by_quadrature = self._accuracy, response.integration_error / 2
-        allowed = STUDY.element_modes_change if self._model else max(accuracy - by_quadrature, accuracy / 2)
+        allowed = STUDY.element_modes_change if self.model else max(accuracy - by_quadrature, accuracy / 2)
         return response.displacement_truncation_error <= 2 * allowed  # of a variance, which is twice that of its root
 
     def _check(self, closed_loop):
@@ -256,20 +270,20 @@ class DynamicAnalysis:
     @property
     def _modal_damping_counts(self):
         """True if damping is modal, so that it grows with the number of modes, and the ends of some cable move."""
-        ends_move = self._equilibrium.suspension.free.any() or bool(self.scene.winches)
+        ends_move = self.equilibrium.suspension.free.any() or bool(self.scene.winches)
         return ends_move and any_grows_with_modes(self.scene.cables.values())
 
     @property
     def modal_damping_note(self):
         """Text of a note where modal damping leaves the error of the RMS unknown; else empty; raises as `response`."""
-        if self._model is not None or not self._modal_damping_counts:
+        if self.model is not None or not self._modal_damping_counts:
             return ""
         return unknown_rms_error(counted(len(self.closed_loop.modes), "mode"))
 
     @property
     def _error_known(self):
         """True if errors of RMS are known: not for an exact choice of elements, nor with modal damping."""
-        return self._model is None and not self._modal_damping_counts
+        return self.model is None and not self._modal_damping_counts
 
     @property
     def solved(self):
@@ -384,25 +398,21 @@ class DynamicAnalysis:
     def finer(self):
         """`DynamicAnalysis` of a bare cable with the next larger number of modes; None where there is no larger one."""
         sizes, count = sorted({*self._usual_counts, STUDY.more_modes[0]}), len(self.closed_loop.modes)
-        if self._model is not None or count not in sizes[:-1]:
+        if self.model is not None or count not in sizes[:-1]:
             return None
-        other = self._with_scene()
-        other._fewest_modes = sizes[sizes.index(count) + 1]
-        return other
+        return self._with(fewest_modes=sizes[sizes.index(count) + 1])
 
     @cached_property
     def with_midspans(self):
         """`DynamicAnalysis` whose outputs have the mid-spans of the cables."""
-        other = self._with_scene()
-        other._midspans = True
-        return other
+        return self._with(midspans=True)
 
     @computed_together
     def with_points(analyses):
         """`DynamicAnalysis` with the motion of free points as accurate as that of bodies; its plants differ by that."""
-        others = [analysis._with_scene() for analysis in analyses]
+        others = [analysis._with(points=True) for analysis in analyses]
         for analysis, other in zip(analyses, others, strict=True):
-            other._points, other.together = True, others
+            other.together = others
             yield analysis, other
 
     @property
@@ -412,11 +422,11 @@ class DynamicAnalysis:
 
     def _with_scene(self, **update):
         """`DynamicAnalysis` of the scene with some keys changed that the equilibrium does not depend on."""
-        states = self._without_wind, self._equilibrium, self.airflow
-        shared = self._model, self._shared, self._cables, self._modes, self._mean_drag
-        other = DynamicAnalysis(self.scene.model_copy(update=update), *states, *shared)
-        other._midspans, other._points, other._fewest_modes = self._midspans, self._points, self._fewest_modes
-        return other
+        return self._with(scene=self.scene.model_copy(update=update))
+
+    def _with(self, **changes):
+        """`DynamicAnalysis`, of a subclass too, with some attributes changed; it shares the dicts that are filled."""
+        return DynamicAnalysis(**{one.name: getattr(self, one.name) for one in fields(DynamicAnalysis)} | changes)
 
     @property
     def _limit_errors(self):
@@ -478,7 +488,7 @@ class DynamicAnalysis:
         """
         response, variances, names, total = self._variance_of(names, variance, open_loop)
         if not total > 0:
-            return np.sqrt(total), 0.0 if self._model is None else np.nan
+            return np.sqrt(total), 0.0 if self.model is None else np.nan
         error, accuracy = variances.error_of(variance, names) / (2 * total), self._accuracy
         # of what a telescope sees, which hangs on high modes, the highest ones say less if they do not suffice
         highest = np.inf if variance not in OWN and error > accuracy else accuracy
@@ -591,17 +601,17 @@ class DynamicAnalysis:
         owner, _, marker = name.partition(".")
         if not self.scene.wind.mean and self.scene.load_case.wind is None:
             return np.zeros(3)
-        body = self._without_wind.suspension.body_names.index(owner)
+        body = self.without_wind.suspension.body_names.index(owner)
         arm = np.array(self.scene.bodies[owner].markers[marker] if marker else (0.0, 0.0, 0.0))
-        before, after = self._without_wind, self._equilibrium
+        before, after = self.without_wind, self.equilibrium
         by_rotation = (after.rotation[body] - before.rotation[body]) @ arm
         displacement = after.position[body] - before.position[body] + by_rotation
         return np.where(np.abs(displacement) > STUDY.mean_wind_rounding * before.longest, displacement, 0.0)
 
     def mean_tensions(self, name):
         """Tension at both ends of a cable in the mean wind, shape (2,). [N]"""
-        cable = self._equilibrium.suspension.cable_names.index(name)
-        return np.linalg.norm(self._equilibrium.end_forces[cable], axis=-1)
+        cable = self.equilibrium.suspension.cable_names.index(name)
+        return np.linalg.norm(self.equilibrium.end_forces[cable], axis=-1)
 
 
 def solve_modes(analyses, equilibrium):
@@ -622,16 +632,16 @@ def solve_modes(analyses, equilibrium):
         analysis.together = analyses
     indices_by_model = {}  # key of the first model -> {id of a dict of modes: index of one analysis that shares it}
     for index, analysis in enumerate(analyses):
-        if analysis.first_model[0] not in analysis._modes:
-            indices_by_model.setdefault(analysis.first_model, {})[id(analysis._modes)] = index
+        if analysis.first_model[0] not in analysis.modes:
+            indices_by_model.setdefault(analysis.first_model, {})[id(analysis.modes)] = index
     for (count, accuracy, planes, elements), by_dict in indices_by_model.items():
         indices = list(by_dict.values())
         group, model = [analyses[index] for index in indices], elements
         damping = [cable.damping for analysis in group for cable in analysis.scene.cables.values()]
         if elements and elements.drag is not None:
-            model = replace(elements, drag=concatenate([analysis._model.drag for analysis in group]))
+            model = replace(elements, drag=concatenate([analysis.model.drag for analysis in group]))
         arguments = equilibrium.take(np.array(indices)), count, accuracy, damping, planes
         for analysis, modes in zip(group, coupled_modes_of_cases(*arguments, damped=True, model=model), strict=True):
             # the modes with damping, or the error that says why there are none
             result = modes if isinstance(modes, Exception) else outcome_of(lambda modes=modes: modes.damped)
-            analysis._modes[count] = result
+            analysis.modes[count] = result

@@ -5,6 +5,7 @@ share it.
 """
 
 from copy import copy
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -71,10 +72,11 @@ def actuators_of(scene):
     return actuators
 
 
+@dataclass(eq=False)
 class Plant:
     """A suspension about its equilibrium in the mean wind, without loop.
 
-    Parameters
+    Attributes
     ----------
     scene : SuspensionScene
     equilibrium : Equilibrium
@@ -85,12 +87,12 @@ class Plant:
         Modes of the suspension that the model has.
     accuracy : float
         Relative accuracy of their frequencies. [-]
-    model : FixedModel, optional
-        Exact choice of elements; by default the accuracy decides.
+    model : FixedModel or None
+        Exact choice of elements; where it is None the accuracy decides.
     driven : int
         How many of the modes, the last ones, were added to the lowest ones because a mode near their frequencies would
         grow first if the gain were raised (`DrivenCables.with_critical_modes`).
-    loops : dict, optional
+    loops : dict
         Control -> results shared by all gains and by models with other numbers of modes, to be filled (`ClosedLoop`).
     responses : bool
         True if static responses to the inertia and damping forces of moving bodies and winches are coordinates too.
@@ -100,51 +102,37 @@ class Plant:
         True if the displacements of the cables at mid-span are outputs.
     points : bool
         True if static responses to loads on free points are coordinates too, as those to loads on bodies always are.
-    mean_drag : SteadyDrag, optional
+    mean_drag : SteadyDrag or None
         Drag of the mean wind on the cables, shape (c,), which the equilibrium takes as uniform along each.
     """
 
-    def __init__(
-        self,
-        scene,
-        equilibrium,
-        airflow,
-        modes,
-        accuracy=1e-4,
-        model=None,
-        driven=0,
-        loops=None,
-        responses=False,
-        complete=False,
-        midspans=False,
-        points=False,
-        mean_drag=None,
-    ):
-        self.scene, self.equilibrium, self.accuracy, self.model = scene, equilibrium, accuracy, model
-        self.airflow, self.drag = airflow, airflow and airflow.drag
-        self.modes, self.driven, self.loops = modes, driven, {} if loops is None else loops
-        self.responses, self._complete = responses, complete
-        self.layout = modes.layout
-        suspension = equilibrium.suspension
-        self.midspans, self.points, self.mean_drag = midspans, points, mean_drag
-        self.winches, self.markers = winches_of(scene, suspension.cable_names), markers_of(scene)
-        self.actuators = actuators_of(scene)
+    scene: object
+    equilibrium: object
+    airflow: object
+    modes: object
+    accuracy: float
+    model: object
+    driven: int = 0
+    loops: dict = field(default_factory=dict)
+    responses: bool = False
+    complete: bool = False
+    midspans: bool = False
+    points: bool = False
+    mean_drag: object = None
+
+    def __post_init__(self):
+        self.drag, self.layout = self.airflow and self.airflow.drag, self.modes.layout
+        self.winches = winches_of(self.scene, self.equilibrium.suspension.cable_names)
+        self.markers, self.actuators = markers_of(self.scene), actuators_of(self.scene)
 
     def with_modes(self, modes, driven):
         """Copy with other `CoupledModes`, of which the loop could drive the last ones, `driven` in number."""
-        state = self.scene, self.equilibrium, self.airflow
-        model = modes, self.accuracy, self.model, driven, self.loops, self.responses
-        return Plant(*state, *model, midspans=self.midspans, points=self.points, mean_drag=self.mean_drag)
+        return replace(self, modes=modes, driven=driven)
 
     @cached_property
     def with_all_modes(self):
         """Copy with the modes that no output depends on: for a state space."""
-        if len(self.kept) == len(self.modes):
-            return self
-        state = self.scene, self.equilibrium, self.airflow
-        model = self.modes, self.accuracy, self.model, self.driven
-        others = {"midspans": self.midspans, "points": self.points, "mean_drag": self.mean_drag}
-        return Plant(*state, *model, responses=self.responses, complete=True, **others)
+        return self if len(self.kept) == len(self.modes) else replace(self, complete=True, loops={})
 
     @cached_property
     def outputs(self):
@@ -258,7 +246,7 @@ class Plant:
     def kept(self):
         """Numbers from 0 of the modes that are coordinates of the model: those that outputs depend on, or all."""
         every = np.arange(len(self.modes))
-        if self._complete:
+        if self.complete:
             return every
         is_observed = self._observed_modes(self.modes.shapes)
         return every[is_observed] if is_observed.any() else every
