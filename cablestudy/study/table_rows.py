@@ -119,7 +119,7 @@ class UnfinishedRow:
     failures : dict
         Header -> CablestudyError of a column without a number, or name -> one that makes others doubtful.
     doubts : tuple of str
-        See `status.status_of`.
+        See `status_of`.
     dof : int
         Number of unknowns of the model. [-]
     """
