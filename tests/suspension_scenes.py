@@ -58,7 +58,7 @@ def suspension(bodies, cables, gravity=G):
         place=np.array([[place(one), place(two)] for one, two, _, _ in cables], dtype=float),
         axial_stiffness=np.array([cable[2] for cable in cables], dtype=float),
         cable_mass=np.array([cable[3] for cable in cables], dtype=float),
-        given=("unstretched_length",) * len(cables),
+        stated=("unstretched_length",) * len(cables),
         value=np.full(len(cables), np.nan),
     )
 

@@ -64,7 +64,7 @@ def suspension(bodies, cables, points=(), gravity=9.81):
         place=np.array([[place for _, place in pair] for pair in ends], dtype=float),
         axial_stiffness=stacked("stiffness", cables),
         cable_mass=stacked("mass", cables),
-        given=tuple(line["given"] for line in cables),
+        stated=tuple(line["given"] for line in cables),
         value=stacked("value", cables),
         force_density=stacked("density", cables),
     )
@@ -74,7 +74,7 @@ def with_values(suspension, kind, values):
     """The same suspension whose cables all state `kind`."""
     from dataclasses import replace
 
-    return replace(suspension, given=(kind,) * len(suspension.given), value=np.asarray(values, dtype=float))
+    return replace(suspension, stated=(kind,) * len(suspension.stated), value=np.asarray(values, dtype=float))
 
 
 def trifilar(count=3, radius=0.8, height=20.0, mass=50.0, below=0.4, stiffness=1e7, line=1e-9, **more):
@@ -131,7 +131,7 @@ def turned(one, seed, order=True):
     """
     rng = np.random.default_rng(seed)
     turn = from_angles(np.array([0, 0, rng.uniform(-np.pi, np.pi)]))
-    count = len(one.given)
+    count = len(one.stated)
     order = rng.permutation(count) if order else np.arange(count)
     place = np.where((one.owner == GROUND)[..., None], one.place @ turn.T, one.place)
     rotates = np.arange(len(one.body_names)) < one.bodies
@@ -148,7 +148,7 @@ def turned(one, seed, order=True):
         force=one.force @ turn.T,
         moment=one.moment @ turn.T,
         place=place[order],
-        given=tuple(one.given[i] for i in order),
+        stated=tuple(one.stated[i] for i in order),
         cable_names=tuple(one.cable_names[i] for i in order),
         **by_cable,
     ), turn
@@ -158,7 +158,7 @@ def stacked(cases):
     """Suspensions of one topology as the cases of one, shape (n,); names are those of the first."""
     first = cases[0]
     for one in cases:
-        assert one.given == first.given
+        assert one.stated == first.stated
         assert np.array_equal(one.owner, first.owner)
     arrays = {name: np.stack([getattr(one, name) for one in cases]) for name in first._arrays}
     return replace(first, **arrays)

@@ -94,7 +94,7 @@ def test_as_many_cables_as_equations():
     tension = whole.catenary.mean_tension
     given, value = ("preload", "preload", *[None] * 6), np.where(np.arange(8) < 2, tension + 3.0, np.nan)
     expected = np.linalg.solve(matrix[:, 2:], load - matrix[:, :2] @ value[:2])
-    found, problems = lengths.solve(replace(scene, given=given, value=value))
+    found, problems = lengths.solve(replace(scene, stated=given, value=value))
     assert problems == ""
     np.testing.assert_allclose(found.catenary.mean_tension, [*value[:2], *expected], rtol=1e-8)
 
@@ -102,10 +102,10 @@ def test_as_many_cables_as_equations():
 def test_what_is_stated_is_kept():
     scene = robot()
     whole, _ = lengths.solve(scene, "least", low=220.0)
-    given, value = list(scene.given), scene.value.copy()
+    given, value = list(scene.stated), scene.value.copy()
     given[2], value[2] = "preload", whole.catenary.mean_tension[2] + 5.0
     given[5], value[5] = "unstretched_length", whole.lengths[5] * (1 - 1e-6)
-    found, problems = lengths.solve(replace(scene, given=tuple(given), value=value), low=100.0)
+    found, problems = lengths.solve(replace(scene, stated=tuple(given), value=value), low=100.0)
     assert problems == ""
     assert found.catenary.mean_tension[2] == pytest.approx(value[2], rel=1e-9)
     assert found.lengths[5] == pytest.approx(value[5], rel=1e-12)

@@ -337,7 +337,7 @@ def random_scene(seed, lengths=True):
 def test_the_stiffness_is_the_derivative_of_the_forces(seed):
     found = case_of(random_scene(seed)).equilibrium
     suspension = found.suspension.broadcast((1,))
-    fixed = {"given": ("unstretched_length",) * len(found.lengths), "value": found.lengths[None]}
+    fixed = {"stated": ("unstretched_length",) * len(found.lengths), "value": found.lengths[None]}
     suspension = descent.replace(suspension, position=found.position[None], rotation=found.rotation[None], **fixed)
     state, step = statics.start(suspension), 3e-6
     free = np.flatnonzero(suspension.free)

@@ -63,7 +63,7 @@ def test_any_axes_and_any_order_end_alike(name):
 
     groups = {}
     for one in (MANY[name], *(turned(MANY[name], seed)[0] for seed in range(4))):
-        groups.setdefault((one.given, one.owner.tobytes()), []).append(one)
+        groups.setdefault((one.stated, one.owner.tobytes()), []).append(one)
     found = [verdict for cases in groups.values() for verdict in verdicts(cases)]
     assert found == [found[0]] * 5
 
@@ -256,7 +256,7 @@ def test_a_load_on_a_plumb_line_whose_tension_is_its_weight_may_be_anywhere():
         [point("bob", (0.5, 0, -10), load)],
     )  # fmt: skip
     assert statics.pose(hung).uncertainty.reason().startswith("nothing determines bob z")
-    mean = statics.pose(replace(hung, given=("preload",), value=np.array([(load + line * 10 / 2) * 9.81])))
+    mean = statics.pose(replace(hung, stated=("preload",), value=np.array([(load + line * 10 / 2) * 9.81])))
     assert mean.uncertainty.reason() == ""
     assert mean.position[0, 2] == pytest.approx(-10, abs=0.01)
 

@@ -599,7 +599,7 @@ def test_numbers_of_one_scene():
     np.testing.assert_array_equal(one.place, np.stack([fixed, held], axis=1))
     np.testing.assert_allclose(one.axial_stiffness, [70.5e9 * math.pi * 0.005**2 / 4] * 4, rtol=1e-15)
     np.testing.assert_allclose(one.cable_mass, [1440 * math.pi * 0.005**2 / 4] * 4, rtol=1e-15)
-    assert one.given == ("preload", "tension_to", "unstretched_length", "sag")
+    assert one.stated == ("preload", "tension_to", "unstretched_length", "sag")
     np.testing.assert_array_equal(one.value, [1000, 1000, 29, 0.2])
     assert one.force_density is None
     # the attachments where the body stands, by hand: position + R b
@@ -622,7 +622,7 @@ def test_what_is_not_given_is_no_number():
         ("unstretched_length: 29", "unstretched_length: 29, force_density: 40"),
     )
     numbers = numbers_of([scene_of(text)])
-    assert numbers.given == (None, None, "unstretched_length", "sag")
+    assert numbers.stated == (None, None, "unstretched_length", "sag")
     np.testing.assert_array_equal(numbers.value, [[np.nan, np.nan, 29, 0.2]])
     np.testing.assert_array_equal(numbers.force_density, [[np.nan, np.nan, 40, np.nan]])
 
@@ -752,7 +752,7 @@ def test_cases_read_as_arrays_are_those_read_one_by_one(what):
         alone = numbers_of([study.case(case)[1]]).take(0)
         for name in CORES:
             np.testing.assert_array_equal(getattr(numbers, name), getattr(alone, name), err_msg=name)
-        assert (numbers.given, numbers.cable_names) == (alone.given, alone.cable_names)
+        assert (numbers.stated, numbers.cable_names) == (alone.stated, alone.cable_names)
     for case, error in refused.items():
         with pytest.raises(SceneError, match=re.escape(str(error))):
             study.case(case)

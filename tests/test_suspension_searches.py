@@ -129,7 +129,7 @@ def test_a_body_that_only_tilts_falls_to_the_lowest_place():
 def test_a_free_attitude_is_a_stable_one():
     """The same disk where it shall be, its attitude and lengths from equilibrium."""
     scene = topheavy()
-    found, problems = lengths.solve(replace(scene, given=(None,) * 3))
+    found, problems = lengths.solve(replace(scene, stated=(None,) * 3))
     assert problems == ""
     assert found.stability.stable
     np.testing.assert_allclose(found.position[0], 0, atol=1e-9)
@@ -177,7 +177,7 @@ def test_no_tension_below_what_its_own_weight_gives_a_cable(line):
 @pytest.mark.parametrize(("mass", "stiffness", "line"), [(5.5e-3, 2e9, 3e-9), (5.5e-3, 2e9, 3e-5), (50.0, 1e7, 0.0)])
 def test_lengths_of_a_trifilar_pendulum_of_thin_wires(mass, stiffness, line):
     """Each wire has a third of the weight, and half of its own at mid-length."""
-    scene = replace(trifilar(mass=mass, stiffness=stiffness, line=line, height=10.5), given=(None,) * 3)
+    scene = replace(trifilar(mass=mass, stiffness=stiffness, line=line, height=10.5), stated=(None,) * 3)
     found, problems = lengths.solve(scene, "least")
     assert problems == ""
     np.testing.assert_allclose(found.catenary.mean_tension, (mass / 3 + line * 10.5 / 2) * G, rtol=1e-6)

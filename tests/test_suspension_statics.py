@@ -161,7 +161,7 @@ def test_stated_quantities_come_back(kind):
     own = first.suspension
     some = [0, 3, 4, 7]  # six of the ten keep their lengths
     given = tuple(kind if i in some else "unstretched_length" for i in range(10))
-    second = statics.pose(replace(own, given=given, value=np.where(np.isin(range(10), some), stated, own.value)))
+    second = statics.pose(replace(own, stated=given, value=np.where(np.isin(range(10), some), stated, own.value)))
     assert second.record.converged
     np.testing.assert_allclose(second.position, first.position, atol=1e-7)
     np.testing.assert_allclose(second.lengths, first.lengths, rtol=1e-8)

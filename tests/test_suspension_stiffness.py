@@ -23,7 +23,7 @@ def differences(found, step=1e-6):
     """-d(net forces)/d(displacements and rotations) of all degrees of freedom, by central differences."""
     flat = found.suspension.broadcast((1,))
     own = replace(flat, position=found.position[None], rotation=found.rotation[None], value=found.lengths[None])
-    state, count = statics.start(replace(own, given=("unstretched_length",) * len(own.given))), own.position.shape[1]
+    state, count = statics.start(replace(own, stated=("unstretched_length",) * len(own.stated))), own.position.shape[1]
     columns = []
     for i in range(6 * count):
         move = np.zeros(6 * count)

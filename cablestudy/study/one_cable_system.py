@@ -298,7 +298,7 @@ def equilibria_of(cases):
         place=np.stack([end_1, zeros if bodies else end_2], axis=2),
         axial_stiffness=span.axial_stiffness,
         cable_mass=span.mass,
-        given=("unstretched_length",),
+        stated=("unstretched_length",),
         value=span.unstretched_length,
     )
     return Equilibrium(suspension, position, rotation, catenary, Held(np.ones(len(cases), dtype=bool)))

@@ -58,12 +58,12 @@ def _describe_net_force(equilibrium):
 def _describe_unmet(equilibrium):
     """Text on the cable farthest from its stated value, with its least preload if that is more; empty without one."""
     suspension, cables = equilibrium.suspension, equilibrium.catenary
-    actual = stated.actual_values(cables, suspension.given)
+    actual = stated.actual_values(cables, suspension.stated)
     error = np.nan_to_num(np.abs(actual / suspension.value - 1))
     cable = int(error.argmax())
     if error[cable] < SYSTEM.wrong_value:
         return ""
-    kind, value, name = suspension.given[cable], suspension.value[cable], suspension.cable_names[cable]
+    kind, value, name = suspension.stated[cable], suspension.value[cable], suspension.cable_names[cable]
     unit = "m" if kind in ("sag", "unstretched_length") else "N"
     text = f"{name} has a {kind} of {actual[cable]:.4g} {unit} instead of {value:.4g} {unit}"
     if error[cable] < SYSTEM.nearly_right_value:

@@ -45,7 +45,7 @@ def default_moving(suspension):
     """
     moving = suspension.free.copy()
     moving[: suspension.bodies] = False
-    if suspension.given.count(None) + moving.sum() < suspension.free.sum():
+    if suspension.stated.count(None) + moving.sum() < suspension.free.sum():
         moving[: suspension.bodies, 3:] = suspension.free[: suspension.bodies, 3:]
     return moving
 
@@ -83,9 +83,9 @@ def solve(suspension, method="balanced", low=0.0, high=np.inf, reference=0.0, mo
         raise ValueError(f"method is {method!r}, not one of {', '.join(METHODS)}")
     refuse_unheld(suspension)
     moving = suspension.free & (default_moving(suspension) if moving is None else np.asarray(moving, dtype=bool))
-    unstated = np.array([kind is None for kind in suspension.given])
+    unstated = np.array([kind is None for kind in suspension.stated])
     refuse_overdetermined(suspension, moving, int(unstated.sum()))
-    shape, count = suspension.shape, len(suspension.given)
+    shape, count = suspension.shape, len(suspension.stated)
     n = int(np.prod(shape))
     bounds = [np.broadcast_to(b, (*shape, count)).reshape(n, count)[:, unstated] for b in (low, high, reference)]
     flat = suspension.broadcast((n,))
@@ -129,7 +129,7 @@ def with_stable_attitudes(suspension, flat, answers, which, moving, method, boun
         if not len(falling):
             break
         subset, motion = flat.take(falling), stability.motion.reshape(len(state.length), -1, 6)[falling]
-        with_lengths = replace(subset, given=("unstretched_length",) * len(flat.given), value=state.length[falling])
+        with_lengths = replace(subset, stated=("unstretched_length",) * len(flat.stated), value=state.length[falling])
         off_saddle = perturbed(with_lengths, take_rows(state, falling), motion, size_of_step)
         descended, _ = descent.descend(with_lengths, off_saddle)
         with_attitudes = replace(subset, rotation=descended.rotation)
@@ -219,12 +219,12 @@ def linearised(suspension, state, which, moving):
     By a motion u the net forces F change by -(K + (dF/dv) (dv/du)) u, with K the stiffness at given lengths and v what
     the cables state: their lengths follow so that v stays.
     """
-    cables, given = catenary.solve(spans(suspension, state), state.tension), suspension.given
-    rates = stated.rates(cables, given)
+    cables, quantities = catenary.solve(spans(suspension, state), state.tension), suspension.stated
+    rates = stated.rates(cables, quantities)
     forces, stiffness, links = descent.end_forces_and_stiffness(suspension, state, cables, rates.stiffness)
     net, scale = tangent.net_forces(suspension, state.rotation, state.arms, forces, cables.max_tension)
     blocks = tangent.blocks(suspension, state.rotation, state.arms, forces, stiffness)
-    all_cables, arms = np.arange(len(given)), state.arms[:, suspension.of_cables]
+    all_cables, arms = np.arange(len(quantities)), state.arms[:, suspension.of_cables]
     force_by_length = tangent.by_body(suspension, all_cables, tangent.wrenches(arms, rates.end_forces))
     value_by_ends = rates.by_end[..., None, :] * np.array([-1.0, 1.0])[:, None]
     value_by_motion = tangent.by_body(suspension, all_cables, tangent.wrenches(arms, value_by_ends))
@@ -239,7 +239,7 @@ def linearised(suspension, state, which, moving):
     imbalance = np.abs(np.where(free, net / units, 0.0)).max(axis=-1) / np.maximum(scale, TINY)
     ends, strain = state.ends, state.strain
     bounds = rounding.bounds(suspension, state.rotation, state.arms, ends, strain, cables, cables.max_tension, links)
-    of_values = rounding.of_stated(ends[:, suspension.of_cables], strain, cables, given, suspension.value)
+    of_values = rounding.of_stated(ends[:, suspension.of_cables], strain, cables, quantities, suspension.value)
     return LinearForces(
         tangent.free_values(suspension, net) / sizes, by_tension, by_motion, imbalance.max(axis=-1, initial=0.0),
         rounding.largest_ratio(suspension, net, bounds.least), rounding.largest_ratio(suspension, net, bounds.most),
@@ -360,11 +360,11 @@ def search(suspension, which, moving, method, low, high, reference, least_ratio)
 
 def first_iterates(suspension, which, low, high, least_ratio):
     """Suspension whose cables that state nothing get first preloads, its `PoseState`, and `Iterates` of all cases."""
-    given = tuple(kind or "preload" for kind in suspension.given)
+    quantities = tuple(kind or "preload" for kind in suspension.stated)
     value = np.array(suspension.value)
-    of_any_length = replace(suspension, given=("unstretched_length",) * len(given), value=np.ones_like(value))
+    of_any_length = replace(suspension, stated=("unstretched_length",) * len(quantities), value=np.ones_like(value))
     value[:, which] = tension = first_tensions(suspension, start(of_any_length), which, low, high)
-    with_preloads = replace(suspension, given=given, value=value)
+    with_preloads = replace(suspension, stated=quantities, value=value)
     state = with_stated(with_preloads, start(with_preloads))
     cases = len(value)
     infinite, zero = np.full(cases, np.inf), np.zeros(cases, dtype=int)

@@ -80,7 +80,7 @@ def bounds(suspension, rotation, arms, ends, strain, cables, tension, links=None
     ))  # fmt: skip
 
 
-def of_stated(ends, strain, cables, given, value):
+def of_stated(ends, strain, cables, quantities, value):
     """Relative rounding of the tensions and sags that cables state: `Bounds` of shape (..., c).
 
     Parameters
@@ -89,12 +89,12 @@ def of_stated(ends, strain, cables, given, value):
         Vectors from the origin to the ends of the cables. [m]
     strain, cables
         As for `bounds`.
-    given : sequence of (str or None), one per cable
+    quantities : sequence of (str or None), one per cable
         Name of the stated quantity; the result has no meaning where it is neither a tension nor a sag.
     value : ndarray, shape (..., c)
         Stated values. [N] or [m]
     """
-    sag_stated = np.array([kind == "sag" for kind in given])
+    sag_stated = np.array([kind == "sag" for kind in quantities])
     tension = np.where(sag_stated, cables.mean_tension, value)
     of_sag = np.where(sag_stated, cables.span.chord / np.maximum(value, SYSTEM.tiny), 0.0)
     least, most = (

@@ -50,22 +50,22 @@ class Rates:
     by_end: np.ndarray
 
 
-def actual_values(cables, given):
+def actual_values(cables, quantities):
     """Value that each cable actually has of the quantity that is stated for it, such as its sag or a tension.
 
     Parameters
     ----------
     cables : Catenary
         Of shape (..., c).
-    given : sequence of (str or None)
-        Name of the stated quantity of each cable, one of `suspension.GIVEN`; None where nothing is stated.
+    quantities : sequence of (str or None)
+        Name of the stated quantity of each cable, one of `suspension.STATED`; None where nothing is stated.
 
     Returns
     -------
     ndarray, shape (..., c)
         Not a number where nothing is stated. [m] or [N]
     """
-    kinds = np.asarray(given, dtype=object)
+    kinds = np.asarray(quantities, dtype=object)
     result, loaded = np.full(np.shape(cables.span.chord), np.nan), cables.span.load_positions.shape[-1] > 0
     # without point loads an end has the horizontal and the largest tension of the whole cable
     quantities = {
@@ -85,17 +85,17 @@ def actual_values(cables, given):
     return result
 
 
-def rates(cables, given):
+def rates(cables, quantities):
     """Derivatives of the end forces and of the stated values of cables by length and end position: `Rates`.
 
     Parameters
     ----------
-    cables, given
+    cables, quantities
         As for `actual_values`.
     """
-    span, kinds = cables.span, np.asarray(given, dtype=object)
+    span, kinds = cables.span, np.asarray(quantities, dtype=object)
     if span.load_positions.shape[-1]:
-        return _rates_with_loads(cables, given)
+        return _rates_with_loads(cables, quantities)
     length, stiffness = span.unstretched_length, cables.global_end_stiffness
     middle_tension, half_difference, *_ = _end_tensions(cables)
     middle_by_length = -(stiffness @ _end_movement_by_length(cables)[..., None])[..., 0]  # L dN/dL
@@ -177,14 +177,14 @@ def _gradients(cables, kinds):
     return gradients
 
 
-def end_forces_at_stated_values(cables, given):
+def end_forces_at_stated_values(cables, quantities):
     """Derivatives of the end forces of cables whose lengths are adjusted so that they keep their stated values.
 
     They tell how far rounding of the stated values, or of net forces, moves the equilibrium (`uncertainty`).
 
     Parameters
     ----------
-    cables, given
+    cables, quantities
         As for `actual_values`; each cable has a stated value.
 
     Returns
@@ -200,7 +200,7 @@ def end_forces_at_stated_values(cables, given):
     has all digits, with F the flexibility, t the movement of end 2 per dL/L at a fixed tension vector N, and g and c
     the derivatives of the stated value v by N and by dL/L.
     """
-    derivatives, value = rates(cables, given), actual_values(cables, given)
+    derivatives, value = rates(cables, quantities), actual_values(cables, quantities)
     force_1, force_2 = (derivatives.end_forces[..., end, :] for end in (0, 1))  # on each end, per dL/L
     by_length = derivatives.by_length
     by_length = np.where(np.abs(by_length) > SYSTEM.tiny, by_length, SYSTEM.tiny)
@@ -209,16 +209,16 @@ def end_forces_at_stated_values(cables, given):
     at_given_length = np.zeros((*value.shape, 3, 4))
     at_given_length[..., :3] = derivatives.stiffness
     middle = at_given_length + ((force_1 - force_2) / 2)[..., None] * lengthening[..., None, :]
-    exact = np.isin(np.asarray(given, dtype=object), FORCES) & ~cables.slack & ~cables.folded
+    exact = np.isin(np.asarray(quantities, dtype=object), FORCES) & ~cables.slack & ~cables.folded
     if exact.any() and not cables.span.load_positions.shape[-1]:
-        changes = _changes_at_stated_tension(cables, given, value, exact)
+        changes = _changes_at_stated_tension(cables, quantities, value, exact)
         middle = np.where(exact[..., None, None], changes[..., :3, :], middle)
         lengthening = np.where(exact[..., None], changes[..., 3, :], lengthening)
     half_weight = ((force_1 + force_2) / 2)[..., None] * lengthening[..., None, :]  # a longer cable is heavier
     return np.stack([half_weight + middle, half_weight - middle], axis=-3)
 
 
-def _changes_at_stated_tension(cables, given, value, chosen):
+def _changes_at_stated_tension(cables, quantities, value, chosen):
     """Changes dN of the tension vector at mid-length, and dL/L, of cables that keep a stated tension.
 
     They solve [F, t; g, c] [dN; dL/L] = [d; dv], see `end_forces_at_stated_values`, with forces divided by the tension
@@ -226,7 +226,7 @@ def _changes_at_stated_tension(cables, given, value, chosen):
 
     Parameters
     ----------
-    cables, given
+    cables, quantities
         As for `actual_values`.
     value : ndarray, shape (..., c)
         Stated values. [N]
@@ -238,7 +238,7 @@ def _changes_at_stated_tension(cables, given, value, chosen):
     ndarray, shape (..., c, 4, 4)
         Rows dN [N] and dL/L, per movement of end 2 along x, y, z [m] and per relative change of the stated value.
     """
-    span, kinds = cables.span, np.asarray(given, dtype=object)
+    span, kinds = cables.span, np.asarray(quantities, dtype=object)
     length, tension = span.unstretched_length[..., None], np.where(chosen, cables.max_tension, 1.0)[..., None]
     qq, nn, yy, qn, qy, ny = cables.flexibility
     compliance = np.stack([qq, qn, qy, qn, nn, ny, qy, ny, yy], axis=-1).reshape((*qq.shape, 3, 3))
@@ -260,18 +260,18 @@ def _changes_at_stated_tension(cables, given, value, chosen):
     return solution
 
 
-def _rates_with_loads(cables, given):
+def _rates_with_loads(cables, quantities):
     """`rates` of cables that may carry point loads: central differences."""
     span = cables.span
 
     def forces_and_value(varied):
-        value = np.asarray(actual_values(varied, given))[..., None]
+        value = np.asarray(actual_values(varied, quantities))[..., None]
         return np.concatenate([varied.end_forces("global").reshape((*value.shape[:-1], 6)), value], axis=-1)
 
     strain = np.maximum(np.abs(span.chord_strain), cables.mean_tension / span.axial_stiffness)
     rate = _differences(span, forces_and_value, SYSTEM.sag_difference * np.maximum(strain, 1e-12))
     rate = np.where(np.isfinite(rate), rate, 0.0)  # without a definite form, as without any load, there are none
-    stated = ~np.isnan(actual_values(cables, given))
+    stated = ~np.isnan(actual_values(cables, quantities))
     end_forces = rate[..., :6, 0].reshape((*rate.shape[:-2], 2, 3))
     by_end = np.where(stated[..., None], rate[..., 6, 1:], 0.0)
     return Rates(end_forces, cables.global_end_stiffness, np.where(stated, rate[..., 6, 0], np.nan), by_end)
@@ -375,7 +375,7 @@ def least_preload(span):
     return tension.min(axis=0)
 
 
-def first_strains(span, given, value):
+def first_strains(span, quantities, value):
     """Chord strains (chord over unstretched length, less 1) with which cables have about their stated values.
 
     The search for the lengths begins there.
@@ -384,7 +384,7 @@ def first_strains(span, given, value):
     ----------
     span : Span
         Of shape (n,).
-    given : ndarray of object, shape (n,)
+    quantities : ndarray of object, shape (n,)
         Name of the stated quantity of each cable, or None.
     value : ndarray, shape (n,)
         Stated values. [m] or [N]
@@ -397,22 +397,22 @@ def first_strains(span, given, value):
     strain = np.zeros(len(value))
     finders = dict.fromkeys(FORCES, initial_length.strains_for_tension) | {"sag": initial_length.strains_for_sag}
     for kind, find in finders.items():
-        of_kind = np.flatnonzero(given == kind)
+        of_kind = np.flatnonzero(quantities == kind)
         if len(of_kind):
             strain[of_kind] = find(span.take(of_kind), value[of_kind])
-    lengths = given == "unstretched_length"
+    lengths = quantities == "unstretched_length"
     strain[lengths] = (span.chord[lengths] - value[lengths]) / value[lengths]
     return np.where(np.isfinite(strain), strain, 0.0)
 
 
-def fit_strains(span, given, value, strain):
+def fit_strains(span, quantities, value, strain):
     """Chord strains (chord over unstretched length, less 1) with which cables have their stated values, by iteration.
 
     Parameters
     ----------
     span : Span
         Of shape (..., c).
-    given : sequence of (str or None), one per cable
+    quantities : sequence of (str or None), one per cable
         Name of the stated quantity, see `actual_values`.
     value, strain : ndarray, shape (..., c)
         Stated values, and chord strains at which the iteration begins.
@@ -431,8 +431,8 @@ def fit_strains(span, given, value, strain):
     Newton's method. The tension is a convex function of the length of a cable that is not very slack. From the strain
     of a weightless cable with this tension, which is too large, Newton steps fall on the solution and never pass it.
     """
-    kinds = np.asarray(given, dtype=object)
-    stated, of_force = np.array([kind is not None for kind in given]), np.isin(kinds, FORCES)
+    kinds = np.asarray(quantities, dtype=object)
+    stated, of_force = np.array([kind is not None for kind in quantities]), np.isin(kinds, FORCES)
     highest_strain = np.where(of_force, _highest_strain(span, kinds, value), np.inf)
     strain = np.where(of_force, np.minimum(strain, highest_strain), strain)
     best_size, last_size, stalled_steps = np.inf, np.inf, 0  # sizes of errors, and steps since they last fell
@@ -440,7 +440,7 @@ def fit_strains(span, given, value, strain):
     tension = np.full((*np.shape(strain), 3), np.nan)  # from which the catenaries begin
     for _ in range(SYSTEM.stated_steps):
         cables = catenary.solve(span.with_chord_strain(strain), tension)
-        error = np.where(stated, actual_values(cables, given) / value - 1, 0.0)
+        error = np.where(stated, actual_values(cables, quantities) / value - 1, 0.0)
         error = np.where(np.isfinite(error), error, 1.0)
         error_size = np.abs(error)
         stalled_steps = np.where(error_size < SYSTEM.falling_error * best_size, 0, stalled_steps + 1)
@@ -450,7 +450,7 @@ def fit_strains(span, given, value, strain):
         if ended.all():
             break
         measure, factor = linear_measure(error, kinds)
-        by_length = rates(cables, given).by_length
+        by_length = rates(cables, quantities).by_length
         slope = factor * by_length / value
         usable = stated & (slope != 0) & np.isfinite(slope)
         change = np.where(usable, -measure / np.where(slope != 0, slope, 1.0), 0.0)

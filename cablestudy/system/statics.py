@@ -26,7 +26,7 @@ from cablestudy.system.descent import (
 from cablestudy.system.links import Links
 from cablestudy.system.rounding import Bounds, of_stated
 from cablestudy.system.stability import UNSTABLE
-from cablestudy.system.suspension import GIVEN, GROUND, Equilibrium
+from cablestudy.system.suspension import GROUND, STATED, Equilibrium
 from cablestudy.system.tolerances import SYSTEM
 
 
@@ -54,9 +54,9 @@ def pose(suspension):
     Cases that do not meet them are searched again by way of softer cables; unstable equilibria are left for others.
     """
     refuse_unheld(suspension)
-    unstated = [name for name, kind in zip(suspension.cable_names, suspension.given, strict=True) if kind is None]
+    unstated = [name for name, kind in zip(suspension.cable_names, suspension.stated, strict=True) if kind is None]
     if unstated:
-        raise NoSolutionError(f"{', '.join(unstated)}: states none of {', '.join(GIVEN)}")
+        raise NoSolutionError(f"{', '.join(unstated)}: states none of {', '.join(STATED)}")
     shape = suspension.shape
     flat = suspension.broadcast((int(np.prod(shape)),))
     state, record = search_all(flat, start(flat))
@@ -99,7 +99,7 @@ def leave_saddle_points(suspension, flat, state, record):
             return result
         subset, motion = flat.take(index), result.stability.motion.reshape(len(unstable), -1, 6)[index]
         descended, record_of_descent = descend(subset, perturbed(subset, take_rows(state, index), motion, size_of_step))
-        if set(subset.given) - {"unstretched_length"}:
+        if set(subset.stated) - {"unstretched_length"}:
             descended, record_of_descent = satisfy_stated(subset, descended, record_of_descent)
         record = copy_record(record)
         _assign_converged(state, record, index, descended, record_of_descent)
@@ -122,7 +122,7 @@ def perturbed(suspension, state, motion, step_size):
 def search_all(suspension, state):
     """Find the pose, and the lengths with which cables have their stated values: `PoseState`, `SearchRecord`."""
     state, record = search(suspension, state)
-    if set(suspension.given) - {"unstretched_length"}:
+    if set(suspension.stated) - {"unstretched_length"}:
         state, record = satisfy_stated(suspension, state, record)
     return state, record
 
@@ -133,7 +133,7 @@ def search_with_softer_cables(suspension):
     For stated tensions the pose hardly depends on the stiffness, but the search for it does: between stiff cables a
     small movement makes large tensions.
     """
-    length_stated = np.array([kind == "unstretched_length" for kind in suspension.given])
+    length_stated = np.array([kind == "unstretched_length" for kind in suspension.stated])
     first_state = start(suspension)
     tension, reach = catenary.solve(spans(suspension, first_state)).mean_tension, extent(first_state)
     stiffness, softer = suspension.axial_stiffness, suspension
@@ -166,7 +166,7 @@ def start(suspension):
     arms = suspension.arms(suspension.rotation)
     ends = suspension.ends(suspension.position, suspension.rotation)
     vector, value = ends[..., 1, :] - ends[..., 0, :], suspension.value
-    length_stated = np.array([kind == "unstretched_length" for kind in suspension.given])
+    length_stated = np.array([kind == "unstretched_length" for kind in suspension.stated])
     length = np.where(length_stated, value, 1.0)
     distance, cables = size(vector), suspension.of_cables
     strain = (distance[:, cables] - length) / length
@@ -177,7 +177,7 @@ def start(suspension):
         return state
     sought = np.broadcast_to(~length_stated, value.shape)
     span = span_of_shape(spans(suspension, state), (value.size,)).take(np.flatnonzero(sought))
-    kinds = np.broadcast_to(np.array(suspension.given, dtype=object), value.shape)[sought]
+    kinds = np.broadcast_to(np.array(suspension.stated, dtype=object), value.shape)[sought]
     strain[sought] = stated.first_strains(span, kinds, value[sought])
     return replace(state, strain=strain, length=distance[:, cables] / (1 + strain))
 
@@ -191,7 +191,7 @@ def with_lengths(state, change):
 
 def with_stated(suspension, state):
     """State with the lengths for which the cables have what they state, in the same pose."""
-    strain, _, tension = stated.fit_strains(spans(suspension, state), suspension.given, suspension.value, state.strain)
+    strain, _, tension = stated.fit_strains(spans(suspension, state), suspension.stated, suspension.value, state.strain)
     return replace(state, strain=strain, length=size(state.chord) / (1 + strain), tension=tension)
 
 
@@ -215,8 +215,8 @@ def stated_errors(suspension, state, which):
         All of them.
     """
     cables = catenary.solve(spans(suspension, state), state.tension)
-    error = (stated.actual_values(cables, suspension.given) / suspension.value - 1)[:, which]
-    rounding = of_stated(state.ends[:, suspension.of_cables], state.strain, cables, suspension.given, suspension.value)
+    error = (stated.actual_values(cables, suspension.stated) / suspension.value - 1)[:, which]
+    rounding = of_stated(state.ends[:, suspension.of_cables], state.strain, cables, suspension.stated, suspension.value)
     rounding = Bounds(rounding.least[:, which], rounding.most[:, which])
     return np.where(np.isfinite(error), error, np.inf), rounding, cables
 
@@ -240,7 +240,7 @@ def satisfy_stated(suspension, state, record):
         With the reason UNMET where the values are not met, and ROUNDED where the errors fall no further and are below
         `Bounds.most`; else that of the last search for an equilibrium.
     """
-    which = np.flatnonzero([kind != "unstretched_length" for kind in suspension.given])
+    which = np.flatnonzero([kind != "unstretched_length" for kind in suspension.stated])
     final, final_record = copy_record(state), copy_record(record)
     active, subset = np.arange(len(state.length)), suspension
     best_error, slow_steps = np.full(len(active), np.inf), np.zeros(len(active), dtype=int)
@@ -342,10 +342,10 @@ def coupled_step(suspension, state, cables, which, error):
     change of 1. A step takes away an error of no more than `error_in_step`, and changes no length by more
     than `length_change`.
     """
-    rates = stated.rates(cables, suspension.given)
+    rates = stated.rates(cables, suspension.stated)
     forces, stiffness, _ = end_forces_and_stiffness(suspension, state, cables, rates.stiffness)
     blocks = tangent.blocks(suspension, state.rotation, state.arms, forces, stiffness)
-    measure, factor = stated.linear_measure(error, np.array(suspension.given, dtype=object)[which])
+    measure, factor = stated.linear_measure(error, np.array(suspension.stated, dtype=object)[which])
     value = suspension.value[:, which] / np.where(np.isfinite(factor), factor, 1.0)
     end_sign = np.array([-1.0, 1.0])[:, None]
     value_by_ends = rates.by_end[:, which, None, :] * end_sign / value[..., None, None]

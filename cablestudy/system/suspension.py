@@ -17,7 +17,7 @@ from cablestudy.system.descent import take_rows
 from cablestudy.system.links import Links, joined
 from cablestudy.system.tangent import GROUND
 
-GIVEN = (
+STATED = (
     "unstretched_length", "preload", "sag", "tension_to", "tension_from", "horizontal_tension", "max_tension",
 )  # fmt: skip
 AXES = ("x", "y", "z", "rx", "ry", "rz")
@@ -68,10 +68,10 @@ class SuspendedSystem:
         Of each end: from the reference point in body axes, or in global axes where the end is fixed. [m]
     axial_stiffness, cable_mass : ndarray, shape (..., c)
         EA [N], mass per unstretched length [kg/m].
-    given : tuple of (str or None)
-        What each cable states: one of GIVEN, or None.
+    stated : tuple of (str or None)
+        What each cable states: one of STATED, or None.
     value : ndarray, shape (..., c)
-        Of what is given: unstretched length [m], preload (mean tension) [N], sag [m], tension at end 2 or end 1, its
+        Of what is stated: unstretched length [m], preload (mean tension) [N], sag [m], tension at end 2 or end 1, its
         horizontal part, or the largest one [N].
     force_density : ndarray, shape (..., c), or None
         For form finding. [N/m]
@@ -112,7 +112,7 @@ class SuspendedSystem:
     place: np.ndarray
     axial_stiffness: np.ndarray
     cable_mass: np.ndarray
-    given: tuple
+    stated: tuple
     value: np.ndarray
     force_density: np.ndarray | None = None
     cable_wind: np.ndarray | None = None
@@ -144,7 +144,7 @@ class SuspendedSystem:
         Two cases are equal where both keys are.
         """
         arrays = self.broadcast()._arrays
-        names = self.body_names, self.junctions, self.cable_names, self.given, self.link_names, tuple(arrays)
+        names = self.body_names, self.junctions, self.cable_names, self.stated, self.link_names, tuple(arrays)
         common = *names, self.free.tobytes(), self.owner.tobytes(), *(array.shape[1:] for array in arrays.values())
         return common, row_keys(arrays.values())
 
@@ -201,8 +201,8 @@ class SuspendedSystem:
                   for name, array in self._arrays.items() if name in OF_CABLES}  # fmt: skip
         kept = [*cables, *range(len(self.cable_names), len(self.owner))]
         ends = {"owner": self.owner[kept], "place": self.place.take(kept, axis=-3)}
-        names, given = (tuple(values[cable] for cable in cables) for values in (self.cable_names, self.given))
-        return replace(self, cable_names=names, given=given, **ends, **arrays)
+        names, quantities = (tuple(values[cable] for cable in cables) for values in (self.cable_names, self.stated))
+        return replace(self, cable_names=names, stated=quantities, **ends, **arrays)
 
     def arms(self, rotation):
         """Vectors from the reference point of its owner to each end, global axes; from the origin where it is fixed.

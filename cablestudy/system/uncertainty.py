@@ -103,7 +103,7 @@ def _sampled(equilibrium):
         Change of each tension over the largest tension of the cable [-], and of the force of each link [N].
     """
     suspension, cables, arms = equilibrium.suspension, equilibrium.catenary, equilibrium.arms
-    kinds = tuple(kind or "unstretched_length" for kind in suspension.given)
+    kinds = tuple(kind or "unstretched_length" for kind in suspension.stated)
     force_changes, length_known = _force_changes(equilibrium, kinds)
     net, net_rounding, error, value_rounding = _residuals(equilibrium, kinds, length_known)
     free = suspension.free
@@ -224,7 +224,7 @@ def _stayed(equilibrium):
     return np.maximum(distance, turn) <= SYSTEM.stayed
 
 
-def _residuals(equilibrium, given, length_known):
+def _residuals(equilibrium, quantities, length_known):
     """Residuals of the search in net forces and stated values, and the rounding of both.
 
     Returns
@@ -240,9 +240,9 @@ def _residuals(equilibrium, given, length_known):
     net, _ = tangent.net_forces(suspension, equilibrium.rotation, arms, equilibrium.end_forces, tension)
     bounds = rounding.bounds(suspension, equilibrium.rotation, arms, ends, strain, cables, tension, equilibrium.links)
     ends = ends[..., suspension.of_cables, :, :]
-    of_values = rounding.of_stated(ends, strain, cables, given, suspension.value).least
+    of_values = rounding.of_stated(ends, strain, cables, quantities, suspension.value).least
     of_lengths = LENGTH * (1 + largest(largest(ends)) / cables.span.chord)
-    error = np.where(length_known, 0.0, stated.actual_values(cables, given) / suspension.value - 1)
+    error = np.where(length_known, 0.0, stated.actual_values(cables, quantities) / suspension.value - 1)
     return net, bounds.least, error, np.where(length_known, of_lengths, of_values)
 
 

@@ -139,7 +139,7 @@ def equilibrium_in_wind(without_wind, drag):
     lengths = np.asarray(without_wind.lengths)
     suspension = replace(
         without_wind.suspension,
-        given=("unstretched_length",) * lengths.shape[-1],
+        stated=("unstretched_length",) * lengths.shape[-1],
         value=lengths,
         position=without_wind.position,
         rotation=without_wind.rotation,

@@ -63,7 +63,7 @@ class SuspendedConductors:
     def _solve_reference(self, stiffness, elongation, _):
         """Tensions in the reference state, mean and along cables [N], its `Equilibrium`, lengths unstretched [m]."""
         numbers, stretch = self._numbers, 1.0 + elongation
-        states_length = np.array([kind == "unstretched_length" for kind in numbers.given])
+        states_length = np.array([kind == "unstretched_length" for kind in numbers.stated])
         linear = replace(
             numbers,
             axial_stiffness=stiffness,

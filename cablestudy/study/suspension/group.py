@@ -356,7 +356,7 @@ class Group:
     @cached_property
     def _rounding_errors(self):
         """Estimated relative errors of tensions, positions and attitudes by rounding and the search: list of float."""
-        errors = [self.reference.record.correction] if None in self.reference.suspension.given else []
+        errors = [self.reference.record.correction] if None in self.reference.suspension.stated else []
         for state in {id(state): state for state in (self.reference, self.equilibrium)}.values():
             uncertainty = state.uncertainty
             errors.append(uncertainty.tension.max(axis=-1, initial=0.0))
@@ -429,7 +429,7 @@ class Group:
         if self._loaded is None:
             return _failure(self.equilibrium, index)
         at_rest_failure = None
-        if set(self.reference.suspension.given) - {"unstretched_length"}:  # lengths that follow from that state
+        if set(self.reference.suspension.stated) - {"unstretched_length"}:  # lengths that follow from that state
             at_rest_failure = _failure(self.reference, index, "in the reference state: ")
             if at_rest_failure is None and self._too_long[index]:
                 return NoSolutionError(f"in the reference state: {self._too_long[index]}")

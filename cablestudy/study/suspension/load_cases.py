@@ -233,7 +233,7 @@ def loaded_state(reference, scenes, forced=True, cables=None):
     loaded = replace(
         suspension,
         load_fractions=None,
-        given=("unstretched_length",) * length_ratio.shape[-1],
+        stated=("unstretched_length",) * length_ratio.shape[-1],
         value=cables.lengths * length_ratio,
         axial_stiffness=cables.stiffness,
         cable_mass=cables.mass / length_ratio + ice_mass(values) * cables.load_ratio,
@@ -332,7 +332,7 @@ def too_long(reference):
     reference : Equilibrium
         With point loads, shape (n,).
     """
-    kinds, lengths = np.array(reference.suspension.given, dtype=object), reference.lengths
+    kinds, lengths = np.array(reference.suspension.stated, dtype=object), reference.lengths
     # at the longer one the stated tension grows with the length
     longer = ~(stated.rates(reference.catenary, kinds).by_length < 0) & np.isin(kinds, stated.FORCES)
     problems, names = [[] for _ in lengths], reference.suspension.cable_names

@@ -63,7 +63,7 @@ def warnings_of(case):
     """
     reference, index = case.group.reference, case.index
     chord = np.asarray(reference.catenary.span.chord)[index]
-    names, stated = reference.suspension.cable_names, reference.suspension.given
+    names, stated = reference.suspension.cable_names, reference.suspension.stated
     notes_on_length = long_cables(names, np.asarray(reference.lengths)[index].tolist(), chord.tolist(), stated)
     averaged = averaged_wind(case.scene.load_case, case.group.drag_error(case.index))
     return (*strength_warning(case), *averaged, *lost_notes(case), *moved_note(case), *notes_on_length)
@@ -81,7 +81,7 @@ def moved_note(case):
         return ()
     reference = case.group.reference
     suspension = reference.suspension
-    states_tension = np.array([kind != "unstretched_length" for kind in suspension.given])
+    states_tension = np.array([kind != "unstretched_length" for kind in suspension.stated])
     if suspension.force_density is not None:
         return ()
     catenary, index = reference.catenary, case.index

@@ -113,7 +113,7 @@ def topology_of(scene):
         "cable_names": tuple(scene.cables),
         "owner": tuple([tuple([index.get(scene.attachment(end)[0], GROUND) for end in line.ends]) for line in lines]),
         "link_names": tuple(scene.links),
-        "given": tuple([cable.stated for cable in cables]),
+        "stated": tuple([cable.stated for cable in cables]),
     }
 
 
