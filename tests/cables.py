@@ -230,6 +230,22 @@ def condensed_stiffness(model, s, c=0.0):
     return found
 
 
+def poles_between_fixed_ends(element):
+    """Poles of the modes of a `Superelement`, upper half plane and real axis; none if rounding spoils them. [rad/s]"""
+    omega, viscous = element.omega, element.viscous
+    if element.coupled and len(omega):
+        found = element.coupling_damping.pole_sum
+        poles = np.zeros(0, dtype=complex) if found is None else found.poles
+        if len(element.coupling_damping.matrices) == 2:  # of the square s^2 + s viscous
+            poles = np.sqrt(viscous**2 / 4 + poles + 0j)
+            poles = np.where(poles.imag < 0, -poles, poles) - viscous / 2
+    else:
+        ratio = (element.damping_ratio + viscous / (2 * omega)).astype(complex)
+        root = np.sqrt(ratio**2 - 1)
+        poles = np.concatenate([omega * (root - ratio), -omega * (root + ratio)])
+    return poles[poles.imag >= 0]
+
+
 def excited(case):
     """The free vibration of a `Case` that moving end 2 along x excites: `Dynamics`."""
     return case.dynamics if case.results.across_x[case.index] else case.in_plane

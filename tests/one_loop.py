@@ -3,6 +3,7 @@
 from functools import cached_property
 
 import numpy as np
+from cables import poles_between_fixed_ends
 
 from cablestudy.control.gain_limits import StableGains
 from cablestudy.control.law import INTEGRATOR
@@ -87,7 +88,7 @@ class OneLoop:
     @property
     def unmoved_poles(self):
         """Of the others. [rad/s]"""
-        return self._element.select(~self._moved).poles
+        return poles_between_fixed_ends(self._element.select(~self._moved))
 
     @property
     def _element(self):
@@ -148,7 +149,7 @@ def encirclements(loop, gain):
     where the argument falls by pi; along either half of the imaginary axis it grows by the same angle. So
     -2 pi Z = 2 angle - pi.
     """
-    poles = np.concatenate([loop.open_poles, loop.cable.poles])
+    poles = np.concatenate([loop.open_poles, poles_between_fixed_ends(loop.cable)])
     omega = frequencies(poles[poles.imag >= 0], (loop.notch,))
     value = 1 + gain * loop.unit_gain(1j * omega)
     for _ in range(12):

@@ -112,8 +112,8 @@ def test_an_integrator_with_a_delay_in_closed_form(location):
     gain = 0.5 / delay
     gains = spring_loop(MASS, STIFFNESS, location, time=1 / NATURAL, law=Law(delay=delay))
     margins = gains.margins(gain)
-    assert gains.limit.factor / gain == pytest.approx(np.pi / (2 * gain * delay), rel=1e-5)
-    assert gains.limit.omega == pytest.approx(np.pi / (2 * delay), rel=1e-5)
+    assert gains.limits[0].factor / gain == pytest.approx(np.pi / (2 * gain * delay), rel=1e-5)
+    assert gains.limits[0].omega == pytest.approx(np.pi / (2 * delay), rel=1e-5)
     assert margins.phase_margin == pytest.approx(90 - np.degrees(gain * delay), abs=1e-4)
     assert margins.delay_margin == pytest.approx(np.pi / (2 * gain) - delay, rel=1e-5)
 
@@ -131,7 +131,7 @@ def test_a_pid_controller_has_the_margins_of_python_control(derivative):
     rational = bracket * passed / (1 + s / lag) * spring / (MASS * s**2 + spring)
     gains, phases, distances, *_ = control.stability_margins(rational, returnall=True)
     margins = found.margins(integral)
-    assert found.limit.factor / integral == pytest.approx(gains[gains > 1].min(), rel=1e-5)
+    assert found.limits[0].factor / integral == pytest.approx(gains[gains > 1].min(), rel=1e-5)
     assert margins.phase_margin == pytest.approx(np.abs(phases).min(), abs=1e-3)
     assert margins.sensitivity_peak == pytest.approx(1 / distances.min(), rel=1e-4)
 
@@ -211,7 +211,7 @@ class Finer:
     def __init__(self, loop, cable):
         self._loop, self.cable, self.notch = loop, cable, loop.notch
         system = assemble([cable], np.eye(6)[:, [3]], np.array([[loop.mass]]))
-        self.open_poles = system.poles
+        self.open_poles = system.eigen.poles
 
     def unit_gain(self, s):
         own, ground = self.cable.dynamic_stiffness(s, [3], [3, 0])[:, 0].T

@@ -326,7 +326,7 @@ def test_a_crossing_near_that_of_coarser_elements_is_the_first_of_all_frequencie
     assert finer is not driven
     assert driven.resolved_to < driven.limit.omega <= finer.resolved_to
     assert "gains" not in vars(finer)
-    every = finer.gains.limit
+    every = finer.gains.limits[0]
     assert driven.limit.factor == pytest.approx(every.factor, rel=1e-6)
     assert driven.limit.omega == pytest.approx(every.omega, rel=1e-6)
     single = driven.gains.single_limits(loop.loop.gain, finer.loop_gain, driven.resolved_to)

@@ -366,6 +366,6 @@ def test_a_derivative_part_is_judged_with_the_modes_that_it_drives():
     case = SuspensionCase(load_scene(NET, [f"control.{one}" for one in sets])[1])
     few, many = (case.in_wind.closed_loop_of(count) for count in (64, 250))
     assert few.modes.frequency[-1] < 10
-    of_modes = [gains_of_modes(one).limit.factor for one in (few, many)]
+    of_modes = [gains_of_modes(one).limits[0].factor for one in (few, many)]
     assert of_modes[0] > 1.2 * of_modes[1]
     assert few.largest_gain == pytest.approx(of_modes[1], rel=3e-3)

@@ -26,7 +26,6 @@ from straight_scenes import (
     two_bodies,
 )
 
-from cablestudy.control.loop import Loop
 from cablestudy.control.margins_grid import frequencies, highest
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import load_scene
@@ -59,7 +58,7 @@ def agree(found, expected, tolerance):
 
 def motion_poles(closed_loop):
     """Poles with the winches at rest."""
-    return Loop(closed_loop.motion, None, 0.0, ()).open_poles
+    return closed_loop.open_poles
 
 
 def value(text, *columns):
@@ -372,7 +371,7 @@ def test_the_damping_of_modes_by_the_air_counts_once():
 
 def assert_limit_of_modes(closed_loop, limit):
     """Near that of a model with many coupled modes, which lacks those of the cables not far above it."""
-    truth = gains_of_modes(closed_loop).limit
+    truth = gains_of_modes(closed_loop).limits[0]
     assert limit.factor == pytest.approx(truth.factor, rel=3e-3)
     assert limit.omega == pytest.approx(truth.omega, rel=1e-4)
 
@@ -433,7 +432,7 @@ def test_each_column_of_the_loop_states_its_own_error():
 
 def _numbers(gains, names):
     """Margins of a gain of 2 rad/s by their names, and the numbers of the limit: dict."""
-    margins, limit = gains.margins(2.0), gains.limit
+    margins, limit = gains.margins(2.0), gains.limits[0]
     found = {name: getattr(margins, name) for name in names} | {"largest_gain": limit.factor}
     return found | {"gain_margin": 20 * np.log10(limit.factor / 2), "phase_crossover": limit.omega / TURN}
 

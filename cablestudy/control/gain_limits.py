@@ -99,11 +99,6 @@ class StableGains:
         highest = CONTROL.highest_judged_gain * np.abs(self.poles).min(initial=np.inf)
         return on_curve.take(on_curve.factor < highest).sorted()
 
-    @property
-    def limit(self):
-        """`Limit` of the smallest gain at which a pole crosses to the right; None where none does."""
-        return self.limits[0] if self.limits else None
-
     def open_ratio(self, omega):
         """Damping ratio, without control, of the mode whose pole is nearest to a frequency [rad/s]. [-]"""
         if not len(self.poles):

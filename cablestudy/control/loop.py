@@ -218,11 +218,6 @@ class Loop:
         """Poles of the closed loop. [rad/s]"""
         return self.eigen.poles
 
-    @property
-    def open_poles(self):
-        """Poles of the motion with the winches at rest. [rad/s]"""
-        return self.motion.eigen.poles
-
     def poles_with(self, gain):
         """Poles of the closed loop with a gain [rad/s] in place of its own. [rad/s]"""
         matrix = self._state_matrix(gain)

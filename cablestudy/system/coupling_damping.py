@@ -276,17 +276,6 @@ class CouplingDamping:
         """Numbers of everything, by which cables are found whose poles are computed together: tuple."""
         return self.matrices[0].shape, len(self.omega), *(matrix.dtype for matrix in self.matrices)
 
-    @property
-    def poles(self):
-        """Poles of the upper half plane and the real axis; none where rounding spoils them. [rad/s]"""
-        if self.pole_sum is None:
-            return np.zeros(0, dtype=complex)
-        poles = self.pole_sum.poles
-        if self._squared:
-            poles = np.sqrt(self._viscous**2 / 4 + poles + 0j)
-            poles = np.where(poles.imag < 0, -poles, poles) - self._viscous / 2
-        return poles[poles.imag >= 0]
-
 
 def compute_pole_sums(cables):
     """Compute the `pole_sum` of many `CouplingDamping`, in one call for those with equal numbers of everything."""

@@ -28,7 +28,6 @@ from cablestudy.system.matrices import (
     shares,
     solved,
     sparse_factors,
-    upper,
 )
 from cablestudy.system.residues import eigen, eigen_of_rows
 from cablestudy.system.tolerances import SYSTEM
@@ -256,11 +255,6 @@ class LinearSystem:
     def _eigen_of_rows(self):
         """`eigen` of each row: list."""
         return eigen_of_rows(self.equations.fixed)
-
-    @cached_property
-    def poles(self):
-        """Poles with winches at rest, in the upper half plane and on the real axis. [rad/s]"""
-        return upper(np.linalg.eigvals(self.equations.fixed))
 
     @cached_property
     def _flat_matrices(self):

@@ -143,8 +143,3 @@ def lanczos_modes(size, solve, weigh, count):
         return eigsh(inverse, count, M=mass, sigma=0.0, OPinv=inverse, v0=start, ncv=2 * count + 10)[1]
     except ArpackNoConvergence as error:
         raise ConvergenceError(f"modes: {error}") from None
-
-
-def upper(values):
-    """The values in the upper half plane and on the real axis."""
-    return values[values.imag >= 0]

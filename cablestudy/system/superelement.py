@@ -363,13 +363,6 @@ class Superelement:
         real, imaginary = (damped**2 - inertial * elastic) / size, damped / size
         return real @ products + 1j * (imaginary @ (square[:, None] * products))
 
-    @cached_property
-    def poles(self):
-        """Poles with fixed ends: upper half plane and real axis. [rad/s]"""
-        if self.coupled and len(self.omega):
-            return self.coupling_damping.poles
-        return damped_poles(self.omega, self.damping_ratio + self.viscous / (2 * self.omega))
-
 
 def of_shapes(matrix, shapes):
     """Product of a matrix and shapes of combinations of modes, shape (r, k).
@@ -396,17 +389,3 @@ def with_ends(shapes):
     combinations = np.zeros((n + 6, count + 6))
     combinations[:n, :count], combinations[n:, count:] = shapes, np.eye(6)
     return combinations
-
-
-def damped_poles(omega, ratio):
-    """Poles of oscillators, upper half plane and real axis. [rad/s]
-
-    Parameters
-    ----------
-    omega, ratio : ndarray, shape (n,)
-        [rad/s], [-]
-    """
-    ratio = ratio.astype(complex)
-    root = np.sqrt(ratio**2 - 1)
-    poles = np.concatenate([omega * (root - ratio), -omega * (root + ratio)])
-    return poles[poles.imag >= 0]
