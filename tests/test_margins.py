@@ -169,12 +169,12 @@ def test_crossings_are_the_gains_at_which_eigenvalues_cross(seed, k):
     curve = curves([loop.unit_gain], np.zeros(len(omega), dtype=int), omega)
     found = refined([loop.unit_gain], crossings(curve.row, curve.omega, curve.values))
     if loop.limit:
-        assert found.factor[found.outward].min() == pytest.approx(loop.limit, rel=1e-9)
-    for gain, place, outward in zip(found.factor, found.frequency, found.outward, strict=True):
+        assert found.factor[found.destabilising].min() == pytest.approx(loop.limit, rel=1e-9)
+    for gain, place, destabilising in zip(found.factor, found.frequency, found.destabilising, strict=True):
         sides = [loop.poles(gain * (1 + step)) for step in (-1e-6, 0.0, 1e-6)]
         before, at, after = (one[np.argmin(np.abs(one - 1j * place))] for one in sides)
         assert abs(at - 1j * place) < 1e-9 * place
-        assert (after.real > before.real) == outward
+        assert (after.real > before.real) == destabilising
 
 
 @pytest.mark.parametrize("k", [1, 3])

@@ -123,7 +123,7 @@ def curves(functions, row, omega, matrices=None, upto=np.inf, most=np.inf):
     return _subdivided(functions, first, partial(_may_cross_twice, most=most), upto)
 
 
-def curve_beside(function, gain, curve):
+def refined_for_sensitivity(function, gain, curve):
     """A `LoopGainCurves` of one loop with closer frequencies where the sensitivity with a gain [rad/s] changes fast."""
 
     def changes_fast(curve):

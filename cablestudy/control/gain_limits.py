@@ -13,7 +13,7 @@ from operator import attrgetter
 
 import numpy as np
 
-from cablestudy.control.curves import at_frequencies, curve_beside, curves, eigenvalues
+from cablestudy.control.curves import at_frequencies, curves, eigenvalues, refined_for_sensitivity
 from cablestudy.control.margins import Margins, gain_of_peak, largest, sensitivity
 from cablestudy.control.margins_crossings import Crossings, crossing_near, crossings, refined
 from cablestudy.control.margins_grid import distinct, frequencies, near_poles
@@ -117,9 +117,9 @@ class StableGains:
         self.check_delay(gain)
         candidates = self._crossings.take(self._crossings.factor < CONTROL.refined_together * gain)
         count = 0
-        for _, limit, outward in _limits_at([self.loop_gain], refined([self.loop_gain], candidates)):
+        for _, limit, destabilising in _limits_at([self.loop_gain], refined([self.loop_gain], candidates)):
             if limit.factor < gain:
-                count += 2 if outward else -2
+                count += 2 if destabilising else -2
         return max(count, 0)
 
     def crosses_within(self, ratio, gain, omega):
@@ -166,7 +166,7 @@ class StableGains:
         poles = 1j * near.frequency + 1j / (near.factor * near.slope) * (gain / near.factor - 1)
         added = near_poles(np.append(poles, [-gain, -min(gain / 2, first)]))  # a small gain is below all of them
         added = np.append(added, gain / CONTROL.gain_at_rest)
-        curve = curve_beside(self.loop_gain, gain, curve)
+        curve = refined_for_sensitivity(self.loop_gain, gain, curve)
         added = np.setdiff1d(distinct(np.append(curve.omega, added[added < curve.omega[-1]])), curve.omega)
         return curve.with_more([self.loop_gain], np.zeros(len(added), dtype=int), added)
 
@@ -286,8 +286,8 @@ def _limits_of(loops):
     remaining = Crossings.concatenate([loop._crossings for loop in loops])
     while len(remaining):
         first, remaining = _split_first(functions, remaining)
-        for row, limit, outward in _limits_at(functions, first):
-            if outward and limit.factor < np.inf:
+        for row, limit, destabilising in _limits_at(functions, first):
+            if destabilising and limit.factor < np.inf:
                 limits[row].append(limit)
                 limits[row].sort(key=lambda limit: limit.factor)
         least = np.array([of_loop[0].factor if of_loop else np.inf for of_loop in limits])
@@ -302,14 +302,14 @@ def _limits_at(functions, crossings):
     grows by `CONTROL.negligible_growth` times its frequency; the factor is infinite if the mode never does, so that its
     crossing back to the left is left out.
     """
-    limits, outward = _as_limits(crossings), crossings.outward.tolist()
-    undamped = [index for index, limit in enumerate(limits) if outward[index] and limit.undamped]
+    limits, destabilising = _as_limits(crossings), crossings.destabilising.tolist()
+    undamped = [index for index, limit in enumerate(limits) if destabilising[index] and limit.undamped]
     if undamped:
         row = crossings.row[undamped]
         factors = _undamped_factors(functions, row, [limits[index] for index in undamped])
         for index, factor in zip(undamped, factors.tolist(), strict=True):
             limits[index] = replace(limits[index], factor=factor)
-    found = zip(crossings.row.tolist(), limits, outward, strict=True)
+    found = zip(crossings.row.tolist(), limits, destabilising, strict=True)
     return [(row, limit, to_right) for row, limit, to_right in found if to_right or not limit.undamped]
 
 
@@ -331,9 +331,9 @@ def _undamped_factors(functions, row, limits):
     omega = (place + width * np.concatenate([-ASIDE[::-1], [0.0], ASIDE])).ravel()
     mode = np.repeat(np.arange(len(limits)), 2 * len(ASIDE) + 1)
     beside = crossings(mode, omega, eigenvalues(at_frequencies(own, mode, omega, growth)))
-    outward = refined(own, beside.take(beside.outward), growth)
+    destabilising = refined(own, beside.take(beside.destabilising), growth)
     factors = np.full(len(limits), np.inf)
-    np.minimum.at(factors, outward.row, outward.factor)
+    np.minimum.at(factors, destabilising.row, destabilising.factor)
     return factors
 
 
@@ -353,10 +353,10 @@ def _growth_allowed(functions, remaining):
     net, allowed = 0, Limit(np.inf, 0.0)
     while len(remaining):
         first, remaining = _split_first(functions, remaining)
-        for _, limit, outward in _limits_at(functions, first):
+        for _, limit, destabilising in _limits_at(functions, first):
             if limit.factor < 1:
-                net += 1 if outward else -1
-            elif outward and limit.factor < allowed.factor:
+                net += 1 if destabilising else -1
+            elif destabilising and limit.factor < allowed.factor:
                 allowed = limit
         remaining = remaining.take(remaining.least < allowed.factor)
     return allowed if net >= 0 else Limit(0.0, 0.0)

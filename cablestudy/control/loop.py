@@ -241,8 +241,8 @@ def growth_rates(poles):
     return poles.real - CONTROL.growing * np.abs(poles) - CONTROL.pole_rounding * np.abs(poles).max(initial=0.0)
 
 
-def decay_beyond_doubt(poles):
+def clearly_stable(poles):
     """True if all poles decay, by more than rounding may be, and none is that of a mode as good as undamped."""
     size = np.abs(poles)
-    doubt = CONTROL.undamped * size + CONTROL.pole_rounding * size.max(initial=0.0)
-    return bool((poles.real < -doubt).all())
+    uncertain = CONTROL.undamped * size + CONTROL.pole_rounding * size.max(initial=0.0)
+    return bool((poles.real < -uncertain).all())

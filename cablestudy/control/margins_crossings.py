@@ -73,7 +73,7 @@ class Crossings:
         return self.factor[np.searchsorted(self.row, self.row)]
 
     @property
-    def outward(self):
+    def destabilising(self):
         """True where the pole crosses to the right with more gain, shape (c,)."""
         return self.slope.imag > 0
 

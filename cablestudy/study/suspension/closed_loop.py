@@ -9,7 +9,7 @@ import numpy as np
 
 from cablestudy.control.gain_limits import StableGains, undamped
 from cablestudy.control.law import law_from
-from cablestudy.control.loop import Loop, decay_beyond_doubt, unstable_pole
+from cablestudy.control.loop import Loop, clearly_stable, unstable_pole
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of, result_of, without_errors
 from cablestudy.study.suspension.controlled_body import ControlledBody
@@ -380,7 +380,7 @@ class ClosedLoop:
         loop = self.untuned_loop
         if not loop.law.integrates_only or not self._drives_no_other_modes(gain):
             return False
-        return decay_beyond_doubt(loop.poles) and decay_beyond_doubt(loop.poles_with(gain))
+        return clearly_stable(loop.poles) and clearly_stable(loop.poles_with(gain))
 
     def _stable_up_to(self, gain):
         """True if the loop is stable with all gains up to this one [rad/s], with all modes that it could drive."""

@@ -29,7 +29,7 @@ def search_models(analyses):
     for trial in itertools.count():
         outcomes |= closed_loops_of(pending, trial)
         closed_loops = without_errors({analysis: outcomes[analysis] for analysis in pending})
-        Turbulence.space.compute(_without_doubt(closed_loops.values()))
+        Turbulence.space.compute(_turbulence_of_stated_gains(closed_loops.values()))
         for analysis, closed_loop in closed_loops.items():
             outcomes[analysis] = outcome_of(partial(analysis.response_with, closed_loop, responses[analysis]))
         responses = without_errors({analysis: outcomes[analysis] for analysis in closed_loops})
@@ -79,7 +79,7 @@ def stable_without_loop(closed_loop):
     return closed_loop
 
 
-def _without_doubt(closed_loops):
+def _turbulence_of_stated_gains(closed_loops):
     """`Turbulence` of each `ClosedLoop` with a loop whose gain is stated and whose law has no delay: list."""
     stated = [closed_loop for closed_loop in closed_loops if closed_loop.gain_is_stated]
     return list(without_errors({one: outcome_of(partial(getattr, one, "turbulence")) for one in stated}).values())
