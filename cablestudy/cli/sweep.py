@@ -145,7 +145,7 @@ def show(study, sets, vary, out, style, plot, quiet, sensitivity, **selection):
     with study.stored(out) as stored:
         select = study.selection(style.columns, sensitivity, **selection)
         if study.asked:  # columns that options name and the study does not list
-            names, similar = ", ".join(study.asked), study.varied_alike
+            names, similar = ", ".join(study.asked), study.varied_with_same_name
             hint = f"did you mean {' or '.join(similar)}? else " if similar else ""
             how = "'cablestudy sweep' with these options computes it"
             raise SceneError(f"{stored.path}: no column {names}: {hint}{how}")

@@ -103,7 +103,7 @@ class Study:
         return self.request.asked
 
     @property
-    def varied_alike(self) -> list[str]:
+    def varied_with_same_name(self) -> list[str]:
         """Varied keys that end with the name of such a column: `cable.diameter` for `diameter`."""
         return [key for key in self.request.varied if key.rpartition(".")[2] in self.request.asked]
 

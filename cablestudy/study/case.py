@@ -18,22 +18,22 @@ MOTIONS = ("dynamics", "in_plane", "out_of_plane")
 
 
 def shared(function):
-    """Decorator that makes a method of `Case` a property which is computed once for all cases that hang alike.
+    """Decorator that makes a method of `Case` a property which is computed once for all equal cases.
 
-    The result is kept in the case (`Case.computed`) and among those of its level of refinement (`Case.known`). Where it
+    The result is kept in the case (`Case.computed`) and among those of its level of refinement (`Case.cache`). Where it
     is computed for many cases at once, the property is set.
     """
     name = function.__name__
 
     def get_result(case):
         if name not in case.computed:
-            if name not in case.known:
-                case.known[name] = function(case)
-            case.computed[name] = case.known[name]
+            if name not in case.cache:
+                case.cache[name] = function(case)
+            case.computed[name] = case.cache[name]
         return case.computed[name]
 
     def set_result(case, result):
-        case.computed[name] = case.known[name] = result
+        case.computed[name] = case.cache[name] = result
 
     return property(get_result, set_result, doc=function.__doc__)
 
@@ -51,24 +51,24 @@ class Case:
     level : tuple of int, optional
         (elements along the piece with most waves, order) of the motion about the closed form; without it the elements
         are those that the scene states in `model.elements`.
-    known_by_level : dict, optional
-        Level -> `known`, to be filled: one for all cases that are alike by `Results.first_alike`.
+    cache_by_level : dict, optional
+        Level -> `cache`, to be filled: one for all cases that are equal by `Results.first_equal`.
 
     Attributes
     ----------
-    known : dict
-        Name -> result, of cases at this level of refinement that are alike.
+    cache : dict
+        Name -> result, shared by equal cases at this level of refinement.
     computed : dict
         Name -> result of each `shared` property that this case was asked for.
     together : list of Case
         Cases, this one among them, whose damping ratios are computed in one call.
     """
 
-    def __init__(self, scene, results=None, index=0, level=None, known_by_level=None):
+    def __init__(self, scene, results=None, index=0, level=None, cache_by_level=None):
         self.scene, self.index, self.level = scene, index, level
         self.results = results or Results(SceneValues([scene]))
-        self._known_by_level, self.computed = {} if known_by_level is None else known_by_level, {}
-        self.known, self.together = self._known_by_level.setdefault(level, {}), [self]
+        self._cache_by_level, self.computed = {} if cache_by_level is None else cache_by_level, {}
+        self.cache, self.together = self._cache_by_level.setdefault(level, {}), [self]
 
     @cached_property
     def _closed_form(self):
@@ -76,7 +76,7 @@ class Case:
 
     def refined(self, elements, order):
         """Copy of the case with spectral elements of an order about the closed form, so many on its longest piece."""
-        finer = Case(self.scene, self.results, self.index, (elements, order), self._known_by_level)
+        finer = Case(self.scene, self.results, self.index, (elements, order), self._cache_by_level)
         finer._closed_form = self._closed_form
         return finer
 
@@ -306,9 +306,9 @@ class Case:
 
     # ---------------------------------------------------------------------------------------- ends, gondola and loop
 
-    def _known_of(self, name, *values):
-        """Results of a name, shared by the cases that are alike and have equal values besides: dict, to be filled."""
-        return self.known.setdefault((name, *values), {})
+    def _cache_of(self, name, *values):
+        """Results of a name, shared by equal cases with equal values besides: dict, to be filled."""
+        return self.cache.setdefault((name, *values), {})
 
     @cached_property
     def end_model(self):
@@ -318,18 +318,18 @@ class Case:
     @cached_property
     def cable_models(self):
         """Viscous damping -> `Cables`, filled by `in_wind`."""
-        return self._known_of("cable_models", self.scene.cable.damping, self.scene.gondola is None)
+        return self._cache_of("cable_models", self.scene.cable.damping, self.scene.gondola is None)
 
     @cached_property
     def coupled_models(self):
         """Viscous damping of the cable -> number of modes -> `CoupledModes` of gondola and cable: dict of dict."""
         gondola = self.scene.gondola
-        return self._known_of("coupled_models", self.scene.cable.damping, gondola and gondola.mass)
+        return self._cache_of("coupled_models", self.scene.cable.damping, gondola and gondola.mass)
 
     @cached_property
     def linear_models(self):
         """Linear models about the equilibrium by their keys, shared by cases that differ in the loop alone: dict."""
-        return self._known_of("linear_models", self.scene.cable.damping, self.scene.gondola, self.scene.wind)
+        return self._cache_of("linear_models", self.scene.cable.damping, self.scene.gondola, self.scene.wind)
 
     @cached_property
     def equilibrium(self):

@@ -242,7 +242,7 @@ def solve_models(cases):
     cases : list of Case
         Cases of one batch, with the same `results`.
     """
-    groups, different = {}, {id(case.known): case for case in cases if "model" not in case.known}
+    groups, different = {}, {id(case.cache): case for case in cases if "model" not in case.cache}
     for case in different.values():
         try:
             mesh = mesh_of(case)

@@ -108,7 +108,7 @@ class InCableWind:
         return self._largest(self.sides, self._moved, "value", open_loop)[1]
 
 
-def in_wind_of(case, damping=0.0, kind=DynamicAnalysis):
+def in_wind_of(case, damping=0.0, make_analysis=DynamicAnalysis):
     """Motion of gondola and cable with the winch loop, in wind that blows on the gondola alone: `DynamicAnalysis`.
 
     Parameters
@@ -117,7 +117,7 @@ def in_wind_of(case, damping=0.0, kind=DynamicAnalysis):
         A case with a gondola.
     damping : float
         Viscous damping of the cable by the air, per length, added to its own damping. [N s/m^2]
-    kind : callable
+    make_analysis : callable
         Returns the analysis: the class `DynamicAnalysis`, or a function with the arguments of this class.
 
     Raises
@@ -127,10 +127,10 @@ def in_wind_of(case, damping=0.0, kind=DynamicAnalysis):
     """
     scene = as_suspension(case.scene, damping)
     airflow = scene.wind and Airflow(scene, _on_bodies(scene))
-    return _in_airflow(case, scene, airflow, case.linear_models.setdefault(damping, {}), kind)
+    return _in_airflow(case, scene, airflow, case.linear_models.setdefault(damping, {}), make_analysis)
 
 
-def in_cable_wind_of(case, kind=DynamicAnalysis):
+def in_cable_wind_of(case, make_analysis=DynamicAnalysis):
     """Motion of a case in wind that acts on its cable, whose drag damps the motion: `InCableWind`, for the RMS.
 
     The scene states no direction of the wind: it blows once across and once along the vertical plane of the cable.
@@ -139,7 +139,7 @@ def in_cable_wind_of(case, kind=DynamicAnalysis):
     ----------
     case : Case
         A case with wind, and a diameter of its cable.
-    kind : callable
+    make_analysis : callable
         See `in_wind_of`.
 
     Raises
@@ -148,18 +148,18 @@ def in_cable_wind_of(case, kind=DynamicAnalysis):
         There is no equilibrium.
     """
     sides = {"across": case.span.frame[2], "along": case.span.level}  # horizontal
-    winds = [in_wind_from(case, direction, side, kind) for side, direction in sides.items()]
+    winds = [in_wind_from(case, direction, side, make_analysis) for side, direction in sides.items()]
     if case.scene.gondola is None:
         return InCableWind([wind.with_midspans for wind in winds], MIDSPAN)
     return InCableWind(winds, [GONDOLA_X])
 
 
-def in_wind_from(case, direction, side, kind=DynamicAnalysis):
+def in_wind_from(case, direction, side, make_analysis=DynamicAnalysis):
     """`DynamicAnalysis` of a case in a wind on its cable.
 
     Parameters
     ----------
-    case, kind
+    case, make_analysis
         As for `in_cable_wind_of`.
     direction : ndarray, shape (3,)
         Direction of the mean wind, a horizontal unit vector. [-]
@@ -172,7 +172,7 @@ def in_wind_from(case, direction, side, kind=DynamicAnalysis):
     on_cable = replace(on_gondola, velocity=wind.speed * direction, cables=drag_width, bodies=0 * on_gondola.bodies)
     airflow = CableAirflow(scene, on_cable if bare else on_gondola, wind, on_cable, side)
     damping = side if bare else case.cable_air_damping  # winds that damp alike share linear models
-    return _in_airflow(case, scene, airflow, case.linear_models.setdefault(damping, {}), kind)
+    return _in_airflow(case, scene, airflow, case.linear_models.setdefault(damping, {}), make_analysis)
 
 
 def winds_on(case, on, open_loop=False):
@@ -198,12 +198,12 @@ def _on_bodies(scene):
     return drag_of([scene], tuple(scene.bodies), (CABLE,)).take(0)
 
 
-def _in_airflow(case, scene, airflow, known, kind):
-    """`DynamicAnalysis` of a scene of a case, with plants and loops shared by `known`, see `in_wind_of`."""
+def _in_airflow(case, scene, airflow, plants_and_loops, make_analysis):
+    """`DynamicAnalysis` of a scene of a case, which shares `plants_and_loops`; see `in_wind_of`."""
     equilibrium, damping = case.equilibrium, scene.cables[CABLE].damping
     modes, drag = case.coupled_models.setdefault(damping.viscous, {}), case.results.drag.take([case.index])
-    shared = exact_model(case), known, cables_of(case, damping), modes, drag
-    return kind(scene, equilibrium, equilibrium, airflow, *shared)
+    shared = exact_model(case), plants_and_loops, cables_of(case, damping), modes, drag
+    return make_analysis(scene, equilibrium, equilibrium, airflow, *shared)
 
 
 def gondola_mode_of(case):

@@ -185,11 +185,11 @@ class Results:
     # ---------------------------------------------------------------------------------------- what motion depends on
 
     @cached_property
-    def first_alike(self):
-        """Index of the first case whose cable hangs alike and has elements alike, shape (n,): both move alike.
+    def first_equal(self):
+        """Index of the first case with an equal cable on equal elements, shape (n,): both move alike.
 
         Compared are the numbers of the loaded cables, to the last digit, with those by which a turbulent wind acts on
-        them. A case without an equilibrium, and one in a wind that grows with the height, is alike to none.
+        them. A case without an equilibrium, and one in a wind that grows with the height, equals none.
         """
         count, profile = len(self.values), self.drag.profile
         alone = np.zeros(count, dtype=bool) if profile is None else profile.exponent > 0

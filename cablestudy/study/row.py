@@ -116,28 +116,28 @@ def _rows_of_batch(scenes, required, to_accuracy, estimate):
     for start in range(0, len(scenes), rows_at_once):
         start_time, indices = time.perf_counter(), range(start, min(start + rows_at_once, len(scenes)))
         cases = _cases(results, indices, required)
-        answers = [_answer(case, closed, cells[case.index], required) for case in cases]
+        rows = [_row_of_closed_form(case, closed, cells[case.index], required) for case in cases]
         if elements:
-            models.give_elements({answer.case.index: answer.case for answer in answers}, elements)
+            models.give_elements({row.case.index: row.case for row in rows}, elements)
         if solve:
-            solve(answers, required, estimate or required.estimate)
+            solve(rows, required, estimate or required.estimate)
         seconds = closed_time + time.perf_counter() - start_time
-        for index, answer in zip(indices, answers, strict=True):
-            if required.in_wind and goes_slack(answer.case):
-                answer.doubts += (SLACK,)
+        for index, row in zip(indices, rows, strict=True):
+            if required.in_wind and goes_slack(row.case):
+                row.doubts += (SLACK,)
             if (required.modes or required.system) and len(scenes) > 1:  # many rows drop their modes
-                answer.case = Case(scenes[index], results, index)
-            yield answer.finished(required, seconds)
+                row.case = Case(scenes[index], results, index)
+            yield row.finished(required, seconds)
 
 
 def _cases(results, indices, required):
-    """Cases of a range of rows of a batch: those that hang alike share their elements and modes."""
+    """Cases of a range of rows of a batch: equal ones share their elements and modes, see `Results.first_equal`."""
     if len(indices) == 1 or not required.of_models:
         return [Case(results.values.scenes[index], results, index) for index in indices]
-    known, cases = {}, []  # index of the first case that is alike -> results that such cases share
-    for index, first in zip(indices, results.first_alike[indices.start : indices.stop].tolist(), strict=True):
-        known_by_level = known.setdefault(first, {})
-        cases.append(Case(results.values.scenes[index], results, index, known_by_level=known_by_level))
+    caches, cases = {}, []  # index of the first of equal cases -> results that these share
+    for index, first in zip(indices, results.first_equal[indices.start : indices.stop].tolist(), strict=True):
+        cache = caches.setdefault(first, {})
+        cases.append(Case(results.values.scenes[index], results, index, cache_by_level=cache))
     return cases
 
 
@@ -161,7 +161,7 @@ def _closed_rows(results, closed, required):
         yield Row(cells, case, note, errors, () if required.scene_only else notes.of_closed_form(case, over_strength))
 
 
-def _answer(case, closed, cells, required):
+def _row_of_closed_form(case, closed, cells, required):
     """The `UnfinishedRow` of a case with all numbers of its closed form."""
     failures = dict(closed.failures.get(case.index, {}))
     values = {header: number for header, number in cells.items() if header not in failures}
@@ -175,53 +175,51 @@ def _answer(case, closed, cells, required):
 # ------------------------------------------------------------------------------------------------- to an accuracy
 
 
-def _solve_to_accuracy(answers, required, _):
+def _solve_to_accuracy(rows, required, _):
     """Compute the columns that no closed form of many cases gives, by models refined to the accuracy of each case.
 
-    Values, errors, failures and notes are added to the answers (list of UnfinishedRow).
+    Values, errors, failures and notes are added to the rows (list of UnfinishedRow).
     """
     searches = []
-    compute_together(answers, required.single)
-    for block in batched(answers, STUDY.coupled_rows_at_once) if required.system else ():
+    compute_together(rows, required.single)
+    for block in batched(rows, STUDY.coupled_rows_at_once) if required.system else ():
         _prepare_systems(block, required)
         _solve_systems(block, required)
-    for answer in answers:
-        columns = [column for column in required.modes if column.header not in answer.failures]
+    for row in rows:
+        columns = [column for column in required.modes if column.header not in row.failures]
         if columns:
             needed = required if len(columns) == len(required.modes) else ColumnRequirements(columns)
             try:
-                search = Refinement(answer.case, needed.frequencies, *needs_of(answer.case, needed))
-                searches.append((answer, needed, search))
+                search = Refinement(row.case, needed.frequencies, *needs_of(row.case, needed))
+                searches.append((row, needed, search))
             except CablestudyError as error:
-                answer.fail(columns, error)
-    _add_errors_by_drag(answers, required.single)
+                row.fail(columns, error)
+    _add_errors_by_drag(rows, required.single)
     refine([search for _, _, search in searches], models.solve_models)
-    for answer, needed, search in searches:
-        _add_frequencies(answer, needed, search)
+    for row, needed, search in searches:
+        _add_frequencies(row, needed, search)
 
 
-def _add_errors_by_drag(answers, columns):
+def _add_errors_by_drag(rows, columns):
     """Let the errors of columns of statics be no less than those by drag that is taken as uniform.
 
-    The answers are those of one batch.
+    The rows are those of one batch.
     """
-    results = answers[0].case.results
+    results = rows[0].case.results
     for column in columns if results.drag_errors is not None else ():
         if column.by_drag is None:
             continue
         changes, header = column.by_drag(results), column.header
-        for answer in (answer for answer in answers if header in answer.values):
-            by_drag = relative_change(changes[answer.case.index], answer.values[header])
-            answer.errors[header] = max(answer.errors[header], float(by_drag))
+        for row in (row for row in rows if header in row.values):
+            by_drag = relative_change(changes[row.case.index], row.values[header])
+            row.errors[header] = max(row.errors[header], float(by_drag))
 
 
-def _prepare_systems(answers, required):
+def _prepare_systems(rows, required):
     """Compute in one call the modes of gondola, loop and wind of many rows that lack no key for them."""
     from cablestudy.study.one_cable_system import prepare
 
-    cases = [
-        answer.case for answer in answers if any(column.header not in answer.failures for column in required.system)
-    ]
+    cases = [row.case for row in rows if any(column.header not in row.failures for column in required.system)]
     if not required.gondola:
         cases = [case for case in cases if not (case.exact_statics and _modal_gondola(case.scene))]
     with_gondola = [case for case in cases if case.scene.gondola is not None]
@@ -236,138 +234,136 @@ def _modal_gondola(scene):
     return scene.gondola is not None and grows_with_modes(scene.cable.damping)
 
 
-def _solve_systems(answers, required):
+def _solve_systems(rows, required):
     """Compute the columns of gondola and cable as one linear system, which estimates the error of each of them.
 
     A column of one cable whose error is above the accuracy fails, but in a steady wind: no finer model takes away what
     its drag, taken as uniform, changes.
     """
     columns = required.system
-    for answer in answers:
-        if _modal_gondola(answer.case.scene):
-            answer.fail([c for c in columns if c.needs != "gondola" or c.name == DAMPING_RATIO], NoSolutionError(MODAL))
-    compute_together(answers, columns)
-    for answer in answers:
-        _judge_system(answer, required)
+    for row in rows:
+        if _modal_gondola(row.case.scene):
+            row.fail([c for c in columns if c.needs != "gondola" or c.name == DAMPING_RATIO], NoSolutionError(MODAL))
+    compute_together(rows, columns)
+    for row in rows:
+        _judge_system(row, required)
 
 
-def _judge_system(answer, required):
-    """Refuse the columns of an answer of `_solve_systems` whose error is above the accuracy, and add its notes."""
-    case = answer.case
+def _judge_system(row, required):
+    """Refuse the columns of a row of `_solve_systems` whose error is above the accuracy, and add its notes."""
+    case = row.case
     model_error, accuracy = case.results.model_error[case.index], case.scene.model.accuracy
     for column in required.system:
         name = column.header
-        if name not in answer.values or answer.errors.get(name) is None:
+        if name not in row.values or row.errors.get(name) is None:
             continue
         # in a steady wind, and those of suspensions, state the error they reach
-        if answer.errors[name] > accuracy and is_own(column) and not case.results.drag.normal_drag[case.index]:
-            text = f"{name}: estimated error {answer.errors[name]:.1e}, asked for {accuracy:g}"
-            answer.failures[name] = ConvergenceError(text)
-            del answer.values[name]
-        answer.errors[name] += float(model_error)  # which a finer model has too
-    answer.dof = case.system_size
-    gondola = any(column.needs == "gondola" and column.header in answer.values for column in required.system)
-    answer.notes = _system_notes(answer, gondola, required.damped)
+        if row.errors[name] > accuracy and is_own(column) and not case.results.drag.normal_drag[case.index]:
+            text = f"{name}: estimated error {row.errors[name]:.1e}, asked for {accuracy:g}"
+            row.failures[name] = ConvergenceError(text)
+            del row.values[name]
+        row.errors[name] += float(model_error)  # which a finer model has too
+    row.dof = case.system_size
+    gondola = any(column.needs == "gondola" and column.header in row.values for column in required.system)
+    row.notes = _system_notes(row, gondola, required.damped)
 
 
-def _system_notes(answer, gondola, damped):
+def _system_notes(row, gondola, damped):
     """Notes on gondola and cable as one linear system; `gondola`: whether a number of its mode was computed."""
-    case, texts = answer.case, answer.notes
+    case, texts = row.case, row.notes
     if case.moves:
         texts = (notes.CLOSED_FORM, *notes.of_system(case))
     elif gondola:
         texts = (notes.CLOSED_FORM, *notes.of_gondola(case))
     if case.moves or damped:
         texts += notes.assumed_damping(case.scene) + notes.air_damping(case)
-    return texts + _gondola_notes(answer)
+    return texts + _gondola_notes(row)
 
 
-def _gondola_notes(answer):
+def _gondola_notes(row):
     """Notes on the modes that share the gondola's motion, where its frequency was computed."""
-    return tuple(notes.gondola_notes(answer.case)) if "gondola_frequency_Hz" in answer.values else ()
+    return tuple(notes.gondola_notes(row.case)) if "gondola_frequency_Hz" in row.values else ()
 
 
-def _add_frequencies(answer, required, search):
-    """Add the frequencies, errors, failures and notes of a `Refinement` to an answer."""
-    answer.dof = max(search.used.dof, answer.dof)
+def _add_frequencies(row, required, search):
+    """Add the frequencies, errors, failures and notes of a `Refinement` to a row."""
+    row.dof = max(search.used.dof, row.dof)
     model_error = float(search.used.results.model_error[search.used.index])
     for column in required.modes:
         name = column.header
         if name in search.values:
-            answer.values[name] = search.values[name]
-            answer.errors[name] = search.errors[name] + model_error
+            row.values[name] = search.values[name]
+            row.errors[name] = search.errors[name] + model_error
         else:
-            answer.failures[name] = search.failures.get(name, search.failures.get(None))
+            row.failures[name] = search.failures.get(name, search.failures.get(None))
     if search.values:
-        worst = max(answer.errors[name] for name in search.values)
+        worst = max(row.errors[name] for name in search.values)
         texts = (notes.CLOSED_FORM, *notes.of_refined(search.used, worst, search.tried))
-        answer.notes = texts + tuple(line for line in answer.notes if line not in texts)
+        row.notes = texts + tuple(line for line in row.notes if line not in texts)
 
 
 # -------------------------------------------------------------------------------------------------- fixed elements
 
 
-def _solve_fixed_elements(answers, required, estimate):
+def _solve_fixed_elements(rows, required, estimate):
     """Compute the columns with the fixed elements of each scene, and estimate errors against the continuous cable."""
-    solvable = [answer for answer in answers if answer.case.index not in answer.case.results.failures]
+    solvable = [row for row in rows if row.case.index not in row.case.results.failures]
     if not solvable:
         return
     if len(solvable) > 1 and required.of_models:
-        models.solve_models([answer.case for answer in solvable])
+        models.solve_models([row.case for row in solvable])
     for block in batched(solvable, STUDY.coupled_rows_at_once):
         if required.system:
             _prepare_systems(block, required)
-        _compute_motion(block, required, estimate or len(answers) == 1)
+        _compute_motion(block, required, estimate or len(rows) == 1)
     if estimate and required.of_models:
         _estimate_errors(solvable, required)
 
 
-def _compute_motion(answers, required, noted):
+def _compute_motion(rows, required, noted):
     """Add the columns beyond statics to the `UnfinishedRow`s of cases whose scenes state the number of elements.
 
     `noted`: whether to write notes.
     """
-    for answer in answers:
-        answer.notes = ()
+    for row in rows:
+        row.notes = ()
     if not (required.of_models or required.run or noted):
         return
     solved = []
-    for answer in answers:
+    for row in rows:
         try:
-            _ = answer.case.model
+            _ = row.case.model
         except CablestudyError as error:
-            answer.fail([column for column in required.physical if column.needs != "scene"], error)
+            row.fail([column for column in required.physical if column.needs != "scene"], error)
             continue
-        solved.append(answer)
+        solved.append(row)
     columns = [*required.single, *required.system, *required.modes]
     compute_together(solved, columns)
-    for answer in solved:
-        case, model = answer.case, answer.case.model
+    for row in solved:
+        case, model = row.case, row.case.model
         for column in columns:
-            if column.least_error is not None and column.header in answer.values:
-                answer.errors.setdefault(column.header, None)  # not known without a finer model
+            if column.least_error is not None and column.header in row.values:
+                row.errors.setdefault(column.header, None)  # not known without a finer model
         unknowns = case.dof if required.modes else (2 if case.planar else 3) * (model.mesh.nodes - 2)
-        answer.dof = max(unknowns, case.system_size)
+        row.dof = max(unknowns, case.system_size)
         if noted:
-            answer.notes, answer.warnings = notes.of_fixed(case)
-            answer.notes += _gondola_notes(answer)
+            row.notes, row.warnings = notes.of_fixed(case)
+            row.notes += _gondola_notes(row)
             if required.damped or required.driven:
-                answer.notes += (
-                    notes.assumed_damping(case.scene) + notes.air_damping(case) + notes.judged_by(case.scene)
-                )
+                row.notes += notes.assumed_damping(case.scene) + notes.air_damping(case) + notes.judged_by(case.scene)
 
 
-def _estimate_errors(answers, required):
+def _estimate_errors(rows, required):
     """Add the errors, against a finer model, of the columns that are no closed form of many cases."""
     of_models = {*required.modes, *required.system, *required.single}
     columns = [column for column in required.physical if column in of_models]
-    scenes = [reference_scene(answer.case.scene) for answer in answers]
+    scenes = [reference_scene(row.case.scene) for row in rows]
     quantity = "motion" if required.modes or required.system else "deflections"
-    for answer, finer in zip(answers, evaluate_cases(scenes, columns), strict=True):
-        headers = [column.header for column in columns if column.header in answer.values]
-        errors = {header: _difference(answer.values[header], finer, header) for header in headers}
-        answer.errors |= errors
-        answer.notes += tuple(notes.comparison_notes(errors, finer.cells["status"], quantity))
+    for row, finer in zip(rows, evaluate_cases(scenes, columns), strict=True):
+        headers = [column.header for column in columns if column.header in row.values]
+        errors = {header: _difference(row.values[header], finer, header) for header in headers}
+        row.errors |= errors
+        row.notes += tuple(notes.comparison_notes(errors, finer.cells["status"], quantity))
 
 
 def _difference(value, finer, header):

@@ -278,7 +278,7 @@ def _with_end_model(case, model):
     if gondola is not None and gondola.mass is not None:
         system = _gondola_system(model, case)
         case.gondola_mode = ModeOfSystem(system)
-        case.in_wind = in_wind_of(case, kind=partial(AnalysisOfSystem, system))
+        case.in_wind = in_wind_of(case, make_analysis=partial(AnalysisOfSystem, system))
     return case
 
 
@@ -383,11 +383,11 @@ def _on_grid(space, points, scene, _):
 
 def by_trapezoids(case, frequency):
     """A case whose RMS in the wind are by the trapezoidal rule over frequencies, ascending, shape (n,) [Hz]."""
-    kind = partial(OnGrid, frequency)
-    case.in_wind = in_wind_of(case, kind=kind)
-    case.in_wind_that_damps = in_wind_of(case, case.cable_air_damping, kind)
+    make_analysis = partial(OnGrid, frequency)
+    case.in_wind = in_wind_of(case, make_analysis=make_analysis)
+    case.in_wind_that_damps = in_wind_of(case, case.cable_air_damping, make_analysis)
     if case.scene.wind_diameter is not None:
-        case.in_cable_wind = in_cable_wind_of(case, kind)
+        case.in_cable_wind = in_cable_wind_of(case, make_analysis)
     return case
 
 

@@ -184,7 +184,7 @@ class Group:
     cable_indices, body_indices : dict
         Name -> index among those cables, and among bodies and free points.
     linear_models, modes_in_wind : list of dict
-        For each case `known` and `modes` of `DynamicAnalysis`.
+        For each case `plants_and_loops` and `modes` of `DynamicAnalysis`.
 
     Raises
     ------

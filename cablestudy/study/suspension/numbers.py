@@ -117,7 +117,7 @@ def topology_of(scene):
     }
 
 
-def connected_alike(scene, other):
+def equal_connections(scene, other):
     """True if two scenes share the same objects for all connections, as rows do that vary other numbers."""
     shared = scene.cables is other.cables and scene.points is other.points and scene.links is other.links
     return (
@@ -140,7 +140,7 @@ def distinct_connections(scenes):
     """
     first_scenes, runs = [], []
     for number, scene in enumerate(scenes):
-        if not number or not connected_alike(scene, scenes[number - 1]):
+        if not number or not equal_connections(scene, scenes[number - 1]):
             first_scenes.append(scene)
         runs.append(len(first_scenes) - 1)
     return first_scenes, runs
