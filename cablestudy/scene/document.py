@@ -244,10 +244,10 @@ def _named_file(document, key):
     name = document.value[key]
     if not isinstance(name, str) or not name or not name.isprintable():
         raise refuse(document.place((key,)), "expected the name of a file", key)
-    return path_beside(document.name, name)
+    return path_named_in(document.name, name)
 
 
-def path_beside(source, name):
+def path_named_in(source, name):
     """Path of a file that another one names: relative to that one, of a stream to the working directory."""
     folder = os.path.dirname(source)
     return os.path.join("" if folder in STREAMS else folder, name)

@@ -85,13 +85,13 @@ def _doubtful_sections(document):
     for path, table in tables.items():
         name = table["material"]
         material = known.get(name) if isinstance(name, str) else None
-        doubt = material and (_doubt_resized_rope(name, material, table) or _doubt_solid_bar(name, material, table))
-        if doubt:
-            key, text = doubt
+        likely = material and (_check_resized_rope(name, material, table) or _check_solid_bar(name, material, table))
+        if likely:
+            key, text = likely
             yield str(mistake(document.place((*path, key)), ".".join((*path, key)), text))
 
 
-def _doubt_resized_rope(name, material, table):
+def _check_resized_rope(name, material, table):
     """Key and message where a cable has another size than the rope that is its material; None elsewhere."""
     if material.section_area is None:  # a material without a size
         return None
@@ -103,7 +103,7 @@ def _doubt_resized_rope(name, material, table):
     return None
 
 
-def _doubt_solid_bar(name, material, table):
+def _check_solid_bar(name, material, table):
     """Key and message where a thick cable is a solid bar of its material, which is likely to be a rope; else None."""
     section_keys = ("area", "fill_factor", "axial_stiffness", "mass_per_length")
     is_solid = material.fill_factor == 1 and material.section_area is None and not name.startswith(PAPER)

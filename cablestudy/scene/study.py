@@ -9,7 +9,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Field, StrictBool, StrictStr, ValidationError
 
 from cablestudy.errors import SceneError
-from cablestudy.scene.document import MAPPING, STDIN, apply_sets, path_beside, read_base, read_file
+from cablestudy.scene.document import MAPPING, STDIN, apply_sets, path_named_in, read_base, read_file
 from cablestudy.scene.entries import ALTERNATIVE, clash, entries_of, entries_of_options
 from cablestudy.scene.fields import Either, KeyTable, Name, Quantity, tables_of, wrong
 from cablestudy.scene.layers import replaced_by, split_key
@@ -127,7 +127,7 @@ class StudyFile:
         self.name, self.source, self.document, self.entries = source.name, source, document, (*entries, *options)
         self.title, self.columns, self.plot, self.tolerances = table.title, table.columns, table.plot, table.check
         self.base, self.set, self.find, self.asked = table.base, table.set, table.find, ()
-        self.reference_path = path_beside(source.name, table.reference) if table.reference and not options else None
+        self.reference_path = path_named_in(source.name, table.reference) if table.reference and not options else None
         self.count = math.prod(len(entry) for entry in self.entries)
         self.sample, self.sample_entry = table.sample, len(entries) - 1
         self._options = {}  # path in the study -> the option that added what is there
@@ -324,8 +324,8 @@ def study_of(source, sets=(), vary=()):
 
     entries, mistakes = entries_of(table, source, case_names)
     mistakes += _repeated_names(table.columns, "columns")
-    if table.reference and not os.path.isfile(path_beside(source.name, table.reference)):
-        mistakes.append((("reference",), f"{path_beside(source.name, table.reference)}: no such file"))
+    if table.reference and not os.path.isfile(path_named_in(source.name, table.reference)):
+        mistakes.append((("reference",), f"{path_named_in(source.name, table.reference)}: no such file"))
     if mistakes:
         raise located(mistakes, source)
     study = StudyFile(source, table, base(), entries, entries_of_options(vary, entries, case_names))
