@@ -240,11 +240,11 @@ def run(call, found, unfinite):
             ended, faults = type(error).__name__, list(error_faults(error, call, odd))
         finally:
             signal.setitimer(signal.ITIMER_PROF, 0)
-    faults += [f"{one.category.__name__}: {one.message!s:.200}" for one in caught if not is_own(one)]
+    faults += [f"{one.category.__name__}: {one.message!s:.200}" for one in caught if not is_of_one_cable(one)]
     return faults + [f"not finite: {name}" for name in unfinite], ended
 
 
-def is_own(warning):
+def is_of_one_cable(warning):
     """Whether a warning is a line of the program, which it gives where it is called."""
     return warning.category is UserWarning and warning.filename == __file__
 

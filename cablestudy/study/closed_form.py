@@ -6,7 +6,7 @@ import numpy as np
 
 from cablestudy.errors import CablestudyError
 from cablestudy.study.column import CLOSED, SYSTEM, least_work_first, not_finite, shapeless_error
-from cablestudy.study.columns import is_own, over_strength
+from cablestudy.study.columns import is_of_one_cable, over_strength
 from cablestudy.study.models import element_results
 from cablestudy.study.motion_columns import DAMPING_RATIO
 from cablestudy.study.results import Results
@@ -326,7 +326,7 @@ def evaluate_table(table, columns):
         where that is not possible: a column is computed case by case, is one of suspensions, or describes the
         computation; or the cable is a conductor with stress-strain curves.
     """
-    if not all(map(is_own, columns)) or table.scene.cable.stress_strain is not None:
+    if not all(map(is_of_one_cable, columns)) or table.scene.cable.stress_strain is not None:
         return None
     required = ColumnRequirements(columns)
     if required.run or len(required.closed) < len(required.physical):

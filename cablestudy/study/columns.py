@@ -388,6 +388,6 @@ def find(name):
 OWN = {column.name for column in COLUMNS}
 
 
-def is_own(column):
+def is_of_one_cable(column):
     """True if a column is one of this file, of one cable, or a key that a study solves for."""
     return column.name in OWN or column.needs == "find" or (len(column.mode) == 3 and "." not in column.name)

@@ -12,7 +12,7 @@ from cablestudy.scene.one_cable import CABLE, GONDOLA, as_suspension
 from cablestudy.study.case import Case
 from cablestudy.study.column import attribute, lacks
 from cablestudy.study.columns import find as find_of_one
-from cablestudy.study.columns import is_own
+from cablestudy.study.columns import is_of_one_cable
 from cablestudy.study.motion_columns import check_winch_speed
 from cablestudy.study.one_cable_system import equilibria_of
 from cablestudy.study.refinement import reference_scene
@@ -49,7 +49,7 @@ KEYS = {"control": "winch.controller", f"cables.{CABLE}.section_breaking_force":
 
 
 @cache
-def own_name(name, bare):
+def name_in_one_cable(name, bare):
     """The name that a column of suspensions has in a scene of one cable, `bare` without a gondola; empty for none."""
     owner, _, quantity = name.partition(".")
     if owner == CABLE and of_suspensions.OF_CABLE_MODES.fullmatch(quantity):
@@ -70,9 +70,9 @@ def column_of_one_cable(column, bare):
     bare : bool
         Whether the scene has no gondola.
     """
-    if is_own(column):
+    if is_of_one_cable(column):
         return column
-    if name := own_name(column.name, bare):
+    if name := name_in_one_cable(column.name, bare):
         return find_of_one(name)
     # stage of a suspension -> stage of one cable, where coupled modes are those of the gondola, and each suspension is
     # made about an equilibrium
@@ -99,7 +99,7 @@ def why_not(scene, column):
     """Reason for which a scene of one cable cannot have a column; empty where it can."""
     bare = scene.gondola is None
     own_column, owners = column_of_one_cable(column, bare), {CABLE, "", *([] if bare else [GONDOLA])}
-    owner = "" if is_own(column) else column.name.rpartition(".")[0]
+    owner = "" if is_of_one_cable(column) else column.name.rpartition(".")[0]
     if owner in scene.cases:
         name = column.name.partition(".")[2]
         return f"{owner} is a load case: --case {owner}, or vary: [{{case: [{owner}]}}], has the column {name}"
@@ -108,7 +108,7 @@ def why_not(scene, column):
             return f"{column.name} is of a cable with fixed ends: the scene must not have the key {own_column.without}"
         if key := lacks(scene, own_column):
             return f"{column.name} needs the key {key}, which the scene does not have"
-        if is_own(column) or own_name(column.name, bare):
+        if is_of_one_cable(column) or name_in_one_cable(column.name, bare):
             return ""
     return of_suspensions.why_not(as_suspension(scene), column)
 

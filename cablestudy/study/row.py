@@ -9,7 +9,7 @@ from cablestudy.study import models, notes
 from cablestudy.study.case import Case
 from cablestudy.study.closed_form import ColumnRequirements, by_elements, closed_form
 from cablestudy.study.column import lacks, relative
-from cablestudy.study.columns import find, is_own
+from cablestudy.study.columns import find, is_of_one_cable
 from cablestudy.study.motion_columns import DAMPING_RATIO, goes_slack
 from cablestudy.study.refinement import Refinement, needs_of, reference_scene, refine
 from cablestudy.study.results import Results
@@ -258,7 +258,7 @@ def _judge_system(row, required):
         if name not in row.values or row.errors.get(name) is None:
             continue
         # in a steady wind, and those of suspensions, state the error they reach
-        if row.errors[name] > accuracy and is_own(column) and not case.results.drag.normal_drag[case.index]:
+        if row.errors[name] > accuracy and is_of_one_cable(column) and not case.results.drag.normal_drag[case.index]:
             text = f"{name}: estimated error {row.errors[name]:.1e}, asked for {accuracy:g}"
             row.failures[name] = ConvergenceError(text)
             del row.values[name]

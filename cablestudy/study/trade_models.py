@@ -13,7 +13,7 @@ from cablestudy.control.loop_state_space import force_state_space
 from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
 from cablestudy.study.case import Case
 from cablestudy.study.column import DISCRETE, SYSTEM, lacks, value, value_and_error
-from cablestudy.study.columns import find, is_own
+from cablestudy.study.columns import find, is_of_one_cable
 from cablestudy.study.motion_columns import GONDOLA_X
 from cablestudy.study.notes import strength_warning as strength_warning
 from cablestudy.study.one_cable_columns import column_of_one_cable
@@ -128,7 +128,7 @@ def missing_key(scene, column):
 def comparable(scene, column):
     """The column of one cable with the number of a column; SceneError where only suspensions have it."""
     own_column = column_of_one_cable(column, scene.gondola is None)
-    if not is_own(own_column):
+    if not is_of_one_cable(own_column):
         raise SceneError(f"--columns: {column.name}: the models of one cable that are compared do not have it")
     return own_column
 
