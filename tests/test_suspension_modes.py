@@ -351,7 +351,7 @@ def test_the_coordinates_without_damping_are_those_of_the_whole_system():
     expected, others = found.system.lowest(12)
     assert omega == pytest.approx(expected, rel=1e-12)
     assert shapes.T @ (found.system.mass @ shapes) == pytest.approx(np.eye(12), abs=1e-11)
-    assert found.solution.reduced.weighed(others) == pytest.approx(found.system.mass @ others, abs=1e-12)
+    assert found.solution.reduced.mass_times(others) == pytest.approx(found.system.mass @ others, abs=1e-12)
 
 
 @pytest.mark.parametrize("order", [4, 6, 8])

@@ -129,7 +129,7 @@ class Loop:
         motion, count = self.motion, len(self.motion)
         upper = motion.eigen.values.imag > 0
         poles = motion.eigen.values[upper]
-        forces = motion.eigen.left[upper, count : 2 * count] @ motion.accelerated(np.eye(count))
+        forces = motion.eigen.left[upper, count : 2 * count] @ motion.accelerations(np.eye(count))
         from_winches = (forces[:, None] @ motion.pulled(poles))[:, 0] @ self.allocation.shares
         measured = self.allocation.measured @ (motion.eigen.right[:count, upper] / motion.unit[:, None])
         growth = -(from_winches * self.controller(poles) * measured.T).sum(axis=1).real

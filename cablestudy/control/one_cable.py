@@ -90,7 +90,7 @@ def linear_system(model, chosen, residual, nodes, gondola, location):
         free, imposed, inputs, outputs = np.arange(modes), ends, names[modes:], FORCES
         free_names = names[:modes]
     else:
-        system = _beside_gondola(system, *gondola)
+        system = _with_separate_gondola(system, *gondola)
         free = np.append(np.arange(modes), ends[GONDOLA])
         imposed, inputs = ends[[GONDOLA if location == "gondola" else GROUND]], WINCH
         free_names, outputs = (*names[:modes], OF_GONDOLA[0]), (*OF_GONDOLA, *FORCES)
@@ -147,7 +147,7 @@ def _with_outputs(system, ends, names):
     return replace(system, c=tuple(map(np.concatenate, rows)), d=direct, outputs=names)
 
 
-def _beside_gondola(cable, mass, damping):
+def _with_separate_gondola(cable, mass, damping):
     """`LinearSystem` of a cable, and of a gondola apart from it as last coordinate, on which the first input acts."""
     last = np.eye(len(cable) + 1)[-1]
     of_gondola = (cable.mass, mass), (cable.damping, damping), (cable.stiffness, 0.0)

@@ -31,7 +31,7 @@ ALONG_X = np.array([[True, False, False, False, False, False]])
 
 
 @dataclass(frozen=True)
-class Held:
+class NoSearch:
     """Record of convergence of poses that need no search, since the scene states where the ends of the cable are.
 
     Attributes
@@ -301,7 +301,7 @@ def equilibria_of(cases):
         stated=("unstretched_length",),
         value=span.unstretched_length,
     )
-    return Equilibrium(suspension, position, rotation, catenary, Held(np.ones(len(cases), dtype=bool)))
+    return Equilibrium(suspension, position, rotation, catenary, NoSearch(np.ones(len(cases), dtype=bool)))
 
 
 def exact_model(case):

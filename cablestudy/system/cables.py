@@ -120,13 +120,13 @@ class Cables:
         return self.heavy & self.catenary.folded
 
     @cached_property
-    def blown(self):
+    def in_steady_wind(self):
         """True for cables in a steady wind that their elements follow, shape (c,)."""
         return np.zeros(self.count, dtype=bool) if self._drag is None else self.heavy & (self._drag.normal_drag > 0)
 
     def uneven_drag(self, cables):
         """Uneven drag of some cables, see `steady_drag.uneven_drag`; None where none of them is blown."""
-        return uneven_drag(self._drag.take(cables)) if self.blown[cables].any() else None
+        return uneven_drag(self._drag.take(cables)) if self.in_steady_wind[cables].any() else None
 
     @cached_property
     def travel_time(self):
@@ -176,7 +176,7 @@ class Cables:
         return self.catenary.span.mass * self.catenary.span.unstretched_length * (1 + self.carried)
 
     @property
-    def straight(self):
+    def straight_inertia(self):
         """Inertia of the six ends, the mass distributed as that of straight cables, shape (c, 6, 6). [kg]"""
         return self.mass[:, None, None] * STRAIGHT
 
@@ -283,7 +283,7 @@ class Models:
         """Number of displacements of all nodes of the cables."""
         return sum(3 * mesh.nodes for mesh in self.meshes if mesh is not None)
 
-    def reaching(self, limits):
+    def with_modes_up_to(self, limits):
         """`Models` with the modes of large cables up to frequencies, shape (c,) [rad/s]: itself where it has them."""
         modes = self._modes_of_large.copy()
         for group in self.groups:
@@ -341,12 +341,12 @@ class Models:
         for cable, mesh in enumerate(self.meshes):
             if mesh is not None:
                 alone = cable if self._large(mesh) else None
-                blown = bool(self._fixed and cables.blown[cable])
+                blown = bool(self._fixed and cables.in_steady_wind[cable])
                 members.setdefault((mesh, bool(symmetric[cable]), blown, alone), []).append(cable)
         return [self._group(mesh, blown, indices) for (mesh, _, blown, _), indices in members.items()]
 
     def _group(self, mesh, blown, indices):
-        """`MeshGroup` of some cables on one mesh, `blown` ones with uneven drag, which couples the planes."""
+        """`MeshGroup` of some cables on one mesh, `in_steady_wind` ones with uneven drag, which couples the planes."""
         catenary = self.cables.catenary.take(np.array(indices))
         if self._fixed:
             state, record = equilibrium.solve_many(catenary, mesh, self.cables.uneven_drag(indices))

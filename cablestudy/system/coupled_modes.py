@@ -144,7 +144,7 @@ class Search:
         """Number of the batch in which the elements of a row are solved: from 0 of a row alone, below 0 of many."""
         cables, loads = self._cable_indices([row]), self.cables.catenary.span.load_forces
         large = any(meshes[cable] and has_more_modes(meshes[cable]) for cable in cables)
-        alone = large or self.cables.blown[cables].any()
+        alone = large or self.cables.in_steady_wind[cables].any()
         return row if alone else -1 - bool(np.any(loads[cables, :, 2]))
 
     def _modes_of_elements(self, rows, alone, meshes):
@@ -255,7 +255,9 @@ class Search:
         first_omega = np.divide(np.pi, time, out=np.full(time.shape, np.inf), where=time > 0)
         strings = np.repeat((first_omega[..., None] * harmonics).reshape(len(rows), -1), cables.across, axis=1)
         index = self._cable_indices(rows)
-        of_ends = (matrix[index].reshape(*layout.shape, -1, 6, 6) for matrix in (cables.end_stiffness, cables.straight))
+        of_ends = (
+            matrix[index].reshape(*layout.shape, -1, 6, 6) for matrix in (cables.end_stiffness, cables.straight_inertia)
+        )
         bodies = layout.without_modes(*of_ends).lowest(self.count)[0].reshape(len(rows), -1)
         omega = np.sort(np.concatenate([strings, bodies], axis=1), axis=1)[:, : self.count]
         return np.where(np.isfinite(omega), omega, 0.0).max(axis=1, initial=0.0)
@@ -321,7 +323,7 @@ class Search:
         highest, limits, pending = highest.copy(), limits.copy(), np.arange(len(rows))
         for _ in range(SYSTEM.limit_trials):
             tried_limits = limits[pending]
-            models = models.reaching(limits.ravel())
+            models = models.with_modes_up_to(limits.ravel())
             pending_models = models if len(pending) == len(rows) else models.take(self._cable_indices(pending))
             trial = self._trial(pending_models, tried_limits.ravel(), rows[pending])
             too_few = np.isinf(trial.omega).any(axis=1) & self._heavy[rows[pending]].any(axis=1)
@@ -412,7 +414,7 @@ def modes_of_row(trial, row, error, finer=None):
         run = slice(first - 1, last)
         error[run] = error[run].max() + solution.omega[last - 1] / solution.omega[first - 1] - 1
         # combinations by the principal axes of the mean number of the coordinates that move
-        by_number = shapes[:, run].T @ (number * solution.reduced.weighed(shapes[:, run]))
+        by_number = shapes[:, run].T @ (number * solution.reduced.mass_times(shapes[:, run]))
         shapes[:, run] = shapes[:, run] @ np.linalg.eigh(by_number + by_number.T)[1]
     return CoupledModes(solution.omega / (2 * np.pi), error, coincident, solution, shapes, finer)
 

@@ -189,7 +189,7 @@ def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
             error_rate[..., size + inputs : size + inputs + references] -= np.eye(references)
         _filter_by_notches(notches, error, error_rate, fixed, 2 * m + filters)
         _add_law(motion, allocation, law, (error, error_rate), force, fixed, scaled)
-    fixed[..., m : 2 * m, :] = motion.accelerated(force)
+    fixed[..., m : 2 * m, :] = motion.accelerations(force)
     return Equations(fixed, scaled, z, z_rate, feedback, movements)
 
 
@@ -217,7 +217,7 @@ def _add_law(motion, allocation, law, errors, force, fixed, scaled):
     if order:
         force[..., laws] += _kron(by_speed, c_rows) + _kron(by_acceleration, c_rows @ a)
         fixed[..., laws, laws], fixed[..., begin:, laws] = _kron(np.eye(r), a), _kron(np.eye(r), c_rows)
-    accelerated = motion.accelerated(np.concatenate([by_speed, by_acceleration], axis=-1))
+    accelerated = motion.accelerations(np.concatenate([by_speed, by_acceleration], axis=-1))
     by_speed, by_acceleration = np.split(accelerated, 2, axis=-1)
     direct, c_b = np.asarray(d)[..., None, None], (c_rows @ np.asarray(b)[..., None])
     for number in range(scaled.shape[-3]):

@@ -220,7 +220,7 @@ class LinearSystem:
         """True where M is the identity, but for rounding, shape (...)."""
         return np.abs(self.mass - np.eye(len(self))).max(axis=(-2, -1), initial=0.0) < SYSTEM.entry_rounding
 
-    def accelerated(self, forces):
+    def accelerations(self, forces):
         """Accelerations by forces on the coordinates, M^-1 f, shape (..., n, r)."""
         if self._has_unit_mass.all():
             return forces

@@ -62,7 +62,7 @@ class ReducedSystem:
         if isinstance(self.inertia, np.ndarray):
             moves_bodies = coupled(self.coupling, np.diagonal(self.inertia, axis1=-2, axis2=-1)[..., None, :])
             if not moves_bodies.all():
-                return self._lowest_beside_uncoupled(count, moves_bodies)
+                return self._lowest_with_uncoupled(count, moves_bodies)
         return self._lowest_of_coupled(count)
 
     def _lowest_of_coupled(self, count):
@@ -89,7 +89,7 @@ class ReducedSystem:
         omega, shapes = normalised_modes(shapes, (vectors * (matrix @ vectors)).sum(axis=-2))
         return np.where(stable, omega, np.nan), np.where(stable[..., None], shapes, 0.0)
 
-    def _lowest_beside_uncoupled(self, count, moves_bodies):
+    def _lowest_with_uncoupled(self, count, moves_bodies):
         """`lowest` where some cable coordinates move no body: each of those is a mode by itself.
 
         The eigenvalue problem is solved for the other coordinates and the bodies alone; its modes and the modes by
@@ -144,13 +144,13 @@ class ReducedSystem:
         def static_displacements(forces):
             return np.concatenate([forces[:modal] / square, solve(forces[modal:])])
 
-        shapes = lanczos_modes(len(self), static_displacements, self.weighed, count)
+        shapes = lanczos_modes(len(self), static_displacements, self.mass_times, count)
         cables, bodies = shapes[:modal], shapes[modal:]
         energy = (square[:, None] * cables**2).sum(axis=0) + (bodies * (self.stiffness @ bodies)).sum(axis=0)
         shapes = shapes / np.sqrt(energy)
-        return normalised_modes(shapes, (shapes * self.weighed(shapes)).sum(axis=0))
+        return normalised_modes(shapes, (shapes * self.mass_times(shapes)).sum(axis=0))
 
-    def weighed(self, shapes):
+    def mass_times(self, shapes):
         """M times shapes of all coordinates, shape (N + d,) or (N + d, r), of one system."""
         cables, bodies = shapes[: len(self.omega)], shapes[len(self.omega) :]
         return np.concatenate([cables + self.coupling @ bodies, self.coupling.T @ cables + self.inertia @ bodies])

@@ -92,7 +92,7 @@ class StateSpaces:
     def _input_matrix(self, forces):
         """B: change of each state by forces on the coordinates, shapes (n, N, j) and (n, m, j)."""
         matrix, m = np.zeros((*self.a.shape[:-1], forces.shape[-1])), len(self.motion)
-        matrix[:, m : 2 * m] = self.motion.accelerated(forces)
+        matrix[:, m : 2 * m] = self.motion.accelerations(forces)
         return matrix
 
     def matrices(self, forces, direct=None, speeds=False):

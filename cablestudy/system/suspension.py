@@ -349,7 +349,7 @@ class Equilibrium:
         return uncertainty.uncertainty_of(self)
 
     @cached_property
-    def stands(self):
+    def valid(self):
         """True where the search converged to a stable equilibrium, determined beyond rounding, shape (...)."""
         return self.record.converged & self.stability.stable & self.uncertainty.determined
 

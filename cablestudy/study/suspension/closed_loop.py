@@ -51,8 +51,8 @@ class ClosedLoop:
         self.equilibrium, self.drag, self.layout = plant.equilibrium, plant.drag, plant.layout
         self.winches, self.markers, self.actuators = plant.winches, plant.markers, plant.actuators
 
-    def blown_by(self, plant):
-        """Copy about a `Plant` that differs from its own in the gusts alone (`Plant.blown_by`); itself about its own.
+    def with_plant(self, plant):
+        """Copy about a `Plant` that differs in the gusts alone (`Plant.with_airflow`); itself about its own.
 
         What was computed of its loop and its stability is shared.
         """

@@ -102,12 +102,12 @@ class DynamicAnalysis:
             shared[plant_key] = Plant(*arguments, loops=loops, responses=responses, **others)
         plant_in_wind_key = *plant_key, self.airflow and self.airflow.side
         if plant_in_wind_key not in shared:
-            shared[plant_in_wind_key] = shared[plant_key].blown_by(self.airflow)
+            shared[plant_in_wind_key] = shared[plant_key].with_airflow(self.airflow)
         loop_key, closed_loop_key = (*plant_key, control), (*plant_in_wind_key, control)
         if loop_key not in shared:
             shared[loop_key] = ClosedLoop(scene, shared[plant_in_wind_key])
         if closed_loop_key not in shared:
-            shared[closed_loop_key] = shared[loop_key].blown_by(shared[plant_in_wind_key])
+            shared[closed_loop_key] = shared[loop_key].with_plant(shared[plant_in_wind_key])
         return shared[closed_loop_key]
 
     @cached_property

@@ -476,7 +476,7 @@ def at_rest(scenes, numbers):
 
 def _failure(equilibrium, index, state=""):
     """The error of a case without a stable equilibrium, which names the state, or None."""
-    if equilibrium.stands[index]:
+    if equilibrium.valid[index]:
         return None
     if not equilibrium.record.converged[index]:
         return ConvergenceError(f"{state}no equilibrium: {explain(equilibrium.take(index))}")

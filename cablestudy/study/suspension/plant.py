@@ -392,7 +392,7 @@ class Plant:
         """`BodiesOnAllModes`, which all loops share."""
         return BodiesOnAllModes(self)
 
-    def blown_by(self, airflow):
+    def with_airflow(self, airflow):
         """Copy in the gusts of another `Airflow` that damps the suspension alike; itself where the gusts are equal."""
         if airflow is None or airflow.side == self.airflow.side:
             return self

@@ -161,7 +161,7 @@ def _static_frequency(column, case):
     else:
         equilibrium = case.equilibrium
         cables = Cables(equilibrium.catenary, UNDAMPED)
-        reduced = Layout(equilibrium).without_modes(cables.end_stiffness, cables.straight)
+        reduced = Layout(equilibrium).without_modes(cables.end_stiffness, cables.straight_inertia)
         frequencies = reduced.lowest(number)[0] / (2 * np.pi)
         frequencies = frequencies[np.isfinite(frequencies)]
     if number > len(frequencies):
