@@ -5,6 +5,7 @@ a and b, s being the wave number; bodies by matrices written out by hand or by t
 """
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -24,7 +25,7 @@ from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find
 from cablestudy.study.suspension.rows import cases_of
-from cablestudy.system import descent, statics
+from cablestudy.system import pose_state, statics
 from cablestudy.system.coupled import Layout
 from cablestudy.system.tolerances import SYSTEM
 
@@ -338,19 +339,19 @@ def test_the_stiffness_is_the_derivative_of_the_forces(seed):
     found = case_of(random_scene(seed)).equilibrium
     suspension = found.suspension.broadcast((1,))
     fixed = {"stated": ("unstretched_length",) * len(found.lengths), "value": found.lengths[None]}
-    suspension = descent.replace(suspension, position=found.position[None], rotation=found.rotation[None], **fixed)
+    suspension = replace(suspension, position=found.position[None], rotation=found.rotation[None], **fixed)
     state, step = statics.start(suspension), 3e-6
     free = np.flatnonzero(suspension.free)
     for column, place in enumerate(free):
         move = step * np.eye(suspension.free.size)[place].reshape(1, -1, 6)
         ahead, behind = (
-            descent.evaluate(suspension, descent.displaced(suspension, state, side * move)) for side in (1, -1)
+            pose_state.evaluate(suspension, pose_state.displaced(suspension, state, side * move)) for side in (1, -1)
         )
         slope = -(ahead.net - behind.net).ravel()[free] / (2 * step)
         assert found.stiffness[:, column] == pytest.approx(slope, rel=1e-6, abs=1e-7 * np.abs(slope).max())
         energy = (ahead.energy - behind.energy) / (2 * step)
-        at_rest = descent.evaluate(suspension, state)
-        _, work = descent.displaced_with_work(suspension, state, move)
+        at_rest = pose_state.evaluate(suspension, state)
+        _, work = pose_state.displaced_with_work(suspension, state, move)
         dead = work / step  # the energy of cables and links falls by what dead loads do along a step from rest
         assert energy[0] == pytest.approx(dead[0], abs=1e-4 * max(1.0, np.abs(at_rest.scale).max()))
 

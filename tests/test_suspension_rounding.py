@@ -20,8 +20,9 @@ from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.suspension.numbers import distribution_of, numbers_of
 from cablestudy.study.suspension.rows import cases_of
 from cablestudy.system import lengths, rounding, statics, tangent
-from cablestudy.system.descent import CONVERGED, ROUNDED, UNHELD, UNMET, evaluate
+from cablestudy.system.descent import CONVERGED, ROUNDED, UNHELD, UNMET
 from cablestudy.system.failure import explain
+from cablestudy.system.pose_state import evaluate
 from cablestudy.wind.mean import Drag, equilibrium_in_wind
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from suspensions import body, cable, point, sagging, suspension, trifilar
 
-from cablestudy.system import descent, stability, statics, tangent
+from cablestudy.system import pose_state, stability, statics, tangent
 from cablestudy.system.rigid import cross_matrix
 
 
@@ -29,7 +29,7 @@ def differences(found, step=1e-6):
         move = np.zeros(6 * count)
         move[i] = step
         forces = [
-            descent.evaluate(own, descent.displaced(own, state, sign * move.reshape(1, count, 6))).net.ravel()
+            pose_state.evaluate(own, pose_state.displaced(own, state, sign * move.reshape(1, count, 6))).net.ravel()
             for sign in (1, -1)
         ]
         columns.append((forces[1] - forces[0]) / (2 * step))
@@ -53,10 +53,10 @@ def test_the_energy_and_its_slope():
     along = np.polynomial.legendre.leggauss(12)
     size, slope = 2e-3, 0.0  # without a cable that becomes taut on the way
     for place, weight in zip(*along, strict=True):
-        there = descent.evaluate(flat, descent.displaced(flat, state, step * size * (1 + place) / 2))
+        there = pose_state.evaluate(flat, pose_state.displaced(flat, state, step * size * (1 + place) / 2))
         slope += weight / 2 * size * (there.net * step).sum()
-    first, last = (descent.evaluate(flat, descent.displaced(flat, state, step * x)) for x in (0, size))
-    change = last.energy - first.energy - descent.displaced_with_work(flat, state, step * size)[1]
+    first, last = (pose_state.evaluate(flat, pose_state.displaced(flat, state, step * x)) for x in (0, size))
+    change = last.energy - first.energy - pose_state.displaced_with_work(flat, state, step * size)[1]
     assert change[0] == pytest.approx(-slope, rel=1e-7)
 
 

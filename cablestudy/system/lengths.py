@@ -7,21 +7,19 @@ import numpy as np
 from cablestudy.cable import catenary
 from cablestudy.cable.vectors import largest, size
 from cablestudy.errors import NoSolutionError
-from cablestudy.system import descent, rounding, stated, tangent
-from cablestudy.system.descent import (
-    CONVERGED,
-    ROUNDED,
+from cablestudy.system import rounding, stated, tangent
+from cablestudy.system.descent import CONVERGED, ROUNDED, TOO_MANY, UNHELD, SearchRecord, descend
+from cablestudy.system.failure import MOTIONS
+from cablestudy.system.pose_state import (
     TINY,
-    TOO_MANY,
-    UNHELD,
-    SearchRecord,
     assign_rows,
     copy_record,
     displaced,
+    end_forces_and_stiffness,
+    extent,
     spans,
     take_rows,
 )
-from cablestudy.system.failure import MOTIONS
 from cablestudy.system.stability import UNSTABLE
 from cablestudy.system.statics import equilibrium, perturbed, refuse_unheld, start, with_stated
 from cablestudy.system.tension_distribution import METHODS, distribute
@@ -131,7 +129,7 @@ def with_stable_attitudes(suspension, flat, answers, which, moving, method, boun
         subset, motion = flat.take(falling), stability.motion.reshape(len(state.length), -1, 6)[falling]
         with_lengths = replace(subset, stated=("unstretched_length",) * len(flat.stated), value=state.length[falling])
         off_saddle = perturbed(with_lengths, take_rows(state, falling), motion, size_of_step)
-        descended, _ = descent.descend(with_lengths, off_saddle)
+        descended, _ = descend(with_lengths, off_saddle)
         with_attitudes = replace(subset, rotation=descended.rotation)
         repeated = search(with_attitudes, which, moving, method, *(bound[falling] for bound in bounds), LEAST_RATIOS[0])
         answers = with_converged(answers, falling, repeated)
@@ -221,7 +219,7 @@ def linearised(suspension, state, which, moving):
     """
     cables, quantities = catenary.solve(spans(suspension, state), state.tension), suspension.stated
     rates = stated.rates(cables, quantities)
-    forces, stiffness, links = descent.end_forces_and_stiffness(suspension, state, cables, rates.stiffness)
+    forces, stiffness, links = end_forces_and_stiffness(suspension, state, cables, rates.stiffness)
     net, scale = tangent.net_forces(suspension, state.rotation, state.arms, forces, cables.max_tension)
     blocks = tangent.blocks(suspension, state.rotation, state.arms, forces, stiffness)
     all_cables, arms = np.arange(len(quantities)), state.arms[:, suspension.of_cables]
@@ -513,7 +511,7 @@ def possible_tensions(suspension, state, which, low, tension, least_ratio):
 
 def allowed_share(suspension, state, step):
     """Share of a step of bodies that is no longer than a search allows, shape (n,). [-]"""
-    displacement = largest(step[..., :3]).max(axis=-1) / (SYSTEM.farthest_step * descent.extent(state))
+    displacement = largest(step[..., :3]).max(axis=-1) / (SYSTEM.farthest_step * extent(state))
     rotation = largest(step[..., 3:]).max(axis=-1) / SYSTEM.widest_turn
     return 1 / np.maximum(1.0, np.maximum(displacement, rotation))
 

@@ -8,22 +8,19 @@ from cablestudy.cable import catenary
 from cablestudy.cable.vectors import largest, size
 from cablestudy.errors import NoSolutionError
 from cablestudy.system import stated, tangent
-from cablestudy.system.descent import (
-    ROUNDED,
+from cablestudy.system.descent import ROUNDED, UNMET, descend, search
+from cablestudy.system.links import Links
+from cablestudy.system.pose_state import (
     TINY,
-    UNMET,
     PoseState,
     assign_rows,
     copy_record,
-    descend,
     displaced,
     end_forces_and_stiffness,
     extent,
-    search,
     spans,
     take_rows,
-)  # fmt: skip
-from cablestudy.system.links import Links
+)
 from cablestudy.system.rounding import Bounds, of_stated
 from cablestudy.system.stability import UNSTABLE
 from cablestudy.system.suspension import GROUND, STATED, Equilibrium

@@ -13,8 +13,8 @@ import numpy as np
 from cablestudy.cable.catenary import Catenary
 from cablestudy.cable.vectors import row_keys, times
 from cablestudy.system import stability, tangent, uncertainty
-from cablestudy.system.descent import take_rows
 from cablestudy.system.links import Links, joined
+from cablestudy.system.pose_state import take_rows
 from cablestudy.system.tangent import GROUND
 
 STATED = (

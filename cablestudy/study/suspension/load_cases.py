@@ -26,8 +26,8 @@ from cablestudy.study.suspension.numbers import CableValues, loads_of, numbers_o
 from cablestudy.study.tolerances import STUDY
 from cablestudy.study.uneven_drag import DragErrors, bounded_errors, uneven_drag_errors
 from cablestudy.system import stated, tangent
-from cablestudy.system.descent import assign_rows
 from cablestudy.system.equilibria import pose
+from cablestudy.system.pose_state import assign_rows
 from cablestudy.system.suspension import Equilibrium
 from cablestudy.wind.mean import Drag, equilibrium_in_wind
 
