@@ -92,6 +92,6 @@ def is_column(name):
 def column_names():
     """Names with units of the columns of one cable and of the whole of a suspension: list of str."""
     from cablestudy.study.columns import COLUMNS
-    from cablestudy.study.suspension.columns import WHOLE
+    from cablestudy.study.suspension.part_columns import WHOLE
 
     return list(dict.fromkeys(column.header for column in (*COLUMNS, *WHOLE)))

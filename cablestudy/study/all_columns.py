@@ -6,10 +6,11 @@ from cablestudy.study import columns as of_one_cable
 from cablestudy.study.column import Column, written_key
 from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.suspension import columns as of_suspensions
+from cablestudy.study.suspension import part_columns
 from cablestudy.study.table import Field, Table
 
-OF_SUSPENSIONS = {c.name for c in of_suspensions.WHOLE} - {c.name for c in of_one_cable.COLUMNS}
-HEADERS = {c.header for c in of_suspensions.WHOLE if c.name in OF_SUSPENSIONS}
+OF_SUSPENSIONS = {c.name for c in part_columns.WHOLE} - {c.name for c in of_one_cable.COLUMNS}
+HEADERS = {c.header for c in part_columns.WHOLE if c.name in OF_SUSPENSIONS}
 
 
 def find(name):

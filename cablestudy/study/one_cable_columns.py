@@ -18,6 +18,7 @@ from cablestudy.study.one_cable_system import equilibria_of
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.row import evaluate_cases
 from cablestudy.study.suspension import columns as of_suspensions
+from cablestudy.study.suspension import part_columns
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.group import Group
 from cablestudy.study.suspension.load_cases import DragChange
@@ -27,10 +28,10 @@ from cablestudy.system.coupled_modes import coupled_modes
 ALIASES = {
     "cable_mass": "mass",
     "max_utilisation": "utilisation",
-    **{f"{CABLE}.{theirs}": own for own, theirs in of_suspensions.INSTEAD.items()},
+    **{f"{CABLE}.{theirs}": own for own, theirs in part_columns.INSTEAD.items()},
     **{
         f"{CABLE}.{column.name}": column.name
-        for column in (*of_suspensions.OF_CABLES, *of_suspensions.FURTHER_OF_CABLES.values())
+        for column in (*part_columns.OF_CABLES, *part_columns.FURTHER_OF_CABLES.values())
     },
     f"{CABLE}.clearance": "clearance",
     **{f"{GONDOLA}.stiffness_{axes}": f"end_stiffness{end}" for axes, end in {

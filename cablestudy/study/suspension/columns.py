@@ -1,25 +1,32 @@
-"""Columns of suspensions: numbers of a body, a free point or a cable by its name, and of the whole suspension.
-
-`gondola.x`, `n1.max_tension`: a name, a dot and a quantity. Functions take a `SuspensionCase` and return a number, or a
-number and its estimated relative error.
-"""
+"""Columns of suspensions by their names: which there are, and why a suspension cannot have one."""
 
 import re
 from dataclasses import replace
 from itertools import product
 
-import numpy as np
-
-from cablestudy.cable.geometry import chord_angles, clearance
-from cablestudy.errors import NoSolutionError
 from cablestudy.scene.fields import suggestion
-from cablestudy.study.column import Column, attribute, lacks, written_key
-from cablestudy.study.columns import COLUMNS, FAMILIES
+from cablestudy.study.column import lacks
+from cablestudy.study.columns import FAMILIES
 from cablestudy.study.columns import find as find_of_one
+from cablestudy.study.suspension.part_columns import (
+    FORCES,
+    INSTEAD,
+    WHOLE,
+    all_cable_columns,
+    body_columns,
+    body_frequency_column,
+    cable_mode_column,
+    force_displacements,
+    frequency_column,
+    linear_ranges,
+    link_columns,
+    missing_key,
+    mode_columns,
+    point_columns,
+    static_frequency_column,
+    stiffness_column,
+)
 from cablestudy.study.suspension.wind_columns import (
-    LOOP,
-    PEAK_UTILISATION,
-    WINCHES,
     actuator_columns,
     link_force_column,
     midspan_column,
@@ -29,314 +36,29 @@ from cablestudy.study.suspension.wind_columns import (
     wind_columns_of,
 )
 from cablestudy.study.tolerances import STUDY
-from cablestudy.study.uneven_drag import clearance_by_drag
 from cablestudy.system.suspension import AXES
 
-# columns of a single cable -> those that cables of a suspension have instead
-INSTEAD = {"tension_1": "tension_from", "tension_2": "tension_to"}
-# columns of a single cable that a cable of a suspension has too; the others are of its ends along x, or of loads on it
-OF_CABLES = tuple(
-    column
-    for column in COLUMNS
-    if column.needs in ("scene", "statics")
-    and (not column.key or column.key.startswith("cable.section_"))
-    and column.name not in ("iterations", *INSTEAD)
-)
-# name -> column of a cable that is in no table of the command static; with another meaning where one is stated here
-FURTHER_OF_CABLES = {
-    column.name: replace(column, meaning=meaning or column.meaning)
-    for name, meaning in {
-        "end_stiffness_along": "static stiffness along the chord, one end held",
-        "deflection": "movement of the most moved point load along its force, from the unloaded form between the same "
-        "ends",
-        "linear_deflection": "",
-        "nonlinearity": "",
-        "load_sag": "",
-        "catenary_constant": "",
-        "shedding_frequency": "",
-        "shedding_frequency_low": "",
-        "shedding_frequency_high": "",
-    }.items()
-    for column in COLUMNS
-    if column.name == name
-}
-INCLINATION = Column(
-    "inclination", "deg", "angle of the chord above the horizontal, from `from` to `to`", "statics",
-    lambda results: np.degrees(chord_angles(results.span)[0]),
-)  # fmt: skip
-CABLE_MASS = next(column for column in OF_CABLES if column.name == "mass")
-ANGLES = ("roll", "pitch", "yaw")
-UNITS = {(False, False): "N/m", (False, True): "N/rad", (True, False): "N", (True, True): "N m/rad"}
-FORCES = "load_case.forces"
 # beginnings of the names of columns that bodies have for many axes or numbers
 OF_BODIES = "stiffness_", "frequency_", "share_", "damping_ratio_", "linear_range_", "force_displacement_"
 MODE = re.compile(r"((?:[^.]+\.)?)frequency_(\d{1,6})(?:_Hz)?")
 OF_CABLE_MODES = re.compile("|".join(family.name.replace("_K", r"_\w+") for family in FAMILIES))
 
 
-# ------------------------------------------------------------------------------------------------- of one cable
-
-
-def _of_cable(column, name):
-    """Column of the quantity of a `column` of single cables, for the cable `name` of a suspension: `Column`."""
-
-    def compute(case):
-        if column.name in FURTHER_OF_CABLES and (key := _missing_key(case.scene, name, named)):
-            raise NoSolutionError(f"{named.name} needs the key {key}, which this case does not have")
-        if column.determined_by:
-            _refuse_shapeless(case, name)
-        if column.each:
-            return column.compute(case.hanging(name))
-        stated = column.needs == "scene"
-        return case.stated_of_cable(column, name) if stated else case.of_cables(column)[case.cable(name)]
-
-    key = column.key.replace("cable.", f"cables.{name}.")
-    named = replace(column, name=f"{name}.{column.name}", compute=compute, key=key)
-    return named
-
-
-def _refuse_shapeless(case, name):
-    """Raise where a cable is slack and has no weight: it may lie in any form between its ends."""
-    if case.equilibrium.catenary.slack[case.cable(name)]:
-        raise NoSolutionError(
-            f"{name} is slack and without weight: it has no definite form, so no sag, swing, lowest point, clearance "
-            "or angles at its ends"
-        )
-
-
-def _cable_mode(column, name):
-    """Column of the frequency of a mode, a `column` of single cables, for the cable `name` with its ends fixed."""
-    return replace(column, name=f"{name}.{column.name}", meaning=f"{column.meaning}, ends fixed",
-                   compute=lambda case: case.cable_modes.frequency(name, column))  # fmt: skip
-
-
-def _end_tension(name, end, word):
-    """Column of the tension at an end (0 or 1) of a cable, `from` or `to`."""
-
-    def compute(case):
-        return np.linalg.norm(case.group.equilibrium.end_forces[case.index, case.cable(name), end])
-
-    return Column(f"{name}.tension_{word}", "N", f"tension at the end `{word}`", "statics", compute)
-
-
-def _clearance(name):
-    """Column of the clearance of a cable above the ground."""
-
-    def compute(case):
-        if case.scene.ground is None:
-            raise NoSolutionError(f"{name}.clearance needs the key ground, which this case does not have")
-        _refuse_shapeless(case, name)
-        equilibrium, cable = case.equilibrium, case.cable(name)
-        return clearance(equilibrium.catenary.take(cable), equilibrium.ends[cable, 0], case.scene.ground)
-
-    meaning = "least vertical distance from the cable down to the ground"
-    return Column(f"{name}.clearance", "m", meaning, "statics", compute, "ground", by_drag=clearance_by_drag)
-
-
-def cable_columns(name):
-    """The columns of one cable in the tables of the command static: list of Column."""
-    ends = [_end_tension(name, end, word) for end, word in enumerate(("from", "to"))]
-    return [*(_of_cable(column, name) for column in OF_CABLES), *ends, _of_cable(INCLINATION, name), _clearance(name)]
-
-
-def all_cable_columns(name):
-    """The columns of one cable without its tension in the wind: list of Column."""
-    return [*cable_columns(name), *(_of_cable(column, name) for column in FURTHER_OF_CABLES.values())]
-
-
-# ----------------------------------------------------------------------------------------- of a body or a free point
-
-
-def _coordinate(name, axis):
-    """Column of a coordinate of a body or free point."""
-    return Column(f"{name}.{'xyz'[axis]}", "m", f"place of its reference point along {'xyz'[axis]}", "statics",
-                  lambda case: case.coordinate(name, axis))  # fmt: skip
-
-
-def _angle(name, axis):
-    """Column of roll, pitch or yaw of a body."""
-
-    def compute(case):
-        value, error = case.coordinate(name, 3 + axis)
-        return np.degrees(value), error
-
-    meaning = f"{ANGLES[axis]} of the attitude R = Rz(yaw) Ry(pitch) Rx(roll)"
-    return Column(f"{name}.{ANGLES[axis]}", "deg", meaning, "statics", compute)
-
-
-def _mass(name):
-    """Column of the mass of a body, free point, or cable."""
-
-    def compute(case):
-        scene = case.scene
-        if name in scene.cables:  # whose column has the same name
-            return case.of_cables(CABLE_MASS)[case.cable(name)], case.statics_error(CABLE_MASS)
-        return scene.bodies[name].mass if name in scene.bodies else scene.points[name].mass
-
-    return Column(f"{name}.mass", "kg", "mass of the body or point", "scene", compute)
-
-
-def _stiffness(name, row, column):
-    """Column of an entry of the stiffness matrix of a body; row and column are names of AXES."""
-    indices, unit = (AXES.index(row), AXES.index(column)), UNITS[len(row) == 2, len(column) == 2]
-    meaning = f"force or moment {row} per movement {column} of its reference point, all loads counted"
-    return Column(f"{name}.stiffness_{row}{column}", unit, meaning, "stiffness",
-                  lambda case: case.body_stiffness(name)[indices])  # fmt: skip
-
-
-def _body_frequency(name, number):
-    """Column of the frequency of a mode with most of its kinetic energy in a body."""
-
-    def compute(case):
-        modes, index = case.mode_of(name, number)
-        return modes.frequency[index], case.mode_errors(modes)[index]
-
-    meaning = "frequency of the K-th mode with more than half of its kinetic energy in it"
-    return Column(f"{name}.frequency_{number}", "Hz", meaning, "modes", compute)
-
-
-def _force_displacement(name, axis):
-    """Column of the displacement of a body or free point by the forces of the load case."""
-
-    def compute(case):
-        displacement, error = case.force_displacement(name, axis)
-        return 1e3 * displacement, error
-
-    meaning = f"displacement along {AXES[axis]} by the forces of the load case, its other loads there before and after"
-    return Column(f"{name}.force_displacement_{AXES[axis]}", "mm", meaning, "statics", compute, FORCES)
-
-
-def force_displacements(name):
-    """The columns of the displacements of a body or free point by the forces of a load case: list of Column."""
-    return [_force_displacement(name, axis) for axis in range(3)]
-
-
-def mode_columns(name):
-    """The columns of the mode of a body or free point along each axis: list of Column."""
-    return [column for axis in AXES for column in _mode_along(name, axis)]
-
-
-def _mode_along(name, axis):
-    """Yield the columns of the mode with most of the static compliance of a body or point along an axis."""
-    axis_index = AXES.index(axis)
-
-    def with_drag(case, number_and_error):
-        """A number, and its relative error increased by that of the modes by uneven drag (`Group.drag_error`)."""
-        number, error = number_and_error
-        return number, error + case.group.drag_error(case.index)
-
-    of_compliance = f"of its static compliance {f'about {axis[1]}' if axis_index > 2 else f'along {axis}'}"
-    yield Column(f"{name}.frequency_{axis}", "Hz", f"coupled mode with the largest share {of_compliance}", "modes",
-                 lambda case: with_drag(case, case.mode_along(name, axis_index).frequency))  # fmt: skip
-    yield Column(f"{name}.share_{axis}", "", f"share {of_compliance} in that mode, phi^2/w^2 over 1/k", "modes",
-                 lambda case: with_drag(case, case.mode_along(name, axis_index).share))  # fmt: skip
-    yield Column(f"{name}.damping_ratio_{axis}", "", "damping ratio of that mode, winches at rest, with the air where "
-                 "the scene has wind", "modes",
-                 lambda case: with_drag(case, case.mode_along(name, axis_index).damping_ratio))  # fmt: skip
-
-
-def _static_frequency(name, number):
-    """Column of a frequency of a body on its static stiffness."""
-
-    def compute(case):
-        frequencies = case.static_frequencies(name)
-        if number > len(frequencies):
-            raise NoSolutionError(f"{name} has {len(frequencies)} free displacements, not {number}")
-        return frequencies[number - 1]
-
-    meaning = "frequency on the static stiffness, with a third of its cables' mass, all else at rest; K from 1 to 6"
-    return Column(f"{name}.frequency_static_{number}", "Hz", meaning, "stiffness", compute)
-
-
-def _linear_range(name, axis):
-    """Column of the linear range of a body or free point along x, y or z."""
-
-    def compute(case):
-        displacement, error = case.linear_range(name, axis)
-        return (None if displacement is None else 1e3 * displacement), error + case.statics_error(None)
-
-    meaning = (
-        f"displacement along {'xyz'[axis]}, of either sign, at which the restoring force of its cables differs by 5 % "
-        "from linear, all else at rest; empty where it does not"
-    )
-    return Column(f"{name}.linear_range_{'xyz'[axis]}", "mm", meaning, "stiffness", compute)
-
-
-def linear_ranges(name):
-    """The columns of the linear ranges of a body or free point along x, y and z: list of Column."""
-    return [_linear_range(name, axis) for axis in range(3)]
-
-
-def point_columns(name):
-    """The columns of a free point: list of Column."""
-    statics = [*(_coordinate(name, axis) for axis in range(3)), _mass(name), *linear_ranges(name)]
-    return [*statics, *force_displacements(name), *(column for axis in AXES[:3] for column in _mode_along(name, axis))]
-
-
-def body_columns(name):
-    """The columns of a body, without the entries of its stiffness and its frequencies: list of Column."""
-    return [*(_coordinate(name, axis) for axis in range(3)), *(_angle(name, axis) for axis in range(3)), _mass(name)]
-
-
-def link_columns(name):
-    """The columns of a link at rest: list of Column."""
-    return [
-        Column(f"{name}.force", "N", "force along the link, positive where it pulls", "statics",
-               lambda case: case.link(name)[:2]),
-        Column(f"{name}.length", "m", "distance of the two places of the link", "statics",
-               lambda case: case.link(name)[2]),
-    ]  # fmt: skip
-
-
-# ------------------------------------------------------------------------------------------ of the whole suspension
-
-
-def _frequency(number):
-    """Column of a frequency of the whole suspension."""
-    return Column(f"frequency_{number}", "Hz", "K-th frequency of all", "modes", lambda case: case.frequency(number),
-                  mode=(number,))  # fmt: skip
-
-
-def _over_all(name, unit, meaning, values, extreme, key="", of_reference=False):
-    """Column of the least, largest or sum, by a ufunc `extreme`, of numbers of all cables that have them.
-
-    `values` is a function of `CableResults` for these numbers, shape (n, c), not a number where a cable has none.
-    """
-
-    def compute(case):
-        group = case.group
-        return group.cables.over_all(name, values, extreme)[case.index] if group.cable_indices else None
-
-    return Column(name, unit, meaning, "statics", compute, key, of_reference=of_reference)
-
-
-WHOLE = (
-    *LOOP,
-    *WINCHES,
-    _over_all("min_tension", "N", "smallest tension in any cable", lambda r: r.statics.min_tension, np.fmin),
-    _over_all("max_tension", "N", "largest tension in any cable", lambda r: r.statics.max_tension, np.fmax),
-    _over_all("max_utilisation", "", "largest tension over breaking force of any cable", lambda r: r.utilisation,
-              np.fmax, "cables.*.section_breaking_force"),
-    PEAK_UTILISATION,
-    _over_all("cable_mass", "kg", "mass of all cables", lambda r: r.mass, np.add, of_reference=True),
-    *(column for column in COLUMNS if column.needs in ("limits", "run")),
-)  # fmt: skip
-
-
-# ------------------------------------------------------------------------------------------------------- by name
-
-
 def families():
     """All columns, to be printed with BODY, POINT, CABLE, ... for names and K for numbers: list of Column."""
-    numbered = [replace(column, name=column.name[:-1] + "K") for column in (_body_frequency("BODY", 1), _frequency(1))]
-    numbered.insert(1, replace(_static_frequency("BODY", 1), name="BODY.frequency_static_K"))
-    stiffness = [*(_stiffness("BODY", axis, axis) for axis in AXES), *linear_ranges("BODY")]
+    first_frequencies = {
+        "BODY.frequency_K": body_frequency_column("BODY", 1),
+        "BODY.frequency_static_K": static_frequency_column("BODY", 1),
+        "frequency_K": frequency_column(1),
+    }
+    numbered = [replace(column, name=name) for name, column in first_frequencies.items()]
+    stiffness = [*(stiffness_column("BODY", axis, axis) for axis in AXES), *linear_ranges("BODY")]
     stiffness += [*force_displacements("BODY"), *mode_columns("BODY")]
     of_whole = [column for column in WHOLE if column.needs != "run"]
     of_owners = [*body_columns("BODY"), *stiffness, *point_columns("POINT"), *all_cable_columns("CABLE"), *numbered]
     in_wind = [*place_columns("BODY"), *turn_columns("BODY"), *place_columns("BODY.MARKER"), *place_columns("POINT")]
     in_wind += [*tension_columns("CABLE"), midspan_column("CABLE")]
-    modes_of_cable = [_cable_mode(family, "CABLE") for family in FAMILIES]
+    modes_of_cable = [cable_mode_column(family, "CABLE") for family in FAMILIES]
     of_links = [*link_columns("LINK"), link_force_column("LINK")]
     return [*of_owners, *modes_of_cable, *in_wind, *actuator_columns("ACTUATOR"), *of_links, *of_whole]
 
@@ -358,13 +80,13 @@ def find(name):
     if match := MODE.fullmatch(name):  # frequency_K, or BODY.frequency_K
         owner, number = match[1][:-1], int(match[2])
         if 0 < number <= STUDY.highest_mode_number:
-            return _body_frequency(owner, number) if owner else _frequency(number)
+            return body_frequency_column(owner, number) if owner else frequency_column(number)
         raise ValueError(
             f"unknown column {name!r} (frequency_K: K is a whole number from 1 to {STUDY.highest_mode_number})"
         )
     owner, dot, quantity = name.partition(".")
     if dot and OF_CABLE_MODES.fullmatch(quantity):
-        return _cable_mode(find_of_one(quantity), owner)
+        return cable_mode_column(find_of_one(quantity), owner)
     columns = _columns_of_path(name.rpartition(".")[0]) if dot else WHOLE
     for column in columns:
         if owner and name in (column.name, column.header):
@@ -381,8 +103,8 @@ def _columns_of_path(path):
     return [
         *body_columns(owner),
         *all_cable_columns(owner),
-        *(_stiffness(owner, row, column) for row, column in product(AXES, AXES)),
-        *(_static_frequency(owner, number) for number in range(1, len(AXES) + 1)),
+        *(stiffness_column(owner, row, column) for row, column in product(AXES, AXES)),
+        *(static_frequency_column(owner, number) for number in range(1, len(AXES) + 1)),
         *linear_ranges(owner),
         *force_displacements(owner),
         *mode_columns(owner),
@@ -426,7 +148,7 @@ def why_not(scene, column):
         return f"{owner} has no column {quantity} ({suggestion(column.name, names)})"
     if column.key == FORCES and not scene.load_case.forces:
         return f"{column.name} needs the key cases.*.forces, which the scene does not have"
-    key = _missing_key(scene, owner, column) if owner in scene.cables else ""
+    key = missing_key(scene, owner, column) if owner in scene.cables else ""
     return f"{column.name} needs the key {key}, which the scene does not have" if key else ""
 
 
@@ -441,21 +163,6 @@ def of_each_cable(scene, name):
         return [(cable, find(f"{cable}.{name}")) for cable in scene.cables]
     except ValueError:
         return []
-
-
-def has_key(scene, cable, column):
-    """True if the scene has all keys that a column of the cable of a name needs."""
-    return not _missing_key(scene, cable, column)
-
-
-def _missing_key(scene, cable, column):
-    """The first key that a column of the cable of a name needs and a scene has no value for, or an empty text."""
-    for key in column.keys:
-        name = key.rpartition(".")[2]
-        entry = scene.loads_on(cable) if name == "loads" else attribute(scene, key)
-        if entry is None or (isinstance(entry, tuple) and not entry):
-            return written_key(key.split("|")[0])
-    return ""
 
 
 def _columns_of_owners(scene):

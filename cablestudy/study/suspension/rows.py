@@ -15,10 +15,10 @@ from cablestudy.study.column import DISCRETE, SYSTEM, least_work_first, not_fini
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.scene_values import places_of
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.study.suspension.columns import WHOLE
 from cablestudy.study.suspension.group import Group
 from cablestudy.study.suspension.notes import fallen, notes_of, strength_warning
 from cablestudy.study.suspension.numbers import distinct_connections, kind_of_case, loads_of, topology_of
+from cablestudy.study.suspension.part_columns import WHOLE
 from cablestudy.study.suspension.wind_columns import exceeded_limits, slackened
 from cablestudy.study.table_rows import (
     FALLEN,

@@ -10,7 +10,7 @@ from cablestudy.scene.scene import missing
 from cablestudy.scene.words import first_of
 from cablestudy.study.column import lacks
 from cablestudy.study.notes import beyond_linear, larger_by_loop
-from cablestudy.study.suspension.columns import cable_columns, has_key, linear_ranges
+from cablestudy.study.suspension.part_columns import cable_columns, has_key, linear_ranges
 from cablestudy.study.suspension.report import cells_of, chosen_tables, table_by_name
 from cablestudy.study.suspension.wind_columns import (
     LOOP,
