@@ -26,6 +26,11 @@ def shorten(text: str, limit: int) -> str:
     return text if len(text) <= limit else f"{text[: limit - 3 - half]}...{text[-half:]}"
 
 
+def one_line(text: object) -> str:
+    """Text of an error, or of anything else, without line breaks and with single blanks."""
+    return " ".join(str(text).split())
+
+
 @dataclass(frozen=True)
 class Mistake:
     """One mistake in what the user wrote. Long parts are cut, since they may quote a value of any length.

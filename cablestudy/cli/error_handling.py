@@ -8,7 +8,7 @@ import click
 
 from cablestudy.activity import ActivityDisplay, end_display
 from cablestudy.cli.tables import ONE_TABLE, discard_output, show, show_tables, while_it_is_read
-from cablestudy.errors import CablestudyError, SceneError
+from cablestudy.errors import CablestudyError, SceneError, one_line
 
 FAILED_CHECK, WRONG_USE, NO_ANSWER, INTERRUPTED = 1, 2, 3, 130
 
@@ -38,7 +38,7 @@ def handle_errors(command):
         except CablestudyError as error:
             echo_notes(getattr(error, "__notes__", ()), options.get("quiet", False))
             where = f"{options['scene']}: " if "scene" in options else ""
-            click.echo(where + " ".join(str(error).split()), err=True)
+            click.echo(where + one_line(error), err=True)
             return error.exit_code
         except OSError as error:  # the disk is full, for example
             click.echo(f"{error.filename or 'standard output'}: {error.strerror or error}", err=True)

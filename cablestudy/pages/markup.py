@@ -3,13 +3,15 @@
 from html import escape
 from importlib.resources import files
 
+from cablestudy.errors import one_line
+
 # the browser itself then refuses whatever a page might load
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 
 
 def text(value):
     """Text as HTML: escaped, on one line."""
-    return escape(" ".join(str(value).split()))
+    return escape(one_line(value))
 
 
 def unit_text(unit):

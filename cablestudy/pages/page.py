@@ -9,7 +9,7 @@ from base64 import b64encode
 from contextlib import contextmanager
 from html import escape
 
-from cablestudy.errors import CablestudyError, SceneError
+from cablestudy.errors import CablestudyError, SceneError, one_line
 from cablestudy.pages.markup import document, element, listed, paragraph, picture, text, unit_text
 from cablestudy.pages.tables import error_text, table_html
 from cablestudy.study.plots.style import UNDATED, styled
@@ -65,9 +65,9 @@ def _points(figure):
     return total
 
 
-def one_line(error):
-    """The message of an error in one line."""
-    return " ".join(str(error).split())[:LONGEST]
+def short_line(error):
+    """The message of an error in one line of at most LONGEST characters."""
+    return one_line(error)[:LONGEST]
 
 
 class Page:
@@ -120,10 +120,10 @@ class Page:
         try:
             yield
         except SceneError as error:
-            self.add(paragraph(f"Left out: {one_line(error)}", class_="reason"))
-            self.left_out.append(f"{what.lower()}: {one_line(error)}")
+            self.add(paragraph(f"Left out: {short_line(error)}", class_="reason"))
+            self.left_out.append(f"{what.lower()}: {short_line(error)}")
         except CablestudyError as error:
-            self.fail(what, one_line(error))
+            self.fail(what, short_line(error))
 
     def fail(self, what, reason):
         """Tell that something has no answer, and why."""
@@ -189,12 +189,12 @@ class Page:
     def note(self, title, lines):
         """Keep notes for the section on models and errors, each where it comes first."""
         kept = {line for lines in self.notes.values() for line in lines}
-        new = [line for line in dict.fromkeys(map(one_line, lines)) if line not in kept]
+        new = [line for line in dict.fromkeys(map(short_line, lines)) if line not in kept]
         self.notes.setdefault(title, []).extend(new)
 
     def warn(self, lines):
         """Keep warnings, each once."""
-        for line in map(one_line, lines):
+        for line in map(short_line, lines):
             line = line.removeprefix("warning: ")
             if line not in self.warnings:
                 self.warnings.append(line)

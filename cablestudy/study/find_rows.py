@@ -11,7 +11,7 @@ from threading import Thread
 
 import numpy as np
 
-from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
+from cablestudy.errors import CablestudyError, NoSolutionError, SceneError, one_line
 from cablestudy.scene.words import counted
 from cablestudy.study.find import KeyValues, column_values, solve
 from cablestudy.study.goal import goal_of_study
@@ -40,7 +40,7 @@ def evaluate_found(study, tables, columns, explain=False, estimate=False):
         if isinstance(solution, SceneError):
             rows[case] = empty, solution.without_places, {}, ()
         elif isinstance(solution, CablestudyError):
-            rows[case] = empty, " ".join(str(solution).split()), {}, ()
+            rows[case] = empty, one_line(solution), {}, ()
         else:
             values[case], scene = solution
             solved.append(CaseTable(np.array([case]), scene, {}))

@@ -6,7 +6,7 @@ The status of a row is `ok`, `over strength` or another doubt about an answer, o
 from dataclasses import dataclass, field
 from math import isnan
 
-from cablestudy.errors import CablestudyError
+from cablestudy.errors import CablestudyError, one_line
 from cablestudy.study.column import value_and_error
 from cablestudy.study.table import Field, Table
 from cablestudy.study.tolerances import STUDY
@@ -32,7 +32,7 @@ def status_of(failures, *doubts):
     """
     if not failures:
         return "; ".join(filter(None, doubts)) or OK
-    reasons = list(dict.fromkeys(" ".join(str(error).split()) for error in failures.values()))
+    reasons = list(dict.fromkeys(map(one_line, failures.values())))
     reasons = [reason for reason in reasons if not any(reason in other for other in reasons if other != reason)]
     omitted = len(reasons) - STUDY.listed_reasons
     reasons[STUDY.listed_reasons :] = [f"and {omitted} more reasons"] if omitted > 0 else []

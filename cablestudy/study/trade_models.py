@@ -10,7 +10,7 @@ import numpy as np
 from cablestudy.cable import taut
 from cablestudy.control.loop import unstable_pole
 from cablestudy.control.loop_state_space import force_state_space
-from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
+from cablestudy.errors import CablestudyError, NoSolutionError, SceneError, one_line
 from cablestudy.study.case import Case
 from cablestudy.study.column import DISCRETE, SYSTEM, lacks, value, value_and_error
 from cablestudy.study.columns import find, is_of_one_cable
@@ -45,11 +45,6 @@ BASE = (1, 32)  # elements a segment and order of the cable whose modes are redu
 MODES = (1, 3, 10, 30, 90)  # numbers of modes that reduced models keep
 POINTS = (100, 1000, 10_000, 100_000)  # numbers of frequencies of the grids that responses are integrated on
 GRID = (1e-5, 1e2)  # ends of a frequency grid, over the static frequency of the gondola
-
-
-def one_line(text):
-    """A message without line breaks."""
-    return " ".join(str(text).split())
 
 
 @dataclass(frozen=True)

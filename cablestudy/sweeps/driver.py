@@ -16,7 +16,7 @@ from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack, contextmanager
 
-from cablestudy.errors import NoSolutionError, SceneError
+from cablestudy.errors import NoSolutionError, SceneError, one_line
 from cablestudy.interrupts import signals_blocked
 from cablestudy.sweeps.chunks import compute
 from cablestudy.threads import keep_one_thread
@@ -279,7 +279,7 @@ def _client(address):
         try:
             client = Client(scheduler, timeout=TIMEOUT, set_as_default=False)
         except (OSError, TimeoutError, ValueError) as error:
-            reason = " ".join(str(error).split()) or type(error).__name__
+            reason = one_line(error) or type(error).__name__
             raise SceneError(f"--scheduler {address}: no scheduler answers there ({reason:.120})") from None
         cleanup.callback(client.close, timeout=TIMEOUT)
         yield client
