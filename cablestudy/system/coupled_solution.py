@@ -9,7 +9,6 @@ import numpy as np
 
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.damping import damping_ratios
-from cablestudy.system.matrices import compliance_shares
 from cablestudy.system.mode_pairs import pair_modes
 from cablestudy.system.reduced import ReducedSystem, coupled
 from cablestudy.system.tolerances import SYSTEM
@@ -411,7 +410,7 @@ class CoupledModes:
         return np.abs(ratio - coarse) / np.where(ratio > SYSTEM.frequency_rounding, ratio, 1.0)
 
     def compliance_shares(self, body, axis):
-        """Share of each mode in the static compliance of a free motion of a body, see `matrices.compliance_shares`.
+        """Share of each mode in the static compliance of a free motion of a body: all of them add up to one. [-]
 
         Parameters
         ----------
@@ -424,7 +423,7 @@ class CoupledModes:
         """
         motion = int(np.flatnonzero(self.layout.free == 6 * body + axis)[0])
         displacement = self.layout.bodies(self.shapes)[motion] / (2 * np.pi * self.frequency)
-        return compliance_shares(displacement, self.solution.reduced.compliance(motion))
+        return displacement**2 / self.solution.reduced.compliance(motion)
 
     def run_of(self, mode):
         """The modes that coincide with one, itself among them: slice of their indices, from 0."""

@@ -41,19 +41,6 @@ def inverse(matrices):
         return np.concatenate([inverse(matrix[None]) for matrix in matrices])
 
 
-def compliance_shares(displacement, compliance):
-    """Share of each mode in the static compliance of a displacement: all of them add up to one. [-]
-
-    Parameters
-    ----------
-    displacement : ndarray, shape (..., k)
-        In each mode of unit strain energy, phi/w of a mass-normalised one.
-    compliance : float or ndarray, shape (..., 1)
-        Displacement per force there.
-    """
-    return displacement**2 / compliance
-
-
 def shares(values):
     """Values over their sum, zeros where that is zero, shape (n,). [-]"""
     total = values.sum()

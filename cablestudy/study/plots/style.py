@@ -314,10 +314,10 @@ def legend_below(figure, entries, size=8.5):
     return figure.legend(*zip(*entries, strict=True), loc="outside lower center", ncols=columns, fontsize=size)
 
 
-def heading(figure, text, size=10):
+def heading(figure, text):
     """The title of a figure, at its left, in lines that fit; none for an empty text."""
     if text:
-        figure.suptitle(wrapped(text, figure.get_figwidth() - 0.2, size), x=0.01, ha="left", fontsize=size)
+        figure.suptitle(wrapped(text, figure.get_figwidth() - 0.2, 10), x=0.01, ha="left", fontsize=10)
 
 
 def bold(text):

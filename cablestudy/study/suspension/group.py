@@ -318,15 +318,11 @@ class Group:
         """Relative errors by conductors taken as linear along each cable, shape (n,). [-]"""
         return self._conductors.uneven_errors(self.equilibrium)
 
-    def drag_movement(self, index, in_wind=False):
-        """Errors as of `drag_error` of positions [m] and attitudes [rad] of bodies and points, shape (b, 6)."""
-        return (self._drag_change_in_wind if in_wind else self._drag_change).uncertainty[index]
-
     def mean_wind_uncertainty(self, index):
-        """Errors of movements by the mean wind, by drag as of `drag_movement` and by rounding, shape (b, 6)."""
+        """Errors of movements by the mean wind [m], [rad], by drag as of `drag_error` and by rounding, shape (b, 6)."""
         states = self.without_wind, self.in_mean_wind[0]
         by_rounding = sum(state.uncertainty.place[index] for state in states)
-        return self.drag_movement(index, in_wind=True) + by_rounding
+        return self._drag_change_in_wind.uncertainty[index] + by_rounding
 
     def error_by_drag(self, index, cable, column, number):
         """Relative error of a number of a cable by drag that is taken as uniform, of a `Column` that states its own.
