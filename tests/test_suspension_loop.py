@@ -14,17 +14,7 @@ from references.modal_loop import gains_of_modes
 from references.straight_suspension import Straight
 from scipy.optimize import brentq
 from solved import solve
-from straight_scenes import (
-    ACTUATORS,
-    LOOP,
-    NOTCH,
-    case_of,
-    closed_loop_of,
-    everything,
-    one_axis,
-    platform,
-    two_bodies,
-)
+from straight_scenes import ACTUATORS, LOOP, NOTCH, case_of, closed_loop_of, everything, one_axis, platform, two_bodies
 
 from cablestudy.control.margins_grid import frequencies, highest
 from cablestudy.errors import NoSolutionError

@@ -146,7 +146,7 @@ def loop(
     return scene.solve_loop(scene, span, time_options, table, estimate)
 
 
-def with_picture_or_response(answer, scene, in_wind, span, time_options, **named):
+def loop_answer(answer, scene, in_wind, span, time_options, **named):
     """Add to the margins of a control loop their picture, or replace them by a response in time, or over frequency.
 
     Parameters

@@ -5,14 +5,7 @@ from itertools import chain
 
 from cablestudy.errors import SceneError
 from cablestudy.interface.answer import Answer, only
-from cablestudy.interface.answers import (
-    DEFAULT_MODES,
-    SHARED,
-    coupled_modes,
-    fewer_modes,
-    frequency_limit,
-    with_picture_or_response,
-)
+from cablestudy.interface.answers import DEFAULT_MODES, SHARED, coupled_modes, fewer_modes, frequency_limit, loop_answer
 from cablestudy.interface.kinds import Frequency, Modes, WindOn
 
 WIND_ON = {"gondola": "gondola", "cable": "the cable of the gondola", "both": "gondola and cable"}  # in titles
@@ -135,9 +128,7 @@ def solve_loop(scene, span, time_options, table, estimate):
     answer = _of_row(scene, *loop_report.loop_table(scene.document, scene.model, estimate), draw=None)
     if (time_options and answer.failures) or not loop_report.has_loop(answer.case):
         return replace(answer, tables={}) if time_options or span else answer
-    return with_picture_or_response(
-        answer, scene, answer.case.in_wind, span, time_options, names=NAMES, wind_keys=WIND_KEYS
-    )
+    return loop_answer(answer, scene, answer.case.in_wind, span, time_options, names=NAMES, wind_keys=WIND_KEYS)
 
 
 def _of_row(scene, table, row, draw, remarks=()):

@@ -8,14 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.interface.answer import Answer, Tables, only
-from cablestudy.interface.answers import (
-    DEFAULT_MODES,
-    SHARED,
-    coupled_modes,
-    fewer_modes,
-    frequency_limit,
-    with_picture_or_response,
-)
+from cablestudy.interface.answers import DEFAULT_MODES, SHARED, coupled_modes, fewer_modes, frequency_limit, loop_answer
 from cablestudy.interface.arguments import checked
 from cablestudy.interface.kinds import Frequency, Modes, Text, WindOn
 from cablestudy.interface.scene import Scene
@@ -128,7 +121,7 @@ def solve_loop(scene, span, time_options, table, estimate):
     tables, failures = ({}, ()) if span or time_options else loop_tables(case, table)
     failures = unstable(case.in_wind.controlled) if span else failures
     answer = _of_case(case, failures, tables=_named(table, tables))
-    return with_picture_or_response(answer, scene, case.in_wind, span, time_options)
+    return loop_answer(answer, scene, case.in_wind, span, time_options)
 
 
 def _named(name, tables):

@@ -13,13 +13,7 @@ from cablestudy.study.notes import comparison_notes
 from cablestudy.study.report import STATE, modes_as_rows, shapes_table
 from cablestudy.study.suspension.notes import slack_cables
 from cablestudy.study.suspension.numbers import numbers_of
-from cablestudy.study.suspension.part_columns import (
-    body_columns,
-    cable_columns,
-    has_key,
-    link_columns,
-    point_columns,
-)
+from cablestudy.study.suspension.part_columns import body_columns, cable_columns, has_key, link_columns, point_columns
 from cablestudy.study.suspension.rows import value
 from cablestudy.study.table import Field, Table
 from cablestudy.study.tolerances import STUDY

@@ -12,14 +12,7 @@ from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import MODE, find
 from cablestudy.study.suspension.notes import strength_warning as strength_warning
 from cablestudy.study.suspension.rows import OF_THE_WHOLE, value
-from cablestudy.study.trade_models import (
-    ACCURACIES,
-    LEVELS,
-    ComparedModel,
-    element_models,
-    power,
-    with_elements,
-)
+from cablestudy.study.trade_models import ACCURACIES, LEVELS, ComparedModel, element_models, power, with_elements
 from cablestudy.system.cables import UNDAMPED, Cables
 from cablestudy.system.coupled import Layout
 
