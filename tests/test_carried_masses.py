@@ -40,8 +40,9 @@ from cablestudy.study.models import solve_models
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues
 from cablestudy.study.ssm_of_cable import nodal_shapes
-from cablestudy.system.cables import Cables, FixedModel, Models, fixed_meshes
+from cablestudy.system.cables import Models
 from cablestudy.system.ends import Ends
+from cablestudy.system.hanging_cables import Cables, FixedModel, fixed_meshes
 
 
 def carrying(span, *masses):

@@ -8,8 +8,9 @@ from cables import batch, chord_span, condensed_stiffness
 
 from cablestudy.cable import catenary
 from cablestudy.cable.damping import Damping
-from cablestudy.system.cables import STRAIGHT, Cables, Models
+from cablestudy.system.cables import Models
 from cablestudy.system.condensed_cables import solved
+from cablestudy.system.hanging_cables import STRAIGHT, Cables
 
 SPANS = [chord_span(100.0, degrees, strain, 1e5) for degrees, strain in ((20.0, -0.01), (60.0, 0.02), (19.0, 0.005))]
 DAMPING = [

@@ -21,8 +21,8 @@ from cablestudy.study.suspension.columns import find
 from cablestudy.study.suspension.group import Group
 from cablestudy.study.suspension.rows import cases_of, evaluate_suspensions
 from cablestudy.study.tolerances import STUDY
-from cablestudy.system.cables import FixedModel
 from cablestudy.system.coupled_modes import coupled_modes_of_cases
+from cablestudy.system.hanging_cables import FixedModel
 from cablestudy.wind.tolerances import WIND
 
 HELD_AT_ITS_CENTER = {"attachments": {f"e{k}": [0, 0, 0] for k in range(8)}, "center_of_mass": [0, 0, 0]}

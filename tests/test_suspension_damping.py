@@ -11,10 +11,11 @@ from command import run
 from suspension_scenes import G, hung, platform, suspension
 
 from cablestudy.cable.damping import Damping
-from cablestudy.system.cables import Cables, FixedModel, Models
+from cablestudy.system.cables import Models
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes
 from cablestudy.system.damping import damping_ratios
+from cablestudy.system.hanging_cables import Cables, FixedModel
 
 ZETA = 0.01
 

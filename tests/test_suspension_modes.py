@@ -19,10 +19,11 @@ from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.system import statics
-from cablestudy.system.cables import Cables, FixedModel, Models
+from cablestudy.system.cables import Models
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes, coupled_modes_of_cases
 from cablestudy.system.coupled_solution import Trial
+from cablestudy.system.hanging_cables import Cables, FixedModel
 from cablestudy.system.tolerances import SYSTEM
 
 

@@ -21,8 +21,9 @@ from cablestudy.scene.scene import load_scene
 from cablestudy.study import plots
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.ssm import with_node_forces
-from cablestudy.system.cables import Cables, FixedModel, Models, fixed_meshes
+from cablestudy.system.cables import Models
 from cablestudy.system.coupled import Layout
+from cablestudy.system.hanging_cables import Cables, FixedModel, fixed_meshes
 from cablestudy.system.linear import LinearSystem
 from cablestudy.system.suspension import outward
 

@@ -20,8 +20,8 @@ from cablestudy.study.suspension.airflow import Airflow, drag_of
 from cablestudy.study.suspension.body_mode import BodyMode, RefinedMode
 from cablestudy.study.suspension.dynamic_analysis import DynamicAnalysis, solve_modes
 from cablestudy.study.tolerances import STUDY
-from cablestudy.system.cables import Cables, FixedModel
 from cablestudy.system.coupled_modes import coupled_modes
+from cablestudy.system.hanging_cables import Cables, FixedModel
 from cablestudy.system.suspension import GROUND, Equilibrium, SuspendedSystem
 from cablestudy.wind.coherence import along_cable
 from cablestudy.wind.gusts import Gusts

@@ -16,7 +16,7 @@ from cablestudy.study.refinement import with_accuracy
 from cablestudy.study.row import evaluate_named
 from cablestudy.study.table import Field
 from cablestudy.study.tolerances import STUDY
-from cablestudy.system.cables import UNDAMPED, Cables
+from cablestudy.system.hanging_cables import UNDAMPED, Cables
 from cablestudy.wind.drag import shedding_frequencies
 from cablestudy.wind.imaging import seen_weights
 

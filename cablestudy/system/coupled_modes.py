@@ -13,9 +13,10 @@ import numpy as np
 from cablestudy.cable.damping import grows_with_modes
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of, result_of
-from cablestudy.system.cables import UNDAMPED, Cables, Models, fixed_meshes, has_more_modes
+from cablestudy.system.cables import Models, has_more_modes
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_solution import CoupledModes, Trial
+from cablestudy.system.hanging_cables import UNDAMPED, Cables, fixed_meshes
 from cablestudy.system.tolerances import SYSTEM
 
 ORDER_STEPS = np.array([6, 8, 10, 12, 14, 16, 20, 24, 32, 40])  # sums of orders to begin with: cables then share a mesh

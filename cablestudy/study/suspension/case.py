@@ -352,7 +352,7 @@ class SuspensionCase:
     @property
     def model(self):
         """`FixedModel` of the scene, or None where it states an accuracy."""
-        from cablestudy.system.cables import FixedModel
+        from cablestudy.system.hanging_cables import FixedModel
 
         model = self.scene.model
         return FixedModel(model.elements, model.order, model.mass) if model.elements else None

@@ -13,8 +13,8 @@ from cablestudy.study.suspension.columns import MODE, find
 from cablestudy.study.suspension.notes import strength_warning as strength_warning
 from cablestudy.study.suspension.rows import OF_THE_WHOLE, value
 from cablestudy.study.trade_models import ACCURACIES, LEVELS, ComparedModel, element_models, power, with_elements
-from cablestudy.system.cables import UNDAMPED, Cables
 from cablestudy.system.coupled import Layout
+from cablestudy.system.hanging_cables import UNDAMPED, Cables
 
 FREQUENCIES = (1, 2, 8)  # numbers of the modes that are compared by default
 LARGEST = {False: 3_000, True: 150_000}  # displacements of the largest model, dense and sparse: a few seconds, 2 GB
