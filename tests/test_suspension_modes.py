@@ -364,7 +364,7 @@ def test_the_error_by_the_mesh_is_estimated_from_one_model(order):
     coarse = Trial(Layout(state), models.coordinates(np.full(8, np.inf)), 12)
     exact = coupled_modes(state, 12, 1e-9)
     error = np.abs(coarse.omega[0] / (2 * np.pi) / exact.frequency - 1)
-    estimate = coarse.unresolved[0].sum(axis=0) / 2
+    estimate = coarse.mesh_error[0].sum(axis=0) / 2
     assert (error <= estimate).all()
     assert estimate.max() <= 500 * error.max()
 

@@ -158,8 +158,8 @@ class GroupCoordinates:
         """Number of modes that each cable has in all, n."""
         return self.vectors.shape[-2]
 
-    def omitted(self, square, ends):
-        """Dynamic mass that modes left out would add: the relative error of squared frequencies, see `Models.omitted`.
+    def truncation_error(self, square, ends):
+        """Dynamic mass that modes left out would add: relative error of squared frequencies, as the method of `Models`.
 
         Parameters
         ----------

@@ -239,7 +239,7 @@ class Models:
         """Masks of the modes of each group, of shape (g, n): list, from those of each cable, of shape (n,)."""
         return [np.stack([masks[cable] for cable in group.cable_indices.tolist()]) for group in self.groups]
 
-    def omitted(self, coordinates, square, ends):
+    def truncation_error(self, coordinates, square, ends):
         """Relative error of squared frequencies by the modes that the coordinates of each cable leave out.
 
         Parameters
@@ -263,10 +263,10 @@ class Models:
         error = np.zeros(square.shape)
         for of_group in coordinates.of_groups:
             cables = of_group.group.cable_indices
-            error[cables] = of_group.omitted(square[cables], ends[cables])
+            error[cables] = of_group.truncation_error(square[cables], ends[cables])
         return error
 
-    def unresolved(self, amplitudes, square, ends):
+    def mesh_error(self, amplitudes, square, ends):
         """Estimated relative error of squared frequencies by the mesh of each cable.
 
         Parameters
@@ -274,7 +274,7 @@ class Models:
         amplitudes : list of ndarray, shape (g, n, r)
             Of all modes of the cables of each group, about their static shapes.
         square, ends
-            As for `omitted`.
+            As for `truncation_error`.
 
         Returns
         -------
@@ -292,7 +292,7 @@ class Models:
         Parameters
         ----------
         amplitudes, ends
-            As for `unresolved`.
+            As for `mesh_error`.
 
         Returns
         -------
@@ -334,7 +334,7 @@ class Models:
         Parameters
         ----------
         amplitudes, ends
-            As for `unresolved`.
+            As for `mesh_error`.
 
         Returns
         -------

@@ -1,8 +1,8 @@
 """Search for the coupled modes of a suspension to an accuracy.
 
 The errors are estimated from a single model: the energy of each mode in the highest polynomials of the elements tells
-what the mesh of each cable leaves out (`cables.Models.unresolved`), and what the coordinates of the cables leave out
-adds a known mass (`cables.Models.omitted`). Cables whose mesh is too coarse are refined.
+what the mesh of each cable leaves out (`cables.Models.mesh_error`), and what the coordinates of the cables leave out
+adds a known mass (`cables.Models.truncation_error`). Cables whose mesh is too coarse are refined.
 """
 
 from functools import partial
@@ -75,7 +75,7 @@ class Search:
                     continue
                 trial, row_of_trial = outcome
                 error = trial.error[row_of_trial]
-                by_cable = trial.unresolved[row_of_trial].max(axis=-1, initial=0.0)
+                by_cable = trial.mesh_error[row_of_trial].max(axis=-1, initial=0.0)
                 mesh_error[k] = np.maximum(by_cable * len(by_cable) / self.accuracy, 1.0)
                 unresolved_rows[k] = error.max(initial=0.0) > self.accuracy
                 if not unresolved_rows[k]:
@@ -118,7 +118,7 @@ class Search:
         trial = Trial(self.layout, coordinates, len(coordinates.omega) + len(self.layout.free))
         omega = trial.omega[0]
         trial = trial.take_modes((np.arange(len(omega)) < self.count) | ((omega > lowest) & (omega < highest)))
-        return modes_of_row(trial, 0, np.maximum(trial.unresolved[0].sum(axis=0) / 2, SYSTEM.frequency_rounding))
+        return modes_of_row(trial, 0, np.maximum(trial.mesh_error[0].sum(axis=0) / 2, SYSTEM.frequency_rounding))
 
     def of_elements(self, model):
         """`CoupledModes` of each row with an exact choice of elements; all computed modes of cables are coordinates.
@@ -331,13 +331,13 @@ class Search:
             top = np.where(np.isfinite(trial.omega), trial.omega, 0.0).max(axis=1, initial=0.0)
             top = np.where(too_few, SYSTEM.wider * highest[pending], top)
             near = pending_models.first.reshape(tried_limits.shape) < SYSTEM.near_highest * top[:, None]
-            omitted = np.abs(trial.omitted)
-            good = ~too_few & (omitted.sum(axis=1).max(axis=-1, initial=0.0) <= allowed)
+            error = np.abs(trial.truncation_error)
+            good = ~too_few & (error.sum(axis=1).max(axis=-1, initial=0.0) <= allowed)
             good &= (~near | (tried_limits >= self._least_margin * top[:, None])).all(axis=1)
             stable = ~np.isnan(trial.omega).any(axis=1)
             for row_of_trial in np.flatnonzero(good | ~stable).tolist():
                 outcomes[pending[row_of_trial]] = trial, row_of_trial
-            wider = self._wider_limits(omitted.max(axis=-1, initial=0.0), allowed, tried_limits, near, top)
+            wider = self._wider_limits(error.max(axis=-1, initial=0.0), allowed, tried_limits, near, top)
             highest[pending], limits[pending] = top, np.where(good[:, None], tried_limits, wider)
             pending = pending[~good & stable]
             if not len(pending):

@@ -163,24 +163,24 @@ class Trial:
         return self.coordinates.amplitudes(by_cables)
 
     @cached_property
-    def omitted(self):
+    def truncation_error(self):
         """Relative error of the squared frequencies by what the coordinates of each cable leave out.
 
         Shape (n, c, k). [-]
         """
-        omitted = self.coordinates.models.omitted(self.coordinates, *self._moving_ends)
-        return omitted.reshape(self.rows, -1, self.omega.shape[1])
+        error = self.coordinates.models.truncation_error(self.coordinates, *self._moving_ends)
+        return error.reshape(self.rows, -1, self.omega.shape[1])
 
     @cached_property
-    def unresolved(self):
+    def mesh_error(self):
         """Relative error of the squared frequencies by the mesh of each cable, shape (n, c, k). [-]"""
         amplitudes = self.coordinates.amplitudes(self._cable_shapes)
-        return self.coordinates.models.unresolved(amplitudes, *self._moving_ends).reshape(self.omitted.shape)
+        return self.coordinates.models.mesh_error(amplitudes, *self._moving_ends).reshape(self.truncation_error.shape)
 
     @cached_property
     def error(self):
         """Estimated relative error of each frequency, shape (n, k). [-]"""
-        return np.maximum((np.abs(self.omitted) + self.unresolved).sum(axis=1) / 2, SYSTEM.frequency_rounding)
+        return np.maximum((np.abs(self.truncation_error) + self.mesh_error).sum(axis=1) / 2, SYSTEM.frequency_rounding)
 
     def solution(self, row):
         """`Solution` of one row.
@@ -196,7 +196,7 @@ class Trial:
             raise NoSolutionError(f"no modes about this equilibrium: {reason}")
         finite = slice(np.count_nonzero(np.isfinite(omega)))
         shapes = np.concatenate([self._cable_shapes[slice(*self._begin[row : row + 2])], self._body_shapes[row]])
-        return Solution(model, omega[finite], shapes[:, finite], self.omitted[row, :, finite])
+        return Solution(model, omega[finite], shapes[:, finite], self.truncation_error[row, :, finite])
 
 
 class RowModel:
@@ -271,8 +271,8 @@ class Solution:
         [rad/s]
     shapes : ndarray, shape (n, k)
         Mass-normalised.
-    omitted : ndarray, shape (c, k)
-        `Trial.omitted` of this row. [-]
+    truncation_error : ndarray, shape (c, k)
+        `Trial.truncation_error` of this row. [-]
     all_modes : Solution or None
         With all modes that were computed, of which these are the lowest; None where these are all.
     """
@@ -280,7 +280,7 @@ class Solution:
     model: RowModel
     omega: np.ndarray
     shapes: np.ndarray
-    omitted: np.ndarray
+    truncation_error: np.ndarray
     all_modes: "Solution | None" = None
 
     @property
@@ -481,7 +481,7 @@ class CoupledModes:
                 solution,
                 omega=solution.omega[chosen],
                 shapes=solution.shapes[:, chosen],
-                omitted=solution.omitted[:, chosen],
+                truncation_error=solution.truncation_error[:, chosen],
             ),
             shapes=self.shapes[:, chosen],
         )
@@ -558,7 +558,7 @@ def _cable_record(solution, cable, name):
         residuals=kept.residuals,
         first_mode=float(solution.models.first[cable]) / (2 * np.pi),
         limit=float(solution.coordinates.limits[cable]) / (2 * np.pi),
-        error=float(np.abs(solution.omitted[cable]).max(initial=0.0)) / 2,
+        error=float(np.abs(solution.truncation_error[cable]).max(initial=0.0)) / 2,
     )
 
 
