@@ -114,7 +114,7 @@ class Condition:
         tension, slope = np.where(on_line, final_line, tension), np.where(on_line, final, slope)
         return np.where(tension > 0, tension, 0.0), np.where(tension > 0, slope / (1.0 + self._thermal_strain), 0.0)
 
-    def pull(self, strain):
+    def tension_and_slope(self, strain):
         """Tension [N] and its slope with the strain [N] of each conductor at a strain, each of shape (...)."""
         return tuple(of_parts[..., 0] + of_parts[..., 1] for of_parts in self.parts(strain))
 
@@ -171,7 +171,7 @@ class Condition:
         strain, high = np.maximum(start, low + CABLE.curve_rounding), np.full(np.shape(low), np.inf)
         done = np.zeros(np.shape(low), dtype=bool)
         for _ in range(CABLE.curve_steps):
-            tension_by_curves, slope = self.pull(strain)
+            tension_by_curves, slope = self.tension_and_slope(strain)
             tension = tension_at(strain, tension_by_curves, slope)
             gap = tension - tension_by_curves
             done = done | ~(np.abs(gap) > accuracy * tension + CABLE.curve_rounding * np.abs(strain) * slope)
@@ -263,7 +263,7 @@ def uneven_strain(condition, strain, tensions, weights):
     ndarray, shape (...)
         [-]
     """
-    mean_tension, slope = condition.pull(strain)
+    mean_tension, slope = condition.tension_and_slope(strain)
     excess = np.zeros(strain.shape)
     for tension, weight in zip(np.moveaxis(tensions, -1, 0), weights.tolist(), strict=True):
         tension = np.maximum(tension, CABLE.curve_rounding * mean_tension)

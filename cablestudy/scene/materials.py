@@ -165,7 +165,7 @@ class Material(Properties):
         """Relations of its sizes, see `size_relations`."""
         yield self.size_relations()
 
-    def properties_besides(self, given):
+    def missing_properties(self, given):
         """Properties that a cable takes from this material because its own table does not give them.
 
         Parameters

@@ -113,7 +113,7 @@ class Section(Properties):
         if material is None:
             return data
         given = {key for key, value in data.items() if value is not None}
-        return {**material.properties_besides(given), **data}
+        return {**material.missing_properties(given), **data}
 
     @classmethod
     def key_mistakes(cls, given):

@@ -15,7 +15,7 @@ The catenary is that of a linear cable. At a strain of the conductor, the tangen
 conductor and linear cable have the same tension.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
 import numpy as np
@@ -176,7 +176,7 @@ class Conductors:
         self._strain = new.settle(
             tension_at, self._slack_strain + STUDY.first_conductor_strain, independent, STUDY.conductor_tension
         )
-        tension_at(self._strain, *new.pull(self._strain))
+        tension_at(self._strain, *new.tension_and_slope(self._strain))
         self._length_errors = _uneven_strain(new, self._strain, self.reference[1])
 
     def _linear(self, tangent, condition, rows=slice(None)):
@@ -298,7 +298,7 @@ class Conductors:
         with_creep, with_load = np.isin(states, CREPT), np.isin(states, LOADED)
         condition = self._condition(rows, scenes, sets)
         strain, _, _ = self._solve_strains(rows, scenes, condition)
-        tension, slope = condition.pull(strain)
+        tension, slope = condition.tension_and_slope(strain)
         # small motion about the equilibrium follows the final moduli; an end that a force has moved followed the curve
         slope = np.where(self._moved_by_force(scenes), slope, condition.elastic(strain))
         linear = self._linear((strain, tension, slope), condition, rows)
@@ -306,8 +306,7 @@ class Conductors:
         if with_load.any():
             # creep or load governs, whichever alone leaves the conductor longer: with less tension at the same strain
             by_creep_alone, by_load_alone = (
-                Condition(condition.curves, condition.temperature, part_sets, condition.creeping).pull(strain)[0]
-                for part_sets in (by_creep, by_load)
+                replace(condition, sets=part_sets).tension_and_slope(strain)[0] for part_sets in (by_creep, by_load)
             )
             creep_governs = with_creep & (by_creep_alone <= by_load_alone)
             governing = np.where(creep_governs, "after_creep", "after_load (" + heaviest + ")")
@@ -354,6 +353,6 @@ def uneven_errors(linear, catenary):
     with np.errstate(all="ignore"):
         extra_strain = _uneven_strain(condition, strain, tension) + linear.earlier_errors
         error = extra_strain * catenary.span.unstretched_length * catenary.end_stiffness[..., 0, 0] / mean_tension
-        compliance_difference = np.abs(1 / condition.pull(strain)[1] - 1 / condition.elastic(strain))
+        compliance_difference = np.abs(1 / condition.tension_and_slope(strain)[1] - 1 / condition.elastic(strain))
         error = error + compliance_difference * np.abs(tension - mean_tension[:, None]).max(axis=-1)
     return bounded_errors(STUDY.second_order * error)

@@ -195,7 +195,7 @@ class Models:
         return stiffness, inertia
 
     @cached_property
-    def first(self):
+    def lowest_omega(self):
         """Lowest angular frequency of each cable with fixed ends, infinite without mass, shape (c,). [rad/s]"""
         omega = np.full(self.cables.count, np.inf)
         for group in self.groups:
@@ -364,7 +364,7 @@ def _solved_together(models):
     cables = models[0].cables.among[0].take(np.concatenate([one.cables.among[1] for one in models]))
     meshes, modes = [mesh for one in models for mesh in one.meshes], [one._modes_of_large for one in models]
     of_all = Models(cables, meshes, most_modes=models[0]._most_modes, modes_of_large=np.concatenate(modes))
-    if isinstance(outcome_of(lambda: of_all.first), Exception):
+    if isinstance(outcome_of(lambda: of_all.lowest_omega), Exception):
         return None
     edges = np.cumsum([0, *(one.cables.count for one in models)]).tolist()
     own = map(np.arange, edges[:-1], edges[1:])

@@ -330,7 +330,7 @@ class Search:
             too_few = np.isinf(trial.omega).any(axis=1) & self._heavy[rows[pending]].any(axis=1)
             top = np.where(np.isfinite(trial.omega), trial.omega, 0.0).max(axis=1, initial=0.0)
             top = np.where(too_few, SYSTEM.wider * highest[pending], top)
-            near = pending_models.first.reshape(tried_limits.shape) < SYSTEM.near_highest * top[:, None]
+            near = pending_models.lowest_omega.reshape(tried_limits.shape) < SYSTEM.near_highest * top[:, None]
             error = np.abs(trial.truncation_error)
             good = ~too_few & (error.sum(axis=1).max(axis=-1, initial=0.0) <= allowed)
             good &= (~near | (tried_limits >= self._least_margin * top[:, None])).all(axis=1)

@@ -556,7 +556,7 @@ def _cable_record(solution, cable, name):
         order=mesh.order if mesh else 0,
         modes=kept.modes,
         residuals=kept.residuals,
-        first_mode=float(solution.models.first[cable]) / (2 * np.pi),
+        first_mode=float(solution.models.lowest_omega[cable]) / (2 * np.pi),
         limit=float(solution.coordinates.limits[cable]) / (2 * np.pi),
         error=float(np.abs(solution.truncation_error[cable]).max(initial=0.0)) / 2,
     )

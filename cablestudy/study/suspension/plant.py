@@ -217,7 +217,7 @@ class Plant:
         """`_loads` without the inertia of responses to moving bodies: applied ones, and `_moving_loads`; two (n, r)."""
         system, applied = self._full_system, self._applied_loads
         if self.midspans:
-            without_modes = self.modes.solution.models.first > TURN * self.modes.frequency[-1]
+            without_modes = self.modes.solution.models.lowest_omega > TURN * self.modes.frequency[-1]
             loads = self._midspan_loads[:, np.repeat(without_modes, 3)]
             applied = np.concatenate([applied, system.mass @ system.compliance(loads)], axis=1)
         return applied, self._moving_loads if self.responses else np.zeros((len(system), 0))
