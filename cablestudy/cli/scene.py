@@ -217,8 +217,6 @@ def trade(scene, sets, case, names, repeats, out, style, plot, explain, quiet):
 @click.option("--table", "name", type=click.Choice(LOOP_TABLES), help="Of a suspension: only this table.")
 def loop(scene, sets, case, span, duration, input_, output, size, length, name, style, plot, explain, quiet):
     """The winch loop: margins, sensitivity, bandwidth; over frequency; in time."""
-    from cablestudy.interface import read
-
     exclude({"response": span, "time": duration}, [(("--response",), ("--time",))])
     timed = {"input": input_, "output": output, "size": size, "length": length}
     if duration is None:
@@ -272,8 +270,6 @@ def joined(context, parameter, texts):
 def ssm(scene, sets, case, out, count, upto, error, kinds, no_residual, attached, wind, span, input_, output, proper,
         style, plot, explain, quiet):  # fmt: skip
     """A cable or a suspension as a state space: file, kept modes, frequency response."""
-    from cablestudy.interface import read
-
     one_case(case, "a state space is that of one case: give --case NAME")
     loaded_scene = read(scene, sets, case)
     options = {

@@ -179,7 +179,6 @@ class Page:
 
     def draw(self, figure_of, caption):
         """Append the picture that a function draws by the module `study.plots`."""
-        from cablestudy.pages.page import inline_picture
         from cablestudy.study import plots
 
         with self.part(f"Picture: {caption}"):
