@@ -1,5 +1,6 @@
 """The command report: one page of HTML with all tables, pictures, errors and reasons, that loads nothing."""
 
+import json
 import re
 from contextlib import nullcontext
 from html.parser import HTMLParser
@@ -322,10 +323,10 @@ def test_a_loop_needs_no_wind(folder):
     """What `loop` says of a suspension without wind is in its page, with its picture."""
     name, sets = CONFIGS / "suspensions" / "carlina-net-wind.yaml", ("--set", "wind=null", "--set", "control.gain=0.01")
     page, _ = report(folder, name, *sets)
-    (row,) = table_of("loop", name, *sets, "--table", "loop")
-    shown = page.quantities("Loop")
+    tables = json.loads(run("loop", name, *sets, "--format", "json").out)
+    (row,), shown = tables["loop"]["rows"], page.quantities("Loop")
     assert float(shown["gain margin"][0]) == pytest.approx(row["gain_margin_dB"], rel=1e-3)
-    coordinates = [row["coordinate"] for row in table_of("loop", name, *sets, "--table", "coordinates")]
+    coordinates = [row["coordinate"] for row in tables["coordinates"]["rows"]]
     assert [row[0] for row in page.tables["Measured coordinates of the loop"][1:]] == coordinates
     assert "Loop gain, sensitivity and margins" in page.texts["figcaption"]
     assert any(line.startswith("wind: the scene has none") for line in page.texts["li"])

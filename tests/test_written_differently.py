@@ -4,8 +4,11 @@ None of the ways changes what is described: a cable cut in two at a junction wit
 junction, two cables side by side in place of one, another order of the parts, the mirror image.
 """
 
+from functools import partial
+
 import numpy as np
 import pytest
+from campaign import campaign
 from command import CONFIGS
 
 from cablestudy.cable.geometry import places
@@ -22,6 +25,7 @@ NAMES = (
     "phase_margin", "winch_rms_speed",
 )  # fmt: skip
 CUT, SHARE = "u1", 0.37
+CUTS = campaign([5e-3, 1e-3], [5e-3])  # accuracies
 
 
 @pytest.fixture(scope="module")
@@ -45,8 +49,8 @@ def changed(scene, cables=None, **update):
     return scene.model_copy(update={"cables": scene.cables | (cables or {}), **update})
 
 
-def cut(scene, mass):
-    """A cable in two parts at a junction of a mass."""
+def cut(scene, mass, accuracy=1e-3):
+    """A cable in two parts at a junction of a mass; 1e-3 of its motion takes many modes that nothing else needs."""
     case = SuspensionCase(loaded(scene, mass))
     cable, number = scene.cables[CUT], case.cable(CUT)
     place = case.equilibrium.ends[number, 0] + places(case.equilibrium.catenary.take(number), np.array([SHARE]))[0]
@@ -55,7 +59,8 @@ def cut(scene, mass):
         cable.model_copy(update={"unstretched_length": share * cable.unstretched_length, end: "junction"})
         for share, end in ((SHARE, "to"), (1 - SHARE, "from_"))
     )
-    return changed(scene, {CUT: first, "second": second}, points=scene.points | {"junction": junction})
+    model = scene.model.model_copy(update={"accuracy": accuracy})
+    return changed(scene, {CUT: first, "second": second}, points=scene.points | {"junction": junction}, model=model)
 
 
 def loaded(scene, mass):
@@ -102,12 +107,12 @@ def own(scene):
 
 
 @pytest.mark.parametrize(("one", "other"), [
-    (None, lambda scene: cut(scene, 1e-9)),
+    *((None, partial(cut, mass=1e-9, accuracy=accuracy)) for accuracy in CUTS),
     (lambda scene: loaded(scene, 3.0), lambda scene: cut(scene, 3.0)),
     (None, doubled),
     (None, reversed_parts),
     (None, mirrored),
-], ids=["cut", "a mass", "side by side", "reverse order", "mirror image"])  # fmt: skip
+], ids=[*(f"cut {one}" for one in CUTS), "a mass", "side by side", "reverse order", "mirror image"])  # fmt: skip
 def test_what_is_written_differently_is_the_same(scene, own, one, other):
     first = evaluate_suspensions([one(scene)], COLUMNS)[0] if one else own
     (second,) = evaluate_suspensions([other(scene)], COLUMNS)
