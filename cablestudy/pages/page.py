@@ -24,6 +24,7 @@ PATH = re.compile(r' d="[^"]*"')
 DIGITS = re.compile(r"(\.\d\d)\d+")  # beyond hundredths of a point
 NAMES = re.compile(r'(\bid="|url\(#|href="#)')
 LONGEST = 1000  # characters of a reason
+MESSAGE = re.compile(r"(cases? [^:]*: )?(?:(note|warning): )?(.*)", re.DOTALL)  # load cases, kind, and text
 
 
 def inline_picture(figure, prefix, label):
@@ -187,16 +188,22 @@ class Page:
 
     def note(self, title, lines):
         """Keep notes for the section on models and errors, each where it comes first."""
-        kept = {line for lines in self.notes.values() for line in lines}
-        new = [line for line in dict.fromkeys(map(short_line, lines)) if line not in kept]
+        new = [line for line in dict.fromkeys(map(short_line, lines)) if line not in self._all_notes]
         self.notes.setdefault(title, []).extend(new)
 
-    def warn(self, lines):
-        """Keep warnings, each once."""
+    @property
+    def _all_notes(self):
+        """Notes of all titles: set of str."""
+        return {line for lines in self.notes.values() for line in lines}
+
+    def warn(self, title, lines):
+        """Keep warnings, each once; those that are notes, of load cases too, are kept as notes of a title."""
         for line in map(short_line, lines):
-            line = line.removeprefix("warning: ")
-            if line not in self.warnings:
-                self.warnings.append(line)
+            case, kind, message = MESSAGE.match(line).groups("")
+            if kind == "note":  # that of a case only where it is not one of the whole scene
+                self.note(title, [message if message in self._all_notes else case + message])
+            elif case + message not in self.warnings:
+                self.warnings.append(case + message)
 
     def models_and_errors(self, statement):
         """Append the section on what was modelled and what was left out; `statement` begins it, on the errors."""

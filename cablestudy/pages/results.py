@@ -23,7 +23,6 @@ CAPTIONS = {
     "loop": "Loop",
     "coordinates": "Measured coordinates of the loop",
 }
-NOTE = "note: "  # how a warning begins that is none
 LOADS = "Point loads{}; slope and tension on the sides of end 1 and end 2"
 CABLES = {"static": "Cables", "windrms": "Tensions of the cables in the wind"}
 PICTURES = {
@@ -138,8 +137,7 @@ def _add_key_figures(page, command, tables):
 def _add_messages(page, command, answer):
     """Add the notes, warnings and failures of an `Answer` to a page."""
     page.note(CAPTIONS[command], answer.explain())
-    page.note(CAPTIONS[command], (line.removeprefix(NOTE) for line in answer.warnings if line.startswith(NOTE)))
-    page.warn(line for line in answer.warnings if not line.startswith(NOTE))
+    page.warn(CAPTIONS[command], answer.warnings)
     for reason in answer.failures:
         page.fail(CAPTIONS[command], reason)
 
@@ -157,7 +155,7 @@ def _add_load_cases(page, scene):
     those of the governing case.
     """
     answer = scene.compute_cases("static", estimate=True)
-    page.warn(answer.warnings)
+    page.warn("Load cases", answer.warnings)
     for reason in answer.failures:
         page.fail("Load cases", reason)
     if answer.table is not None:

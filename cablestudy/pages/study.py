@@ -53,7 +53,7 @@ def study_sections(page, run, words, selection=None):
     """
     table, study = run.table(), run.study
     shown, notes = selection.table(table) if selection else (table, ())
-    page.warn(run.warnings())
+    page.warn("Rows", run.warnings())
     with page.section("Results"):
         if run.options.keep:
             page.add(paragraph(f"The rows are those that a sweep has stored in {run.path}."))
