@@ -173,6 +173,18 @@ def test_a_suspension_has_its_load_cases_too(folder):
     assert float(shown["largest tension"][0]) < float(shown["largest tension"][1])
 
 
+def test_notes_of_load_cases_are_with_the_models_and_warnings_at_the_head(folder):
+    base = f"base: {CONFIGS / 'suspensions' / 'mast-guys.yaml'}\n"
+    (folder / "mast.yaml").write_text(f"{base}cases: {{broken: {{lost: [guy1]}}}}\n", encoding="utf-8")
+    page, _ = report(folder, "mast.yaml")
+    (box,) = re.findall('<aside class="warnings".*?</aside>', page.html, re.DOTALL)
+    assert "case broken: without guy1 it falls" in box
+    note = "case broken: without guy1 the largest tension is more in guy2"
+    assert note not in box
+    assert note in page.html.partition("Models and errors</h2>")[2]
+    assert "note: " not in page.html
+
+
 def test_point_loads_have_a_table_and_one_of_the_load_cases(folder):
     """Their numbers are those of `static --table loads`; a load case without point loads is left out."""
     text = f"base: {ZIPLINE}\ncases: {{as-it-is: {{}}, two: {{loads: [{{at: 50 m, mass: 90 kg}}]}}}}\n"
