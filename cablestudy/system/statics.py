@@ -270,8 +270,8 @@ def backtrack(suspension, state, step, length_change, which, error):
     """Shorten steps of bodies and lengths until they lower the errors of stated values, in equilibrium after each.
 
     Where bodies move far, lengths that follow linearly are wrong by more than stiff cables stretch: before a step is
-    shortened, its lengths are those for which the cables have what they state where it leads. A step that is no better
-    after the last try is returned as it is.
+    shortened, those are tried for which the cables have what they state where it leads. A step that is no better after
+    the last try is returned as it is.
 
     Parameters
     ----------
@@ -298,8 +298,7 @@ def backtrack(suspension, state, step, length_change, which, error):
         worse = larger | ~record.converged
         if not worse.any():
             break
-        share = np.where(worse & fitted, share / 4, share)
-        fitted |= worse
+        share, fitted = np.where(worse & fitted, share / 4, share), fitted ^ worse
     return trial, trial_error, rounding, cables, record
 
 
