@@ -269,15 +269,17 @@ def test_every_timing_solves_the_statics_anew(monkeypatch):
     (model,) = named("1 x order 8")
     reference = trade.reference_of(PAPER.scene(), columns(*MOTION[:2]))
     monkeypatch.setattr(trade, "reference_of", lambda *_: reference)
+    for name in ("timing_budget", "brief_run"):
+        monkeypatch.setattr(type(STUDY), name, 60.0)
     monkeypatch.setattr(results, "solve", lambda span: calls.append(1) or solve(span))
     trade.compare(PAPER.scene(), columns(*MOTION[:2]), 3, [model])
     # once for the answer; then three times, both columns together and each alone, each time after one untimed
     assert len(calls) == 1 + 3 * 3 * 2
 
 
-def test_a_slow_model_is_not_repeated(monkeypatch):
+def test_a_slow_model_is_not_repeated():
+    """Of which one run takes longer than `timing_budget`."""
     solve = Mock()
-    monkeypatch.setattr(type(STUDY), "timing_budget", 0.0)
     model = ComparedModel("", "slow", solve, compute=lambda *_: 1.0)
     (entry,) = trade.compare(PAPER.scene(), columns("sag"), 50, [model]).entries
     assert solve.call_count == 1
