@@ -333,7 +333,7 @@ def test_a_scene_without_any_answer_has_a_page_that_says_why(folder):
 
 def test_a_loop_needs_no_wind(folder):
     """What `loop` says of a suspension without wind is in its page, with its picture."""
-    name, sets = CONFIGS / "suspensions" / "carlina-net-wind.yaml", ("--set", "wind=null", "--set", "control.gain=0.01")
+    name, sets = CONFIGS / "suspensions" / "fast-wind.yaml", ("--set", "wind=null")
     page, _ = report(folder, name, *sets)
     tables = json.loads(run("loop", name, *sets, "--format", "json").out)
     (row,), shown = tables["loop"]["rows"], page.quantities("Loop")

@@ -281,11 +281,6 @@ def test_a_response_without_a_number_is_an_empty_cell():
     assert "null" in table.render("json")
 
 
-def test_bode_plot(folder):
-    run("ssm", CARLINA, "--response", "0.01:100:200", "--plot", "bode.svg")
-    assert (folder / "bode.svg").read_bytes().startswith(b"<?xml")
-
-
 @pytest.mark.parametrize(
     ("attached", "labels"),
     [(None, 1), ("gondola", ["A, winch on the ground", "B, winch on the gondola"]), ("loop", 1)],
