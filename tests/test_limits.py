@@ -213,11 +213,6 @@ def test_margins_of_an_elastic_cable_in_cold_and_ice():
 # --------------------------------------------------------------------------------------------------------- find limits
 
 
-def least_margin(scene, key, value):
-    """The least margin of all limits with another value of a key, by the command static."""
-    return min(row["margin"] for row in limits(scene, "--set", f"{key}={value!r}").values())
-
-
 def found_range(*arguments, scene="line.yaml", code=0):
     done = run("find", scene, "limits", *arguments, "--format", "json", code=code)
     return rows_of(done.out, "json") if done.out else [], done

@@ -1,7 +1,6 @@
 """`wind/spectrum.py`: variances and slopes by closed form, the paper's Fig. 6, scaling laws, the ends of the scale."""
 
 import itertools
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -26,11 +25,6 @@ def variance(kind, speed=SPEED, rms=RMS, scale=SCALE):
         return frequency * float(speed_spectrum(frequency, speed, rms, scale, kind))
 
     return sum(quad(of_log, low, high, epsabs=0, epsrel=1e-12)[0] for low, high in itertools.pairwise(pieces))
-
-
-def of_wind(**changes):
-    values = {"speed": 6.0, "turbulence": 0.9, "length_scale": 25.0, "air_density": 1.2}
-    return SimpleNamespace(**{**values, "spectrum": "von_karman", "admittance": "vickery", **changes})
 
 
 def test_each_spectrum_that_a_scene_may_name_has_its_formula():

@@ -50,11 +50,7 @@ cables:
 STATED = "unstretched_length, preload, sag, tension_to, tension"
 
 
-@pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    """The working directory of a test, so that names in messages are short."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+pytestmark = pytest.mark.usefixtures("folder")  # so that names in messages are short
 
 
 def changed(*pairs, text=GOOD):

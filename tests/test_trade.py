@@ -278,7 +278,6 @@ def test_every_timing_solves_the_statics_anew(monkeypatch):
 
 
 def test_a_slow_model_is_not_repeated():
-    """Of which one run takes longer than `timing_budget`."""
     solve = Mock()
     model = ComparedModel("", "slow", solve, compute=lambda *_: 1.0)
     (entry,) = trade.compare(PAPER.scene(), columns("sag"), 50, [model]).entries
