@@ -270,8 +270,8 @@ def backtrack(suspension, state, step, length_change, which, error):
     """Shorten steps of bodies and lengths until they lower the errors of stated values, in equilibrium after each.
 
     Where bodies move far, lengths that follow linearly are wrong by more than stiff cables stretch: before a step is
-    shortened, those are tried for which the cables have what they state where it leads. A step that is no better after
-    the last try is returned as it is.
+    shortened, the whole of it is tried with those for which the cables have what they state where it leads. A step that
+    is no better after the last try is returned as it is.
 
     Parameters
     ----------
@@ -289,7 +289,7 @@ def backtrack(suspension, state, step, length_change, which, error):
         Of the search for the equilibrium.
     """
     error_before, share, fitted = log_error(error), np.ones(len(error)), np.zeros(len(error), dtype=bool)
-    for _ in range(SYSTEM.equilibrium_tries):
+    for number in range(SYSTEM.equilibrium_tries):
         trial = with_lengths(displaced(suspension, state, step * share[:, None, None]), length_change * share[:, None])
         trial = _with_stated_of(fitted, which, suspension, trial) if fitted.any() else trial
         trial, record = descend(suspension, trial, SYSTEM.next_equilibrium_steps)
@@ -298,7 +298,8 @@ def backtrack(suspension, state, step, length_change, which, error):
         worse = larger | ~record.converged
         if not worse.any():
             break
-        share, fitted = np.where(worse & fitted, share / 4, share), fitted ^ worse
+        share = np.where(worse, share / 4, share) if number else share
+        fitted = fitted & ~worse if number else worse
     return trial, trial_error, rounding, cables, record
 
 

@@ -34,7 +34,7 @@ class SystemTolerances:
     # of the unstretched length: ends closer than this are taken as this far apart, one above the other
     nearest_ends: float = 1e-9
     equilibrium_steps: int = 30  # of a search for lengths and equilibrium,
-    equilibrium_tries: int = 12  # and of one of its steps
+    equilibrium_tries: int = 7  # and of one of its steps
     # a search ends where some steps in a row leave more than this share of the errors:
     equilibrium_progress: float = 0.7
     equilibrium_patience: int = 4  # so many of them
