@@ -300,6 +300,7 @@ class StudyTolerances:
     coarser_share: float = 0.5  # share of it with which the error by the others is estimated,
     # which is this at least (3e-7 in 100 random scenes; poles in windows change a largest gain by 5e-7 at most in 45)
     by_other_modes: float = 1e-6
+    narrow_resonance: float = 1e-5  # distance to a pole over the frequency, below which errors of sums over poles count
 
 
 STUDY = StudyTolerances()

@@ -318,10 +318,11 @@ class ClosedLoop:
         margins, driven = self._margins_and_cables
         return driven.perturbed_margins(margins, self.loop.gain)
 
-    @property
+    @cached_property
     def simplification_error(self):
-        """Relative error of the margins, at least, see `DrivenCables.simplification_error`. [-]"""
-        return self._margins_and_cables[1].simplification_error
+        """Relative error of the margins, at least: both `simplification_error` and `pole_sum_error` of `driven`. [-]"""
+        margins, driven = self._margins_and_cables
+        return driven.simplification_error + driven.pole_sum_error(margins.deciding)
 
     @cached_property
     def single_limits(self):

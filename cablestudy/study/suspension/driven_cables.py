@@ -36,6 +36,7 @@ from cablestudy.system.cable_coordinates import residual_vectors
 from cablestudy.system.cables import Models
 from cablestudy.system.coupled_modes import Search
 from cablestudy.system.together import computed_together
+from cablestudy.system.tolerances import SYSTEM
 
 MODES_TOGETHER = np.arange(5.0)  # shifts of the poles of modes that nearly coincide, over that of one alone
 ON_THE_WAY = np.arange(1.0, 6.0) / 5  # from the frequency with fixed ends to an estimated pole
@@ -486,6 +487,22 @@ class DrivenCables:
         if self._spoilt:  # the loop gain is that of the coupled modes
             return 0.0
         return STUDY.by_other_modes if self._vectors_used or self.loop_gain.windowed else 0.0
+
+    def pole_sum_error(self, omega):
+        """Relative error of the loop gain by sums over the poles of cables, where resonances are narrow; 0 elsewhere.
+
+        There a small error of a pole, by rounding or by windows, is a large one of the loop gain: it is compared with
+        that of equations which are solved at some frequencies `omega`, shape (f,) [rad/s]. [-]
+        """
+        if not self.coupling_damping:
+            return 0.0
+        s, poles = 1j * np.unique(omega), result_of(self.poles_outcome)
+        narrow = np.abs(s[:, None] - poles).min(axis=1, initial=np.inf) < STUDY.narrow_resonance * np.abs(s)
+        s = s[narrow][-SYSTEM.solved_places :]
+        if not len(s):
+            return 0.0
+        summed, solved = self.loop_gain(s), replace(self.loop_gain, near=None)(s)
+        return float((np.abs(summed - solved).max(axis=(1, 2)) / np.abs(solved).max(axis=(1, 2))).max())
 
     @property
     def _vectors_used(self):
