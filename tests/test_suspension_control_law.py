@@ -319,6 +319,7 @@ def test_a_step_of_a_reference_in_time_is_that_of_small_steps():
     # a corner in time has no end in frequency
     assert found.response.measured[:: found.options.every] == pytest.approx(expected, abs=5e-3 * np.abs(expected).max())
     assert "delay: Padé approximants, whose phase is right up to" in " ".join(found.remarks)
+    assert "estimated error by modes left out and the approximated delay: " in " ".join(found.notes)
 
 
 def test_a_winch_that_is_too_slow_is_named():

@@ -8,15 +8,20 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import scipy.signal
+from campaign import campaign
 from command import CONFIGS, rows_of, run, table_of
 from picture import faults
+from test_suspension_loop_bars import scene_of
 
 from cablestudy.cable.dynamics import Dynamics
+from cablestudy.control import time_response
 from cablestudy.errors import ConvergenceError
 from cablestudy.pages import page as pages
 from cablestudy.scene.scene import load_scene
+from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study import plots
 from cablestudy.study.loop_in_time import TimeOptions, time_case, uniform_gust
+from cablestudy.study.loop_in_time import in_time as response_in_time
 from cablestudy.study.ssm import StateSpaceOptions
 from cablestudy.study.suspension import ssm
 from cablestudy.study.suspension.case import SuspensionCase
@@ -43,6 +48,38 @@ def test_a_step_of_a_reference_is_that_of_scipy():
     _, expected = scipy.signal.step(siso, T=np.linspace(0, 10, len(found)))
     # of other numbers of modes: in the first tenth of a second waves along the cables
     assert found == pytest.approx(2e-3 * expected, abs=2e-3 * 2e-3)
+
+
+def step_by_frequency(closed_loop, reference, output, time, highest):
+    """A measured coordinate after a step of one by a reference, from the loop gain with all modes of the cables.
+
+    The inverse Laplace transform as a Fourier series to the `highest` frequency [Hz], with Lanczos' factors.
+    """
+    period = 2 * time[-1]
+    shift, harmonics = np.log(1e7) / period, np.arange(int(highest * period))
+    s = shift + 2j * np.pi * harmonics / period
+    loop_gain = closed_loop.loop.gain * closed_loop.gains.loop_gain(s)
+    closed = np.linalg.solve(np.eye(loop_gain.shape[1]) + loop_gain, loop_gain)[:, output, reference]
+    terms = closed / s * np.sinc(harmonics / len(harmonics)) * np.where(harmonics, 2.0, 1.0)
+    return (np.exp(np.outer(time, s)) @ terms).real / period
+
+
+@pytest.mark.parametrize("seed", campaign([25, 34, 38], [25, 38]))
+def test_the_error_of_a_step_response_with_a_controller_of_three_parts_is_true(seed):
+    """Against all modes of the cables and the delay itself: a smaller space alone showed half of it."""
+    data = scene_of(seed)
+    corner, line = data["control"]["gain"] * 1e5 / (2 * np.pi), data["cable"]["density"] * data["cable"]["area"]
+    data["cable"]["damping"] = {"model": "modal", "ratio": 0.0, "viscous": 0.5 * line * corner}
+    parts = {"gain": 0.02 * corner, "proportional_gain": 0.01, "derivative_gain": 0.01 / corner}
+    drive = {"derivative_filter": corner, "bandwidth": corner, "delay": 0.2 / corner, "notch": "none"}
+    data["control"] |= parts | drive
+    closed_loop = SuspensionCase(SuspensionScene.model_validate(data)).in_wind.closed_loop
+    measured, time = closed_loop.body.measured, np.linspace(0, 2 / corner, 201)
+    driving = closed_loop.body.measured_outputs[0], f"reference.{measured[-1]}", time_response.step(1.0), time
+    found = response_in_time(closed_loop, *driving)
+    expected = step_by_frequency(closed_loop, len(measured) - 1, 0, time[1:], 3000 * corner)
+    error = np.abs(found.measured[1:] - expected).max() / np.abs(found.measured).max()
+    assert 1e-4 < error < found.error < 5 * error
 
 
 def test_a_step_of_a_winch_is_taken_back_as_far_as_the_pose_is_measured():

@@ -18,7 +18,7 @@ class TimeResponse:
     winch, winch_speed : ndarray, shape (m, i)
         Movement of each winch by the loop, without the step of a winch that is the input. [m], [m/s]
     error : float
-        Estimated relative error of the largest displacement by the modes that are left out. [-]
+        Estimated relative error of the largest displacement by modes that are left out, and by approximated delays. [-]
     final : float
         The measured displacement after a long time of a constant input of one; nan without a loop. [m] or [rad]
     """

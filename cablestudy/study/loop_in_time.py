@@ -151,6 +151,8 @@ class TimeCase:
         Names of the winches.
     remarks : tuple of str
         Remarks on approximations, and warnings.
+    delayed : bool
+        True if a delay is approximated.
     """
 
     options: TimeOptions
@@ -161,6 +163,7 @@ class TimeCase:
     unit: str
     winches: tuple
     remarks: tuple
+    delayed: bool
 
     @property
     def time(self):
@@ -186,12 +189,13 @@ class TimeCase:
         if response.open_loop is not None:
             largest_displacement += f"; without the loop {self._largest(response.open_loop)}"
         speed = MILLI * np.abs(response.winch_speed[:, winch]).max()
+        causes = "modes left out" + (" and the approximated delay" if self.delayed else "")
         return [
             f"input: {self.input.what}",
             largest_displacement,
             *([] if self.step is None else [f"{self.name}: {step_words(self.step, self.options.times)}"]),
             f"{self.winches[winch]}: at most {self._largest(response.winch[:, winch], 'mm')}, and {speed:.4g} mm/s",
-            f"estimated error by modes left out: {response.error:.1e} of the largest displacement",
+            f"estimated error by {causes}: {response.error:.1e} of the largest displacement",
             *self.remarks,
         ]
 
@@ -262,7 +266,8 @@ def time_case(document, scene, closed_loop, options, names=None, wind_keys=("win
     phase_right_up_to = 0.0 if closed_loop.loop.slight_delay else closed_loop.loop.right_up_to
     remarks = remarks_of(closed_loop.scene.control, phase_right_up_to, response, dampings)
     measured = outputs[output_number], f"m{unit_of(closed_loop.body.measured[output_number])}"
-    return TimeCase(options, driving_input, response, closed_loop.loop.gain, *measured, tuple(winches), remarks)
+    loop, delayed = closed_loop.loop, phase_right_up_to > 0
+    return TimeCase(options, driving_input, response, loop.gain, *measured, tuple(winches), remarks, delayed)
 
 
 def _driving_input(closed_loop, options, scene, kind, input_name):
@@ -279,9 +284,11 @@ def _driving_input(closed_loop, options, scene, kind, input_name):
 def in_time(closed_loop, output, input_, components, times):
     """Response of a displacement over time to an input of a closed loop: `TimeResponse`.
 
-    It is computed with all coordinates, and in a smaller space of coordinates: the difference gives the estimated error
-    by the modes that any model leaves out. A corner in time that a step makes after a delay has no end in frequency:
-    with twice as many approximants in the smaller space it is half as wrong, and the error is added.
+    It is computed with all coordinates, in a smaller space of them, and with twice as many modes: the differences give
+    the estimated error by the modes that any model leaves out. A corner in time has amplitudes of modes that fall with
+    the square of their frequency: with twice as many modes it is half as wrong, and twice the change counts. A corner
+    that a step makes after a delay has no end in frequency: with twice as many approximants in the smaller space it is
+    half as wrong. All these errors add up.
 
     Parameters
     ----------
@@ -301,17 +308,21 @@ def in_time(closed_loop, output, input_, components, times):
     NoSolutionError
         The state space overflows.
     """
-    all_coordinates, coarse_space = closed_loop.plant.viscous_motion, closed_loop.plant.coarse_space_in_time
-    full, coarse = (
-        _response_in_space(closed_loop, motion, space, output, input_, components, times)
-        for motion, space in ((all_coordinates, None), (all_coordinates.within(coarse_space), coarse_space))
-    )
+    loop, plant = closed_loop.loop, closed_loop.plant
+    all_coordinates, coarse_space = plant.viscous_motion, plant.coarse_space_in_time
+    driving = output, input_, components, times
+    coarse_motion = all_coordinates.within(coarse_space)
+    full = _response_in_space(closed_loop, loop, all_coordinates, None, *driving)
+    coarse = _response_in_space(closed_loop, loop, coarse_motion, coarse_space, *driving)
     response = loop_response.with_error(full, coarse)
-    if finer := closed_loop.loop.law_states_of_finer_delay:
-        motion = all_coordinates.within(coarse_space)
-        of_finer = _response_in_space(closed_loop, motion, coarse_space, output, input_, components, times, finer)
+    if finer := closed_loop.with_twice_the_modes:
+        same_loop = replace(loop, allocation=finer.body.allocation, notches=finer.body.notches)
+        of_finer = _response_in_space(finer, same_loop, finer.plant.viscous_motion, None, *driving)
+        response = replace(response, error=response.error + 2 * loop_response.with_error(full, of_finer).error)
+    if finer_delay := loop.law_states_of_finer_delay:
+        of_finer = _response_in_space(closed_loop, loop, coarse_motion, coarse_space, *driving, finer_delay)
         response = replace(response, error=response.error + 2 * loop_response.with_error(coarse, of_finer).error)
-    if closed_loop.loop.gain:
+    if loop.gain:
         return response
     return replace(response, winch=np.zeros_like(response.winch), winch_speed=np.zeros_like(response.winch_speed))
 
@@ -357,11 +368,13 @@ def uniform_gust(gusts):
     return gusts.directions[0] @ gusts.uniform
 
 
-def _response_in_space(closed_loop, motion, space, output, input_, components, times, law_states=None):
+def _response_in_space(closed_loop, loop, motion, space, output, input_, components, times, law_states=None):
     """Response over time to an input of a closed loop, with its plant in all coordinates or in a subspace.
 
     Parameters
     ----------
+    loop : Loop
+        About all coordinates of the plant.
     motion : LinearSystem
         Equations of motion of the plant, in r coordinates.
     space : ndarray, shape (n, r), or None
@@ -376,7 +389,6 @@ def _response_in_space(closed_loop, motion, space, output, input_, components, t
     TimeResponse
         With the loop and without it.
     """
-    loop = closed_loop.loop
     loads, allocation = np.zeros((len(closed_loop.motion), 1)), loop.allocation
     if closed_loop.gusts is not None:
         gust_force = uniform_gust(closed_loop.gusts)

@@ -19,6 +19,7 @@ from cablestudy.study.suspension.left_out_modes import LeftOutModes
 from cablestudy.study.suspension.turbulence import Turbulence
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.cables import Models
+from cablestudy.system.coupled_modes import coupled_modes
 from cablestudy.system.coupling_damping import compute_pole_sums
 from cablestudy.system.together import computed_together
 
@@ -345,6 +346,18 @@ class ClosedLoop:
         """Copy with the modes that no output depends on: for a state space."""
         plant = self.plant.with_all_modes
         return self if plant is self.plant else ClosedLoop(self.scene, plant)
+
+    @cached_property
+    def with_twice_the_modes(self):
+        """Copy with twice as many modes; None of exact elements, or where these are too many or cannot be computed."""
+        plant, count, cables = self.plant, 2 * len(self.modes), self.modes.solution.models.cables
+        if plant.model is not None or count > STUDY.more_modes[-1]:
+            return None
+        try:
+            modes = coupled_modes(plant.equilibrium, count, plant.accuracy, cables=cables, damped=True)
+        except ConvergenceError:
+            return None
+        return ClosedLoop(self.scene, plant.with_modes(modes.damped, driven=0))
 
     @cached_property
     def stable(self):
