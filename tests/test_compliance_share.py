@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 from references.continuous_cable import dynamic_end_stiffness
 from references.continuous_suspension import Suspension
+from scipy.linalg import eigh
 from scipy.optimize import brentq
 from solved import end_force, solve
 
 from cablestudy.scene.suspension import SuspensionScene
+from cablestudy.study.suspension.body_mode import error_by_mixing
 from cablestudy.study.suspension.case import SuspensionCase
 
 TURN = 2 * np.pi
@@ -83,3 +85,23 @@ def test_modes_that_coincide_have_one_share(turn):
     slope = (along_x(omega + step) - along_x(omega - step)) / (4 * omega * step)  # by omega^2
     expected = -along_x(1e-5 * omega) / slope / omega**2
     assert found.values["knot.share_x"] == pytest.approx(expected, rel=1e-5)
+
+
+@pytest.mark.parametrize("left_out", ["stiffness", "mass"])
+@pytest.mark.parametrize("number", [0, 1])
+def test_the_error_of_a_share_counts_stiffness_and_inertia_that_a_model_leaves_out(left_out, number):
+    """Two modes of which the other one moves the body ten times as much, against numpy's generalised eigenvalues."""
+    squares, moved, added = np.array([1.0, 16.0]), np.array([1.0, 1.0]), np.array([1e-3, 1e-3])
+    moved[1 - number] = 10.0
+    stiffness, mass, lowered = np.diag(squares), np.eye(2), np.outer(added, added)
+    if left_out == "stiffness":
+        stiffness = stiffness - lowered * np.sqrt(np.outer(squares, squares))
+    else:
+        mass = mass + lowered
+    true_squares, shapes = eigh(stiffness, mass)
+    compliance = moved @ np.linalg.solve(np.diag(squares), moved)
+    share = moved**2 / squares / compliance
+    true_share = (moved @ shapes) ** 2 / true_squares / (moved @ np.linalg.solve(stiffness, moved))
+    error = error_by_mixing(number, share, np.sqrt(squares) / TURN, added**2 / 2)
+    change = abs(true_share[number] / share[number] - 1)
+    assert 1e-6 < change < error < 20 * change

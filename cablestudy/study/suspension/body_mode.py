@@ -172,7 +172,7 @@ class BodyMode:
         """Share in the static compliance, by a finer model, and its estimated relative error. [-]
 
         The error is the change to the finer model, or what the errors of the frequencies of that allow
-        (`_error_by_mixing`) where this is larger; not a number for an exact choice of elements.
+        (`error_by_mixing`) where this is larger; not a number for an exact choice of elements.
         """
         (fine, number), run = self.damped, self.modes.run_of(self.number)
         shares = fine.compliance_shares(self.body, self.axis)
@@ -180,7 +180,10 @@ class BodyMode:
         if self.exact:
             return float(share), np.nan
         shares[run], shares[number] = 0.0, share
-        by_mixing = _error_by_mixing(number, shares, fine.frequency, fine.error)
+        # modes above those computed count as one, at the frequency of the highest, with the error of this mode
+        rest, above = max(1 - shares.sum(), 0.0), max(fine.frequency[-1], STUDY.next_mode * fine.frequency[number])
+        every = np.append(shares, rest), np.append(fine.frequency, above), np.append(fine.error, fine.error[number])
+        by_mixing = error_by_mixing(number, *every)
         return float(share), float(max(STUDY.rounding, abs(share - self.share_with_coincident) / share, by_mixing))
 
     @property
@@ -209,13 +212,14 @@ def largest_share(share):
     return first_of_largest(share, STUDY.equal_shares)
 
 
-def _error_by_mixing(number, shares, frequency, error):
+def error_by_mixing(number, shares, frequency, error):
     """Relative error of the share of one mode by those of the frequencies of all modes, of a model too stiff. [-]
 
     With eigenvalues l and relative errors e of frequencies the model adds to the stiffness a positive semidefinite
     matrix with 2 e l on the diagonal, whose other entries are at most the geometric means of these. To first order it
-    adds to a mode k the modes j with the factors of at most 2 sqrt(e_j l_j e_k l_k)/|l_j - l_k|. The eigenvalue itself
-    changes by 2 e_k, and inertia that modes left out would add changes a share by at most as much again.
+    adds to a mode k the modes j with the factors of at most 2 sqrt(e_j l_j e_k l_k)/|l_j - l_k|. Inertia that the model
+    leaves out, with 2 e on the diagonal, adds at most 2 sqrt(e_j e_k) l_k/|l_j - l_k|, more of modes below k. The
+    eigenvalue itself changes by 2 e_k, and this inertia changes a share by at most as much again.
 
     Parameters
     ----------
@@ -225,9 +229,10 @@ def _error_by_mixing(number, shares, frequency, error):
         Of the modes.
     """
     eigenvalues = frequency**2
-    amplitudes, added = np.sqrt(shares * eigenvalues), np.sqrt(error * eigenvalues)
-    gap = np.abs(eigenvalues - eigenvalues[number])
-    apart = gap > STUDY.equal_shares * eigenvalues[number]
+    amplitudes, own = np.sqrt(shares * eigenvalues), eigenvalues[number]
+    added = np.sqrt(error * np.maximum(eigenvalues, own))
+    gap = np.abs(eigenvalues - own)
+    apart = gap > STUDY.equal_shares * own
     factors = 2 * added[number] * added[apart] / gap[apart]
     by_modes = (amplitudes[apart] * factors).sum() / amplitudes[number]
     return float(2 * by_modes + 4 * error[number])
