@@ -180,8 +180,7 @@ class Trial:
     @cached_property
     def error(self):
         """Estimated relative error of each frequency, shape (n, k). [-]"""
-        error = to_second_order((np.abs(self.truncation_error) + self.mesh_error).sum(axis=1), self.omega)
-        return np.maximum(error / 2, SYSTEM.frequency_rounding)
+        return np.maximum((np.abs(self.truncation_error) + self.mesh_error).sum(axis=1) / 2, SYSTEM.frequency_rounding)
 
     def solution(self, row):
         """`Solution` of one row.
@@ -198,27 +197,6 @@ class Trial:
         finite = slice(np.count_nonzero(np.isfinite(omega)))
         shapes = np.concatenate([self._cable_shapes[slice(*self._begin[row : row + 2])], self._body_shapes[row]])
         return Solution(model, omega[finite], shapes[:, finite], self.truncation_error[row, :, finite])
-
-
-def to_second_order(error, omega):
-    """Relative errors of squared frequencies to second order, from those to first order, shape (n, k). [-]
-
-    What a model leaves out is positive semidefinite: between modes i and j it has at most the geometric mean of what it
-    has on the diagonal. It lowers mode i by its own error e_i, and by e_i e_j/(1 - l_i/l_j) for each mode j above it,
-    l being squared frequencies; for any distance by no more than e_j.
-
-    Parameters
-    ----------
-    error : ndarray, shape (n, k)
-    omega : ndarray, shape (n, k)
-        Ascending in each row. [rad/s]
-    """
-    squares = np.where(np.isfinite(omega), omega, 0.0) ** 2
-    own, of_other, other = error[..., :, None], error[..., None, :], squares[..., None, :]
-    rise = other - squares[..., :, None]
-    is_above = rise > 0
-    share = np.minimum(np.divide(own * other, rise, out=np.zeros(rise.shape), where=is_above), 1.0)
-    return error + (share * of_other).sum(axis=-1)
 
 
 class RowModel:
