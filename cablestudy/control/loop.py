@@ -181,25 +181,25 @@ class Loop:
         return self.gain * self.gains.largest_beyond(self.right_up_to) if self.law.delay else 0.0
 
     @cached_property
-    def _law_states(self):
+    def law_states(self):
         """`law_space` and `law_names`."""
         return self.law.state_space_of(self._approximants(self._delay_needed_up_to))
 
     @property
     def law_states_of_finer_delay(self):
-        """`law_space` and `law_names` with twice as many approximants of the delay; None where there are none: pair."""
+        """`law_states` with twice as many approximants of the delay; None where there are none."""
         count = self._approximants(self._delay_needed_up_to)
         return self.law.state_space_of(2 * count) if count else None
 
     @property
     def law_space(self):
         """s C1 as a state space, for responses: a, b, c, d."""
-        return self._law_states[0]
+        return self.law_states[0]
 
     @property
     def law_names(self):
         """Names of the states of `law_space`."""
-        return self._law_states[1]
+        return self.law_states[1]
 
     @cached_property
     def eigen(self):

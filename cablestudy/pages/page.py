@@ -188,7 +188,8 @@ class Page:
 
     def note(self, title, lines):
         """Keep notes for the section on models and errors, each where it comes first."""
-        new = [line for line in dict.fromkeys(map(short_line, lines)) if line not in self._all_notes]
+        kept = self._all_notes
+        new = [line for line in dict.fromkeys(map(short_line, lines)) if line not in kept]
         self.notes.setdefault(title, []).extend(new)
 
     @property

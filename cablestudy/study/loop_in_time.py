@@ -314,14 +314,15 @@ def in_time(closed_loop, output, input_, components, times):
     coarse_motion = all_coordinates.within(coarse_space)
     full = _response_in_space(closed_loop, loop, all_coordinates, None, *driving)
     coarse = _response_in_space(closed_loop, loop, coarse_motion, coarse_space, *driving)
-    response = loop_response.with_error(full, coarse)
+    response, errors = loop_response.with_error(full, coarse), []
     if finer := closed_loop.with_twice_the_modes:
         same_loop = replace(loop, allocation=finer.body.allocation, notches=finer.body.notches)
         of_finer = _response_in_space(finer, same_loop, finer.plant.viscous_motion, None, *driving)
-        response = replace(response, error=response.error + 2 * loop_response.with_error(full, of_finer).error)
+        errors.append(2 * loop_response.with_error(full, of_finer).error)
     if finer_delay := loop.law_states_of_finer_delay:
         of_finer = _response_in_space(closed_loop, loop, coarse_motion, coarse_space, *driving, finer_delay)
-        response = replace(response, error=response.error + 2 * loop_response.with_error(coarse, of_finer).error)
+        errors.append(2 * loop_response.with_error(coarse, of_finer).error)
+    response = replace(response, error=sum(errors, response.error))
     if loop.gain:
         return response
     return replace(response, winch=np.zeros_like(response.winch), winch_speed=np.zeros_like(response.winch_speed))
@@ -382,7 +383,7 @@ def _response_in_space(closed_loop, loop, motion, space, output, input_, compone
     closed_loop, output, input_, components, times
         See `in_time`.
     law_states : tuple, optional
-        `law_space` and `law_names` of the loop, by default its own.
+        In place of `Loop.law_states`.
 
     Returns
     -------
@@ -398,8 +399,7 @@ def _response_in_space(closed_loop, loop, motion, space, output, input_, compone
     coordinate_count = len(motion) - sum(not actuator.wheel for actuator in closed_loop.actuators)
     names = [f"coordinate_{k + 1}" for k in range(coordinate_count)]
     system = labelled(closed_loop, motion, names, loads, ((WIND_INPUT, "m/s"),))
-    law_states = law_states or (loop.law_space, loop.law_names)
-    control = LinearControl(allocation, loop.gain, loop.notches, *law_states)
+    control = LinearControl(allocation, loop.gain, loop.notches, *(law_states or loop.law_states))
     actuators, measured = closed_loop.actuators, measured_by(closed_loop)
     # `added`: inputs are references, and lengths that winches reel in beyond those of the loop: either may make a step
     with_loop = state_space_of(system, loop=control, measured=measured, actuators=actuators, added=True)

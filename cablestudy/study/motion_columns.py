@@ -80,19 +80,14 @@ def peak_of_gondola(case):
     return scaled(case.in_wind.peak([GONDOLA_X], float(mean_displacement(case))), MM)
 
 
-def tensions_at_peak(case):
-    """Least tension at an end, and largest one of the cable, expected within `wind.duration`. [N]
-
-    With a gondola by its largest displacement: linear and quasi-static, towards either side, since a scene of one cable
-    does not say whether its wind blows towards end 1 or away from it. With fixed ends by `tension_rms`, with as many
-    crossings as cycles of the lowest mode.
-    """
+def least_tension_at_peak(case):
+    """Least tension at an end that is expected within `wind.duration`. [N]"""
     tension, change, _ = _change_at_peak(case)
-    return float((tension - change).min()), float(case.statics.max_tension + np.max(change))
+    return float((tension - change).min())
 
 
 def peak_utilisation(case):
-    """Largest one of `tensions_at_peak` over the breaking force, and its relative error."""
+    """Largest tension of the cable expected within `wind.duration` over the breaking force, and its relative error."""
     _, changes, error = _change_at_peak(case)
     change = float(np.max(changes))
     largest = float(case.statics.max_tension) + change
@@ -100,9 +95,11 @@ def peak_utilisation(case):
 
 
 def _change_at_peak(case):
-    """Tension at both ends [N], shape (2,), its largest change as of `tensions_at_peak` [N], and the error of this [-].
+    """Tension at both ends [N], shape (2,), its largest change in the wind [N], and the relative error of this. [-]
 
-    The change has the shape (2,) or is a number; its relative error is a number.
+    With a gondola by its largest displacement: linear and quasi-static, towards either side, since a scene of one cable
+    does not say whether its wind blows towards end 1 or away from it. With fixed ends by `tension_rms`, with as many
+    crossings as cycles of the lowest mode. The change has the shape (2,) or is a number; its error is a number.
     """
     force = case.equilibrium.end_forces[0] if case.exact_statics else case.state.end_forces("global")
     tension = np.sqrt((force**2).sum(axis=-1))

@@ -9,7 +9,7 @@ from cablestudy.scene.likely_mistakes import bare_number
 from cablestudy.scene.words import counted, first_of
 from cablestudy.study.column import relative
 from cablestudy.study.columns import over_strength, stress_of
-from cablestudy.study.motion_columns import tensions_at_peak
+from cablestudy.study.motion_columns import least_tension_at_peak
 from cablestudy.study.table_rows import SLACK
 from cablestudy.study.tolerances import STUDY
 
@@ -165,7 +165,7 @@ def slack_warning(row):
     """A warning where the cable of a `Row` goes slack in the wind, at most one. Returns a tuple of str."""
     if SLACK not in row.cells["status"]:
         return ()
-    least, _ = tensions_at_peak(row.case)
+    least = least_tension_at_peak(row.case)
     return (f"warning: {SLACK}: {least:.4g} N at the largest displacement: the linear numbers do not hold",)
 
 
