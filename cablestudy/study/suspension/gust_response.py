@@ -195,9 +195,16 @@ class GustResponse:
         """Largest relative error, by the modes left out, of a variance of displacements, summed over x, y and z. [-]
 
         Of bodies, of their velocities and of what a telescope sees of both, to which high modes matter more, and of the
-        displacements of mid-spans.
+        displacements of mid-spans. Of free points where the plant has their `points`, or nothing else is free.
         """
-        displacements = [row for row, name in enumerate(self.names) if name.endswith((".x", ".y", ".z"))]
+        suspension, plant = self.closed_loop.equilibrium.suspension, self.closed_loop.plant
+        points_count = plant.points or not suspension.free[: suspension.bodies].any()
+        passed_over = () if points_count else self.scene.points
+        displacements = [
+            row
+            for row, name in enumerate(self.names)
+            if name.endswith((".x", ".y", ".z")) and name.partition(".")[0] not in passed_over
+        ]
         groups, errors = np.array(_groups(self.names))[displacements], [0.0]
         value, by_modes, _ = self.own_variances
         if self._seen_weights:
