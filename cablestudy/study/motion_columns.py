@@ -11,6 +11,7 @@ import numpy as np
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
 from cablestudy.study.column import DIAMETER, MM, STRONG, UM, Column, scaled
 from cablestudy.study.load_cases import wind_direction
+from cablestudy.study.suspension import peaks
 from cablestudy.study.tolerances import STUDY
 from cablestudy.wind.peak import peak_factor
 
@@ -66,7 +67,7 @@ def check_winch_speed(case):
     winch = case.scene.winch
     if winch is None or winch.controller is None or winch.max_speed is None:
         return
-    peak, _ = case.in_wind.winch_speeds[1]
+    peak, _ = peaks.winch_speeds(case.in_wind)[1]
     if peak > winch.max_speed:
         raise NoSolutionError(
             f"the winch would reach {1e3 * peak:.4g} mm/s in the wind, above its max_speed of "
@@ -77,7 +78,7 @@ def check_winch_speed(case):
 def peak_of_gondola(case):
     """Expected largest displacement of a gondola [mm], and its estimated relative error."""
     check_winch_speed(case)
-    return scaled(case.in_wind.peak([GONDOLA_X], float(mean_displacement(case))), MM)
+    return scaled(peaks.peak(case.in_wind, [GONDOLA_X], float(mean_displacement(case))), MM)
 
 
 def least_tension_at_peak(case):
@@ -170,7 +171,7 @@ def winch_columns(keys):
     """The columns of the speed of the winches in the wind, as `loop_columns`."""
 
     def speed(case, index):
-        return scaled(case.in_wind.winch_speeds[index], MM)
+        return scaled(peaks.winch_speeds(case.in_wind)[index], MM)
 
     meanings = {
         "winch_rms_speed": "RMS of the speed of the winches in the wind, that of the fastest one",

@@ -5,9 +5,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from cablestudy.cable.damping import any_grows_with_modes
 from cablestudy.cable.steady_drag import concatenate
-from cablestudy.control.law import law_from
 from cablestudy.control.margins import Margins
 from cablestudy.errors import outcome_of, result_of, without_errors
 from cablestudy.scene.words import counted
@@ -16,12 +14,12 @@ from cablestudy.study.notes import unknown_rms_error
 from cablestudy.study.suspension.closed_loop import ClosedLoop
 from cablestudy.study.suspension.gust_response import GustResponse
 from cablestudy.study.suspension.model_search import closed_loops_of, search_models, stable_without_loop
+from cablestudy.study.suspension.model_sizes import ModelSizes
 from cablestudy.study.suspension.plant import Plant
 from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.coupled_modes import coupled_modes, coupled_modes_of_cases, shaping_modes
 from cablestudy.system.together import computed_together
-from cablestudy.wind.peak import peak_factor
 
 
 @dataclass(eq=False)
@@ -71,8 +69,14 @@ class DynamicAnalysis:
     fewest_modes: int = 0
 
     def __post_init__(self):
-        self._accuracy = self.scene.model.accuracy or STUDY.fixed_model_accuracy
         self.together = [self]
+
+    @cached_property
+    def sizes(self):
+        """`ModelSizes`: numbers of modes of its models, and how accurate these are."""
+        in_planes, on_cables = bool(self.cables and self.cables.planes), bool(self.airflow and self.airflow.on_cables)
+        arguments = self.scene, self.equilibrium.suspension, self.model is not None, in_planes, on_cables
+        return ModelSizes(*arguments, self.fewest_modes)
 
     def closed_loop_of(self, count, responses=False, among=0):
         """`ClosedLoop`, stable or not, with a number of modes; cases that agree in all that it depends on share it.
@@ -97,7 +101,7 @@ class DynamicAnalysis:
         plant_key = count, computed, responses, winches, self.midspans, self.points
         if plant_key not in shared:
             modes = self._modes_of(computed).first(count)
-            arguments = scene, self.equilibrium, self.airflow, modes, self._accuracy, self.model
+            arguments = scene, self.equilibrium, self.airflow, modes, self.sizes.accuracy, self.model
             others = {"midspans": self.midspans, "points": self.points, "mean_drag": self.mean_drag}
             shared[plant_key] = Plant(*arguments, loops=loops, responses=responses, **others)
         plant_in_wind_key = *plant_key, self.airflow and self.airflow.side
@@ -122,7 +126,7 @@ class DynamicAnalysis:
         modes = result_of(self.modes[count])
         if not self.midspans or self.model is not None:
             return modes
-        if modes.fewest_modes_of_cable >= modes.solution.models.cables.across * shaping_modes(self._accuracy):
+        if modes.fewest_modes_of_cable >= modes.solution.models.cables.across * shaping_modes(self.sizes.accuracy):
             return modes
         if (count, "shaped") not in self.modes:
             self.modes[count, "shaped"] = self._coupled_modes(count, shaped=True)
@@ -131,7 +135,7 @@ class DynamicAnalysis:
     def _coupled_modes(self, count, shaped=False):
         """`CoupledModes` with damping; `shaped` as of `Search`. Raises as `closed_loop_of`."""
         damping = [cable.damping for cable in self.scene.cables.values()]
-        arguments = self.equilibrium, count, self._accuracy, damping, self.model, self.cables
+        arguments = self.equilibrium, count, self.sizes.accuracy, damping, self.model, self.cables
         return coupled_modes(*arguments, damped=True, shaped=shaped).damped
 
     @property
@@ -142,15 +146,7 @@ class DynamicAnalysis:
         """
         drag, planes = self.model and self.model.drag, self.cables and self.cables.planes
         elements = self.model and replace(self.model, drag=drag and (drag.profile is None,))
-        return self._computed_modes(self._model_sizes[0]), self._accuracy, planes, elements
-
-    def _computed_modes(self, count):
-        """Number of modes that are computed for a model of `count`: enough for meshes that serve the loop too."""
-        return max(count, min(self._count_for_cables(STUDY.few_modes), self._usual_counts[0]))
-
-    def _count_for_cables(self, numbers):
-        """Number of modes of the whole: `numbers` are a constant and a number for each cable."""
-        return numbers[0] + numbers[1] * len(self.scene.cables)
+        return self.sizes.computed(self.sizes.tried[0]), self.sizes.accuracy, planes, elements
 
     def lowest_modes(self, count):
         """At least `count` `CoupledModes`, or all; those of the model that is tried first, if it has so many.
@@ -160,7 +156,7 @@ class DynamicAnalysis:
         NoSolutionError, ConvergenceError
             As `closed_loop_of`.
         """
-        return self._modes_of(self._computed_modes(max(count, self._model_sizes[0])))
+        return self._modes_of(self.sizes.computed(max(count, self.sizes.tried[0])))
 
     @cached_property
     def sizes_to_try(self):
@@ -168,59 +164,27 @@ class DynamicAnalysis:
 
         Fewer than the usual ones only where they have nearly all of the compliance of the bodies.
         """
-        for count in (*self._model_sizes, *(STUDY.more_modes if self.model is None else ())):
+        for count in (*self.sizes.tried, *(STUDY.more_modes if self.model is None else ())):
             closed_loop = self.closed_loop_with(count)
-            enough = count >= self._usual_counts[0] or closed_loop.plant.lacked_compliance < STUDY.lacked_compliance
+            enough = count >= self.sizes.usual[0] or closed_loop.plant.lacked_compliance < STUDY.lacked_compliance
             if (enough and closed_loop.body.notch_frequencies_known) or len(closed_loop.modes) < count:
                 break
-        return tuple(size for size in self._model_sizes if size >= count) or (count,)
-
-    @cached_property
-    def _model_sizes(self):
-        """Numbers of modes of models, ascending, from the fewest that may do.
-
-        Small models come first where cables are few and few modes are excited: by wind on free bodies alone, and a loop
-        that only integrates. Modal damping, unless of an exact choice of elements, depends on the number of modes: it
-        is then one of the usual numbers.
-        """
-        scene, usual, exact = self.scene, self._usual_counts, self.model is not None
-        all_excited = self.airflow is not None and self.airflow.on_cables
-        all_excited |= scene.control is not None and not law_from(scene.control)[0].integrates_only
-        small = map(self._count_for_cables, (STUDY.few_modes,) if exact else (STUDY.fewest_modes, STUDY.few_modes))
-        small = [count for count in small if count < usual[0]]
-        count_matters = self._modal_damping_counts and not exact
-        if not small or all_excited or count_matters or not self.equilibrium.suspension.free.any():
-            return tuple(count for count in usual if count >= self.fewest_modes) or (self.fewest_modes,)
-        return *small, *usual
-
-    @property
-    def _usual_counts(self):
-        """Numbers of modes of models of many cables, or of cables of which all modes are excited: ascending."""
-        if self.model is not None:
-            return (STUDY.element_modes,)
-        if self.cables is not None and self.cables.planes:
-            return STUDY.plane_model_modes
-        return STUDY.model_modes if self._modal_damping_counts else (*STUDY.model_modes, STUDY.more_modes[0])
+        return tuple(size for size in self.sizes.tried if size >= count) or (count,)
 
     def closed_loop_with(self, count):
         """`closed_loop_of` a number of modes that is tried; where those left out matter they have responses."""
-        responses = count < self._usual_counts[0] or self._models_compared or self._lacks_motion_of_bodies(count)
-        return self.closed_loop_of(count, responses, self._computed_modes(count))
+        responses = count < self.sizes.usual[0] or self.sizes.compared or self._lacks_motion_of_bodies(count)
+        return self.closed_loop_of(count, responses, self.sizes.computed(count))
 
     def _lacks_motion_of_bodies(self, count):
         """True if modes, `count` of them, lack much of the static compliance of a body: it moves in higher ones.
 
         Of a free point too, where its motion is asked for.
         """
-        modes, suspension = self._modes_of(self._computed_modes(count)).first(count), self.equilibrium.suspension
+        modes, suspension = self._modes_of(self.sizes.computed(count)).first(count), self.equilibrium.suspension
         free = suspension.free if self.points else suspension.free[: suspension.bodies]
         shares = (modes.compliance_shares(*motion).sum() for motion in np.argwhere(free))
         return any(share < 1 - STUDY.lacked_motion for share in shares)
-
-    @property
-    def _models_compared(self):
-        """True if models are compared with each other: those to an accuracy, of few cables and few excited modes."""
-        return self.model is None and self._model_sizes[0] < self._usual_counts[0]
 
     @computed_together
     def _search_outcome(analyses):
@@ -233,57 +197,31 @@ class DynamicAnalysis:
         if self.airflow is None:
             return None
         # the change from the fewest modes to the next says little of the change after it
-        compared = self._models_compared and len(closed_loop.modes) > self._computed_modes(0)
-        return GustResponse(closed_loop, self.scene, before if compared else None, self._least_error(closed_loop))
-
-    def _least_error(self, closed_loop):
-        """Relative error of an RMS that is stated at least, infinite where none is known.
-
-        Found on random scenes: larger for the smallest model.
-        """
-        if not self._error_known:
-            return np.inf
-        modes = len(closed_loop.modes)
-        fewest = modes == self._model_sizes[0] < self._computed_modes(modes)
-        return (STUDY.resolved_by_fewest if fewest else STUDY.resolved) * self._accuracy
+        compared = self.sizes.compared and len(closed_loop.modes) > self.sizes.computed(0)
+        least = self.sizes.least_error(closed_loop.modes)
+        return GustResponse(closed_loop, self.scene, before if compared else None, least)
 
     def with_critical_modes(self, closed_loop, response):
         """`ClosedLoop`, see `with_critical_modes` there, and its `GustResponse` or None."""
         if closed_loop.loop is not None and closed_loop.with_critical_modes is not closed_loop:
             closed_loop = closed_loop.with_critical_modes
-            response = response and GustResponse(closed_loop, self.scene, least=self._least_error(closed_loop))
+            least = self.sizes.least_error(closed_loop.modes)
+            response = response and GustResponse(closed_loop, self.scene, least=least)
         return closed_loop, response
-
-    def modes_suffice(self, response):
-        """True if the RMS of bodies in a `GustResponse` are accurate, by the modes left out and by quadrature."""
-        accuracy, by_quadrature = self._accuracy, response.integration_error / 2
-        allowed = STUDY.element_modes_change if self.model else max(accuracy - by_quadrature, accuracy / 2)
-        return response.displacement_truncation_error <= 2 * allowed  # of a variance, which is twice that of its root
 
     def _check(self, closed_loop):
         """Refuse an unstable `ClosedLoop`: NoSolutionError that names the growing motion."""
         closed_loop.check_open()
         if not closed_loop.stable:
-            self.closed_loop_with(self._usual_counts[0]).check_stable()
+            self.closed_loop_with(self.sizes.usual[0]).check_stable()
             closed_loop.check_stable()
-
-    @property
-    def _modal_damping_counts(self):
-        """True if damping is modal, so that it grows with the number of modes, and the ends of some cable move."""
-        ends_move = self.equilibrium.suspension.free.any() or bool(self.scene.winches)
-        return ends_move and any_grows_with_modes(self.scene.cables.values())
 
     @property
     def modal_damping_note(self):
         """Text of a note where modal damping leaves the error of the RMS unknown; else empty; raises as `response`."""
-        if self.model is not None or not self._modal_damping_counts:
+        if self.model is not None or not self.sizes.damping_grows:
             return ""
         return unknown_rms_error(counted(len(self.closed_loop.modes), "mode"))
-
-    @property
-    def _error_known(self):
-        """True if errors of RMS are known: not for an exact choice of elements, nor with modal damping."""
-        return self.model is None and not self._modal_damping_counts
 
     @property
     def solved(self):
@@ -388,7 +326,7 @@ class DynamicAnalysis:
         controlled = [analysis for analysis in analyses if analysis.scene.control]
         others = [analysis._with_scene(control=None, exposure=None, correction=None) for analysis in controlled]
         for analysis, other in zip(controlled, others, strict=True):
-            other._model_sizes, counts = analysis._model_sizes, outcome_of(lambda a=analysis: a.sizes_to_try)
+            other.sizes, counts = analysis.sizes, outcome_of(lambda a=analysis: a.sizes_to_try)
             if not isinstance(counts, Exception):  # a loop that cannot be had has none
                 other.sizes_to_try = counts
             other.together = others
@@ -397,7 +335,7 @@ class DynamicAnalysis:
     @cached_property
     def finer(self):
         """`DynamicAnalysis` of a bare cable with the next larger number of modes; None where there is no larger one."""
-        sizes, count = sorted({*self._usual_counts, STUDY.more_modes[0]}), len(self.closed_loop.modes)
+        sizes, count = sorted({*self.sizes.usual, STUDY.more_modes[0]}), len(self.closed_loop.modes)
         if self.model is not None or count not in sizes[:-1]:
             return None
         return self._with(fewest_modes=sizes[sizes.index(count) + 1])
@@ -486,16 +424,17 @@ class DynamicAnalysis:
         as "value" or "rate". The error is 0 of outputs that are held; it is not a number for an exact choice of
         elements, whose own error is not known, nor with modal damping.
         """
-        response, variances, names, total = self._variance_of(names, variance, open_loop)
+        response, variances, names, total = self.variance_of(names, variance, open_loop)
         if not total > 0:
             return np.sqrt(total), 0.0 if self.model is None else np.nan
-        error, accuracy = variances.error_of(variance, names) / (2 * total), self._accuracy
+        error, accuracy = variances.error_of(variance, names) / (2 * total), self.sizes.accuracy
         # of what a telescope sees, which hangs on high modes, the highest ones say less if they do not suffice
         highest = np.inf if variance not in OWN and error > accuracy else accuracy
-        error = max(error, min(STUDY.one_model_safety * error, highest), self._least_error(response.closed_loop))
-        return np.sqrt(total), error if self._error_known else np.nan
+        least = self.sizes.least_error(response.closed_loop.modes)
+        error = max(error, min(STUDY.one_model_safety * error, highest), least)
+        return np.sqrt(total), error if self.sizes.error_known else np.nan
 
-    def _variance_of(self, names, variance, open_loop):
+    def variance_of(self, names, variance, open_loop):
         """Sum of the variances of some outputs, as for `rms`, with the `GustResponse` and `Variances` that it is of.
 
         Returns
@@ -516,85 +455,6 @@ class DynamicAnalysis:
     def largest_rms(self, names, variance="value", open_loop=False):
         """Largest RMS of some outputs, each by itself, and its estimated relative error, see `rms`."""
         return max((self.rms([name], variance, open_loop) for name in names), key=lambda value: value[0])
-
-    def peak(self, names, mean, crossings=0.0, mean_error=0.0):
-        """Largest size that some outputs are expected to reach in the wind, |mean| + g RMS, and its relative error.
-
-        Parameters
-        ----------
-        names : sequence of str
-            Names of the outputs, whose RMS is that of all together.
-        mean : float
-            Their mean value, in their unit.
-        crossings : float
-            Least relative error of the rate at which the mean is crossed. [-]
-        mean_error : float
-            Relative error of the mean value. [-]
-
-        Notes
-        -----
-        g is Davenport's peak factor of the rate of up-crossings, RMS of the velocity/(2 pi RMS of the displacement).
-        """
-        rms, error = self.rms(names, "value", open_loop=False)
-        if not rms:
-            return abs(mean), error + mean_error
-        rms_rate, rate_error = self.rms(names, "rate", open_loop=False)
-        change, error = self._expected_peak(rms, rms_rate / (2 * np.pi * rms), error, rate_error, crossings)
-        peak = abs(mean) + change
-        return peak, (error * change + mean_error * abs(mean)) / peak
-
-    def peak_of_change(self, names):
-        """Largest change from their mean that some outputs are expected to have in the wind, g RMS of `peak`.
-
-        Its error, which costs much for tensions, is not computed.
-        """
-        rms, rms_rate = (np.sqrt(self._variance_of(names, variance, False)[-1]) for variance in ("value", "rate"))
-        return peak_factor(rms_rate / (2 * np.pi * rms), self.scene.wind.duration) * rms if rms else rms
-
-    @cached_property
-    def winch_speeds(self):
-        """Speeds of winches: largest RMS and largest peak expected in the wind, and the number of the winch of this.
-
-        Returns
-        -------
-        rms, peak : tuple of 2 float
-            Speed [m/s], and its estimated relative error [-].
-        fastest : int
-            Number of the winch from 0.
-
-        Raises
-        ------
-        NoSolutionError, ConvergenceError
-            As `response`.
-        """
-        if self.response.loop is None:
-            return (0.0, 0.0), (0.0, 0.0), 0
-        variances, errors = self.response.winch_speeds
-        divisor = np.where(variances > 0, variances, 1.0)
-        (rms, rms_rate), (error, rate_error) = np.sqrt(variances), errors / (2 * divisor)
-        crossing_rate = rms_rate / (2 * np.pi * np.sqrt(divisor[0]))
-        closed_loop = self.response.closed_loop
-        highest = 2 * np.pi * closed_loop.modes.frequency[-1]
-        # a notch passes motions above it larger than those of the body, up to its roll-off: those above the modes too
-        more = any(notch and notch.rolloff_omega > highest for notch in closed_loop.loop.notches)
-        crossings = STUDY.crossings if more else 0.0
-        peaks, peak_errors = self._expected_peak(rms, crossing_rate, error, rate_error, crossings)
-        largest, fastest = int(np.argmax(rms)), int(np.argmax(peaks))
-        known = 0.0 if self._error_known else np.nan
-        return (
-            (float(rms[largest]), error[largest] + known),
-            (float(peaks[fastest]), peak_errors[fastest] + known),
-            fastest,
-        )
-
-    def _expected_peak(self, rms, crossing_rate, error, rate_error, crossings=0.0):
-        """Davenport's peak factor times RMS, and its relative error by those of RMS and rate of crossings, arrays too.
-
-        The error of the rate, by the one of the RMS of the derivative, counts as at least `crossings`. [-]
-        """
-        factor = peak_factor(crossing_rate, self.scene.wind.duration)
-        larger_rate = crossing_rate * (1 + np.maximum(rate_error + error, crossings))
-        return factor * rms, error + peak_factor(larger_rate, self.scene.wind.duration) / factor - 1
 
     def mean_displacement(self, name):
         """Displacement of a body, or of a marker BODY.MARKER, by the mean wind, winches at rest, shape (3,). [m]"""

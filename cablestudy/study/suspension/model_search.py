@@ -41,7 +41,7 @@ def search_models(analyses):
         for analysis, response in responses.items():
             closed_loop = closed_loops[analysis]
             last = trial + 1 == len(sizes[analysis]) or len(closed_loop.modes) < sizes[analysis][trial]
-            if response is None or last or analysis.modes_suffice(response):
+            if response is None or last or analysis.sizes.suffice(response):
                 outcomes[analysis] = outcome_of(partial(analysis.with_critical_modes, closed_loop, response))
             else:
                 pending[analysis] = sizes[analysis]

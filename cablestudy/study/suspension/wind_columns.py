@@ -10,6 +10,7 @@ import numpy as np
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.study.column import MM, UM, Column, scaled
 from cablestudy.study.motion_columns import loop_columns, winch_columns
+from cablestudy.study.suspension import peaks
 from cablestudy.study.tolerances import STUDY
 
 TURN = 2 * np.pi
@@ -51,7 +52,7 @@ def place_columns(name):
         means, errors = np.transpose([case.mean_displacement(name, axis) for axis in range(len(PLACES))])
         mean = np.linalg.norm(means)
         mean_error = np.linalg.norm(means * errors) / mean if mean else 0.0
-        return scaled(_analysis(case, outputs).peak(outputs, mean, mean_error=mean_error), MM)
+        return scaled(peaks.peak(_analysis(case, outputs), outputs, mean, mean_error=mean_error), MM)
 
     def seen_motion(variance, *keys):
         """Function of a case: the RMS that a telescope sees, which needs some keys of the scene."""
@@ -95,7 +96,7 @@ def place_columns(name):
 
 def peak_along(case, name, axis):
     """Largest expected displacement of a body along x, y or z (0, 1, 2), the mean one included. [mm]"""
-    return MM * case.in_wind.peak([f"{name}.{PLACES[axis]}"], case.in_wind.mean_displacement(name)[axis])[0]
+    return MM * peaks.peak(case.in_wind, [f"{name}.{PLACES[axis]}"], case.in_wind.mean_displacement(name)[axis])[0]
 
 
 def turn_columns(name):
@@ -141,7 +142,7 @@ def tension_at_peak(case, name, sign):
     """
     tensions, by_statics = [], case.statics_error(None) + case.group.drag_error(case.index, in_wind=True)
     for mean, end in zip(case.in_wind.mean_tensions(name), ENDS, strict=True):
-        change, error = case.in_wind.peak([f"{name}.{end}"], 0.0, STUDY.crossings)
+        change, error = peaks.peak(case.in_wind, [f"{name}.{end}"], crossings=STUDY.crossings)
         tension = mean + sign * change
         tensions.append((tension, (error * change + by_statics * mean) / abs(tension) if tension else error))
     return max(tensions, key=lambda pair: sign * pair[0])
@@ -170,7 +171,7 @@ def slackened(case):
 def _goes_slack(analysis, name):
     """True if the least tension of a cable by a `DynamicAnalysis`, mean less peak of change, is below zero."""
     means = zip(analysis.mean_tensions(name), ENDS, strict=True)
-    return any(mean < analysis.peak_of_change([f"{name}.{end}"]) for mean, end in means)
+    return any(mean < peaks.peak_of_change(analysis, [f"{name}.{end}"]) for mean, end in means)
 
 
 def _max_peak_utilisation(case):
@@ -200,7 +201,7 @@ def actuator_columns(name, wheel=None):
         return lambda case: scaled(_rms(case, [_directed(case, f"{name}.{quantity}")]), unit)
 
     def peak(quantity, unit):
-        return lambda case: scaled(case.in_wind.peak([f"{name}.{quantity}"], 0.0), unit)
+        return lambda case: scaled(peaks.peak(case.in_wind, [f"{name}.{quantity}"]), unit)
 
     columns = []
     for quantity in quantities:
@@ -256,7 +257,7 @@ def exceeded_limits(case):
     """
     exceeded, control = {}, case.scene.control
     if control is not None and control.max_speed is not None:
-        _, (peak, _), fastest = case.in_wind.winch_speeds
+        _, (peak, _), fastest = peaks.winch_speeds(case.in_wind)
         if peak > control.max_speed:
             name = list(case.scene.winches)[fastest]
             exceeded["control.max_speed"] = (
@@ -269,7 +270,7 @@ def exceeded_limits(case):
             if limit is None:
                 continue
             unit, scale, _ = QUANTITIES[quantity]
-            peak, _ = case.in_wind.peak([f"{name}.{quantity}"], 0.0)
+            peak, _ = peaks.peak(case.in_wind, [f"{name}.{quantity}"])
             if peak > limit:
                 exceeded[f"{name}.{quantity}"] = (
                     f"{name}: its {quantity} reaches {scale * peak:.4g} {unit}, above its limit of {scale * limit:.4g}"

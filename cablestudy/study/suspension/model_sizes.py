@@ -1,0 +1,105 @@
+"""Numbers of modes of the models of a suspension in motion that are tried, and how accurate their RMS are."""
+
+from functools import cached_property
+
+import numpy as np
+
+from cablestudy.cable.damping import any_grows_with_modes
+from cablestudy.control.law import law_from
+from cablestudy.study.tolerances import STUDY
+
+
+class ModelSizes:
+    """Numbers of modes that models of one case have: those of all its winds, loops and states share them.
+
+    Parameters
+    ----------
+    scene : SuspensionScene
+    suspension : SuspendedSystem
+        Of this case.
+    fixed : bool
+        True of an exact choice of elements, for which `accuracy` is that of its modes.
+    in_planes : bool
+        True if the modes of the cables are those of some planes.
+    wind_on_cables : bool
+        True if gusts act on the cables.
+    fewest : int
+        Least number of modes.
+
+    Attributes
+    ----------
+    accuracy : float
+        Relative accuracy of what moves. [-]
+    """
+
+    def __init__(self, scene, suspension, fixed, in_planes, wind_on_cables, fewest=0):
+        self._scene, self._moves, self._fixed, self._in_planes = scene, suspension.free.any(), fixed, in_planes
+        self._wind_on_cables, self._fewest = wind_on_cables, fewest
+        self.accuracy = scene.model.accuracy or STUDY.fixed_model_accuracy
+
+    @cached_property
+    def tried(self):
+        """Numbers of modes of models, ascending, from the fewest that may do: tuple.
+
+        Small models come first where cables are few and few modes are excited: by wind on free bodies alone, and a loop
+        that only integrates. Modal damping, unless of an exact choice of elements, depends on the number of modes: it
+        is then one of the usual numbers.
+        """
+        control, usual = self._scene.control, self.usual
+        all_excited = self._wind_on_cables or (control is not None and not law_from(control)[0].integrates_only)
+        small = map(self._for_cables, (STUDY.few_modes,) if self._fixed else (STUDY.fewest_modes, STUDY.few_modes))
+        small = [count for count in small if count < usual[0]]
+        count_matters = self.damping_grows and not self._fixed
+        if not small or all_excited or count_matters or not self._moves:
+            return tuple(count for count in usual if count >= self._fewest) or (self._fewest,)
+        return *small, *usual
+
+    @cached_property
+    def usual(self):
+        """Numbers of modes of models of many cables, or of cables of which all modes are excited: ascending, tuple."""
+        if self._fixed:
+            return (STUDY.element_modes,)
+        if self._in_planes:
+            return STUDY.plane_model_modes
+        return STUDY.model_modes if self.damping_grows else (*STUDY.model_modes, STUDY.more_modes[0])
+
+    def computed(self, count):
+        """Number of modes that are computed for a model of `count`: enough for meshes that serve the loop too."""
+        return max(count, min(self._for_cables(STUDY.few_modes), self.usual[0]))
+
+    def _for_cables(self, numbers):
+        """Number of modes of the whole: `numbers` are a constant and a number for each cable."""
+        return numbers[0] + numbers[1] * len(self._scene.cables)
+
+    @property
+    def compared(self):
+        """True if models are compared with each other: those to an accuracy, of few cables and few excited modes."""
+        return not self._fixed and self.tried[0] < self.usual[0]
+
+    @cached_property
+    def damping_grows(self):
+        """True if damping is modal, so that it grows with the number of modes, and the ends of some cable move."""
+        ends_move = self._moves or bool(self._scene.winches)
+        return ends_move and any_grows_with_modes(self._scene.cables.values())
+
+    @property
+    def error_known(self):
+        """True if errors of RMS are known: not for an exact choice of elements, nor with modal damping."""
+        return not (self._fixed or self.damping_grows)
+
+    def least_error(self, modes):
+        """Relative error of an RMS by a model of some `CoupledModes` that is stated at least; infinite where unknown.
+
+        Found on random scenes: larger for the smallest model.
+        """
+        if not self.error_known:
+            return np.inf
+        fewest = len(modes) == self.tried[0] < self.computed(len(modes))
+        return (STUDY.resolved_by_fewest if fewest else STUDY.resolved) * self.accuracy
+
+    def suffice(self, response):
+        """True if the RMS of bodies in a `GustResponse` are accurate, by the modes left out and by quadrature."""
+        by_quadrature = response.integration_error / 2
+        allowed = max(self.accuracy - by_quadrature, self.accuracy / 2)
+        allowed = STUDY.element_modes_change if self._fixed else allowed
+        return response.displacement_truncation_error <= 2 * allowed  # of a variance, which is twice that of its root

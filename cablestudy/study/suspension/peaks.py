@@ -1,0 +1,91 @@
+"""Largest values that outputs of a `DynamicAnalysis`, and its winches, are expected to reach in the wind.
+
+The mean and g times the RMS; g is Davenport's peak factor (`wind.peak`) of the rate of up-crossings, RMS of the rate of
+change over 2 pi RMS.
+"""
+
+import numpy as np
+
+from cablestudy.study.tolerances import STUDY
+from cablestudy.wind.peak import peak_factor
+
+TURN = 2 * np.pi
+
+
+def peak(analysis, names, mean=0.0, crossings=0.0, mean_error=0.0):
+    """Largest size that some outputs are expected to reach in the wind, |mean| + g RMS, and its relative error.
+
+    Parameters
+    ----------
+    analysis : DynamicAnalysis
+    names : sequence of str
+        Names of the outputs, whose RMS is that of all together.
+    mean : float
+        Their mean value, in their unit.
+    crossings : float
+        Least relative error of the rate at which the mean is crossed. [-]
+    mean_error : float
+        Relative error of the mean value. [-]
+    """
+    rms, error = analysis.rms(names, "value", open_loop=False)
+    if not rms:
+        return abs(mean), error + mean_error
+    rms_rate, rate_error = analysis.rms(names, "rate", open_loop=False)
+    rate, duration = rms_rate / (TURN * rms), analysis.scene.wind.duration
+    change, error = _expected_peak(rms, rate, error, max(rate_error + error, crossings), duration)
+    largest = abs(mean) + change
+    return largest, (error * change + mean_error * abs(mean)) / largest
+
+
+def peak_of_change(analysis, names):
+    """Largest change from their mean that some outputs are expected to have in the wind, g RMS of `peak`.
+
+    Its error, which costs much for tensions, is not computed.
+    """
+    rms, rms_rate = (np.sqrt(analysis.variance_of(names, variance, False)[-1]) for variance in ("value", "rate"))
+    return peak_factor(rms_rate / (TURN * rms), analysis.scene.wind.duration) * rms if rms else rms
+
+
+def winch_speeds(analysis):
+    """Speeds of winches: largest RMS and largest peak expected in the wind, and the number of the winch of this.
+
+    Returns
+    -------
+    rms, peak : tuple of 2 float
+        Speed [m/s], and its estimated relative error [-].
+    fastest : int
+        Number of the winch from 0.
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+        As `DynamicAnalysis.response`.
+    """
+    response = analysis.response
+    if response.loop is None:
+        return (0.0, 0.0), (0.0, 0.0), 0
+    variances, errors = response.winch_speeds
+    divisor = np.where(variances > 0, variances, 1.0)
+    (rms, rms_rate), (error, rate_error) = np.sqrt(variances), errors / (2 * divisor)
+    highest = TURN * response.closed_loop.modes.frequency[-1]
+    # a notch passes motions above it larger than those of the body, up to its roll-off: those above the modes too
+    more = any(notch and notch.rolloff_omega > highest for notch in response.closed_loop.loop.notches)
+    of_rate = np.maximum(rate_error + error, STUDY.crossings if more else 0.0)
+    rate, duration = rms_rate / (TURN * np.sqrt(divisor[0])), analysis.scene.wind.duration
+    peaks, peak_errors = _expected_peak(rms, rate, error, of_rate, duration)
+    largest, fastest = int(np.argmax(rms)), int(np.argmax(peaks))
+    known = 0.0 if analysis.sizes.error_known else np.nan
+    return (
+        (float(rms[largest]), error[largest] + known),
+        (float(peaks[fastest]), peak_errors[fastest] + known),
+        fastest,
+    )
+
+
+def _expected_peak(rms, rate, error, rate_error, duration):
+    """Peak factor of a rate of crossings [Hz] in a duration [s], times RMS, and its error by those of both; arrays too.
+
+    The errors are relative. [-]
+    """
+    factor = peak_factor(rate, duration)
+    return factor * rms, error + peak_factor(rate * (1 + rate_error), duration) / factor - 1
