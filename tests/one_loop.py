@@ -92,7 +92,7 @@ class OneLoop:
 
     @property
     def _element(self):
-        (found,) = self.closed_loop.driven.loop_gain.elements
+        (found,) = self.closed_loop.stability.driven.loop_gain.elements
         return found
 
     @property
@@ -103,7 +103,7 @@ class OneLoop:
     @property
     def largest_gain(self):
         """[rad/s], or None."""
-        return self.closed_loop.largest_gain
+        return self.closed_loop.stability.largest_gain
 
     @property
     def gain_margin(self):
@@ -113,12 +113,12 @@ class OneLoop:
     @property
     def margins(self):
         """`Margins`."""
-        return self.closed_loop.margins
+        return self.closed_loop.stability.margins
 
     @property
     def stable(self):
         """Whether nothing grows."""
-        return self.closed_loop.stable
+        return self.closed_loop.stability.stable
 
     def check_stable(self):
         """NoSolutionError where something grows."""
@@ -126,11 +126,11 @@ class OneLoop:
 
     def unstable(self, gain):
         """How many poles with a gain [rad/s] are to the right."""
-        return self.with_gain(float(gain)).closed_loop.gains.unstable(float(gain))
+        return self.with_gain(float(gain)).closed_loop.stability.gains.unstable(float(gain))
 
     def unit_gain(self, s):
         """L over the gain, shape (f,)."""
-        return self.closed_loop.gains.loop_gain(s)[:, 0, 0]
+        return self.closed_loop.stability.gains.loop_gain(s)[:, 0, 0]
 
     @property
     def open_poles(self):

@@ -431,7 +431,7 @@ def test_the_loop_is_judged_as_all_modes_judge_it(law, model):
         closed[:, -1] -= gain / s * passed * whole[kept, n]
         return np.linalg.slogdet(closed)
 
-    limit, omega = loop.largest_gain, loop.closed_loop.limit.omega
+    limit, omega = loop.largest_gain, loop.closed_loop.stability.limit.omega
     circle = 1j * omega + 0.05 * omega * np.exp(2j * np.pi * np.arange(400) / 400)
 
     def poles_inside(gain):

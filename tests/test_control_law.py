@@ -101,7 +101,7 @@ def test_the_largest_gain_is_the_first_at_which_the_exact_curve_encircles(name):
     factor = loop.largest_gain / loop.gain
     assert all(encirclements(exact, part) == 0 for part in factor * np.append(np.geomspace(1e-3, 0.9, 10), 0.9999))
     assert encirclements(exact, 1.0001 * factor) > 0
-    gains = loop.closed_loop.gains
+    gains = loop.closed_loop.stability.gains
     assert gains.unstable(0.999 * loop.largest_gain) == 0 < gains.unstable(1.001 * loop.largest_gain)
 
 

@@ -104,7 +104,7 @@ def test_margins_are_those_of_python_control(gain, ratio):
     if found.largest_gain[0] < gain:
         assert min(gains) == pytest.approx(found.largest_gain[0] / gain, rel=1e-6)
         return
-    margins, least = found.controlled.margins, np.argmin(np.abs(phases))
+    margins, least = found.controlled.stability.margins, np.argmin(np.abs(phases))
     assert margins.phase_margin == pytest.approx(abs(phases[least]), abs=1e-5)
     assert TURN * margins.gain_crossover == pytest.approx(at_phase[least], rel=1e-6)
     above = gains[gains > 1]
@@ -120,7 +120,7 @@ def test_margins_are_those_of_python_control(gain, ratio):
 def test_delay_and_phase_margin_of_an_integrator_in_closed_form(location):
     """Far below the gondola's frequency the loop is K/s: it crosses at K with 90 degrees, a delay of pi/(2 K)."""
     gain = 1e-5 * NATURAL
-    margins = spring(gain, None, location).controlled.margins
+    margins = spring(gain, None, location).controlled.stability.margins
     assert TURN * margins.gain_crossover == pytest.approx(gain, rel=1e-9)
     assert margins.phase_margin == pytest.approx(90, abs=1e-3)
     assert margins.delay_margin == pytest.approx(np.pi / (2 * gain), rel=1e-4)

@@ -268,7 +268,7 @@ def test_the_largest_gain_to_first_order_is_that_of_little_damped_modes(seed):
         "model": {"elements": BARS, "order": 1, "mass": "lumped"},
     }
     closed_loop = SuspensionCase(SuspensionScene.model_validate(text)).in_wind.closed_loop_of(250)
-    assert closed_loop.untuned_loop.limit_by_modes == pytest.approx(closed_loop.largest_gain, rel=1e-3)
+    assert closed_loop.untuned_loop.limit_by_modes == pytest.approx(closed_loop.stability.largest_gain, rel=1e-3)
 
 
 @pytest.mark.parametrize("seed", campaign([18, 22, 79], [18]))
@@ -284,7 +284,7 @@ def test_vectors_for_the_highest_modes_change_the_largest_gain_and_the_margins_b
         monkeypatch.setattr(type(STUDY), "all_modes_from", all_from)
         monkeypatch.setattr(type(SYSTEM), "windows_from", many)
         wind = in_wind_of(Case(scene))
-        winds.append((wind.controlled.driven, wind.largest_gain, [wind.margin(name) for name in names]))
+        winds.append((wind.controlled.stability.driven, wind.largest_gain, [wind.margin(name) for name in names]))
     (few, (gain, error), margins), (every, (truth, _), true_margins) = winds
     assert few.simplification_error > 0 == every.simplification_error
     assert len(few.loop_gain.elements[0].omega) < 0.7 * len(every.loop_gain.elements[0].omega)
@@ -337,7 +337,7 @@ def test_the_stated_error_of_the_largest_gain_is_true_and_within_the_accuracy():
     for model in ("{accuracy: 1e-4}", *(f"{{elements: {n}, order: {p}, mass: consistent}}" for n, p in FINE)):
         found.append(SuspensionCase(load_scene(path, [f"model={model}"])[1]).in_wind)
     # without the error by drag, which no finer model of the same drag has
-    by_models = found[0]._with_limits.driven.errors[0]
+    by_models = found[0]._with_limits.stability.driven.errors[0]
     (gain, error), (truth, _), (finer, _) = (analysis.largest_gain for analysis in found)
     assert abs(gain / truth - 1) <= by_models <= 1e-4
     assert by_models < error < 2e-4
@@ -348,7 +348,7 @@ def test_the_stated_error_of_the_largest_gain_is_true_and_within_the_accuracy():
 def test_a_crossing_near_that_of_coarser_elements_is_the_first_of_all_frequencies(data):
     """Waves along the cables decide; those across them are resolved beyond their frequency by finer elements."""
     loop = SuspensionCase(SuspensionScene.model_validate(data)).in_wind.controlled
-    driven, finer = loop.driven, loop.driven.resolving
+    driven, finer = loop.stability.driven, loop.stability.driven.resolving
     assert finer is not driven
     assert driven.resolved_to < driven.limit.omega <= finer.resolved_to
     assert "gains" not in vars(finer)
@@ -365,7 +365,7 @@ def test_ends_that_winches_move_on_board_push_the_body_as_in_the_modes_of_the_wh
     path = CONFIGS / "suspensions" / "carlina-net-wind.yaml"
     loop = SuspensionCase(load_scene(path, sets)[1]).in_wind.closed_loop_of(64)
     s = TURN * 1j * np.array([0.02, 0.05, 0.1])
-    found, expected = loop.driven.loop_gain(s), loop.loop.unit_gain(s)
+    found, expected = loop.stability.driven.loop_gain(s), loop.loop.unit_gain(s)
     assert found == pytest.approx(expected, abs=1e-7 * np.abs(expected).max())
 
 
@@ -414,7 +414,7 @@ def cut_loop(cut):
         scene["points"] = {"junction": {"at": (0.78 * anchors[1] + 0.22 * ends[1]).tolist(), "free": True}}
         cables["c1"] |= {"to": "junction", "unstretched_length": first}
         cables["second"] = {"from": "junction", "to": "b.e1", "unstretched_length": second}
-    return SuspensionCase(SuspensionScene.model_validate(scene)).in_wind.described.driven
+    return SuspensionCase(SuspensionScene.model_validate(scene)).in_wind.described.stability.driven
 
 
 def test_waves_across_a_junction_without_mass_are_seen_as_narrow_as_those_of_the_whole_cable():

@@ -21,7 +21,7 @@ from cablestudy.scene.scene import CableScene, load_scene
 from cablestudy.study.columns import find
 from cablestudy.study.row import evaluate
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.study.suspension.closed_loop import ClosedLoop
+from cablestudy.study.suspension.loop_stability import LoopStability
 from cablestudy.study.table_rows import SLACK
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.linear import LinearSystem
@@ -232,7 +232,7 @@ def test_the_largest_gain_is_the_smallest_at_which_any_pole_crosses(diameter, da
         with pytest.raises(NoSolutionError, match="good as undamped"):
             loop.with_gain(limit).check_stable()
         return
-    cable, crossing = along_x(loop.case.refined(2, 32)), 1j * loop.closed_loop.limit.omega
+    cable, crossing = along_x(loop.case.refined(2, 32)), 1j * loop.closed_loop.stability.limit.omega
     for factor in (0.3, 0.6, 0.9, 0.995, 1.005):
         poles = dense_loop(cable, loop, factor * limit)
         poles = poles[poles.imag > 0]
@@ -246,9 +246,9 @@ def test_the_largest_gain_is_the_smallest_at_which_any_pole_crosses(diameter, da
 def test_the_poles_of_the_model_alone_decide_only_well_below_the_largest_gain(damping):
     """The largest gain is sought with all modes; half of it is where the model's poles no longer suffice."""
     loop = OneLoop(scene(f"cable.damping={damping}", "cable.diameter=4.5 mm"))
-    largest = loop.closed_loop.largest_gain
+    largest = loop.closed_loop.stability.largest_gain
     shares = [share for share in (1e-3, 0.3, 0.49, 0.51, 0.9, 1.5)
-              if loop.with_gain(share * largest).closed_loop._far_from_unstable]  # fmt: skip
+              if loop.with_gain(share * largest).closed_loop.stability._far_from_unstable]  # fmt: skip
     assert 1e-3 in shares
     assert max(shares) < STUDY.nearly_largest_gain
 
@@ -257,15 +257,15 @@ def test_the_poles_of_the_model_alone_decide_only_well_below_the_largest_gain(da
 def test_modes_that_the_model_lacks_are_judged_without_the_largest_gain(gain, monkeypatch):
     """Waves along the lower cables could be driven; the largest gain is some 25 rad/s."""
     one = load_scene(CONFIGS / "suspensions" / "carlina-balloon-wind.yaml", [f"control.gain={gain} rad/s"])[1]
-    loop = SuspensionCase(one).in_wind.controlled
+    loop = SuspensionCase(one).in_wind.controlled.stability
     assert loop.stable
     far = loop._far_from_unstable
     assert not loop._poles_decay_up_to(2 * gain)
-    assert (ClosedLoop.driven_outcome.known(loop) is None) == far
+    assert (LoopStability.driven_outcome.known(loop) is None) == far
     assert far == (loop.largest_gain > 2 * gain)
-    known = SuspensionCase(one).in_wind.controlled
+    known = SuspensionCase(one).in_wind.controlled.stability
     assert known.largest_gain == pytest.approx(loop.largest_gain, rel=1e-9)
-    monkeypatch.setattr(ClosedLoop, "_far_from_unstable", None)  # not looked at where the largest gain is known
+    monkeypatch.setattr(LoopStability, "_far_from_unstable", None)  # not looked at where the largest gain is known
     assert known.stable
 
 

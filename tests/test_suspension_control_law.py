@@ -85,10 +85,10 @@ def encirclements(own, gain):
 @pytest.mark.parametrize("scene", SCENES)
 def test_growing_poles_are_the_encirclements_of_the_exact_loop_gain(scene, seed):
     own, closed_loop = solved(scene, seed)
-    limit, judged = closed_loop.largest_gain, 0
+    limit, judged = closed_loop.stability.largest_gain, 0
     for factor in (0.2, 0.999, 1.001, 2.0, 6.0):
         try:
-            found = closed_loop.gains.unstable(factor * limit)
+            found = closed_loop.stability.gains.unstable(factor * limit)
         except NoSolutionError:  # refused, and not judged wrongly
             assert factor > 1.5
             continue
@@ -101,8 +101,8 @@ def test_growing_poles_are_the_encirclements_of_the_exact_loop_gain(scene, seed)
 
 def test_the_limit_of_one_coordinate_alone_is_where_the_exact_loop_gain_encircles():
     own, closed_loop = solved("three coordinates, no notch", 3)
-    gain = 0.3 * closed_loop.largest_gain
-    found, whole = closed_loop.gains.single_limits(gain), gain * np.ones(3)
+    gain = 0.3 * closed_loop.stability.largest_gain
+    found, whole = closed_loop.stability.gains.single_limits(gain), gain * np.ones(3)
 
     class Alone:
         """The dense model whose loop gain is that of some gains."""
@@ -166,7 +166,7 @@ def in_time(own, law, time, steps, push=0.0, reference=0.0):
                                  {"gain": 1.0, "proportional_gain": 0.1, "bandwidth": 3.0, "delay": 0.1}])  # fmt: skip
 def test_a_loop_in_time_grows_above_the_largest_gain_and_decays_below(law):
     text = everything(control=LOOP | law | {"notch": "none"}, actuators={})
-    own, limit = Straight(text), closed_loop_of(text).largest_gain
+    own, limit = Straight(text), closed_loop_of(text).stability.largest_gain
     for factor in (0.97, 1.03):
         scaled = law | {key: factor * limit * law[key] for key in ("gain", "proportional_gain") if key in law}
         size = np.abs(in_time(own, scaled, 150.0, round(law["delay"] / 7.5e-3), push=1.0)).max(axis=1)
@@ -358,7 +358,7 @@ def test_a_short_delay_changes_little(delay):
         assert found == pytest.approx(expected, rel=1e-5 + 100 * delay), name
     loop = late.in_wind.closed_loop.loop
     assert loop.slight_delay == (delay < 1e-4)
-    assert late.in_wind.closed_loop.limit.omega < 100
+    assert late.in_wind.closed_loop.stability.limit.omega < 100
 
 
 def test_a_derivative_part_is_judged_with_the_modes_that_it_drives():
@@ -369,4 +369,4 @@ def test_a_derivative_part_is_judged_with_the_modes_that_it_drives():
     assert few.modes.frequency[-1] < 10
     of_modes = [gains_of_modes(one).limits[0].factor for one in (few, many)]
     assert of_modes[0] > 1.2 * of_modes[1]
-    assert few.largest_gain == pytest.approx(of_modes[1], rel=3e-3)
+    assert few.stability.largest_gain == pytest.approx(of_modes[1], rel=3e-3)

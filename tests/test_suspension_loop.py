@@ -86,14 +86,14 @@ def test_closed_loop_poles_are_the_eigenvalues_of_a_dense_model(name):
     assert closed_loop.body.allocation.shares == pytest.approx(own.shares, abs=2e-7 * np.abs(own.shares).max())
     s = np.array([0.3j, 5j, 1 + 20j])
     expected = own.unit_gain(s)
-    for unit_gain in (closed_loop.loop.unit_gain, closed_loop.gains.loop_gain):
+    for unit_gain in (closed_loop.loop.unit_gain, closed_loop.stability.gains.loop_gain):
         assert np.abs(unit_gain(s) - expected).max() < 2e-7 * np.abs(expected).max()
 
 
 def test_rotations_and_displacements_are_corrected_without_error_at_rest():
     """Six winches, six measured coordinates: L tends to gain/s times the unit matrix."""
     closed_loop, s = closed_loop_of(CASES["pose of six"]), np.array([1e-7j])
-    for unit_gain in (closed_loop.loop.unit_gain, closed_loop.gains.loop_gain):
+    for unit_gain in (closed_loop.loop.unit_gain, closed_loop.stability.gains.loop_gain):
         assert np.abs(s[0] * unit_gain(s)[0] - np.eye(6)).max() < 1e-6
 
 
@@ -131,7 +131,7 @@ def limit_of_case(name):
 def test_the_largest_gain_is_where_the_first_pole_crosses(name):
     text, limit = CASES[name], limit_of_case(name)
     closed_loop = closed_loop_of(text)
-    assert closed_loop.largest_gain == pytest.approx(limit, rel=1e-6)
+    assert closed_loop.stability.largest_gain == pytest.approx(limit, rel=1e-6)
     gain = text["control"]["gain"]
     assert value(text, "gain_margin") == pytest.approx(20 * np.log10(limit / gain), abs=1e-5)
 
@@ -140,7 +140,7 @@ def test_the_largest_gain_is_where_the_first_pole_crosses(name):
 def test_the_limit_of_one_loop_alone(name):
     text, own = CASES[name], Straight(CASES[name])
     gain, k = text["control"]["gain"], len(own.measured)
-    found = closed_loop_of(text).single_limits
+    found = closed_loop_of(text).stability.single_limits
     expected = [limit_of(own, 2.0, np.full(k, gain), place) for place in range(k)]
     assert list(found.values()) == pytest.approx(expected, rel=1e-6)
 
@@ -230,7 +230,7 @@ def test_a_loop_that_is_stable_for_every_gain_has_no_limit():
     own = Straight(text)
     poles = [np.linalg.eigvals(own.closed(gain)).real.max() for gain in np.geomspace(1e-3, 1e6, 60)]
     assert max(poles) < 1e-9
-    assert closed_loop_of(text).largest_gain is None
+    assert closed_loop_of(text).stability.largest_gain is None
     assert value(text, "gain_margin") is None
 
 
@@ -342,7 +342,7 @@ def test_the_loop_is_judged_with_the_modes_that_it_drives():
     sets = [f"winches.{name}.end=to" for name in names]
     path = CONFIGS / "suspensions" / "carlina-net-wind.yaml"
     found = SuspensionCase(load_scene(path, sets)[1]).in_wind
-    limit, error = found.closed_loop.limit, found._with_limits.driven.errors[0]
+    limit, error = found.closed_loop.stability.limit, found._with_limits.stability.driven.errors[0]
     assert limit.omega / TURN > 18 > found.closed_loop.modes.frequency[-1]
     assert error < 0.03
     assert_limit_of_modes(found.closed_loop_of(250), limit)
@@ -352,11 +352,11 @@ def test_the_damping_of_modes_by_the_air_counts_once():
     """Half of the diagonal of the damping matrix of each cable in the wind, which the loop gain has."""
     path = CONFIGS / "suspensions" / "carlina-net-wind.yaml"
     closed_loop = SuspensionCase(load_scene(path, [])[1]).in_wind.controlled
-    for cable, element in enumerate(closed_loop.driven.loop_gain.elements):
+    for cable, element in enumerate(closed_loop.stability.driven.loop_gain.elements):
         _, damping, _ = element.matrices()
         modes = np.arange(len(element.omega))
         decay = np.diagonal(damping)[modes] / 2 + element.damping_ratio * element.omega  # by the air, and by the strain
-        assert closed_loop.effects._decay(cable, element) == pytest.approx(decay)
+        assert closed_loop.stability.effects._decay(cable, element) == pytest.approx(decay)
 
 
 def assert_limit_of_modes(closed_loop, limit):
@@ -370,9 +370,9 @@ def test_waves_along_the_cables_far_above_the_roll_off_are_found():
     """Thin cables with little tension: the second wave along them, near 38 Hz, decides; a model of 450 modes has it."""
     changes = ["cable.diameter=3 mm", "tensions.min=1345 N"]
     found = SuspensionCase(load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml", changes)[1]).in_wind
-    limit = found.closed_loop.limit
+    limit = found.closed_loop.stability.limit
     assert 37 < limit.omega / TURN < 39
-    assert found._with_limits.driven.errors[0] < 0.1
+    assert found._with_limits.stability.driven.errors[0] < 0.1
     assert_limit_of_modes(found.closed_loop_of(450), limit)
 
 
@@ -392,7 +392,7 @@ def test_exact_elements_are_judged_with_all_of_their_modes(elements):
         "winches": {name: {} for name in case.scene.winches}, "control": {"measured": ["x", "y", "z"], "notch": notch},
     }, closed_loop.equilibrium, elements)  # fmt: skip
     assert closed_loop.body.allocation.shares == pytest.approx(own.allocation, abs=1e-6 * np.abs(own.allocation).max())
-    limit = closed_loop.largest_gain
+    limit = closed_loop.stability.largest_gain
     for factor in (0.3, 0.6, 0.9, 0.995, 1 - 1e-6, 1 + 1e-6, 1.005):
         assert (own.poles(factor * limit).real.max() > 1e-9 * limit) == (factor > 1), factor
 

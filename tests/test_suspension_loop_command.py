@@ -58,7 +58,7 @@ def step_by_frequency(closed_loop, reference, output, time, highest):
     period = 2 * time[-1]
     shift, harmonics = np.log(1e7) / period, np.arange(int(highest * period))
     s = shift + 2j * np.pi * harmonics / period
-    loop_gain = closed_loop.loop.gain * closed_loop.gains.loop_gain(s)
+    loop_gain = closed_loop.loop.gain * closed_loop.stability.gains.loop_gain(s)
     closed = np.linalg.solve(np.eye(loop_gain.shape[1]) + loop_gain, loop_gain)[:, output, reference]
     terms = closed / s * np.sinc(harmonics / len(harmonics)) * np.where(harmonics, 2.0, 1.0)
     return (np.exp(np.outer(time, s)) @ terms).real / period
@@ -117,7 +117,7 @@ def test_singular_values_are_those_of_the_loop():
     rows = table_of("loop", NET, "--response", "0.05Hz:2Hz:4")
     closed_loop = solved()[1].in_wind.closed_loop
     frequency = np.array([row["frequency_Hz"] for row in rows])
-    gain = closed_loop.loop.gain * closed_loop.gains.loop_gain(2j * np.pi * frequency)
+    gain = closed_loop.loop.gain * closed_loop.stability.gains.loop_gain(2j * np.pi * frequency)
     expected = 1 / np.linalg.svd(np.eye(gain.shape[-1]) + gain, compute_uv=False)
     for name, value in (("largest", expected[:, -1]), ("smallest", expected[:, 0])):
         assert [row[f"sensitivity_{name}_dB"] for row in rows] == pytest.approx(20 * np.log10(value), abs=1e-6)
@@ -203,7 +203,7 @@ def test_a_loop_that_needs_too_large_a_model_says_what_for(monkeypatch):
     closed_loop.check_open()
     monkeypatch.setattr(Dynamics, "modes", refused)
     with pytest.raises(ConvergenceError, match=r"a gain of 8 rad/s, which needs modes of a cable up to .* Hz: \d"):
-        _ = closed_loop.gains
+        _ = closed_loop.stability.gains
 
 
 def test_an_error_of_the_largest_gain_above_the_accuracy_is_noted_and_no_other():

@@ -171,7 +171,7 @@ def test_the_loop_over_frequency_with_its_margins(controlled):
     frequency = lines(gains)["largest singular value of L"].get_xdata()
     some = np.searchsorted(frequency, [0.01, 0.5857, 3.0])
     s = 2j * np.pi * frequency[some]
-    transfer = loop.gain * closed_loop.gains.loop_gain(s)
+    transfer = loop.gain * closed_loop.stability.gains.loop_gain(s)
     largest = [20 * np.log10(np.linalg.svd(one)[1][0]) for one in transfer]
     assert lines(gains)["largest singular value of L"].get_ydata()[some] == pytest.approx(largest, rel=1e-9)
     closed = [np.linalg.inv(np.eye(3) + one) for one in transfer]
@@ -179,14 +179,14 @@ def test_the_loop_over_frequency_with_its_margins(controlled):
         seen = [20 * np.log10(np.linalg.svd(one)[1][0]) for one in matrices]
         assert lines(sensitivity)[name].get_ydata()[some] == pytest.approx(seen, abs=1e-7)
     highest = 10 ** (lines(sensitivity)["|S|"].get_ydata().max() / 20)
-    assert highest == pytest.approx(closed_loop.margins.sensitivity_peak, rel=1e-3)
+    assert highest == pytest.approx(closed_loop.stability.margins.sensitivity_peak, rel=1e-3)
     # an eigenvalue of the loop gain passes where the gain margin is marked, and none within the circle about -1
     marked = next(line for name, line in lines(eigenvalues).items() if name.startswith("gain margin"))
     place = marked.get_xdata()[0]
-    assert place == pytest.approx(-loop.gain / closed_loop.largest_gain, rel=1e-9)
+    assert place == pytest.approx(-loop.gain / closed_loop.stability.largest_gain, rel=1e-9)
     passing = np.concatenate([line.get_xydata() for line in eigenvalues.lines if len(line.get_xydata()) > 1000])
     assert np.nanmin(np.hypot(*(passing - [place, 0]).T)) < 0.02 * abs(place)
-    assert np.nanmin(np.hypot(*(passing - [-1, 0]).T)) > 0.999 / closed_loop.margins.sensitivity_peak
+    assert np.nanmin(np.hypot(*(passing - [-1, 0]).T)) > 0.999 / closed_loop.stability.margins.sensitivity_peak
     margin = f"{20 * np.log10(-1 / place):.4g} dB"
     assert f"gain margin {margin}" in legend(numbers)
     assert margin in [text.get_text() for text in numbers.texts]

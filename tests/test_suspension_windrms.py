@@ -131,7 +131,7 @@ def test_what_grows_is_counted_beside_a_mode_that_never_does(folder):
     closed_loop = cs.load(folder / "b.yaml").case.in_wind.controlled
     for gain in 100.0, 200.0, 3e5:
         growing = np.count_nonzero(closed_loop.loop.poles_with(gain).real > 1e-6)
-        assert closed_loop.gains.unstable(gain) == growing == (0 if gain < 150 else 2)
+        assert closed_loop.stability.gains.unstable(gain) == growing == (0 if gain < 150 else 2)
 
 
 AUTO = [

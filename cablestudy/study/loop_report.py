@@ -59,7 +59,7 @@ def has_loop(case):
     if not case.moves:  # refused before anything was computed
         return False
     try:
-        _ = case.in_wind.controlled.gains
+        _ = case.in_wind.controlled.stability.gains
     except CablestudyError:
         return False
     return True
@@ -128,7 +128,7 @@ def drawn_frequencies(closed_loop, span):
     """
     low, high, _ = span
     on_circles = around_poles(resonances(closed_loop))
-    dense = np.concatenate([closed_loop.gains.frequencies(closed_loop.loop.gain), on_circles]) / (2 * np.pi)
+    dense = np.concatenate([closed_loop.stability.gains.frequencies(closed_loop.loop.gain), on_circles]) / (2 * np.pi)
     dense = dense[(dense > low) & (dense < high)]
     return np.unique(np.concatenate([frequencies_of(closed_loop, span), dense]))
 
@@ -141,7 +141,7 @@ def around_poles(poles):
 
 def loop_gain(closed_loop, frequency):
     """L of a `ClosedLoop` that measures k coordinates at frequencies [Hz], complex, shape (m, k, k)."""
-    return closed_loop.loop.gain * by_parts(closed_loop.gains.loop_gain, 2j * np.pi * frequency)
+    return closed_loop.loop.gain * by_parts(closed_loop.stability.gains.loop_gain, 2j * np.pi * frequency)
 
 
 def curves(closed_loop, frequency):

@@ -97,7 +97,7 @@ def _title(closed_loop):
 def _span(closed_loop):
     """Default range of frequencies, about those that are marked, and number of points: (low [Hz], high [Hz], int)."""
     marked = [*closed_loop.body.coupled_frequencies, closed_loop.loop.gain / TURN]
-    marked += [closed_loop.limit.omega / TURN] if _has_limit(closed_loop) else []
+    marked += [closed_loop.stability.limit.omega / TURN] if _has_limit(closed_loop) else []
     marked += [notch.rolloff_omega / TURN for notch in closed_loop.body.notches if notch]
     return min(0.2 * max(marked), BELOW / ABOVE * 10 * min(marked)), ABOVE * max(marked), POINTS
 
@@ -105,14 +105,14 @@ def _span(closed_loop):
 def _has_limit(closed_loop):
     """True if the loop has a largest gain, and it can be had."""
     try:
-        return closed_loop.largest_gain is not None
+        return closed_loop.stability.largest_gain is not None
     except NoSolutionError:
         return False
 
 
 def _margin(closed_loop):
     """Gain margin of a loop that has a largest gain. [dB]"""
-    return float(decibels(closed_loop.largest_gain / closed_loop.loop.gain))
+    return float(decibels(closed_loop.stability.largest_gain / closed_loop.loop.gain))
 
 
 def _magnitude(axes, closed_loop, frequency, value):
@@ -125,11 +125,11 @@ def _magnitude(axes, closed_loop, frequency, value):
     axes.set_ylim(max(LEAST, np.nanmin(sizes) - 5), np.nanmax(sizes) + 10)
     axes.set_ylabel("loop gain [dB]")
     if _has_limit(closed_loop):
-        margin, crossing = _margin(closed_loop), closed_loop.limit.omega / TURN
+        margin, crossing = _margin(closed_loop), closed_loop.stability.limit.omega / TURN
         axes.annotate("", (crossing, 0), (crossing, -margin), arrowprops={"color": RED, **ARROW})
         axes.plot(crossing, -margin, "o", color=RED, ms=4, zorder=5,
                   label=with_minus(f"gain margin {margin:.4g} dB at {crossing:.4g} Hz"))  # fmt: skip
-    if crossover := closed_loop.margins.gain_crossover:
+    if crossover := closed_loop.stability.margins.gain_crossover:
         name = "|L| = 1" if len(sizes) == 1 else "gain crossover"
         axes.plot(crossover, 0, "s", color=GREEN, ms=4, zorder=5, label=f"{name} at {crossover:.4g} Hz")
     axes.legend(loc="lower left", **LEGEND)
@@ -150,12 +150,12 @@ def _phase(axes, closed_loop, frequency, value):
         axes.axhline(-180 + 360 * turn, color=GREY, lw=0.8, ls="--")
     axes.set_ylim(min(low, -180) - 20, max(high, low + 90) + 20)
     axes.set_ylabel("phase of L [deg]")
-    crossover = closed_loop.margins.gain_crossover
-    if closed_loop.stable and crossover and frequency[0] < crossover < frequency[-1]:
+    stability, crossover = closed_loop.stability, closed_loop.stability.margins.gain_crossover
+    if stability.stable and crossover and frequency[0] < crossover < frequency[-1]:
         phase_there = np.interp(np.log(crossover), np.log(frequency), phase)
         half_turn = 360 * np.round((phase_there + 180) / 360) - 180  # the odd multiple of 180 degrees next to it
         axes.annotate("", (crossover, half_turn), (crossover, phase_there), arrowprops={"color": GREEN, **ARROW})
-        axes.plot(crossover, phase_there, "s", color=GREEN, ms=4, zorder=5, label=_phase_label(closed_loop.margins))
+        axes.plot(crossover, phase_there, "s", color=GREEN, ms=4, zorder=5, label=_phase_label(stability.margins))
         axes.legend(loc="lower left", **LEGEND)
 
 
@@ -166,8 +166,9 @@ def _sensitivity(axes, closed_loop, frequency, sensitivity, complementary):
     axes.semilogx(frequency, size_of_s, color=BLUE, lw=1.3, label="|S|")
     axes.axhline(0.0, color=GREY, lw=0.8)
     top = np.nanmax(size_of_s)
-    if closed_loop.stable:
-        peak, peak_at = closed_loop.margins.sensitivity_peak, closed_loop.margins.sensitivity_frequency or frequency[-1]
+    if closed_loop.stability.stable:
+        margins = closed_loop.stability.margins
+        peak, peak_at = margins.sensitivity_peak, margins.sensitivity_frequency or frequency[-1]
         top = max(top, float(decibels(peak)))
         axes.plot(peak_at, decibels(peak), "o", color=RED, ms=4, zorder=5,
                   label=with_minus(f"peak {peak:.4g} = {decibels(peak):.4g} dB at {peak_at:.4g} Hz"))  # fmt: skip
@@ -197,7 +198,7 @@ def _nyquist(axes, closed_loop, value):
         axes.plot(locus.real, -locus.imag, color=colour, lw=0.6, alpha=0.5, zorder=3)
         label = None
     axes.plot(-1, 0, "+", color=RED, ms=10, mew=2, zorder=6, label="−1")
-    margins = closed_loop.margins if closed_loop.stable else None
+    margins = closed_loop.stability.margins if closed_loop.stability.stable else None
     if margins:
         distance = 1 / margins.sensitivity_peak  # no eigenvalue is nearer than the least singular value of I + L
         free_circle = -1 + distance * circle
@@ -207,7 +208,7 @@ def _nyquist(axes, closed_loop, value):
         (at_crossover,) = loop_gain(closed_loop, np.array([margins.gain_crossover]))[:, 0, 0]
         axes.plot(at_crossover.real, at_crossover.imag, "s", color=GREEN, ms=4, zorder=5, label=_phase_label(margins))
     if _has_limit(closed_loop):
-        axes.plot(-closed_loop.loop.gain / closed_loop.largest_gain, 0, "o", color=RED, ms=4, zorder=5,
+        axes.plot(-closed_loop.loop.gain / closed_loop.stability.largest_gain, 0, "o", color=RED, ms=4, zorder=5,
                   label=with_minus(f"gain margin {_margin(closed_loop):.4g} dB"))  # fmt: skip
     name = "the eigenvalues of L" if several else "L"
     axes.set(xlim=(-0.6 - NEAR, -0.6 + NEAR), ylim=(-NEAR, NEAR))
@@ -233,14 +234,14 @@ def _numbers(axes, closed_loop):
     """Write the margins as text."""
     axes.set_axis_off()
     limit, loop, law = _has_limit(closed_loop), closed_loop.loop, closed_loop.loop.law
-    largest = closed_loop.largest_gain if limit else None
+    largest = closed_loop.stability.largest_gain if limit else None
     lines = [("gain", f"{loop.gain:.4g} rad/s")]
     lines += [("proportional gain", f"{loop.gain * law.proportional:.4g}")] if law.proportional else []
     lines += [("derivative gain", f"{loop.gain * law.derivative:.4g} s")] if law.derivative else []
     lines += [("delay", f"{law.delay:.4g} s")] if law.delay else []
     lines += [("largest gain", f"{largest:.4g} rad/s" if largest else "none")]
     lines += [("gain margin", f"{_margin(closed_loop):.4g} dB")] if limit else []
-    lines += _of_stable(closed_loop.margins) if closed_loop.stable else [("loop", "unstable")]
+    lines += _of_stable(closed_loop.stability.margins) if closed_loop.stability.stable else [("loop", "unstable")]
     for row, (name, number) in enumerate(lines):
         height = 0.97 - LINE * row
         axes.text(0.02, height, name, transform=axes.transAxes, fontsize=8)

@@ -83,7 +83,7 @@ class DrivenCables:
     """
 
     def __init__(self, closed_loop, gain, others=(), resolved_to=0.0):
-        self._closed_loop, self._gain, self._effects = closed_loop, gain, closed_loop.effects
+        self._closed_loop, self._gain, self._effects = closed_loop, gain, closed_loop.stability.effects
         self._base, self._fixed_elements = closed_loop.modes.solution, closed_loop.plant.model is not None
         self.resolved_to = max(self._highest_resolved, resolved_to)
         models = self._models()

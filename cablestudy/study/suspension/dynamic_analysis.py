@@ -13,6 +13,7 @@ from cablestudy.study.column import relative
 from cablestudy.study.notes import unknown_rms_error
 from cablestudy.study.suspension.closed_loop import ClosedLoop
 from cablestudy.study.suspension.gust_response import GustResponse
+from cablestudy.study.suspension.loop_stability import LoopStability
 from cablestudy.study.suspension.model_search import closed_loops_of, search_models, stable_without_loop
 from cablestudy.study.suspension.model_sizes import ModelSizes
 from cablestudy.study.suspension.plant import Plant
@@ -212,7 +213,7 @@ class DynamicAnalysis:
     def _check(self, closed_loop):
         """Refuse an unstable `ClosedLoop`: NoSolutionError that names the growing motion."""
         closed_loop.check_open()
-        if not closed_loop.stable:
+        if not closed_loop.stability.stable:
             self.closed_loop_with(self.sizes.usual[0]).check_stable()
             closed_loop.check_stable()
 
@@ -282,7 +283,7 @@ class DynamicAnalysis:
     def _limits_begun(analyses):
         """True: the search for the largest gain has begun, if there is a loop."""
         outcomes = [analysis._controlled_outcome for analysis in analyses if analysis.scene.control is not None]
-        ClosedLoop.driven_outcome.compute(one for one in outcomes if isinstance(one, ClosedLoop))
+        LoopStability.driven_outcome.compute(one.stability for one in outcomes if isinstance(one, ClosedLoop))
         return dict.fromkeys(analyses, True).items()
 
     @property
@@ -304,9 +305,9 @@ class DynamicAnalysis:
     @property
     def _margins(self):
         """`Margins` of the loop; raises as `check_stable`."""
-        _ = self._with_limits.driven  # which then decides on stability too
+        _ = self._with_limits.stability.driven  # which then decides on stability too
         self.check_stable()
-        return self.controlled.margins
+        return self.controlled.stability.margins
 
     def check_stable(self):
         """Refuse an unstable loop: NoSolutionError; raises as `controlled` too."""
@@ -369,17 +370,17 @@ class DynamicAnalysis:
     @property
     def _limit_errors(self):
         """Estimated relative errors of the largest gain and of its frequency, by models and by the mean drag. [-]"""
-        driven = self._with_limits.driven
+        driven = self._with_limits.stability.driven
         return tuple(np.add(driven.errors, driven.drag_errors).tolist())
 
     def margin(self, name):
         """A number of `Margins` by its name, and its estimated relative error by the models of the cables."""
         _ = self._margins_begun
-        margin, perturbed = getattr(self._margins, name), self.controlled.perturbed_margins
+        margin, perturbed = getattr(self._margins, name), self.controlled.stability.perturbed_margins
         if not perturbed:
             return margin, np.nan
         error = STUDY.margin_safety * sum(relative(margin, getattr(margins, name)) for margins in perturbed)
-        return margin, error + self.controlled.simplification_error
+        return margin, error + self.controlled.stability.simplification_error
 
     @property
     def gain(self):
@@ -392,13 +393,13 @@ class DynamicAnalysis:
     @property
     def largest_gain(self):
         """Gain below which the loop is stable [rad/s], None where there is none; and its estimated relative error."""
-        return self._with_limits.largest_gain, self._limit_errors[0]
+        return self._with_limits.stability.largest_gain, self._limit_errors[0]
 
     @property
     def gain_margin(self):
         """Largest over stated gain [dB], None where there is no limit; and its estimated relative error."""
         gain = self.controlled.loop.gain
-        limit = self._with_limits.largest_gain if gain else None
+        limit = self._with_limits.stability.largest_gain if gain else None
         if not limit:
             return None, self._limit_errors[0] if gain else 0.0
         margin, error = float(20 * np.log10(limit / gain)), self._limit_errors[0]
@@ -408,7 +409,7 @@ class DynamicAnalysis:
     def phase_crossover(self):
         """Frequency of the pole that the largest gain puts on the axis [Hz], None without limit; its relative error."""
         gain = self.controlled.loop.gain
-        limit = self._with_limits.limit if gain else None
+        limit = self._with_limits.stability.limit if gain else None
         if limit is None:
             return None, self._limit_errors[0] if gain else 0.0
         return limit.omega / (2 * np.pi), self._limit_errors[1]

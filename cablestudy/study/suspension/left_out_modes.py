@@ -194,7 +194,7 @@ class LeftOutModes:
         """`LoopGain` with all modes of the cables that count; None where rounding spoils the response of a cable."""
         if not self._beyond_integrator:
             return self._plant.all_modes.loop_gain
-        loop_gain = self._closed_loop.judged_by.loop_gain
+        loop_gain = self._closed_loop.stability.judged_by.loop_gain
         return loop_gain if isinstance(loop_gain, LoopGain) else None
 
     def compared_at_rest(self, weights, variances, least):

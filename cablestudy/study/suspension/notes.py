@@ -195,7 +195,7 @@ def mode_notes(modes):
 
 def _highest(closed_loop):
     """Highest frequency of the modes of cables by which the stability of a loop was judged. [Hz]"""
-    return closed_loop.driven.resolving.highest_mode / (2 * np.pi)
+    return closed_loop.stability.driven.resolving.highest_mode / (2 * np.pi)
 
 
 def damping_notes(scene):

@@ -85,7 +85,7 @@ def make_tables(case, makers):
     NoSolutionError, ConvergenceError
         The motion, or the loop, cannot be had, stable or not.
     """
-    _, failures = case.in_wind.controlled.stable, []
+    _, failures = case.in_wind.controlled.stability.stable, []
     tables = {name: make(case, failures) for name, make in makers.items()}
     return tables, tuple(dict.fromkeys(failures))
 
@@ -146,7 +146,7 @@ def loop_table(case, failures, more=()):
 def coordinate_table(case, _):
     """Table of measured coordinates: frequency of the notch, and gain margin alone, which an unstable loop lacks."""
     closed_loop = case.in_wind.controlled
-    limits = closed_loop.single_limits if closed_loop.loop.gain and closed_loop.stable else {}
+    limits = closed_loop.stability.single_limits if closed_loop.loop.gain and closed_loop.stability.stable else {}
     lines = []
     for name, notch in zip(closed_loop.body.measured, closed_loop.body.notches, strict=True):
         limit = limits.get(name, np.inf)
