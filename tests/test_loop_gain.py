@@ -155,15 +155,17 @@ def condensed_bodies(found, s):
     """Dynamic stiffness of the bodies on their cables and force by lengths that are reeled in, at one s."""
     ends = [condensed(element, s) for element in found.elements]
     bodies = found.bodies.dynamic_stiffness(np.array([s]))[0]
-    bodies = bodies + sum(g.T @ one @ g for g, one in zip(found.moved, ends, strict=True))
-    pushed = found.lifted - sum(g.T @ one @ h for g, one, h in zip(found.moved, ends, found.reeled, strict=True))
+    bodies = bodies + sum(g.T @ one @ g for g, one in zip(found.connection, ends, strict=True))
+    pushed = found.winch_loads - sum(
+        g.T @ one @ h for g, one, h in zip(found.connection, ends, found.reeling, strict=True)
+    )
     return bodies, pushed, max(np.abs(ends).max(), np.abs(bodies).max())
 
 
 def condensed_gain(found, s):
     """P Z^-1 F A C1 N, all modes of the cables eliminated."""
     bodies, pushed, _ = condensed_bodies(found, s)
-    return found.measured @ np.linalg.solve(bodies, pushed @ found.shares) * found.controller(np.array([s]))
+    return found.measured @ np.linalg.solve(bodies, pushed @ found.allocation) * found.controller(np.array([s]))
 
 
 @pytest.mark.parametrize("seed", [0, 2, 14])
@@ -431,9 +433,14 @@ def test_narrow_poles_are_those_of_the_equations():
     inverse = np.linalg.inv(mass)
     poles = np.linalg.eigvals(np.block([[zero, np.eye(2)], [-inverse @ stiffness, -inverse @ damping]]))
     poles = np.sort_complex(poles[poles.imag > 0])
-    none = {"elements": [], "moved": np.zeros((0, 6, 2)), "reeled": np.zeros((0, 6, 0)), "lifted": np.zeros((2, 0))}
+    none = {
+        "elements": [],
+        "connection": np.zeros((0, 6, 2)),
+        "reeling": np.zeros((0, 6, 0)),
+        "winch_loads": np.zeros((2, 0)),
+    }
     loop_gain = LoopGain(LinearSystem(mass, damping, stiffness), **none, measured=np.zeros((0, 2)),
-                         shares=np.zeros((0, 0)), controller=None)  # fmt: skip
+                         allocation=np.zeros((0, 0)), controller=None)  # fmt: skip
     near = [poles + 1j * 1e-5]
     found = np.sort_complex(narrow_poles([loop_gain], near, near, [np.full(2, 1e-4)])[0])
     np.testing.assert_allclose(found, poles, rtol=1e-14)

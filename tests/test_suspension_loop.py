@@ -83,7 +83,7 @@ def test_closed_loop_poles_are_the_eigenvalues_of_a_dense_model(name):
     text = CASES[name]
     closed_loop, own = closed_loop_of(text), Straight(text)
     agree(closed_loop.loop.poles, np.linalg.eigvals(own.closed()), 2e-7)
-    assert closed_loop.body.allocation.shares == pytest.approx(own.shares, abs=2e-7 * np.abs(own.shares).max())
+    assert closed_loop.body.allocation.matrix == pytest.approx(own.shares, abs=2e-7 * np.abs(own.shares).max())
     s = np.array([0.3j, 5j, 1 + 20j])
     expected = own.unit_gain(s)
     for unit_gain in (closed_loop.loop.unit_gain, closed_loop.stability.gains.loop_gain):
@@ -391,7 +391,7 @@ def test_exact_elements_are_judged_with_all_of_their_modes(elements):
         "gravity": 9.81, "cable": {"damping": {"model": "modal", "ratio": 0.01}}, "bodies": {"b": {"free": list(AXES)}},
         "winches": {name: {} for name in case.scene.winches}, "control": {"measured": ["x", "y", "z"], "notch": notch},
     }, closed_loop.equilibrium, elements)  # fmt: skip
-    assert closed_loop.body.allocation.shares == pytest.approx(own.allocation, abs=1e-6 * np.abs(own.allocation).max())
+    assert closed_loop.body.allocation.matrix == pytest.approx(own.allocation, abs=1e-6 * np.abs(own.allocation).max())
     limit = closed_loop.stability.largest_gain
     for factor in (0.3, 0.6, 0.9, 0.995, 1 - 1e-6, 1 + 1e-6, 1.005):
         assert (own.poles(factor * limit).real.max() > 1e-9 * limit) == (factor > 1), factor

@@ -222,7 +222,7 @@ def test_fewer_modes_do_not_change_the_controller(scene):
     assert few.loop.gain == many.loop.gain
     for one, other in zip(few.loop.notches, many.loop.notches, strict=True):
         assert one.omega == pytest.approx(other.omega, rel=1e-12)
-    assert few.loop.allocation.shares == pytest.approx(many.loop.allocation.shares, rel=1e-12)
+    assert few.loop.allocation.matrix == pytest.approx(many.loop.allocation.matrix, rel=1e-12)
 
 
 def test_which_modes_are_kept(scene):

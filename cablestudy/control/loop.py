@@ -101,7 +101,7 @@ class Loop:
     def winch_response(self, s):
         """Response of the winches to the coordinates, v = -gain C1 A N(s) P z, shape (f, i, m)."""
         filtered = self.controller(s)[:, :, None] * self.allocation.measured
-        return -self.gain * (self.allocation.shares @ filtered)
+        return -self.gain * (self.allocation.matrix @ filtered)
 
     @property
     def corners(self):
@@ -115,7 +115,7 @@ class Loop:
 
     def unit_gain(self, s):
         """L over the gain at the measured coordinates, shape (f, k, k)."""
-        pulled = self.motion.pulled(s) @ self.allocation.shares
+        pulled = self.motion.pulled(s) @ self.allocation.matrix
         measured = self.allocation.measured @ np.linalg.solve(self.motion.dynamic_stiffness(s), pulled)
         return measured * self.controller(s)[:, None, :]
 
@@ -130,7 +130,7 @@ class Loop:
         upper = motion.eigen.values.imag > 0
         poles = motion.eigen.values[upper]
         forces = motion.eigen.left[upper, count : 2 * count] @ motion.accelerations(np.eye(count))
-        from_winches = (forces[:, None] @ motion.pulled(poles))[:, 0] @ self.allocation.shares
+        from_winches = (forces[:, None] @ motion.pulled(poles))[:, 0] @ self.allocation.matrix
         measured = self.allocation.measured @ (motion.eigen.right[:count, upper] / motion.unit[:, None])
         growth = -(from_winches * self.controller(poles) * measured.T).sum(axis=1).real
         return min((-poles.real[growth > 0] / growth[growth > 0]).tolist(), default=None)

@@ -33,15 +33,15 @@ class LoopGain:
         Of d coordinates: the free displacements of the bodies, and the strokes of what moves on them; without cables.
     elements : list of Superelement
         Of c cables.
-    moved : ndarray, shape (c, 6, d)
+    connection : ndarray, shape (c, 6, d)
         G.
-    reeled : ndarray, shape (c, 6, i)
+    reeling : ndarray, shape (c, 6, i)
         H.
-    lifted : ndarray, shape (d, i)
+    winch_loads : ndarray, shape (d, i)
         F_0.
     measured : ndarray, shape (k, d)
         P.
-    shares : ndarray, shape (i, k)
+    allocation : ndarray, shape (i, k)
         A.
     controller : NotchedLaw or None
         C1 N; None where k is zero.
@@ -53,11 +53,11 @@ class LoopGain:
 
     bodies: LinearSystem
     elements: list
-    moved: np.ndarray
-    reeled: np.ndarray
-    lifted: np.ndarray
+    connection: np.ndarray
+    reeling: np.ndarray
+    winch_loads: np.ndarray
     measured: np.ndarray
-    shares: np.ndarray
+    allocation: np.ndarray
     controller: NotchedLaw | None
     near: "LoopGain | None" = None
     windows: bool = False
@@ -71,10 +71,10 @@ class LoopGain:
     def of_rows(loop_gains, row, s):
         """L/g of n loop gains with equal `signature`, at s of the loops `row`, ascending: shape (f, k, k). [s]"""
         stiffness, forces = LoopGain.stiffness_and_forces(loop_gains, row, s)
-        shares, measured = (
-            np.stack([getattr(one, name) for one in loop_gains])[row] for name in ("shares", "measured")
+        allocation, measured = (
+            np.stack([getattr(one, name) for one in loop_gains])[row] for name in ("allocation", "measured")
         )
-        moved = measured @ solve(stiffness, forces @ shares)
+        moved = measured @ solve(stiffness, forces @ allocation)
         return moved * NotchedLaw.of_rows([one.controller for one in loop_gains], row, s)[:, None, :]
 
     @staticmethod
@@ -82,13 +82,13 @@ class LoopGain:
         """Z, shape (f, d, d), and F, shape (f, d, i), as of `of_rows`; of k = 0 too."""
         by_cables = np.concatenate([loop_gains[number]._by_cables(s[part]) for number, part in _parts(row)])
         bodies = LinearSystem.stack([one.bodies for one in loop_gains]).dynamic_stiffness_of_rows(row, s)
-        lifted, count = np.stack([one.lifted for one in loop_gains])[row], bodies.shape[-1]
-        return bodies + by_cables[:, :, :count], lifted - by_cables[:, :, count:]
+        winch_loads, count = np.stack([one.winch_loads for one in loop_gains])[row], bodies.shape[-1]
+        return bodies + by_cables[:, :, :count], winch_loads - by_cables[:, :, count:]
 
     @property
     def signature(self):
         """Numbers of everything but the cables, by which loop gains are found that `of_rows` puts together: tuple."""
-        bodies, shapes = self.bodies, (self.measured.shape, self.shares.shape)
+        bodies, shapes = self.bodies, (self.measured.shape, self.allocation.shape)
         return len(bodies), bodies.stiffness.dtype, *(one.filtered for one in bodies.feedback), *shapes
 
     @np.errstate(divide="ignore", invalid="ignore")  # at the pole of an undamped mode it is not a number
@@ -96,7 +96,7 @@ class LoopGain:
         """Coordinates per force on them with a gain g, (Z + g F A C1 N P)^-1 for s of shape (f,), shape (f, d, d)."""
         bodies, pulled = LoopGain.stiffness_and_forces([self], np.zeros(len(s), dtype=int), s)
         if gain:
-            bodies = bodies + gain * (pulled @ self.shares * self.controller(s)[:, None, :]) @ self.measured
+            bodies = bodies + gain * (pulled @ self.allocation * self.controller(s)[:, None, :]) @ self.measured
         finite = np.isfinite(bodies).all(axis=(1, 2))
         receptance = np.full(bodies.shape, np.nan, dtype=complex)
         receptance[finite] = np.linalg.inv(bodies[finite])
@@ -123,10 +123,10 @@ class LoopGain:
         few = len(s) <= SYSTEM.solved_places  # at few frequencies the poles of cables cost more than they spare
         few &= self.near is None and "_divided" not in self.__dict__
         summed, others = (None, self._cables) if few else self._divided
-        count, winches = self.lifted.shape
+        count, winches = self.winch_loads.shape
         forces = summed(s) if summed else np.zeros((len(s), count, count + winches), dtype=complex)
         for cable in others:
-            forces += cable.moved.T @ cable.stiffness(s) @ cable.columns(winches)
+            forces += cable.connection.T @ cable.stiffness(s) @ cable.columns(winches)
         return forces
 
     def find_pole_sums(self):
@@ -137,18 +137,18 @@ class LoopGain:
     def _divided(self):
         """`_PoleSumCables`, of the cables whose stiffness is a sum over poles, or None; and the other cables."""
         summed = [cable for cable in self._cables if cable.is_sum]
-        sums = _PoleSumCables(summed, self.lifted.shape[1]) if summed else None
+        sums = _PoleSumCables(summed, self.winch_loads.shape[1]) if summed else None
         return sums, [cable for cable in self._cables if not cable.is_sum]
 
     @cached_property
     def _cables(self):
         """`_CableInLoop` of each cable that holds a body: list."""
         cables, similar = [], iter(self.near._cables if self.near else ())
-        for element, moved, reeled in zip(self.elements, self.moved, self.reeled, strict=True):
-            rows, winches = np.flatnonzero(moved.any(axis=1)), np.flatnonzero(reeled.any(axis=0))
+        for element, connection, reeling in zip(self.elements, self.connection, self.reeling, strict=True):
+            rows, winches = np.flatnonzero(connection.any(axis=1)), np.flatnonzero(reeling.any(axis=0))
             if len(rows):
-                element = element.with_end_shapes(np.concatenate([np.eye(6)[:, rows], reeled[:, winches]], axis=1))
-                cables.append(_CableInLoop.of(element, moved[rows], winches, next(similar, None), self.windows))
+                element = element.with_end_shapes(np.concatenate([np.eye(6)[:, rows], reeling[:, winches]], axis=1))
+                cables.append(_CableInLoop.of(element, connection[rows], winches, next(similar, None), self.windows))
         return cables
 
 
@@ -162,7 +162,7 @@ class _CableInLoop:
         With the modes that its ends move, at e displacements of ends and w winches.
     used : ndarray of bool
         Which of all its modes these are.
-    moved : ndarray, shape (e, d)
+    connection : ndarray, shape (e, d)
         Displacements of the ends that bodies move.
     winches : ndarray of int, shape (w,)
         Which winches reel it in.
@@ -170,15 +170,15 @@ class _CableInLoop:
 
     element: object
     used: np.ndarray
-    moved: np.ndarray
+    connection: np.ndarray
     winches: np.ndarray
 
     @classmethod
-    def of(cls, element, moved, winches, near, windows):
+    def of(cls, element, connection, winches, near, windows):
         """`_CableInLoop` of a `Superelement` at the moved ends; `near` is that of nearly the same one, or None."""
         used = element.moved_by_ends if near is None else near.used
         element = element if used.all() else element.select(used)
-        return cls(replace(element, near=near and near.element, windowed=windows), used, moved, winches)
+        return cls(replace(element, near=near and near.element, windowed=windows), used, connection, winches)
 
     @property
     def is_sum(self):
@@ -187,17 +187,17 @@ class _CableInLoop:
 
     def stiffness(self, s):
         """Forces at the ends that bodies move, by these displacements and by the winches, shape (f, e, e + w)."""
-        return self.element.dynamic_stiffness(s, slice(len(self.moved)))
+        return self.element.dynamic_stiffness(s, slice(len(self.connection)))
 
     def columns(self, winches):
         """Displacements of the ends, and lengths reeled in, by those of the bodies and of all winches, (e + w, d + i).
 
         `winches` is their number i.
         """
-        (ends, coordinates), reeling = self.moved.shape, len(self.winches)
-        columns = np.zeros((ends + reeling, coordinates + winches))
-        columns[:ends, :coordinates] = self.moved
-        columns[ends + np.arange(reeling), coordinates + self.winches] = 1.0
+        (ends, coordinates), winding = self.connection.shape, len(self.winches)
+        columns = np.zeros((ends + winding, coordinates + winches))
+        columns[:ends, :coordinates] = self.connection
+        columns[ends + np.arange(winding), coordinates + self.winches] = 1.0
         return columns
 
 
@@ -225,15 +225,16 @@ class _PoleSumCables:
     def __init__(self, cables, winches):
         self._sums, self._polynomial = [], [0.0, 0.0, 0.0]
         for cable in cables:
-            damping, columns, rows = cable.element.coupling_damping, cable.columns(winches), slice(len(cable.moved))
-            residues, spread = damping.pole_sum.residues[:, rows], None
-            if cable.moved.shape[1] * columns.shape[1] <= prod(residues.shape[1:]):  # fewer of bodies than of ends
-                residues = cable.moved.T @ residues @ columns
+            damping, columns = cable.element.coupling_damping, cable.columns(winches)
+            rows, spread = slice(len(cable.connection)), None
+            residues = damping.pole_sum.residues[:, rows]
+            if cable.connection.shape[1] * columns.shape[1] <= prod(residues.shape[1:]):  # fewer of bodies than of ends
+                residues = cable.connection.T @ residues @ columns
             else:
-                spread = np.kron(cable.moved, columns)  # from forces at the ends to those on bodies
+                spread = np.kron(cable.connection, columns)  # from forces at the ends to those on bodies
             self._sums.append((damping.sum_over_poles(residues.reshape(-1, prod(residues.shape[1:]))), spread))
             for order, coefficient in enumerate(damping.polynomial_in_s):
-                self._polynomial[order] = self._polynomial[order] + cable.moved.T @ coefficient[rows] @ columns
+                self._polynomial[order] = self._polynomial[order] + cable.connection.T @ coefficient[rows] @ columns
 
     def __call__(self, s):
         """Forces on the bodies by their displacements and by the winches, shape (f, d, d + i)."""

@@ -73,7 +73,7 @@ def _batches(loop_gains, rows):
 def _arrays_of_modes(loop_gain, modes):
     """Frequency and decay of chosen modes of each cable, shape (n,), w and H^T m, shapes (n, d) and (n, i): four."""
     by_cable = []
-    for element, *onto, chosen in zip(loop_gain.elements, loop_gain.moved, loop_gain.reeled, modes, strict=True):
+    for element, *onto, chosen in zip(loop_gain.elements, loop_gain.connection, loop_gain.reeling, modes, strict=True):
         forces = (element.coupling[chosen] @ part for part in onto)
         by_cable.append((element.omega[chosen], element.decay[chosen], *forces))
     return tuple(np.concatenate(arrays) for arrays in zip(*by_cable, strict=True))
@@ -91,9 +91,11 @@ def _held_and_driven(loop_gains, row, omega, decay, w, by_winches):
     without_mode = stiffness + of_mode_alone[:, None, None] * w[:, :, None] * w[:, None, :]  # Z_r
     displacements = solved(without_mode, w[..., None] + 0j)  # Z_r^-1 w
     excitation = (np.swapaxes(displacements, 1, 2) @ winch_forces)[:, 0] + by_winches
-    measured, shares = (np.stack([getattr(one, name) for one in loop_gains])[row] for name in ("measured", "shares"))
+    measured, allocation = (
+        np.stack([getattr(one, name) for one in loop_gains])[row] for name in ("measured", "allocation")
+    )
     controller = NotchedLaw.of_rows([one.controller for one in loop_gains], row, s)
-    winch_movement = (shares @ (controller[..., None] * (measured @ displacements)))[..., 0]
+    winch_movement = (allocation @ (controller[..., None] * (measured @ displacements)))[..., 0]
     return np.stack([(w * displacements[..., 0]).sum(axis=-1), (excitation * winch_movement).sum(axis=-1)])
 
 

@@ -89,7 +89,7 @@ class ExactResponse:
         # to the left of -1/T, exp(-s T) says nothing any more of what happens on the imaginary axis
         s = np.maximum(alone.poles.real, -1 / loop.law.delay) + 1j * alone.poles.imag
         error = loop.controller(s).T * self._outputs[-count:]
-        speeds = -loop.gain * alone.poles * (loop.allocation.shares @ error)
+        speeds = -loop.gain * alone.poles * (loop.allocation.matrix @ error)
         return replace(alone, outputs=speeds, direct=np.zeros((len(speeds), alone.inputs.shape[1])))
 
     def _solved(self, s):
@@ -103,7 +103,7 @@ class ExactResponse:
             for order, (b, d) in enumerate(by_order)
         )
         filters = loop.controller(s)
-        gain = loop.gain * (by_winches[:, -count:] @ loop.allocation.shares) * filters[:, None, :]
+        gain = loop.gain * (by_winches[:, -count:] @ loop.allocation.matrix) * filters[:, None, :]
         error = filters[:, :, None] * (sensitivity(gain) @ by_forces[:, -count:])
-        reeled = -loop.gain * loop.allocation.shares @ error
+        reeled = -loop.gain * loop.allocation.matrix @ error
         return by_forces[:, :-count] + by_winches[:, :-count] @ reeled, reeled

@@ -200,7 +200,7 @@ def state_space_of(system, second_order=None, loop=None, measured=(), actuators=
     NoSolutionError
         Something that moves has no mass, or entries overflow.
     """
-    winches, count = len(loop.allocation.shares) if loop else len(system.inputs), len(system.outputs)
+    winches, count = len(loop.allocation.matrix) if loop else len(system.inputs), len(system.outputs)
     forces, direct = system.b[0][:, winches:], system.d[0][:, winches:]
     winch_b, winch_d = (tuple(part[:, :winches] for part in parts) for parts in (system.b, system.d))
     try:

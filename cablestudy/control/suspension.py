@@ -106,7 +106,7 @@ class _Ends:
         self.moments = moments.reshape(of_bodies)
 
 
-def reeled(equilibrium, winches):
+def reeling(equilibrium, winches):
     """H: displacements of the six ends of all cables per movement of each winch, shape (6 c, i). [-]"""
     return _Ends([Layout(equilibrium)], [winches]).movements[0]
 

@@ -37,7 +37,7 @@ class Allocation:
     rates: np.ndarray
 
     @cached_property
-    def shares(self):
+    def matrix(self):
         """A = U R: length that each winch reels in per error of each measured coordinate, (..., i, k). [-], [m/rad]"""
         return self.movements @ self.rates
 
@@ -153,7 +153,7 @@ def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
     Notes
     -----
     Of an integrator v' and v'' are sums of states: v' = -gain A e with e = N (y - r) = c n + d (y - r), and v'' = -gain
-    A (c n' + d (y' - r')). A, `Allocation.shares`, is U R with independent columns U, so that the winches have as many
+    A (c n' + d (y' - r')). A, `Allocation.matrix`, is U R with independent columns U, so that the winches have as many
     states as movements. Another law is between U and R: v' = U q, q = c l + d w, l' = a l + b w, w = -gain R e.
     """
     m, unit, leading, order = len(motion), motion.unit, motion.mass.shape[:-2], np.asarray(law[0]).shape[-1]

@@ -13,7 +13,7 @@ def gains_of_modes(closed_loop):
     found, eigen, m = equations(loop.motion), loop.motion.eigen, len(loop.motion)
     seen = (loop.allocation.measured @ found.places @ eigen.right).T
     forced = eigen.left[:, m : 2 * m] @ np.linalg.inv(loop.motion.mass)
-    pulled = [forced @ part @ loop.allocation.shares for part in loop.motion.b]
+    pulled = [forced @ part @ loop.allocation.matrix for part in loop.motion.b]
     residues = [seen[:, :, None] * part[:, None, :] for part in pulled]
     size = len(loop.notches)
 

@@ -325,15 +325,15 @@ class DrivenCables:
         closed_loop, effects = self._closed_loop, self._effects
         layout, plant = closed_loop.layout, closed_loop.plant
         strokes = len(plant.bodies) - len(layout.free)
-        lifted = winch_loads(layout, closed_loop.winches)
+        own_loads = winch_loads(layout, closed_loop.winches)
         loop_gain = LoopGain(
             plant.bodies,
             elements=self._elements(models or self.models, kept),
-            moved=with_strokes(effects.moved, strokes),
-            reeled=effects.reeled,
-            lifted=with_strokes(lifted.T, strokes).T,
+            connection=with_strokes(effects.connection, strokes),
+            reeling=effects.reeling,
+            winch_loads=with_strokes(own_loads.T, strokes).T,
             measured=with_strokes(effects.measured, strokes),
-            shares=closed_loop.body.allocation.shares,
+            allocation=closed_loop.body.allocation.matrix,
             controller=closed_loop.untuned_loop.controller,
             windows=plant.accuracy > STUDY.all_modes_from,
         )

@@ -30,7 +30,7 @@ import numpy as np
 
 from cablestudy.control.loop_gain_poles import poles_of_modes
 from cablestudy.control.notched_law import NotchedLaw
-from cablestudy.control.suspension import reeled
+from cablestudy.control.suspension import reeling
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.scene.determinacy import MOTIONS
 from cablestudy.study.tolerances import STUDY
@@ -60,9 +60,9 @@ class Effects:
     ----------
     omega : ndarray, shape (f,)
         Frequencies at which the bound is computed. [rad/s]
-    moved : ndarray, shape (c, 6, d)
+    connection : ndarray, shape (c, 6, d)
         G: displacements of both ends of each cable by the free displacements.
-    reeled : ndarray, shape (c, 6, i)
+    reeling : ndarray, shape (c, 6, i)
         H: displacements of both ends by the lengths that winches reel in.
     """
 
@@ -70,8 +70,8 @@ class Effects:
         self.closed_loop, self.equilibrium = closed_loop, closed_loop.equilibrium
         self.cables = closed_loop.modes.solution.models.cables
         self.omega = RANGE * closed_loop.modes.solution.omega[0]
-        self.moved = dense(closed_loop.layout.connection).reshape(self.cables.count, 6, -1)
-        self.reeled = reeled(self.equilibrium, closed_loop.winches).reshape(self.cables.count, 6, -1)
+        self.connection = dense(closed_loop.layout.connection).reshape(self.cables.count, 6, -1)
+        self.reeling = reeling(self.equilibrium, closed_loop.winches).reshape(self.cables.count, 6, -1)
 
     @cached_property
     def travel_time(self):
@@ -115,7 +115,7 @@ class Effects:
     @property
     def _signature(self):
         """Numbers of everything, by which effects are found that are computed together: tuple."""
-        return self.reeled.shape, self.measured.shape, self.moved.shape
+        return self.reeling.shape, self.measured.shape, self.connection.shape
 
     @property
     def _size(self):
@@ -150,9 +150,9 @@ class Effects:
             m of `Superelement`. [sqrt(kg)]
         """
         square = self.omega[index, None] ** 2
-        force = square * (coupling @ self.moved[cable])  # W^2 G^T m
+        force = square * (coupling @ self.connection[cable])  # W^2 G^T m
         measured, pushed = (np.abs(part[index] @ force[..., None]) for part in self._responses[:2])
-        push = np.abs(square * (coupling @ self.reeled[cable])) + pushed[..., 0]
+        push = np.abs(square * (coupling @ self.reeling[cable])) + pushed[..., 0]
         winches = (self._responses[3][index] @ measured)[..., 0]
         return (push * winches).sum(axis=-1) / (2 * self.omega[index])
 
@@ -178,7 +178,7 @@ class Effects:
     def loop_up_to(self, gain):
         """Frequency up to which the loop gain is above `broad_loop_gain` where waves do not return. [rad/s]"""
         controller = self.closed_loop.untuned_loop.controller(1j * self.omega)[:, None, :]
-        unit_gain = self._responses[2] @ self.closed_loop.body.allocation.shares * controller
+        unit_gain = self._responses[2] @ self.closed_loop.body.allocation.matrix * controller
         size = gain * np.abs(np.linalg.eigvals(unit_gain)).max(axis=1)
         return float(self.omega[size > STUDY.broad_loop_gain].max(initial=0.0))
 
@@ -247,12 +247,12 @@ def _responses_of_rows(effects):
     """`Effects._responses` of n rows with equal numbers of everything: four arrays with the row first."""
     bodies = [[dense(matrix) for matrix in one.closed_loop.layout.body_matrices] for one in effects]
     body_stiffness, mass = map(np.stack, zip(*bodies, strict=True))
-    moved, reeled, measured, omega = _stacked(effects, "moved", "reeled", "measured", "omega")
+    connection, reeling, measured, omega = _stacked(effects, "connection", "reeling", "measured", "omega")
     # by cables at rest and by waves that leave their ends: of Z, and of the forces F of winches on the bodies
     of_cables = np.stack([one.cables.end_stiffness for one in effects]), _impedance_of_rows(effects)
-    transposed, (rows, frequencies) = np.swapaxes(moved, -1, -2), omega.shape
-    stiffness, waves = ((transposed @ part @ moved).sum(axis=1)[:, None] for part in of_cables)
-    static_force, wave_force = ((transposed @ part @ reeled).sum(axis=1)[:, None] for part in of_cables)
+    transposed, (rows, frequencies) = np.swapaxes(connection, -1, -2), omega.shape
+    stiffness, waves = ((transposed @ part @ connection).sum(axis=1)[:, None] for part in of_cables)
+    static_force, wave_force = ((transposed @ part @ reeling).sum(axis=1)[:, None] for part in of_cables)
     w = omega[..., None, None]
     force = static_force + 1j * w * wave_force
     right_side = np.concatenate(
@@ -263,8 +263,8 @@ def _responses_of_rows(effects):
     of_measured, of_winches = solution[:, :, : measured.shape[1]], solution[:, :, measured.shape[1] :]
     loops, number = [one.closed_loop.untuned_loop for one in effects], np.repeat(np.arange(rows), frequencies)
     controller = NotchedLaw.of_rows([loop.controller for loop in loops], number, 1j * omega.ravel())
-    shares = np.abs(np.stack([loop.allocation.shares for loop in loops]))
-    winch_gain = shares[:, None] * np.abs(controller).reshape(rows, frequencies, 1, -1)
+    allocation = np.abs(np.stack([loop.allocation.matrix for loop in loops]))
+    winch_gain = allocation[:, None] * np.abs(controller).reshape(rows, frequencies, 1, -1)
     return of_measured, of_winches, of_measured @ force, winch_gain
 
 
@@ -299,7 +299,7 @@ def _driving_gains_of_rows(effects):
 def _driving_gain_of_cable(effects, cable, of_measured, of_winches, winch_gain):
     """`Effects.driving_gain` of one cable of n rows, (n, 2, f), by `_responses` with their last axis second."""
     forces, decay, *sizes = _waves(effects, cable)
-    moved, reeled, omega = _stacked(effects, "moved", "reeled", "omega")
+    connection, reeling, omega = _stacked(effects, "connection", "reeling", "omega")
 
     def of_waves(values):
         """Sizes for four waves across, then two along, shape (n, 6, ..., f), of values for the `forces`."""
@@ -308,12 +308,12 @@ def _driving_gain_of_cable(effects, cable, of_measured, of_winches, winch_gain):
         waves = of_across * values[:, :4] + of_sag * values[:, 4:5], of_along * values[:, 5:]
         return np.abs(np.concatenate(waves, axis=1))
 
-    by_bodies = forces @ moved[:, cable]
+    by_bodies = forces @ connection[:, cable]
     measured, pushed = (
         of_waves((by_bodies @ part.reshape(*part.shape[:2], -1)).reshape(*forces.shape[:2], *part.shape[2:]))
         for part in (of_measured, of_winches)
     )
-    push = of_waves((forces @ reeled[:, cable])[..., None]) + pushed
+    push = of_waves((forces @ reeling[:, cable])[..., None]) + pushed
     shift = (push * (winch_gain[:, None] * measured[:, :, :, None]).sum(axis=2)).sum(axis=2) * omega[:, None] ** 3 / 2
     harmless = np.maximum(STUDY.driven_decay * decay, UNDAMPED * omega[:, None]) / STUDY.driven_wave_safety
     with np.errstate(divide="ignore"):  # waves that move no winch

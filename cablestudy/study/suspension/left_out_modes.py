@@ -73,11 +73,11 @@ class BodiesOnAllModes:
         return LoopGain(
             plant.bodies,
             elements=self._elements,
-            moved=with_strokes(self._moved, size - free),
-            reeled=np.zeros((cables, 6, 0)),
-            lifted=np.zeros((size, 0)),
+            connection=with_strokes(self._moved, size - free),
+            reeling=np.zeros((cables, 6, 0)),
+            winch_loads=np.zeros((size, 0)),
             measured=np.zeros((0, size)),
-            shares=np.zeros((0, 0)),
+            allocation=np.zeros((0, 0)),
             controller=None,
             windows=True,
         )
@@ -180,7 +180,7 @@ class LeftOutModes:
         def by_forces(s):
             exact, receptance = self._on_all_modes, self._receptance(s)
             moved = exact.controller(s)[:, :, None] * (exact.measured[:, : receptance.shape[1]] @ receptance)
-            return s[:, None, None] * loop.gain * (exact.shares @ moved), model(s)
+            return s[:, None, None] * loop.gain * (exact.allocation @ moved), model(s)
 
         return _Spectra(_Responses(plant, turbulence, by_forces), turbulence.winch_speeds[-1], plant.gusts)
 
