@@ -288,7 +288,7 @@ def test_vectors_for_the_highest_modes_change_the_largest_gain_and_the_margins_b
         wind = in_wind_of(Case(scene))
         winds.append((wind.controlled.stability.driven, wind.largest_gain, [wind.margin(name) for name in names]))
     (few, (gain, error), margins), (every, (truth, _), true_margins) = winds
-    assert few.simplification_error > 0 == every.simplification_error
+    assert few.errors.simplification > 0 == every.errors.simplification
     assert len(few.loop_gain.elements[0].omega) < 0.7 * len(every.loop_gain.elements[0].omega)
     assert abs(gain / truth - 1) <= error <= 1e-5
     for (found, stated), (exact, _) in zip(margins, true_margins, strict=True):
@@ -315,9 +315,9 @@ def test_an_error_of_the_poles_of_cables_counts_where_resonances_are_narrow():
     true, found = (one.loop_gain(1j * at_pole) for one in (right, moved))
     difference = np.abs(found - true).max() / np.abs(true).max()
     assert difference > 1e-5
-    assert right.pole_sum_error(at_pole) < 1e-9
-    assert moved.pole_sum_error(at_pole) == pytest.approx(difference, rel=1e-3)
-    assert moved.pole_sum_error(at_pole * (1 + 1e-3)) == 0.0
+    assert right.errors.of_pole_sums(at_pole) < 1e-9
+    assert moved.errors.of_pole_sums(at_pole) == pytest.approx(difference, rel=1e-3)
+    assert moved.errors.of_pole_sums(at_pole * (1 + 1e-3)) == 0.0
 
 
 @pytest.mark.parametrize(("seed", "per_mass"), [(25, 0.08), (39, 0.06)])
@@ -339,7 +339,7 @@ def test_the_stated_error_of_the_largest_gain_is_true_and_within_the_accuracy():
     for model in ("{accuracy: 1e-4}", *(f"{{elements: {n}, order: {p}, mass: consistent}}" for n, p in FINE)):
         found.append(SuspensionCase(load_scene(path, [f"model={model}"])[1]).in_wind)
     # without the error by drag, which no finer model of the same drag has
-    by_models = found[0]._with_limits.stability.driven.errors[0]
+    by_models = found[0]._with_limits.stability.driven.errors.of_limit[0]
     (gain, error), (truth, _), (finer, _) = (analysis.largest_gain for analysis in found)
     assert abs(gain / truth - 1) <= by_models <= 1e-4
     assert by_models < error < 2e-4

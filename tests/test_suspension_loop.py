@@ -342,7 +342,7 @@ def test_the_loop_is_judged_with_the_modes_that_it_drives():
     sets = [f"winches.{name}.end=to" for name in names]
     path = CONFIGS / "suspensions" / "carlina-net-wind.yaml"
     found = SuspensionCase(load_scene(path, sets)[1]).in_wind
-    limit, error = found.closed_loop.stability.limit, found._with_limits.stability.driven.errors[0]
+    limit, error = found.closed_loop.stability.limit, found._with_limits.stability.driven.errors.of_limit[0]
     assert limit.omega / TURN > 18 > found.closed_loop.modes.frequency[-1]
     assert error < 0.03
     assert_limit_of_modes(found.closed_loop_of(250), limit)
@@ -372,7 +372,7 @@ def test_waves_along_the_cables_far_above_the_roll_off_are_found():
     found = SuspensionCase(load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml", changes)[1]).in_wind
     limit = found.closed_loop.stability.limit
     assert 37 < limit.omega / TURN < 39
-    assert found._with_limits.stability.driven.errors[0] < 0.1
+    assert found._with_limits.stability.driven.errors.of_limit[0] < 0.1
     assert_limit_of_modes(found.closed_loop_of(450), limit)
 
 

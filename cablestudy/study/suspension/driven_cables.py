@@ -15,28 +15,24 @@ are then needed up to the frequency above which the loop gain on cables that ref
 `broad_loop_gain`.
 """
 
-from dataclasses import replace
 from functools import cached_property, partial
 
 import numpy as np
 
 from cablestudy.activity import doing
-from cablestudy.control.gain_limits import StableGains, limit_near, limits_near, too_many
+from cablestudy.control.gain_limits import StableGains, limits_near, too_many
 from cablestudy.control.loop_gain import LoopGain
 from cablestudy.control.loop_gain_poles import narrow_poles, poles_of_modes
-from cablestudy.control.margins import Margins
 from cablestudy.control.motion import with_strokes
-from cablestudy.control.nearby_margins import nearby_limits, nearby_margins
 from cablestudy.control.suspension import winch_loads
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import ConvergenceError, outcome_of, result_of, without_errors
 from cablestudy.study.suspension.driven_waves import ACROSS, driven_modes
+from cablestudy.study.suspension.loop_gain_errors import LoopGainErrors
 from cablestudy.study.tolerances import STUDY
-from cablestudy.system.cable_coordinates import residual_vectors
 from cablestudy.system.cables import Models
 from cablestudy.system.coupled_modes import Search
 from cablestudy.system.together import computed_together
-from cablestudy.system.tolerances import SYSTEM
 
 MODES_TOGETHER = np.arange(5.0)  # shifts of the poles of modes that nearly coincide, over that of one alone
 ON_THE_WAY = np.arange(1.0, 6.0) / 5  # from the frequency with fixed ends to an estimated pole
@@ -83,8 +79,8 @@ class DrivenCables:
     """
 
     def __init__(self, closed_loop, gain, others=(), resolved_to=0.0):
-        self._closed_loop, self._gain, self._effects = closed_loop, gain, closed_loop.stability.effects
-        self._base, self._fixed_elements = closed_loop.modes.solution, closed_loop.plant.model is not None
+        self.closed_loop, self._gain, self._effects = closed_loop, gain, closed_loop.stability.effects
+        self._base, self.fixed_elements = closed_loop.modes.solution, closed_loop.plant.model is not None
         self.resolved_to = max(self._highest_resolved, resolved_to)
         models = self._models()
         self._alike = [other for other in others if other.models.equal(models)]
@@ -92,9 +88,9 @@ class DrivenCables:
 
     @cached_property
     def _in_loop(self):
-        """`_modes_in_loop` of the models, whose modes are computed; raises ConvergenceError where there are none."""
+        """`modes_in_loop` of the models, whose modes are computed; raises ConvergenceError where there are none."""
         try:
-            return self._modes_in_loop(self.models)
+            return self.modes_in_loop(self.models)
         except ConvergenceError as error:
             highest = np.maximum(self._highest_driven, [[self.resolved_to], [0.0]]).max() / TURN
             examined = f"the loop is examined up to {self._gain_in_words}"
@@ -109,7 +105,7 @@ class DrivenCables:
             if all(map(np.array_equal, other._in_loop, in_loop)):
                 return other._kept_and_loop_gain
         kept = self.models.with_modes(in_loop)
-        return kept, self._loop_gain(kept)
+        return kept, self.loop_gain_of(kept)
 
     @property
     def kept(self):
@@ -124,7 +120,7 @@ class DrivenCables:
     @property
     def coupling_damping(self):
         """`CouplingDamping` of each cable in the loop gain whose modes damping couples: list."""
-        return [] if self._spoilt else self.loop_gain.coupling_damping
+        return [] if self.spoilt else self.loop_gain.coupling_damping
 
     @cached_property
     def gains(self):
@@ -135,8 +131,13 @@ class DrivenCables:
         NoSolutionError
             The gain could drive more modes than can be computed.
         """
-        notches, law = self._closed_loop.body.notches, self._closed_loop.untuned_loop.law
+        notches, law = self.closed_loop.body.notches, self.closed_loop.untuned_loop.law
         return StableGains(self.loop_gain, result_of(self.poles_outcome), notches, law, self._gain)
+
+    @cached_property
+    def errors(self):
+        """`LoopGainErrors`: of its `limit`, and of margins."""
+        return LoopGainErrors(self)
 
     @property
     def limit(self):
@@ -161,13 +162,13 @@ class DrivenCables:
             resolved_to = min(STUDY.resolved_beyond * limits[0].omega, self._highest_resolvable)
             if resolved_to <= driven.resolved_to:
                 break
-            driven = DrivenCables(self._closed_loop, self._gain, resolved_to=resolved_to)
+            driven = DrivenCables(self.closed_loop, self._gain, resolved_to=resolved_to)
             limits = driven._limits_near(limits)
         return (limits[0] if limits else None), driven
 
     def resolves(self, omega):
         """True if waves across the cables are resolved at a frequency [rad/s]; true of stated elements at any."""
-        return self._fixed_elements or omega <= self.resolved_to
+        return self.fixed_elements or omega <= self.resolved_to
 
     def _limits_near(self, limits):
         """`Limit` of each crossing that may be the first one, near those of coarser models: list, ascending.
@@ -207,14 +208,14 @@ class DrivenCables:
         return self if limit is None or gain <= STUDY.nearly_largest_gain * limit.factor else self.resolving
 
     @property
-    def _spoilt(self):
+    def spoilt(self):
         """True if rounding spoils the response of a cable: the loop gain is then that of the coupled modes."""
         return not isinstance(self.loop_gain, LoopGain)
 
     @cached_property
     def all_modes_up_to(self):
         """Frequency up to which all modes are needed for a law that is no integrator; 0 of an integrator. [rad/s]"""
-        return 0.0 if self._closed_loop.untuned_loop.law.integrates_only else self._effects.loop_up_to(self._gain)
+        return 0.0 if self.closed_loop.untuned_loop.law.integrates_only else self._effects.loop_up_to(self._gain)
 
     @cached_property
     def _highest_driven(self):
@@ -237,7 +238,7 @@ class DrivenCables:
 
     @property
     def _gain_in_words(self):
-        return self._closed_loop.untuned_loop.law.described(self._gain, 4)
+        return self.closed_loop.untuned_loop.law.described(self._gain, 4)
 
     @property
     def _highest_resolvable(self):
@@ -260,7 +261,7 @@ class DrivenCables:
         base, highest, travel_time = self._base, self._highest_driven, self._effects.travel_time
         resolved_to = self.resolved_to
         resolved = max(highest.max(initial=0.0), resolved_to) <= self._highest_resolved
-        if (resolved and base.models.complete) or self._fixed_elements:
+        if (resolved and base.models.complete) or self.fixed_elements:
             return base.models if base.models.complete else Models(base.models.cables, base.models.meshes, fixed=True)
         # half-waves along each cable, across it (first row) and along it, at the highest frequency that is needed
         half_waves = np.maximum(highest, [[resolved_to], [0.0]]) * travel_time / np.pi
@@ -268,29 +269,29 @@ class DrivenCables:
         largest = half_waves[direction, cable]
         if largest > max(STUDY.resolved_waves, resolved_to * travel_time[ACROSS].max() / np.pi) * (1 + 1e-9):
             raise too_many(self._gain_in_words, int(min(largest, 1e9)), highest[direction, cable])
-        plant, cables = self._closed_loop.plant, base.models.cables
+        plant, cables = self.closed_loop.plant, base.models.cables
         search = Search(plant.equilibrium, len(base.omega), plant.accuracy, cables=cables)
         meshes = cables.meshes(search.orders_of(half_waves.max(axis=0)))
         return Models(cables, meshes, most_modes=STUDY.driven_modes_of_cable)
 
-    def _modes_in_loop(self, models, share=1.0):
+    def modes_in_loop(self, models, share=1.0):
         """Which modes of each cable are in the loop gain by themselves: list of ndarray of bool, shape (n,).
 
         All where damping couples none of them, where few could be left out, and for a high accuracy; else those up to
         multiples of the driven and resolved frequencies, or up to a `share` of these multiples.
         """
-        plant, in_loop = self._closed_loop.plant, [np.ones(len(part.omega), dtype=bool) for part in models.elements]
-        if self._fixed_elements or plant.accuracy <= STUDY.all_modes_from:
+        plant, in_loop = self.closed_loop.plant, [np.ones(len(part.omega), dtype=bool) for part in models.elements]
+        if self.fixed_elements or plant.accuracy <= STUDY.all_modes_from:
             return in_loop
         multiples = [share * multiple for multiple in STUDY.kept_multiples]
         for cable, element in enumerate(models.elements):
-            low = self._modes_below(cable, element, *multiples)
+            low = self.modes_below(cable, element, *multiples)
             coupled = plant.braked or element.strain is not None or element.uneven
             if coupled and np.count_nonzero(low) + STUDY.vectors < STUDY.worth * len(low):
                 in_loop[cable] = low
         return in_loop
 
-    def _modes_below(self, cable, element, driven, resolved):
+    def modes_below(self, cable, element, driven, resolved):
         """Modes of a cable below `driven` times what the gain could drive or `resolved` times `resolved_to`.
 
         Array of bool, shape (n,). Of waves along the cable what the gain could drive counts alone.
@@ -312,23 +313,23 @@ class DrivenCables:
             is_mode = np.arange(len(driven)) < kept.modes  # vectors that stand for modes come after them
             needed.append((driven | (element.omega < self.all_modes_up_to)) & is_mode)
         count = sum(int(modes.sum()) for modes in needed)
-        if count > CONTROL.driven_modes and not self._fixed_elements:
+        if count > CONTROL.driven_modes and not self.fixed_elements:
             raise too_many(self._gain_in_words, count, self._highest_driven.max(initial=0.0))
         return needed
 
-    def _loop_gain(self, kept, models=None):
+    def loop_gain_of(self, kept, models=None):
         """Loop gain over the gain, from the bodies without cables and the kept modes of each cable: `LoopGain`.
 
         Where rounding spoils the response of a cable, the loop gain of the coupled modes is returned, a function of s.
         `kept` is a list of Kept, one for each cable, of some `models`: by default those of this object.
         """
-        closed_loop, effects = self._closed_loop, self._effects
+        closed_loop, effects = self.closed_loop, self._effects
         layout, plant = closed_loop.layout, closed_loop.plant
         strokes = len(plant.bodies) - len(layout.free)
         own_loads = winch_loads(layout, closed_loop.winches)
         loop_gain = LoopGain(
             plant.bodies,
-            elements=self._elements(models or self.models, kept),
+            elements=self.elements_of(models or self.models, kept),
             connection=with_strokes(effects.connection, strokes),
             reeling=effects.reeling,
             winch_loads=with_strokes(own_loads.T, strokes).T,
@@ -339,9 +340,9 @@ class DrivenCables:
         )
         return closed_loop.untuned_loop.unit_gain if loop_gain.spoilt else loop_gain
 
-    def _elements(self, models, kept):
+    def elements_of(self, models, kept):
         """`Superelement` of each cable in the loop gain, in the air: list; arguments as of `_loop_gain`."""
-        return [in_air.element for in_air in self._closed_loop.plant.in_air(models, kept)]
+        return [in_air.element for in_air in self.closed_loop.plant.in_air(models, kept)]
 
     @computed_together
     def poles_outcome(trials):
@@ -349,8 +350,8 @@ class DrivenCables:
 
         The error is the NoSolutionError of too many modes. Each of the trials has a loop gain.
         """
-        yield from ((one, open_poles(one._closed_loop)) for one in trials if one._spoilt)
-        trials = [one for one in trials if not one._spoilt]
+        yield from ((one, open_poles(one.closed_loop)) for one in trials if one.spoilt)
+        trials = [one for one in trials if not one.spoilt]
         loop_gains = [one.loop_gain for one in trials]
         driven = driven_modes([one._effects for one in trials], loop_gains, [one._gain for one in trials])
         needed = {one: outcome_of(partial(one._needed_modes, modes)) for one, modes in zip(trials, driven, strict=True)}
@@ -386,8 +387,8 @@ class DrivenCables:
         fixed = np.concatenate([element.omega[own] for element, own in zip(elements, modes, strict=True)])
         above = np.maximum(np.abs(estimated), fixed) > highest  # `fixed` with the ends of the cable fixed
         estimated, fixed = estimated[above, None], fixed[above, None]
-        shift, of_model = np.abs(estimated) - fixed, open_poles(self._closed_loop)
-        far, accuracy = np.abs(shift) > STUDY.far_from_fixed * fixed, self._closed_loop.plant.accuracy
+        shift, of_model = np.abs(estimated) - fixed, open_poles(self.closed_loop)
+        far, accuracy = np.abs(shift) > STUDY.far_from_fixed * fixed, self.closed_loop.plant.accuracy
         poles = estimated.real + 1j * (fixed + shift * MODES_TOGETHER)
         starts = estimated.real + 1j * (fixed + shift * np.where(far, ON_THE_WAY, MODES_TOGETHER))
         errors = np.maximum(accuracy, np.abs(shift) / fixed) + np.zeros_like(starts.imag)
@@ -416,155 +417,8 @@ class DrivenCables:
     def _critical_modes(self, limit):
         """Modes of each cable that the gain could drive, near the frequency of a `Limit`: list of bool, shape (n,)."""
         elements = self.models.elements
-        driven = [True] * len(elements) if self._spoilt else self._effects.may_drive(elements, self._gain)
+        driven = [True] * len(elements) if self.spoilt else self._effects.may_drive(elements, self._gain)
         return [
             in_loop & of_cable & (np.abs(element.omega / limit.omega - 1) < STUDY.critical_modes)
             for element, in_loop, of_cable in zip(elements, self._in_loop, driven, strict=True)
         ]
-
-    # ------------------------------------------------------------------------------------------------------- errors
-
-    @cached_property
-    def _perturbed(self):
-        """Loop gains that differ by what the models leave open: list of `LoopGain`.
-
-        The frequencies of the modes are shifted by errors of the mesh. Modal damping of half of the modes, the highest
-        ones, is left out: it has no limit as modes are added. Vectors stand for more of them.
-        """
-        elements = self.loop_gain.elements
-        mesh_errors = [np.zeros(len(element.omega)) for element in elements]
-        for group in self.models.groups:
-            for cable, errors in zip(group.cable_indices.tolist(), self._mesh_errors(group), strict=True):
-                mesh_errors[cable] = errors
-        perturbed = [[_lowered(element, error) for element, error in zip(elements, mesh_errors, strict=True)]]
-        if any(element.strain is None and element.damping_ratio.any() for element in elements):
-            perturbed.append([_half_damped(element) if element.strain is None else element for element in elements])
-        loop_gains = [replace(self.loop_gain, elements=elements, near=self.loop_gain) for elements in perturbed]
-        if self._vectors_used:
-            fewer = self.models.with_modes(self._modes_in_loop(self.models, STUDY.coarser_share))
-            loop_gains.append(replace(self.loop_gain, elements=self._elements(self.models, fewer)))
-        return loop_gains
-
-    @cached_property
-    def _in_drag(self):
-        """Loop gain of cables that follow the drag of the mean wind, ends where they are: list of one, or none."""
-        drag = self._closed_loop.plant.mean_drag
-        if drag is None or not drag.normal_drag.any():
-            return []
-        models = self.models.in_drag(drag)
-        return [self._loop_gain(models.with_modes(self._modes_in_loop(models)), models)]
-
-    def _mesh_errors(self, group):
-        """Relative errors, by the mesh, of frequencies of the kept modes and vectors of each cable, shape (n,): list.
-
-        `group` is the `MeshGroup` of these cables. Of modes far above those that decide on the loop only the joint
-        response to moving ends matters, for which six vectors stand (`residual_vectors`), and errors of single modes
-        cancel in it: each of these modes has the error of the vectors, if it is the smaller one.
-        """
-        multiple, far, vectors, amplitudes, errors = STUDY.single_mode_errors, [], [], [], []
-        for cable in group.cable_indices.tolist():
-            element, shapes = self.loop_gain.elements[cable], self.kept[cable].shapes
-            far.append(~self._modes_below(cable, element, multiple, multiple))
-            own = residual_vectors(element.omega[None], element.coupling[None], far[-1][None])[0]
-            vectors.append(own[:, own.any(axis=0)])
-            amplitudes.append(np.concatenate([shapes, shapes @ vectors[-1]], axis=1))
-        width = max(own.shape[1] for own in amplitudes)
-        padded = np.stack([np.pad(own, ((0, 0), (0, width - own.shape[1]))) for own in amplitudes])
-        energies = group.ends.highest_energy(padded, np.zeros((len(padded), 6, width)))
-        for cable, is_far, own, energy in zip(group.cable_indices.tolist(), far, vectors, energies, strict=True):
-            square = self.loop_gain.elements[cable].omega ** 2
-            n, squares = len(square), np.concatenate([square, square @ own**2])  # W^2 of modes, then of vectors
-            # relative error of W by the mesh: half that of W^2, twice the strain energy of a mode
-            error = np.minimum(energy[: len(squares)] / squares / 2, 0.5)
-            share = own**2 + np.finfo(float).tiny  # of each mode in each vector
-            by_vectors = share @ error[n:] / share.sum(axis=1)
-            errors.append(np.where(is_far, np.minimum(error[:n], by_vectors), error[:n]))
-        return errors
-
-    @property
-    def simplification_error(self):
-        """Relative error of margins, at least, by vectors for other modes or poles found in windows; 0 without. [-]"""
-        if self._spoilt:  # the loop gain is that of the coupled modes
-            return 0.0
-        return STUDY.by_other_modes if self._vectors_used or self.loop_gain.windowed else 0.0
-
-    def pole_sum_error(self, omega):
-        """Relative error of the loop gain by sums over the poles of cables, where resonances are narrow; 0 elsewhere.
-
-        There a small error of a pole, by rounding or by windows, is a large one of the loop gain: it is compared with
-        that of equations which are solved at some frequencies `omega`, shape (f,) [rad/s]. [-]
-        """
-        if not self.coupling_damping:
-            return 0.0
-        s, poles = 1j * np.unique(omega), result_of(self.poles_outcome)
-        narrow = np.abs(s[:, None] - poles).min(axis=1, initial=np.inf) < STUDY.narrow_resonance * np.abs(s)
-        s = s[narrow][-SYSTEM.solved_places :]
-        if not len(s):
-            return 0.0
-        without_sums = replace(self.loop_gain, near=None)  # a copy solves equations at few frequencies
-        summed, solved = self.loop_gain(s), without_sums(s)
-        return float((np.abs(summed - solved).max(axis=(1, 2)) / np.abs(solved).max(axis=(1, 2))).max())
-
-    @property
-    def _vectors_used(self):
-        """True if vectors stand for other modes."""
-        return any(kept.residuals for kept in self.kept)
-
-    @property
-    def errors(self):
-        """Relative errors of the factor and the frequency of `limit` by models; not numbers where not known. [-]"""
-        return tuple((self._limit_errors[0] + self.resolving.simplification_error).tolist())
-
-    @property
-    def drag_errors(self):
-        """`errors` by the drag of the mean wind, which the models take as uniform along each cable. [-]"""
-        return tuple(self._limit_errors[1].tolist())
-
-    @cached_property
-    def _limit_errors(self):
-        """Relative errors of the factor and the frequency of `limit`, by models and by drag, shape (2, 2)."""
-        limit, resolving, errors = self.limit, self.resolving, np.full((2, 2), np.nan)
-        if limit is None or not limit.omega <= resolving.resolved_to or self._fixed_elements or resolving._spoilt:
-            return errors
-        # at the few frequencies of a local search poles cost more than they spare
-        changed, count = [*resolving._perturbed, *resolving._in_drag], len(resolving._perturbed)
-        changed = [replace(loop_gain, near=None) for loop_gain in changed]
-        nearby = nearby_limits(resolving.loop_gain, changed, limit) if changed else []
-        limits = [found or limit_near(loop_gain, limit) for found, loop_gain in zip(nearby, changed, strict=True)]
-        for cause, of_cause in enumerate((limits[:count], limits[count:])):
-            if None not in of_cause:
-                changes = [(other.factor / limit.factor - 1, other.omega / limit.omega - 1) for other in of_cause]
-                errors[cause] = STUDY.largest_gain_safety * np.abs(np.reshape(changes, (-1, 2))).sum(axis=0)
-        return errors
-
-    def perturbed_margins(self, margins, gain):
-        """`Margins` of the perturbed loop gains, near the frequencies that decide the margins with a gain [rad/s]."""
-        if self._fixed_elements or self._spoilt:
-            return []
-        perturbed = [partial(_times, gain, loop_gain) for loop_gain in (*self._perturbed, *self._in_drag)]
-        return [nearby_margins(margins, loop_gain) or _margins_near(margins, loop_gain) for loop_gain in perturbed]
-
-
-def _margins_near(margins, loop_gain):
-    """`Margins` of a loop gain near the frequencies that decide those of a similar one."""
-    omega, near = margins.omega, margins.deciding
-    chosen = (np.abs(omega[:, None] - near) < STUDY.margin_window * near).any(axis=1)
-    chosen[0] = True
-    return Margins(loop_gain, omega[chosen])
-
-
-def _times(gain, loop_gain, s):
-    """L at s, from L over the gain."""
-    return gain * loop_gain(s)
-
-
-def _lowered(element, error):
-    """A `Superelement` whose modes have frequencies lower by relative errors, shape (n,)."""
-    participation = element.participation * (1 - error)[:, None] ** 2
-    return replace(element, omega=element.omega * (1 - error), participation=participation)
-
-
-def _half_damped(element):
-    """A `Superelement` without modal damping in the upper half of its modes."""
-    lower = np.arange(len(element.omega)) < len(element.omega) / 2
-    return replace(element, damping_ratio=np.where(lower, element.damping_ratio, 0.0))

@@ -371,7 +371,7 @@ class DynamicAnalysis:
     def _limit_errors(self):
         """Estimated relative errors of the largest gain and of its frequency, by models and by the mean drag. [-]"""
         driven = self._with_limits.stability.driven
-        return tuple(np.add(driven.errors, driven.drag_errors).tolist())
+        return tuple(np.add(driven.errors.of_limit, driven.errors.of_limit_by_drag).tolist())
 
     def margin(self, name):
         """A number of `Margins` by its name, and its estimated relative error by the models of the cables."""
@@ -380,7 +380,7 @@ class DynamicAnalysis:
         if not perturbed:
             return margin, np.nan
         error = STUDY.margin_safety * sum(relative(margin, getattr(margins, name)) for margins in perturbed)
-        return margin, error + self.controlled.stability.simplification_error
+        return margin, error + self.controlled.stability.least_margin_error
 
     @property
     def gain(self):

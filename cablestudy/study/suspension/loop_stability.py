@@ -225,15 +225,15 @@ class LoopStability:
 
     @cached_property
     def perturbed_margins(self):
-        """`Margins` with the errors of the cables' models, see `DrivenCables.perturbed_margins`: list."""
+        """`Margins` with the errors of the cables' models, see `LoopGainErrors.perturbed_margins`: list."""
         margins, driven = self._margins_and_cables
-        return driven.perturbed_margins(margins, self._closed_loop.loop.gain)
+        return driven.errors.perturbed_margins(margins, self._closed_loop.loop.gain)
 
     @cached_property
-    def simplification_error(self):
-        """Relative error of the margins, at least: both `simplification_error` and `pole_sum_error` of `driven`. [-]"""
+    def least_margin_error(self):
+        """Relative error of the margins, at least: both `simplification` and `of_pole_sums` of `LoopGainErrors`. [-]"""
         margins, driven = self._margins_and_cables
-        return driven.simplification_error + driven.pole_sum_error(margins.deciding)
+        return driven.errors.simplification + driven.errors.of_pole_sums(margins.deciding)
 
     @cached_property
     def single_limits(self):

@@ -1,0 +1,173 @@
+"""Errors of the limits and margins of `DrivenCables`, by what its loop gain leaves open."""
+
+from dataclasses import replace
+from functools import cached_property, partial
+
+import numpy as np
+
+from cablestudy.control.gain_limits import limit_near
+from cablestudy.control.margins import Margins
+from cablestudy.control.nearby_margins import nearby_limits, nearby_margins
+from cablestudy.errors import result_of
+from cablestudy.study.tolerances import STUDY
+from cablestudy.system.cable_coordinates import residual_vectors
+from cablestudy.system.tolerances import SYSTEM
+
+
+class LoopGainErrors:
+    """Errors by the models of the cables, by the drag on them, and by what stands for their highest modes.
+
+    Parameters
+    ----------
+    driven : DrivenCables
+    """
+
+    def __init__(self, driven):
+        self._driven = driven
+
+    @cached_property
+    def by_models(self):
+        """Loop gains that differ by what the models leave open: list of `LoopGain`.
+
+        The frequencies of the modes are shifted by errors of the mesh. Modal damping of half of the modes, the highest
+        ones, is left out: it has no limit as modes are added. Vectors stand for more of them.
+        """
+        driven, loop_gain, elements = self._driven, self._driven.loop_gain, self._driven.loop_gain.elements
+        mesh_errors = [np.zeros(len(element.omega)) for element in elements]
+        for group in driven.models.groups:
+            for cable, errors in zip(group.cable_indices.tolist(), self._mesh_errors(group), strict=True):
+                mesh_errors[cable] = errors
+        perturbed = [[_lowered(element, error) for element, error in zip(elements, mesh_errors, strict=True)]]
+        if any(element.strain is None and element.damping_ratio.any() for element in elements):
+            perturbed.append([_half_damped(element) if element.strain is None else element for element in elements])
+        loop_gains = [replace(loop_gain, elements=elements, near=loop_gain) for elements in perturbed]
+        if self._vectors_used:
+            fewer = driven.models.with_modes(driven.modes_in_loop(driven.models, STUDY.coarser_share))
+            loop_gains.append(replace(loop_gain, elements=driven.elements_of(driven.models, fewer)))
+        return loop_gains
+
+    @cached_property
+    def by_drag(self):
+        """Loop gain of cables that follow the drag of the mean wind, ends where they are: list of one, or none."""
+        driven, drag = self._driven, self._driven.closed_loop.plant.mean_drag
+        if drag is None or not drag.normal_drag.any():
+            return []
+        models = driven.models.in_drag(drag)
+        return [driven.loop_gain_of(models.with_modes(driven.modes_in_loop(models)), models)]
+
+    def _mesh_errors(self, group):
+        """Relative errors, by the mesh, of frequencies of the kept modes and vectors of each cable, shape (n,): list.
+
+        `group` is the `MeshGroup` of these cables. Of modes far above those that decide on the loop only the joint
+        response to moving ends matters, for which six vectors stand (`residual_vectors`), and errors of single modes
+        cancel in it: each of these modes has the error of the vectors, if it is the smaller one.
+        """
+        elements, multiple = self._driven.loop_gain.elements, STUDY.single_mode_errors
+        far, vectors, amplitudes, errors = [], [], [], []
+        for cable in group.cable_indices.tolist():
+            element, shapes = elements[cable], self._driven.kept[cable].shapes
+            far.append(~self._driven.modes_below(cable, element, multiple, multiple))
+            own = residual_vectors(element.omega[None], element.coupling[None], far[-1][None])[0]
+            vectors.append(own[:, own.any(axis=0)])
+            amplitudes.append(np.concatenate([shapes, shapes @ vectors[-1]], axis=1))
+        width = max(own.shape[1] for own in amplitudes)
+        padded = np.stack([np.pad(own, ((0, 0), (0, width - own.shape[1]))) for own in amplitudes])
+        energies = group.ends.highest_energy(padded, np.zeros((len(padded), 6, width)))
+        for cable, is_far, own, energy in zip(group.cable_indices.tolist(), far, vectors, energies, strict=True):
+            square = elements[cable].omega ** 2
+            n, squares = len(square), np.concatenate([square, square @ own**2])  # W^2 of modes, then of vectors
+            # relative error of W by the mesh: half that of W^2, twice the strain energy of a mode
+            error = np.minimum(energy[: len(squares)] / squares / 2, 0.5)
+            share = own**2 + np.finfo(float).tiny  # of each mode in each vector
+            by_vectors = share @ error[n:] / share.sum(axis=1)
+            errors.append(np.where(is_far, np.minimum(error[:n], by_vectors), error[:n]))
+        return errors
+
+    @property
+    def simplification(self):
+        """Relative error of margins, at least, by vectors for other modes or poles found in windows; 0 without. [-]"""
+        if self._driven.spoilt:  # the loop gain is that of the coupled modes
+            return 0.0
+        return STUDY.by_other_modes if self._vectors_used or self._driven.loop_gain.windowed else 0.0
+
+    def of_pole_sums(self, omega):
+        """Relative error of the loop gain by sums over the poles of cables, where resonances are narrow; 0 elsewhere.
+
+        There a small error of a pole, by rounding or by windows, is a large one of the loop gain: it is compared with
+        that of equations which are solved at some frequencies `omega`, shape (f,) [rad/s]. [-]
+        """
+        if not self._driven.coupling_damping:
+            return 0.0
+        s, poles = 1j * np.unique(omega), result_of(self._driven.poles_outcome)
+        narrow = np.abs(s[:, None] - poles).min(axis=1, initial=np.inf) < STUDY.narrow_resonance * np.abs(s)
+        s = s[narrow][-SYSTEM.solved_places :]
+        if not len(s):
+            return 0.0
+        without_sums = replace(self._driven.loop_gain, near=None)  # a copy solves equations at few frequencies
+        summed, solved = self._driven.loop_gain(s), without_sums(s)
+        return float((np.abs(summed - solved).max(axis=(1, 2)) / np.abs(solved).max(axis=(1, 2))).max())
+
+    @property
+    def _vectors_used(self):
+        """True if vectors stand for other modes."""
+        return any(kept.residuals for kept in self._driven.kept)
+
+    @property
+    def of_limit(self):
+        """Relative errors of the factor and the frequency of `limit` by models; not numbers where not known. [-]"""
+        return tuple((self._of_limit[0] + self._driven.resolving.errors.simplification).tolist())
+
+    @property
+    def of_limit_by_drag(self):
+        """`of_limit` by the drag of the mean wind, which the models take as uniform along each cable. [-]"""
+        return tuple(self._of_limit[1].tolist())
+
+    @cached_property
+    def _of_limit(self):
+        """Relative errors of the factor and the frequency of `limit`, by models and by drag, shape (2, 2)."""
+        limit, resolving, errors = self._driven.limit, self._driven.resolving, np.full((2, 2), np.nan)
+        if limit is None or not limit.omega <= resolving.resolved_to or resolving.fixed_elements or resolving.spoilt:
+            return errors
+        # at the few frequencies of a local search poles cost more than they spare
+        by_models, by_drag = resolving.errors.by_models, resolving.errors.by_drag
+        changed, count = [*by_models, *by_drag], len(by_models)
+        changed = [replace(loop_gain, near=None) for loop_gain in changed]
+        nearby = nearby_limits(resolving.loop_gain, changed, limit) if changed else []
+        limits = [found or limit_near(loop_gain, limit) for found, loop_gain in zip(nearby, changed, strict=True)]
+        for cause, of_cause in enumerate((limits[:count], limits[count:])):
+            if None not in of_cause:
+                changes = [(other.factor / limit.factor - 1, other.omega / limit.omega - 1) for other in of_cause]
+                errors[cause] = STUDY.largest_gain_safety * np.abs(np.reshape(changes, (-1, 2))).sum(axis=0)
+        return errors
+
+    def perturbed_margins(self, margins, gain):
+        """`Margins` of the perturbed loop gains, near the frequencies that decide the margins with a gain [rad/s]."""
+        if self._driven.fixed_elements or self._driven.spoilt:
+            return []
+        perturbed = [partial(_times, gain, loop_gain) for loop_gain in (*self.by_models, *self.by_drag)]
+        return [nearby_margins(margins, loop_gain) or _margins_near(margins, loop_gain) for loop_gain in perturbed]
+
+
+def _margins_near(margins, loop_gain):
+    """`Margins` of a loop gain near the frequencies that decide those of a similar one."""
+    omega, near = margins.omega, margins.deciding
+    chosen = (np.abs(omega[:, None] - near) < STUDY.margin_window * near).any(axis=1)
+    chosen[0] = True
+    return Margins(loop_gain, omega[chosen])
+
+
+def _times(gain, loop_gain, s):
+    """L at s, from L over the gain."""
+    return gain * loop_gain(s)
+
+
+def _lowered(element, error):
+    """A `Superelement` whose modes have frequencies lower by relative errors, shape (n,)."""
+    participation = element.participation * (1 - error)[:, None] ** 2
+    return replace(element, omega=element.omega * (1 - error), participation=participation)
+
+
+def _half_damped(element):
+    """A `Superelement` without modal damping in the upper half of its modes."""
+    lower = np.arange(len(element.omega)) < len(element.omega) / 2
+    return replace(element, damping_ratio=np.where(lower, element.damping_ratio, 0.0))
