@@ -12,7 +12,20 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "cablestudy"
 PICTURE = ROOT / "docs" / "pictures" / "layers.svg"
-ORDER = ("cli", "pages", "interface", "sweeps", "study", "control", "wind", "system", "cable", "scene", "errors")
+ORDER = (
+    "cli",
+    "pages",
+    "interface",
+    "sweeps",
+    "study",
+    "motion",
+    "control",
+    "wind",
+    "system",
+    "cable",
+    "scene",
+    "errors",
+)
 ROW, LEFT, STEP, TOP = 30, 830, 38, 70  # height of a row, where the dots begin, their distance, head of the table
 STYLE = "font-family='sans-serif' font-size='13' fill='#222'"
 

@@ -8,8 +8,8 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq
 from solved import end_force, solve
 
+from cablestudy.motion.body_mode import error_by_mixing
 from cablestudy.scene.suspension import SuspensionScene
-from cablestudy.study.suspension.body_mode import error_by_mixing
 from cablestudy.study.suspension.case import SuspensionCase
 
 TURN = 2 * np.pi

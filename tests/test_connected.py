@@ -7,8 +7,8 @@ import pytest
 from scipy.linalg import eigh
 from straight_scenes import case_of, with_changes
 
-from cablestudy.study.suspension.gust_response import GustResponse
-from cablestudy.study.tolerances import STUDY
+from cablestudy.motion.gust_response import GustResponse
+from cablestudy.motion.tolerances import MOTION
 from cablestudy.system.connected import all_joined, components, connected, joined_states, observed
 from cablestudy.system.linear import LinearSystem
 from cablestudy.system.reduced import ReducedSystem
@@ -209,11 +209,11 @@ def test_few_modes_of_bars_have_the_numbers_of_all(end):
     """Of 40 bars with modal damping, which the modes left out have too."""
     bars = {"elements": 40, "order": 1, "mass": "lumped"}
     case = case_of(one_cable("modal", winches__cable__end=end, model=bars))
-    found, every = few_and_all(case.in_wind, STUDY.element_modes)
+    found, every = few_and_all(case.in_wind, MOTION.element_modes)
     assert len(found.closed_loop.modes) == 24
     assert len(every.closed_loop.modes) == 118
     row = found.variances.rows["gondola.x"]
-    pairs = (found, every), few_and_all(case.in_wind.at_rest, STUDY.element_modes)
+    pairs = (found, every), few_and_all(case.in_wind.at_rest, MOTION.element_modes)
     for pair, (name, allowed) in product(pairs, (("value", 1e-9), ("rate", 1e-8))):
         own, other = (part.variances.weighted[name][row] for part in pair)
         assert own == pytest.approx(other, rel=allowed)

@@ -12,6 +12,9 @@ from scenes import scene
 
 from cablestudy.cable import assembly, catenary, dynamics, equilibrium
 from cablestudy.cable.tolerances import CABLE
+from cablestudy.motion import plant
+from cablestudy.motion.dynamic_analysis import DynamicAnalysis
+from cablestudy.motion.tension_waves import change_by_waves
 from cablestudy.scene.scene import CableScene, load_scene
 from cablestudy.scene.study import read_study
 from cablestudy.study import results
@@ -21,10 +24,7 @@ from cablestudy.study.row import evaluate, evaluate_cases
 from cablestudy.study.scene_values import tables_of
 from cablestudy.study.study_rows import evaluate_tables
 from cablestudy.study.suspension import columns as suspension_columns
-from cablestudy.study.suspension import plant
-from cablestudy.study.suspension.dynamic_analysis import DynamicAnalysis
 from cablestudy.study.suspension.rows import evaluate_suspensions
-from cablestudy.study.suspension.tension_waves import change_by_waves
 from cablestudy.study.tolerances import STUDY
 from cablestudy.sweeps.chunks import Chunk, compute
 from cablestudy.sweeps.fingerprint import versions

@@ -11,13 +11,13 @@ from scenes import CHORD, INCLINED, PAPER, SAGGING, cells, scene
 from scipy.optimize import brentq
 
 from cablestudy.cable import dynamics
+from cablestudy.motion.body_mode import largest_share
 from cablestudy.scene.scene import CableScene
 from cablestudy.study import one_cable_system
 from cablestudy.study.case import Case
 from cablestudy.study.columns import find
 from cablestudy.study.notes import gondola_notes
 from cablestudy.study.row import evaluate, evaluate_cases
-from cablestudy.study.suspension.body_mode import largest_share
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.cables import Models
 from cablestudy.system.coupled_modes import Search

@@ -13,7 +13,7 @@ import cablestudy
 
 ROOT = Path(cablestudy.__file__).parent
 # what each layer may import from cablestudy:
-# cli > pages > interface > sweeps > study > control > system | wind | scene > cable > errors
+# cli > pages > interface > sweeps > study > motion > control > system | wind | scene > cable > errors
 ALLOWED = {
     "errors": set(),
     "interrupts": set(),
@@ -24,9 +24,10 @@ ALLOWED = {
     "system": {"system", "cable", "errors"},
     "control": {"control", "system", "cable", "errors"},
     "wind": {"wind", "system", "cable", "errors"},
-    "study": {"study", "activity", "control", "system", "wind", "scene", "cable", "errors"},
+    "motion": {"motion", "activity", "control", "system", "wind", "scene", "cable", "errors"},
+    "study": {"study", "motion", "activity", "control", "system", "wind", "scene", "cable", "errors"},
     "sweeps": {"sweeps", "activity", "interrupts", "threads", "study", "scene", "errors", "version"},
-    "interface": {"interface", "sweeps", "study", "activity", "threads", "scene", "errors"},
+    "interface": {"interface", "sweeps", "study", "motion", "activity", "threads", "scene", "errors"},
     "pages": {"pages", "interface", "sweeps", "study", "scene", "errors", "version"},
     # the commands are a thin layer: what they print, the interface computes
     "cli": {"cli", "pages", "interface", "interrupts", "activity", "threads", "errors", "version"},

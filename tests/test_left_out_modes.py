@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from command import CONFIGS
 
+from cablestudy.motion.gust_response import GustResponse
+from cablestudy.motion.peaks import winch_speeds
 from cablestudy.scene.scene import CableScene, load_scene
 from cablestudy.study.case import Case
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.study.suspension.gust_response import GustResponse
-from cablestudy.study.suspension.peaks import winch_speeds
 
 LENGTH, EA, LINE, PRELOAD, TIME, VISCOUS = 100.0, 5e5, 0.2, 100.0, 5e-5, 2e-3
 BANDWIDTH, FILTER, SPEED, SIGMA, SCALE, DENSITY, TURN = 30.0, 40.0, 10.0, 1.5, 25.0, 1.2, 2 * np.pi

@@ -16,13 +16,14 @@ from cablestudy.control.law import Law
 from cablestudy.control.loop_gain import LoopGain
 from cablestudy.control.loop_gain_poles import narrow_poles, poles_of_modes
 from cablestudy.errors import result_of
+from cablestudy.motion import driven_cables
+from cablestudy.motion.driven_cables import DrivenCables
+from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.scene import CableScene, load_scene
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.case import Case
 from cablestudy.study.one_cable_system import in_wind_of
-from cablestudy.study.suspension import driven_cables
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.study.suspension.driven_cables import DrivenCables
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system import pole_windows
 from cablestudy.system.coupling_damping import CouplingDamping, compute_pole_sums
@@ -282,7 +283,7 @@ def test_vectors_for_the_highest_modes_change_the_largest_gain_and_the_margins_b
         case.pop("wind", None)
     scene = CableScene.model_validate(data)
     names, winds = ("sensitivity_peak", "phase_margin", "disk_margin"), []
-    for all_from, many in ((STUDY.all_modes_from, SYSTEM.windows_from), (1.0, 10_000)):
+    for all_from, many in ((MOTION.all_modes_from, SYSTEM.windows_from), (1.0, 10_000)):
         monkeypatch.setattr(type(STUDY), "all_modes_from", all_from)
         monkeypatch.setattr(type(SYSTEM), "windows_from", many)
         wind = in_wind_of(Case(scene))

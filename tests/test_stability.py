@@ -17,13 +17,13 @@ from scipy.optimize import brentq
 from cablestudy.control.motion import ActuatorFeedback
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import CablestudyError, NoSolutionError
+from cablestudy.motion.loop_stability import LoopStability
+from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.scene import CableScene, load_scene
 from cablestudy.study.columns import find
 from cablestudy.study.row import evaluate
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.study.suspension.loop_stability import LoopStability
 from cablestudy.study.table_rows import SLACK
-from cablestudy.study.tolerances import STUDY
 from cablestudy.system.linear import LinearSystem
 
 HYSTERETIC = "cable.damping={loss_factor: 0.02}"
@@ -250,7 +250,7 @@ def test_the_poles_of_the_model_alone_decide_only_well_below_the_largest_gain(da
     shares = [share for share in (1e-3, 0.3, 0.49, 0.51, 0.9, 1.5)
               if loop.with_gain(share * largest).closed_loop.stability._far_from_unstable]  # fmt: skip
     assert 1e-3 in shares
-    assert max(shares) < STUDY.nearly_largest_gain
+    assert max(shares) < MOTION.nearly_largest_gain
 
 
 @pytest.mark.parametrize("gain", [0.325, 20.0])

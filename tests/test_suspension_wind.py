@@ -31,12 +31,12 @@ from straight_scenes import (
 from cablestudy.cable.element import mesh_segments
 from cablestudy.control.loop import Loop
 from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.motion import gust_response
+from cablestudy.motion.turbulence import OWN
 from cablestudy.scene.scene import load_scene
-from cablestudy.study.suspension import gust_response
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find, why_not
 from cablestudy.study.suspension.rows import evaluate_suspensions
-from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.study.suspension.wind_columns import place_columns
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system import statics

@@ -12,12 +12,12 @@ from command import CONFIGS, run, study_file, table_of
 
 import cablestudy as cs
 from cablestudy.errors import ConvergenceError
+from cablestudy.motion.gust_response import GustResponse
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.all_columns import find
 from cablestudy.study.suspension import rows
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find as find_of_many
-from cablestudy.study.suspension.gust_response import GustResponse
 from cablestudy.study.tolerances import STUDY
 
 pytestmark = pytest.mark.usefixtures("folder")

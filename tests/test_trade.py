@@ -18,10 +18,10 @@ from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import case as case_module
 from cablestudy.study import plots, results, trade, trade_models
-from cablestudy.study.column import relative
 from cablestudy.study.columns import find
 from cablestudy.study.tolerances import STUDY
 from cablestudy.study.trade_models import DEFAULT, ComparedModel
+from cablestudy.system.comparison import relative
 
 RESULTS = Path(__file__).parents[1] / "results"
 ETA = 0.02

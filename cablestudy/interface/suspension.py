@@ -80,8 +80,8 @@ def modes(
 
 def _modes_of_cable(case, name, size, limit):
     """The modes of one cable between its ends where they are, both held."""
+    from cablestudy.motion.airflow import wind_diameters
     from cablestudy.scene.fields import suggestion
-    from cablestudy.study.suspension.airflow import wind_diameters
     from cablestudy.study.suspension.report import cable_mode_table
     from cablestudy.study.vibration import diameters_of_modes, with_lock_in
 

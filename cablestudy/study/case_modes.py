@@ -7,11 +7,11 @@ import numpy as np
 from cablestudy.errors import CablestudyError, ConvergenceError
 from cablestudy.study import notes
 from cablestudy.study.case import Case
-from cablestudy.study.column import relative
 from cablestudy.study.columns import find
 from cablestudy.study.models import solve_models
 from cablestudy.study.refinement import Refinement, reference_scene, refine
 from cablestudy.study.row import evaluate
+from cablestudy.system.comparison import relative
 
 
 def modes(case, count=None, upto=None, estimate=False):

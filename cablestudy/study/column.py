@@ -149,15 +149,3 @@ def value_and_error(column, case):
     if not isfinite(number):
         raise not_finite(column)
     return float(number) + 0.0, error  # no minus before a zero
-
-
-def first_of_largest(values, apart):
-    """Index of the largest of some values, shape (m,): of those closer to it than a relative distance the first."""
-    return int(np.argmax(values >= values.max() * (1 - apart)))
-
-
-def relative(value, reference):
-    """Relative difference; 1 where only one of the two is there. [-]"""
-    if value is None or reference is None:
-        return float(value is not reference)
-    return abs(value - reference) / abs(reference) if reference else float(value != reference)

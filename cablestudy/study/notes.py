@@ -7,11 +7,11 @@ from cablestudy.cable.initial_length import BELOW_LEAST
 from cablestudy.scene.cable_table import LIKELY_RATIO
 from cablestudy.scene.likely_mistakes import bare_number
 from cablestudy.scene.words import counted, first_of
-from cablestudy.study.column import relative
 from cablestudy.study.columns import over_strength, stress_of
 from cablestudy.study.motion_columns import least_tension_at_peak
 from cablestudy.study.table_rows import SLACK
 from cablestudy.study.tolerances import STUDY
+from cablestudy.system.comparison import relative
 
 STATED_TENSIONS = ("preload",), ("tension", "value")  # paths in the table of a cable
 CLOSED_FORM = "statics and end stiffness: closed form of the elastic catenary, no elements"

@@ -14,11 +14,11 @@ import numpy as np
 
 from cablestudy.cable.assembly import IN_PLANE
 from cablestudy.errors import outcome_of
+from cablestudy.motion.airflow import Airflow, drag_of
+from cablestudy.motion.body_mode import BodyMode, RefinedMode
+from cablestudy.motion.dynamic_analysis import DynamicAnalysis, solve_modes
 from cablestudy.scene.one_cable import CABLE, GONDOLA, as_suspension
 from cablestudy.study.motion_columns import GONDOLA_X, MIDSPAN
-from cablestudy.study.suspension.airflow import Airflow, drag_of
-from cablestudy.study.suspension.body_mode import BodyMode, RefinedMode
-from cablestudy.study.suspension.dynamic_analysis import DynamicAnalysis, solve_modes
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.coupled_modes import coupled_modes
 from cablestudy.system.hanging_cables import Cables, FixedModel

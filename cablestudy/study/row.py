@@ -4,19 +4,21 @@ import time
 
 from cablestudy.cable.damping import grows_with_modes
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
+from cablestudy.motion.model_sizes import MODAL
 from cablestudy.scene.scene import missing
 from cablestudy.study import models, notes
 from cablestudy.study.case import Case
 from cablestudy.study.closed_form import ColumnRequirements, by_elements, closed_form
-from cablestudy.study.column import lacks, relative
+from cablestudy.study.column import lacks
 from cablestudy.study.columns import find, is_of_one_cable
 from cablestudy.study.motion_columns import DAMPING_RATIO, goes_slack
 from cablestudy.study.refinement import Refinement, needs_of, reference_scene, refine
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues, load_count
-from cablestudy.study.table_rows import MODAL, OVER_STRENGTH, SLACK, Row, UnfinishedRow, batched, compute_together
+from cablestudy.study.table_rows import OVER_STRENGTH, SLACK, Row, UnfinishedRow, batched, compute_together
 from cablestudy.study.tolerances import STUDY
 from cablestudy.study.uneven_drag import relative_change
+from cablestudy.system.comparison import relative
 
 
 def evaluate(scene, columns, estimate=False):

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cablestudy.control import response
+from cablestudy.motion.tolerances import MOTION
 from cablestudy.study.table import Field, Table
 from cablestudy.study.tolerances import STUDY
 
@@ -50,7 +51,7 @@ def with_resonances(span, poles):
     """
     low, high, count = span
     size = np.abs(poles)
-    resonant = (poles.imag > 0) & (-poles.real < STUDY.resonant * size) & (-poles.real > STUDY.undamped_motion * size)
+    resonant = (poles.imag > 0) & (-poles.real < STUDY.resonant * size) & (-poles.real > MOTION.undamped_motion * size)
     offsets = poles.real[resonant, None] * WITHIN
     frequency = np.unique((size[resonant, None] + offsets) / (2 * np.pi))
     frequency = frequency[(frequency > low) & (frequency < high)]

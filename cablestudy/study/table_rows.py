@@ -15,7 +15,6 @@ OK, OVER_STRENGTH, SLACK, FALLEN = "ok", "over strength", "a cable goes slack in
 DOUBTS = OVER_STRENGTH, SLACK, FALLEN  # of rows that have an answer
 STATUS = Field("status", "status", unless="ok", text=True)  # in tables
 # reason for which there is no number to an accuracy
-MODAL = "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed elements"
 
 
 def status_of(failures, *doubts):

@@ -17,14 +17,16 @@ import numpy as np
 from cablestudy.activity import doing
 from cablestudy.cable.damping import any_grows_with_modes
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError, SceneError, one_line
+from cablestudy.motion.model_sizes import MODAL
 from cablestudy.scene.scene import missing
 from cablestudy.study.all_columns import find, why_not
-from cablestudy.study.column import DISCRETE, relative
+from cablestudy.study.column import DISCRETE
 from cablestudy.study.pareto import pareto_front
 from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.table import Field, Table, short
-from cablestudy.study.table_rows import MODAL, STATUS
+from cablestudy.study.table_rows import STATUS
 from cablestudy.study.tolerances import STUDY
+from cablestudy.system.comparison import relative
 
 TARGETS = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)  # errors below which the fastest model is named
 CONTINUOUS = "continuous cable"

@@ -11,6 +11,9 @@ from cablestudy.cable import taut
 from cablestudy.control.loop import unstable_pole
 from cablestudy.control.loop_state_space import force_state_space
 from cablestudy.errors import CablestudyError, NoSolutionError, SceneError, one_line
+from cablestudy.motion.body_mode import largest_share
+from cablestudy.motion.dynamic_analysis import DynamicAnalysis
+from cablestudy.motion.turbulence import OWN
 from cablestudy.study.case import Case
 from cablestudy.study.column import DISCRETE, SYSTEM, lacks, value, value_and_error
 from cablestudy.study.columns import find, is_of_one_cable
@@ -21,9 +24,6 @@ from cablestudy.study.one_cable_system import in_cable_wind_of, in_wind_of
 from cablestudy.study.refinement import with_accuracy
 from cablestudy.study.row import evaluate
 from cablestudy.study.scene_values import load_count
-from cablestudy.study.suspension.body_mode import largest_share
-from cablestudy.study.suspension.dynamic_analysis import DynamicAnalysis
-from cablestudy.study.suspension.turbulence import OWN
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.assemble import assemble
 from cablestudy.system.damping import damping_ratios

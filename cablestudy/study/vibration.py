@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from cablestudy.study.column import first_of_largest
+from cablestudy.motion.airflow import wind_diameters
 from cablestudy.study.columns import find
-from cablestudy.study.suspension.airflow import wind_diameters
 from cablestudy.study.table import Field
 from cablestudy.study.tolerances import STUDY
+from cablestudy.system.comparison import first_of_largest
 from cablestudy.wind.drag import STROUHAL
 
 LOCK_IN = Field("lock_in_speed_m_per_s", "lock-in speed", "m/s")

@@ -3,7 +3,7 @@
 import numpy as np
 
 from cablestudy.control.gain_limits import StableGains
-from cablestudy.study.suspension.driven_cables import open_poles
+from cablestudy.motion.driven_cables import open_poles
 from cablestudy.system.first_order import equations
 
 

@@ -1,1 +1,1 @@
-"""Results of suspensions, and of one cable in loop and wind: cases, columns, linear models, reports."""
+"""Results of suspensions: cases, columns, state spaces, reports."""

@@ -9,6 +9,7 @@ import numpy as np
 from cablestudy.cable.damping import any_grows_with_modes
 from cablestudy.cable.linear_range import linear_range
 from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.motion.tolerances import MOTION
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.scene_values import merged_loads
 from cablestudy.study.statics import ClosedStatics
@@ -129,8 +130,8 @@ class SuspensionCase:
         NoSolutionError, ConvergenceError
             There is no stable equilibrium, or none in the mean wind; the loop lacks the cable of a winch.
         """
-        from cablestudy.study.suspension.airflow import Airflow
-        from cablestudy.study.suspension.dynamic_analysis import DynamicAnalysis
+        from cablestudy.motion.airflow import Airflow
+        from cablestudy.motion.dynamic_analysis import DynamicAnalysis
 
         if self.scene.control is not None:
             for name in self.with_all_cables.winches:
@@ -388,7 +389,7 @@ class SuspensionCase:
         ------
         NoSolutionError, ConvergenceError
         """
-        count = STUDY.first_body_modes
+        count = MOTION.first_body_modes
         while True:
             modes = self.modes(count)
             if len(modes) < count or modes.frequency[-1] > frequency:
@@ -424,12 +425,12 @@ class SuspensionCase:
             if len(of_body) >= number:
                 return modes, int(of_body[number - 1])
             exhausted = free - share.sum() < 0.5 * (number - len(of_body))
-            if exhausted or len(modes) < count or count >= STUDY.most_body_modes:
+            if exhausted or len(modes) < count or count >= MOTION.most_body_modes:
                 raise NoSolutionError(
                     f"{len(of_body)} of the lowest {len(modes)} modes have more than half of their kinetic energy in "
                     f"{body}, not {number}"
                 )
-            count = min(2 * count, STUDY.most_body_modes)
+            count = min(2 * count, MOTION.most_body_modes)
 
     def mode_along(self, name, axis):
         """`RefinedMode` of a body or free point along an axis of `system.suspension.AXES`, with its damping in the air.
@@ -437,7 +438,7 @@ class SuspensionCase:
         The winches are at rest. The aerodynamic damping is that of all parts in the wind of the scene, about the
         equilibrium of the modes. Its numbers raise NoSolutionError where that motion is held.
         """
-        from cablestudy.study.suspension.body_mode import BodyMode, RefinedMode
+        from cablestudy.motion.body_mode import BodyMode, RefinedMode
         from cablestudy.system.coupled_modes import coupled_modes
 
         if (name, axis) not in self._modes_of_bodies:
@@ -465,7 +466,7 @@ class SuspensionCase:
     @cached_property
     def _airflow(self):
         """`Airflow` about the equilibrium of the modes, which is not that in the mean wind; None without wind."""
-        from cablestudy.study.suspension.airflow import Airflow, drag_of
+        from cablestudy.motion.airflow import Airflow, drag_of
 
         if self.scene.wind is None:
             return None

@@ -8,9 +8,9 @@ import numpy as np
 
 from cablestudy.cable.catenary import Catenary
 from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.motion.airflow import drag_of
 from cablestudy.study.columns import utilisation_of
 from cablestudy.study.statics import ClosedStatics
-from cablestudy.study.suspension.airflow import drag_of
 from cablestudy.study.suspension.conductors import conductors_of
 from cablestudy.study.suspension.load_cases import (
     cables_left,

@@ -12,6 +12,7 @@ import numpy as np
 
 from cablestudy.cable.steady_drag import Profile, SteadyDrag
 from cablestudy.cable.vectors import size
+from cablestudy.motion.airflow import drag_areas_of_bodies
 from cablestudy.study.load_cases import (
     drag_width,
     elongation,
@@ -21,7 +22,6 @@ from cablestudy.study.load_cases import (
     shrunk,
     wind_direction,
 )
-from cablestudy.study.suspension.airflow import drag_areas_of_bodies
 from cablestudy.study.suspension.numbers import CableValues, loads_of, numbers_of
 from cablestudy.study.tolerances import STUDY
 from cablestudy.study.uneven_drag import DragErrors, bounded_errors, uneven_drag_errors

@@ -7,7 +7,6 @@ from math import isnan
 import numpy as np
 
 from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
-from cablestudy.study.column import relative
 from cablestudy.study.columns import find
 from cablestudy.study.notes import comparison_notes
 from cablestudy.study.report import STATE, modes_as_rows, shapes_table
@@ -17,6 +16,7 @@ from cablestudy.study.suspension.part_columns import body_columns, cable_columns
 from cablestudy.study.suspension.rows import value
 from cablestudy.study.table import Field, Table
 from cablestudy.study.tolerances import STUDY
+from cablestudy.system.comparison import relative
 from cablestudy.system.force_density import find_form
 from cablestudy.system.mode_pairs import pair_modes
 from cablestudy.system.suspension import AXES

@@ -10,8 +10,9 @@ from math import isfinite, isnan
 import numpy as np
 
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError, outcome_of
+from cablestudy.motion.model_sizes import MODAL
 from cablestudy.scene.words import first_of
-from cablestudy.study.column import DISCRETE, SYSTEM, least_work_first, not_finite, relative
+from cablestudy.study.column import DISCRETE, SYSTEM, least_work_first, not_finite
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.scene_values import places_of
 from cablestudy.study.suspension.case import SuspensionCase
@@ -22,7 +23,6 @@ from cablestudy.study.suspension.part_columns import WHOLE
 from cablestudy.study.suspension.wind_columns import exceeded_limits, slackened
 from cablestudy.study.table_rows import (
     FALLEN,
-    MODAL,
     OVER_STRENGTH,
     SLACK,
     TableColumns,
@@ -31,6 +31,7 @@ from cablestudy.study.table_rows import (
     compute_together,
 )
 from cablestudy.study.tolerances import STUDY
+from cablestudy.system.comparison import relative
 
 IN_MOTION = {"winches", "actuators", "control", "exposure", "correction"}  # keys that change nothing at rest
 OF_THE_WHOLE = {column.name: column for column in WHOLE}
@@ -89,7 +90,7 @@ def prepare(cases):
     ----------
     cases : sequence of SuspensionCase
     """
-    from cablestudy.study.suspension.dynamic_analysis import solve_modes
+    from cablestudy.motion.dynamic_analysis import solve_modes
 
     groups = {}
     for case in cases:

@@ -8,10 +8,11 @@ import numpy as np
 from cablestudy.control.statespace import state_space_of
 from cablestudy.control.suspension import labels, second_order
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError, refuse_options
+from cablestudy.motion.plant import markers_of, winches_of
+from cablestudy.motion.tolerances import MOTION
 from cablestudy.study.ssm import fewest_modes, pairs_of, response_unit
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.notes import damping_notes, notes_of, strength_warning
-from cablestudy.study.suspension.plant import markers_of, winches_of
 from cablestudy.study.suspension.report import mode_notes
 from cablestudy.study.suspension.ssm_control import CoupledChoice, choose_controlled
 from cablestudy.study.tolerances import STUDY
@@ -165,7 +166,7 @@ def _lowest_modes(case, count, highest):
 
     Raises as `choose`.
     """
-    size = STUDY.most_body_modes if case.scene.model.elements is not None else count or STUDY.default_modes
+    size = MOTION.most_body_modes if case.scene.model.elements is not None else count or STUDY.default_modes
     found = case.modes(size)
     if count is not None and len(found) < count:
         raise SceneError(f"--modes {count}: the model has {len(found)} modes")
@@ -191,7 +192,7 @@ def _fewest(case, options, highest):
     NoSolutionError, ConvergenceError
         The most modes that can be computed leave out more.
     """
-    size = STUDY.most_body_modes if case.scene.model.elements is not None else STUDY.default_modes
+    size = MOTION.most_body_modes if case.scene.model.elements is not None else STUDY.default_modes
     too_few = ""  # why the modes computed before do not suffice
     while True:
         try:
@@ -203,10 +204,10 @@ def _fewest(case, options, highest):
         try:
             chosen = fewest_modes(choice.share, every, options.error, f"the {len(found)}", choice.names)
         except NoSolutionError as lacking:
-            if len(found) < size or size == STUDY.most_body_modes:
+            if len(found) < size or size == MOTION.most_body_modes:
                 raise
             too_few = f"{lacking}; of more, "
-            size = min(2 * size, STUDY.most_body_modes)
+            size = min(2 * size, MOTION.most_body_modes)
             continue
         for first, last in found.coincident:  # counted from 1
             run = np.arange(first - 1, last)

@@ -8,6 +8,7 @@ import numpy as np
 from cablestudy.control.loop import unstable_pole
 from cablestudy.control.statespace import state_space_of
 from cablestudy.errors import NoSolutionError, SceneError
+from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.scene import missing
 from cablestudy.study.loop_in_time import labelled, measured_by
 from cablestudy.study.ssm import Choice
@@ -179,7 +180,7 @@ def choose_controlled(document, scene, options, highest=None):
     if not getattr(scene, key):
         raise missing(document, key, f"ssm --with {options.attached}")
     case = SuspensionCase(scene)
-    full_loop = reduced_loop = case.in_wind.closed_loop_of(max(options.count or 0, STUDY.model_modes[0]))
+    full_loop = reduced_loop = case.in_wind.closed_loop_of(max(options.count or 0, MOTION.model_modes[0]))
     if options.count:
         if len(full_loop.modes) < options.count:
             raise SceneError(f"--modes {options.count}: the model has {len(full_loop.modes)} modes")
@@ -206,7 +207,7 @@ def _with_modes(in_wind, whole, count):
 
 def _reaching(in_wind, closed_loop, frequency, most):
     """A closed loop with a mode above a frequency [Hz], of at most about so many modes, or with all there are."""
-    size = STUDY.model_modes[0]
+    size = MOTION.model_modes[0]
     while len(closed_loop.modes) == size < most and closed_loop.modes.frequency[-1] < frequency:
         size *= 2
         closed_loop = in_wind.closed_loop_of(size)

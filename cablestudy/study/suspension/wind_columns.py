@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from cablestudy.errors import CablestudyError, NoSolutionError
+from cablestudy.motion import peaks
+from cablestudy.motion.tolerances import MOTION
 from cablestudy.study.column import MM, UM, Column, scaled
 from cablestudy.study.motion_columns import loop_columns, winch_columns
-from cablestudy.study.suspension import peaks
-from cablestudy.study.tolerances import STUDY
 
 TURN = 2 * np.pi
 PLACES, TURNS = ("x", "y", "z"), ("rx", "ry", "rz")
@@ -142,7 +142,7 @@ def tension_at_peak(case, name, sign):
     """
     tensions, by_statics = [], case.statics_error(None) + case.group.drag_error(case.index, in_wind=True)
     for mean, end in zip(case.in_wind.mean_tensions(name), ENDS, strict=True):
-        change, error = peaks.peak(case.in_wind, [f"{name}.{end}"], crossings=STUDY.crossings)
+        change, error = peaks.peak(case.in_wind, [f"{name}.{end}"], crossings=MOTION.crossings)
         tension = mean + sign * change
         tensions.append((tension, (error * change + by_statics * mean) / abs(tension) if tension else error))
     return max(tensions, key=lambda pair: sign * pair[0])

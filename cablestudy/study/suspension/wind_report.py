@@ -7,9 +7,9 @@ import numpy as np
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.scene import missing
-from cablestudy.scene.words import first_of
+from cablestudy.scene.words import counted, first_of
 from cablestudy.study.column import lacks
-from cablestudy.study.notes import beyond_linear, larger_by_loop
+from cablestudy.study.notes import beyond_linear, larger_by_loop, unknown_rms_error
 from cablestudy.study.suspension.part_columns import cable_columns, has_key, linear_ranges
 from cablestudy.study.suspension.report import cells_of, chosen_tables, table_by_name
 from cablestudy.study.suspension.wind_columns import (
@@ -192,8 +192,9 @@ def remarks_of(case, tables):
     lines = [f"warning: {text}: the linear numbers do not hold" for text in exceeded_limits(case).values()]
     if slack := slackened(case):
         lines.append(f"warning: {SLACK}: {first_of(slack, STUDY.listed_parts)}: the linear numbers do not hold")
-    if unknown := case.in_wind.modal_damping_note:
-        lines.append(f"note: {unknown}")
+    motion = case.in_wind
+    if motion.model is None and motion.sizes.damping_grows:
+        lines.append(f"note: {unknown_rms_error(counted(len(motion.closed_loop.modes), 'mode'))}")
     if "motion" in tables:
         lines += beyond_linear(_peaks_and_ranges(case))
     if "motion" in tables and "open_loop" in tables:

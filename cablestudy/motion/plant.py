@@ -14,11 +14,11 @@ from cablestudy.control.loop_state_space import ExactResponse
 from cablestudy.control.motion import Actuator, actuated, basis_of_rows, motion_of_rows, with_actuators
 from cablestudy.control.suspension import FROM, TO, Marker, Winch, check_size, second_order_of_rows, signature
 from cablestudy.errors import NoSolutionError, outcome_of
+from cablestudy.motion.left_out_modes import BodiesOnAllModes
+from cablestudy.motion.tension_waves import change_by_waves
+from cablestudy.motion.tolerances import MOTION
+from cablestudy.motion.turbulence import OWN, Turbulence
 from cablestudy.scene.actuator_tables import ReactionWheel
-from cablestudy.study.suspension.left_out_modes import BodiesOnAllModes
-from cablestudy.study.suspension.tension_waves import change_by_waves
-from cablestudy.study.suspension.turbulence import OWN, Turbulence
-from cablestudy.study.tolerances import STUDY
 from cablestudy.system.connected import observed
 from cablestudy.system.first_order import state_rows
 from cablestudy.system.linear import LinearSystem
@@ -257,7 +257,7 @@ class Plant:
             return np.ones(shapes.shape[1], dtype=bool)
         shapes = shapes[coordinates]
         mass = self._full_system.mass[np.ix_(coordinates, coordinates)]
-        return (shapes * (mass @ shapes)).sum(axis=0) > STUDY.unseen_energy
+        return (shapes * (mass @ shapes)).sum(axis=0) > MOTION.unseen_energy
 
     @property
     def other_poles(self):
@@ -302,11 +302,11 @@ class Plant:
         """
         (omega, shapes), count = self._basis, len(self.kept)
         modes = np.count_nonzero(self.kept < len(self.modes) - self.driven)
-        lowest = int(STUDY.fewer_modes * modes)
+        lowest = int(MOTION.fewer_modes * modes)
         replaced = np.concatenate([np.arange(lowest, modes), np.arange(count, len(omega))])
         static = (shapes.T @ loads / omega[:, None] ** 2)[replaced]
         static, sizes, _ = np.linalg.svd(static, full_matrices=False)
-        static = static[:, sizes > STUDY.dependent_response * sizes.max(initial=0.0)]
+        static = static[:, sizes > MOTION.dependent_response * sizes.max(initial=0.0)]
         unit = np.eye(len(self.motion))
         driven, strokes = unit[:, modes:count], unit[:, len(omega) :]
         return np.concatenate([unit[:, :lowest], driven, unit[:, replaced] @ static, strokes], axis=1)
@@ -315,7 +315,7 @@ class Plant:
     def lacked_compliance(self):
         """Largest share in the static compliance of a free displacement that the lowest modes, `fewer_modes`, lack."""
         solution = self.modes.solution
-        lowest = slice(int(STUDY.fewer_modes * len(self.modes)))
+        lowest = slice(int(MOTION.fewer_modes * len(self.modes)))
         displacements = self.layout.bodies(solution.shapes[:, lowest]) / solution.omega[lowest]
         compliance = np.diagonal(np.linalg.inv(dense(solution.reduced.stiffness)))
         return float((1 - (displacements**2).sum(axis=1) / compliance).max(initial=0.0))

@@ -12,9 +12,9 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.errors import NoSolutionError
-from cablestudy.study.suspension.left_out_modes import BodiesOnAllModes
-from cablestudy.study.suspension.turbulence import OWN, Turbulence
-from cablestudy.study.tolerances import STUDY
+from cablestudy.motion.left_out_modes import BodiesOnAllModes
+from cablestudy.motion.tolerances import MOTION
+from cablestudy.motion.turbulence import OWN, Turbulence
 from cablestudy.system.together import computed_together
 from cablestudy.wind.imaging import seen_weights
 from cablestudy.wind.tolerances import WIND
@@ -114,7 +114,7 @@ class GustResponse:
         if combinations is not None:
             residues = residues.combined(combinations)
         # frequencies in blocks, whose responses bound the memory
-        block_size, spectra = max(1, STUDY.response_entries // len(self.closed_loop.motion) ** 2), []
+        block_size, spectra = max(1, MOTION.response_entries // len(self.closed_loop.motion) ** 2), []
         for block in np.split(frequency, range(block_size, len(frequency), block_size)):
             response = residues.response(2j * np.pi * block)
             spectra.append(gusts.input_spectra(block, np.swapaxes(response, -1, -2)).T)
@@ -125,7 +125,7 @@ class GustResponse:
         (residues, _), rows = self.turbulence.residues.split(np.inf), [self.names.index(name) for name in names]
         size = np.abs(residues.outputs[rows]) * np.linalg.norm(residues.inputs, axis=1)
         height = size / np.abs(residues.poles.real)
-        visible = (height > STUDY.seen_resonance * height.max(axis=1, keepdims=True)).any(axis=0)
+        visible = (height > MOTION.seen_resonance * height.max(axis=1, keepdims=True)).any(axis=0)
         return residues.poles[visible & (residues.poles.imag > 0)]
 
     # -------------------------------------------------------------------------------------------------- integrals
@@ -164,7 +164,7 @@ class GustResponse:
         value, by_modes, by_delay = self._variances_of(self.turbulence, weights)
         if self._before is not None:
             change = np.abs(value - self._variances_of(self._before.turbulence, weights)[0])
-            by_modes = np.minimum(by_modes, STUDY.change_safety * change)
+            by_modes = np.minimum(by_modes, MOTION.change_safety * change)
         left_out = self._left_out.of_displacements(weights or OWN, value, by_modes, self._least)
         return value, by_modes + left_out, by_delay
 
@@ -243,9 +243,9 @@ class GustResponse:
             raise NoSolutionError("a variance of the motion in the wind is not a number")
         energy = value * self.stiffness
         largest = np.maximum(energy.max(axis=-1, keepdims=True), self._energy_by_cables(weights))
-        value = np.where(energy > STUDY.energy_rounding * largest, value, 0.0)
+        value = np.where(energy > MOTION.energy_rounding * largest, value, 0.0)
         is_tension = np.array([".tension_" in name for name in self.names])
-        of_tensions = STUDY.tension_safety * _of_tensions(value, by_modes, is_tension) + self._by_ends * value
+        of_tensions = MOTION.tension_safety * _of_tensions(value, by_modes, is_tension) + self._by_ends * value
         by_modes = np.where(is_tension, of_tensions, by_modes)
         error = by_modes + self.integration_error * value + by_delay
         values, errors = (dict(zip(weights, arrays, strict=True)) for arrays in (value, error))
@@ -257,7 +257,7 @@ class GustResponse:
     @property
     def _by_ends(self):
         """Relative error of the variance of a tension since waves are looked at between ends at rest. [-]"""
-        return STUDY.moving_ends if self.closed_loop.equilibrium.suspension.free.any() else 0.0
+        return MOTION.moving_ends if self.closed_loop.equilibrium.suspension.free.any() else 0.0
 
     def _energy_by_cables(self, weights):
         """Energy of displacements if all force of gusts on cables acted on them, shape (w, o); 0 of other outputs."""
@@ -285,7 +285,7 @@ class GustResponse:
         value, by_modes, undamped, _ = self.turbulence.winch_speeds
         self._refuse(undamped)
         by_modes = by_modes + self._left_out.of_winch_speeds(OWN, value, by_modes, self._least)
-        return value, by_modes + (self.integration_error + STUDY.winch_speeds) * value
+        return value, by_modes + (self.integration_error + MOTION.winch_speeds) * value
 
     @property
     def stiffness(self):

@@ -10,7 +10,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from cablestudy.control.loop_state_space import ExactResponse
-from cablestudy.study.tolerances import STUDY
+from cablestudy.motion.tolerances import MOTION
 from cablestudy.system.state_spaces import StateSpaces
 from cablestudy.system.together import batches, computed_together
 from cablestudy.wind.integrals import Integrals, variances_of_rows
@@ -90,9 +90,9 @@ class Turbulence:
         slow = [corner, lowest] + ([] if self.loop is None else [self.loop.gain / TURN])
         corners = [[actuator.omega, actuator.corner] for actuator in self.plant.actuators]
         corners = np.concatenate([*corners, [] if self.loop is None else self.loop.corners])
-        highest = STUDY.highest_frequency * max(corner, lowest)
-        highest = max(highest, STUDY.beyond_corners * corners.max(initial=0.0) / TURN)
-        return STUDY.lowest_frequency * min(slow), highest
+        highest = MOTION.highest_frequency * max(corner, lowest)
+        highest = max(highest, MOTION.beyond_corners * corners.max(initial=0.0) / TURN)
+        return MOTION.lowest_frequency * min(slow), highest
 
     def _integrals_of(self, weights, jumps=()):
         """`Integrals` over frequency with weights: dict of functions of frequency [Hz] with `jumps` at some [Hz]."""
@@ -148,7 +148,7 @@ class Turbulence:
         beyond = TURN * integrals.panels.frequency > self.loop.right_up_to
         weights = {name: weight * beyond for name, weight in integrals.weights.items()}
         beyond = replace(integrals, weights=weights).variances(self.plant.at_rest.residues)
-        return STUDY.delayed_error * self.loop.gain_beyond * beyond
+        return MOTION.delayed_error * self.loop.gain_beyond * beyond
 
     @cached_property
     def winch_speeds(self):

@@ -27,9 +27,9 @@ from cablestudy.control.motion import with_strokes
 from cablestudy.control.suspension import winch_loads
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import ConvergenceError, outcome_of, result_of, without_errors
-from cablestudy.study.suspension.driven_waves import ACROSS, driven_modes
-from cablestudy.study.suspension.loop_gain_errors import LoopGainErrors
-from cablestudy.study.tolerances import STUDY
+from cablestudy.motion.driven_waves import ACROSS, driven_modes
+from cablestudy.motion.loop_gain_errors import LoopGainErrors
+from cablestudy.motion.tolerances import MOTION
 from cablestudy.system.cables import Models
 from cablestudy.system.coupled_modes import Search
 from cablestudy.system.together import computed_together
@@ -45,7 +45,7 @@ def open_poles(closed_loop):
     Those of modes that were computed and are not in its model are estimated.
     """
     poles = np.append(closed_loop.open_poles, closed_loop.plant.other_poles)
-    return poles[np.abs(poles) > STUDY.zero_pole * closed_loop.modes.solution.omega[0]]
+    return poles[np.abs(poles) > MOTION.zero_pole * closed_loop.modes.solution.omega[0]]
 
 
 class DrivenCables:
@@ -156,10 +156,10 @@ class DrivenCables:
     def _limit_and_resolving(self):
         """`limit` and `resolving`: meshes are refined until they resolve the waves at the limit, as far as they can."""
         driven, limits = self, self.gains.limits
-        for _ in range(STUDY.resolution_trials):
+        for _ in range(MOTION.resolution_trials):
             if not limits or limits[0].factor > self._gain or driven.resolves(limits[0].omega):
                 break
-            resolved_to = min(STUDY.resolved_beyond * limits[0].omega, self._highest_resolvable)
+            resolved_to = min(MOTION.resolved_beyond * limits[0].omega, self._highest_resolvable)
             if resolved_to <= driven.resolved_to:
                 break
             driven = DrivenCables(self.closed_loop, self._gain, resolved_to=resolved_to)
@@ -178,7 +178,7 @@ class DrivenCables:
         """
         located, unmatched = [], []  # limits; those of them that are none yet of the coarser models
         for limit in limits:
-            if located and limit.factor > STUDY.limit_of_finer * min(found.factor for found in located):
+            if located and limit.factor > MOTION.limit_of_finer * min(found.factor for found in located):
                 break
             if not any(map(limit.resembles, unmatched)):
                 found = [] if limit.undamped else limits_near(self.loop_gain, limit)
@@ -199,13 +199,13 @@ class DrivenCables:
         self.gains.check_delay(gain)
         if self.limit is None or gain < self.limit.factor:
             return True
-        near = self.gains.crosses_within(STUDY.limit_of_finer, gain, self.resolved_to)
+        near = self.gains.crosses_within(MOTION.limit_of_finer, gain, self.resolved_to)
         return not (self.resolving if near else self).gains.unstable(gain)
 
     def for_gain(self, gain):
         """`DrivenCables` that judge a loop with a gain [rad/s]: `resolving` where it is nearly the largest one."""
         limit = self.limit
-        return self if limit is None or gain <= STUDY.nearly_largest_gain * limit.factor else self.resolving
+        return self if limit is None or gain <= MOTION.nearly_largest_gain * limit.factor else self.resolving
 
     @property
     def spoilt(self):
@@ -244,7 +244,8 @@ class DrivenCables:
     def _highest_resolvable(self):
         """Frequency up to which waves across all cables can be resolved. [rad/s]"""
         return max(
-            self._highest_resolved, np.pi * STUDY.resolved_waves / self._effects.travel_time[ACROSS].max(initial=1e-300)
+            self._highest_resolved,
+            np.pi * MOTION.resolved_waves / self._effects.travel_time[ACROSS].max(initial=1e-300),
         )
 
     def _models(self):
@@ -267,12 +268,12 @@ class DrivenCables:
         half_waves = np.maximum(highest, [[resolved_to], [0.0]]) * travel_time / np.pi
         direction, cable = np.unravel_index(np.argmax(half_waves), half_waves.shape)
         largest = half_waves[direction, cable]
-        if largest > max(STUDY.resolved_waves, resolved_to * travel_time[ACROSS].max() / np.pi) * (1 + 1e-9):
+        if largest > max(MOTION.resolved_waves, resolved_to * travel_time[ACROSS].max() / np.pi) * (1 + 1e-9):
             raise too_many(self._gain_in_words, int(min(largest, 1e9)), highest[direction, cable])
         plant, cables = self.closed_loop.plant, base.models.cables
         search = Search(plant.equilibrium, len(base.omega), plant.accuracy, cables=cables)
         meshes = cables.meshes(search.orders_of(half_waves.max(axis=0)))
-        return Models(cables, meshes, most_modes=STUDY.driven_modes_of_cable)
+        return Models(cables, meshes, most_modes=MOTION.driven_modes_of_cable)
 
     def modes_in_loop(self, models, share=1.0):
         """Which modes of each cable are in the loop gain by themselves: list of ndarray of bool, shape (n,).
@@ -281,13 +282,13 @@ class DrivenCables:
         multiples of the driven and resolved frequencies, or up to a `share` of these multiples.
         """
         plant, in_loop = self.closed_loop.plant, [np.ones(len(part.omega), dtype=bool) for part in models.elements]
-        if self.fixed_elements or plant.accuracy <= STUDY.all_modes_from:
+        if self.fixed_elements or plant.accuracy <= MOTION.all_modes_from:
             return in_loop
-        multiples = [share * multiple for multiple in STUDY.kept_multiples]
+        multiples = [share * multiple for multiple in MOTION.kept_multiples]
         for cable, element in enumerate(models.elements):
             low = self.modes_below(cable, element, *multiples)
             coupled = plant.braked or element.strain is not None or element.uneven
-            if coupled and np.count_nonzero(low) + STUDY.vectors < STUDY.worth * len(low):
+            if coupled and np.count_nonzero(low) + MOTION.vectors < MOTION.worth * len(low):
                 in_loop[cable] = low
         return in_loop
 
@@ -336,7 +337,7 @@ class DrivenCables:
             measured=with_strokes(effects.measured, strokes),
             allocation=closed_loop.body.allocation.matrix,
             controller=closed_loop.untuned_loop.controller,
-            windows=plant.accuracy > STUDY.all_modes_from,
+            windows=plant.accuracy > MOTION.all_modes_from,
         )
         return closed_loop.untuned_loop.unit_gain if loop_gain.spoilt else loop_gain
 
@@ -368,11 +369,11 @@ class DrivenCables:
     @property
     def _highest_surely_known(self):
         """Frequency up to which the poles of modes are those of the model. [rad/s]"""
-        return (1 - STUDY.uncertain_pole) * self._highest_resolved
+        return (1 - MOTION.uncertain_pole) * self._highest_resolved
 
     def _modes_that_may_be_above(self, needed):
         """Numbers of those of the needed modes of each cable whose poles the model may not have: list of ndarray."""
-        least = STUDY.may_be_above * self._highest_surely_known
+        least = MOTION.may_be_above * self._highest_surely_known
         pairs = zip(needed, self.loop_gain.elements, strict=True)
         return [np.flatnonzero(modes & (element.omega > least)) for modes, element in pairs]
 
@@ -388,7 +389,7 @@ class DrivenCables:
         above = np.maximum(np.abs(estimated), fixed) > highest  # `fixed` with the ends of the cable fixed
         estimated, fixed = estimated[above, None], fixed[above, None]
         shift, of_model = np.abs(estimated) - fixed, open_poles(self.closed_loop)
-        far, accuracy = np.abs(shift) > STUDY.far_from_fixed * fixed, self.closed_loop.plant.accuracy
+        far, accuracy = np.abs(shift) > MOTION.far_from_fixed * fixed, self.closed_loop.plant.accuracy
         poles = estimated.real + 1j * (fixed + shift * MODES_TOGETHER)
         starts = estimated.real + 1j * (fixed + shift * np.where(far, ON_THE_WAY, MODES_TOGETHER))
         errors = np.maximum(accuracy, np.abs(shift) / fixed) + np.zeros_like(starts.imag)
@@ -406,11 +407,11 @@ class DrivenCables:
         limit, base = self.limit, self._base
         if limit is None or limit.omega <= base.omega[-1]:
             return plant
-        if not STUDY.nearly_largest_gain * limit.factor < gain < limit.factor:
+        if not MOTION.nearly_largest_gain * limit.factor < gain < limit.factor:
             return plant
         models, critical = self.resolving.models, self.resolving._critical_modes(limit)
         search = Search(plant.equilibrium, len(base.omega), plant.accuracy, cables=models.cables)
-        band = (1 - STUDY.critical_modes) * limit.omega, (1 + STUDY.critical_modes) * limit.omega
+        band = (1 - MOTION.critical_modes) * limit.omega, (1 + MOTION.critical_modes) * limit.omega
         modes = search.with_chosen(models, base.coordinates.limits, critical, *band)
         return plant.with_modes(modes, len(modes) - len(base.omega))
 
@@ -419,6 +420,6 @@ class DrivenCables:
         elements = self.models.elements
         driven = [True] * len(elements) if self.spoilt else self._effects.may_drive(elements, self._gain)
         return [
-            in_loop & of_cable & (np.abs(element.omega / limit.omega - 1) < STUDY.critical_modes)
+            in_loop & of_cable & (np.abs(element.omega / limit.omega - 1) < MOTION.critical_modes)
             for element, in_loop, of_cable in zip(elements, self._in_loop, driven, strict=True)
         ]

@@ -5,9 +5,9 @@ from functools import partial
 
 from cablestudy.activity import doing
 from cablestudy.errors import outcome_of, result_of, without_errors
-from cablestudy.study.suspension.gust_response import GustResponse
-from cablestudy.study.suspension.plant import Plant
-from cablestudy.study.suspension.turbulence import Turbulence
+from cablestudy.motion.gust_response import GustResponse
+from cablestudy.motion.plant import Plant
+from cablestudy.motion.turbulence import Turbulence
 
 
 def search_models(analyses):

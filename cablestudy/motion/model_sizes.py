@@ -6,7 +6,10 @@ import numpy as np
 
 from cablestudy.cable.damping import any_grows_with_modes
 from cablestudy.control.law import law_from
-from cablestudy.study.tolerances import STUDY
+from cablestudy.motion.tolerances import MOTION
+
+# why a number has no limit as modes are added
+MODAL = "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed elements"
 
 
 class ModelSizes:
@@ -35,7 +38,7 @@ class ModelSizes:
     def __init__(self, scene, suspension, fixed, in_planes, wind_on_cables, fewest=0):
         self._scene, self._moves, self._fixed, self._in_planes = scene, suspension.free.any(), fixed, in_planes
         self._wind_on_cables, self._fewest = wind_on_cables, fewest
-        self.accuracy = scene.model.accuracy or STUDY.fixed_model_accuracy
+        self.accuracy = scene.model.accuracy or MOTION.fixed_model_accuracy
 
     @cached_property
     def tried(self):
@@ -47,7 +50,7 @@ class ModelSizes:
         """
         control, usual = self._scene.control, self.usual
         all_excited = self._wind_on_cables or (control is not None and not law_from(control)[0].integrates_only)
-        small = map(self._for_cables, (STUDY.few_modes,) if self._fixed else (STUDY.fewest_modes, STUDY.few_modes))
+        small = map(self._for_cables, (MOTION.few_modes,) if self._fixed else (MOTION.fewest_modes, MOTION.few_modes))
         small = [count for count in small if count < usual[0]]
         count_matters = self.damping_grows and not self._fixed
         if not small or all_excited or count_matters or not self._moves:
@@ -58,14 +61,14 @@ class ModelSizes:
     def usual(self):
         """Numbers of modes of models of many cables, or of cables of which all modes are excited: ascending, tuple."""
         if self._fixed:
-            return (STUDY.element_modes,)
+            return (MOTION.element_modes,)
         if self._in_planes:
-            return STUDY.plane_model_modes
-        return STUDY.model_modes if self.damping_grows else (*STUDY.model_modes, STUDY.more_modes[0])
+            return MOTION.plane_model_modes
+        return MOTION.model_modes if self.damping_grows else (*MOTION.model_modes, MOTION.more_modes[0])
 
     def computed(self, count):
         """Number of modes that are computed for a model of `count`: enough for meshes that serve the loop too."""
-        return max(count, min(self._for_cables(STUDY.few_modes), self.usual[0]))
+        return max(count, min(self._for_cables(MOTION.few_modes), self.usual[0]))
 
     def _for_cables(self, numbers):
         """Number of modes of the whole: `numbers` are a constant and a number for each cable."""
@@ -95,11 +98,11 @@ class ModelSizes:
         if not self.error_known:
             return np.inf
         fewest = len(modes) == self.tried[0] < self.computed(len(modes))
-        return (STUDY.resolved_by_fewest if fewest else STUDY.resolved) * self.accuracy
+        return (MOTION.resolved_by_fewest if fewest else MOTION.resolved) * self.accuracy
 
     def suffice(self, response):
         """True if the RMS of bodies in a `GustResponse` are accurate, by the modes left out and by quadrature."""
         by_quadrature = response.integration_error / 2
         allowed = max(self.accuracy - by_quadrature, self.accuracy / 2)
-        allowed = STUDY.element_modes_change if self._fixed else allowed
+        allowed = MOTION.element_modes_change if self._fixed else allowed
         return response.displacement_truncation_error <= 2 * allowed  # of a variance, which is twice that of its root

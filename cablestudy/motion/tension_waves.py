@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cablestudy.study.tolerances import STUDY
+from cablestudy.motion.tolerances import MOTION
 from cablestudy.wind.integrals import Integrals
 
 TURN = 2 * np.pi
@@ -55,10 +55,10 @@ def change_by_waves(plant, weights):
         direct=np.zeros_like(inputs),
     )
     low, high = turbulence.range
-    edges = gusts.edges(low, max(high, STUDY.wave_range * np.abs(poles).max() / TURN))
+    edges = gusts.edges(low, max(high, MOTION.wave_range * np.abs(poles).max() / TURN))
     integrals = Integrals.on(edges, gusts, weights, turbulence.least)
     # both changes of each tension are added, each with its safety factor
-    factor = np.repeat([STUDY.waves_along, STUDY.waves_across], len(tension_rows) // directions)
+    factor = np.repeat([MOTION.waves_along, MOTION.waves_across], len(tension_rows) // directions)
     np.add.at(change.T, tension_rows, (factor * np.abs(integrals.variances(with_waves) - variances[:, tension_rows])).T)
     return change
 
@@ -87,11 +87,11 @@ def _first_waves(plant):
     )
     air = wind.air_density * wind.speed * drag_width / 2 if plant.braked else 0.0  # across wind and cable
     poles = []  # a wave across strains the cable by a share of its energy alone, and loses less by strain
-    for force, strain_share, rate in ((stiffness, 1.0, viscous), (tension, STUDY.strained_share, viscous + air)):
+    for force, strain_share, rate in ((stiffness, 1.0, viscous), (tension, MOTION.strained_share, viscous + air)):
         lowest = np.pi / length * np.sqrt(force / mass)
         omega = lowest * np.maximum(np.ceil(plant.modes.solution.omega[-1] / lowest), 1.0)  # above those of the model
         damping = ratio + strain_share * (loss + time * omega) / 2 + rate / (2 * mass * omega)
-        damping = np.clip(damping, STUDY.least_wave_damping, STUDY.most_wave_damping)
+        damping = np.clip(damping, MOTION.least_wave_damping, MOTION.most_wave_damping)
         poles.append(np.repeat(omega * (-damping + 1j * np.sqrt(1 - damping**2)), 2))  # for the tensions at both ends
     rows = len(plant.outputs) - 2 * len(cables) + 2 * heavy
     return ((rows[:, None] + np.arange(2)).ravel(), *poles)

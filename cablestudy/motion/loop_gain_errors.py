@@ -9,7 +9,7 @@ from cablestudy.control.gain_limits import limit_near
 from cablestudy.control.margins import Margins
 from cablestudy.control.nearby_margins import nearby_limits, nearby_margins
 from cablestudy.errors import result_of
-from cablestudy.study.tolerances import STUDY
+from cablestudy.motion.tolerances import MOTION
 from cablestudy.system.cable_coordinates import residual_vectors
 from cablestudy.system.tolerances import SYSTEM
 
@@ -42,7 +42,7 @@ class LoopGainErrors:
             perturbed.append([_half_damped(element) if element.strain is None else element for element in elements])
         loop_gains = [replace(loop_gain, elements=elements, near=loop_gain) for elements in perturbed]
         if self._vectors_used:
-            fewer = driven.models.with_modes(driven.modes_in_loop(driven.models, STUDY.coarser_share))
+            fewer = driven.models.with_modes(driven.modes_in_loop(driven.models, MOTION.coarser_share))
             loop_gains.append(replace(loop_gain, elements=driven.elements_of(driven.models, fewer)))
         return loop_gains
 
@@ -62,7 +62,7 @@ class LoopGainErrors:
         response to moving ends matters, for which six vectors stand (`residual_vectors`), and errors of single modes
         cancel in it: each of these modes has the error of the vectors, if it is the smaller one.
         """
-        elements, multiple = self._driven.loop_gain.elements, STUDY.single_mode_errors
+        elements, multiple = self._driven.loop_gain.elements, MOTION.single_mode_errors
         far, vectors, amplitudes, errors = [], [], [], []
         for cable in group.cable_indices.tolist():
             element, shapes = elements[cable], self._driven.kept[cable].shapes
@@ -88,7 +88,7 @@ class LoopGainErrors:
         """Relative error of margins, at least, by vectors for other modes or poles found in windows; 0 without. [-]"""
         if self._driven.spoilt:  # the loop gain is that of the coupled modes
             return 0.0
-        return STUDY.by_other_modes if self._vectors_used or self._driven.loop_gain.windowed else 0.0
+        return MOTION.by_other_modes if self._vectors_used or self._driven.loop_gain.windowed else 0.0
 
     def of_pole_sums(self, omega):
         """Relative error of the loop gain by sums over the poles of cables, where resonances are narrow; 0 elsewhere.
@@ -99,7 +99,7 @@ class LoopGainErrors:
         if not self._driven.coupling_damping:
             return 0.0
         s, poles = 1j * np.unique(omega), result_of(self._driven.poles_outcome)
-        narrow = np.abs(s[:, None] - poles).min(axis=1, initial=np.inf) < STUDY.narrow_resonance * np.abs(s)
+        narrow = np.abs(s[:, None] - poles).min(axis=1, initial=np.inf) < MOTION.narrow_resonance * np.abs(s)
         s = s[narrow][-SYSTEM.solved_places :]
         if not len(s):
             return 0.0
@@ -137,7 +137,7 @@ class LoopGainErrors:
         for cause, of_cause in enumerate((limits[:count], limits[count:])):
             if None not in of_cause:
                 changes = [(other.factor / limit.factor - 1, other.omega / limit.omega - 1) for other in of_cause]
-                errors[cause] = STUDY.largest_gain_safety * np.abs(np.reshape(changes, (-1, 2))).sum(axis=0)
+                errors[cause] = MOTION.largest_gain_safety * np.abs(np.reshape(changes, (-1, 2))).sum(axis=0)
         return errors
 
     def perturbed_margins(self, margins, gain):
@@ -151,7 +151,7 @@ class LoopGainErrors:
 def _margins_near(margins, loop_gain):
     """`Margins` of a loop gain near the frequencies that decide those of a similar one."""
     omega, near = margins.omega, margins.deciding
-    chosen = (np.abs(omega[:, None] - near) < STUDY.margin_window * near).any(axis=1)
+    chosen = (np.abs(omega[:, None] - near) < MOTION.margin_window * near).any(axis=1)
     chosen[0] = True
     return Margins(loop_gain, omega[chosen])
 

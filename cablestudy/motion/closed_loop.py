@@ -9,11 +9,11 @@ import numpy as np
 from cablestudy.control.law import law_from
 from cablestudy.control.loop import Loop, unstable_pole
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study.suspension.controlled_body import ControlledBody
-from cablestudy.study.suspension.left_out_modes import LeftOutModes
-from cablestudy.study.suspension.loop_stability import LoopStability
-from cablestudy.study.suspension.turbulence import Turbulence
-from cablestudy.study.tolerances import STUDY
+from cablestudy.motion.controlled_body import ControlledBody
+from cablestudy.motion.left_out_modes import LeftOutModes
+from cablestudy.motion.loop_stability import LoopStability
+from cablestudy.motion.tolerances import MOTION
+from cablestudy.motion.turbulence import Turbulence
 from cablestudy.system.coupled_modes import coupled_modes
 
 TURN = 2 * np.pi
@@ -115,7 +115,7 @@ class ClosedLoop:
         """The `Loop` with the gain of the scene, or with a tiny one where the gain is yet to follow from a margin."""
         law, gain = law_from(self.scene.control)
         if gain is None:
-            gain = STUDY.little_gain * self.modes.solution.omega[0]
+            gain = MOTION.little_gain * self.modes.solution.omega[0]
         return Loop(self.motion, self.body.allocation, gain, self.body.notches, law)
 
     @cached_property
@@ -141,7 +141,7 @@ class ClosedLoop:
     def with_twice_the_modes(self):
         """Copy with twice as many modes; None of exact elements, or where these are too many or cannot be computed."""
         plant, count, cables = self.plant, 2 * len(self.modes), self.modes.solution.models.cables
-        if plant.model is not None or count > STUDY.more_modes[-1]:
+        if plant.model is not None or count > MOTION.more_modes[-1]:
             return None
         try:
             modes = coupled_modes(plant.equilibrium, count, plant.accuracy, cables=cables, damped=True)

@@ -8,17 +8,15 @@ import numpy as np
 from cablestudy.cable.steady_drag import concatenate
 from cablestudy.control.margins import Margins
 from cablestudy.errors import outcome_of, result_of, without_errors
-from cablestudy.scene.words import counted
-from cablestudy.study.column import relative
-from cablestudy.study.notes import unknown_rms_error
-from cablestudy.study.suspension.closed_loop import ClosedLoop
-from cablestudy.study.suspension.gust_response import GustResponse
-from cablestudy.study.suspension.loop_stability import LoopStability
-from cablestudy.study.suspension.model_search import closed_loops_of, search_models, stable_without_loop
-from cablestudy.study.suspension.model_sizes import ModelSizes
-from cablestudy.study.suspension.plant import Plant
-from cablestudy.study.suspension.turbulence import OWN
-from cablestudy.study.tolerances import STUDY
+from cablestudy.motion.closed_loop import ClosedLoop
+from cablestudy.motion.gust_response import GustResponse
+from cablestudy.motion.loop_stability import LoopStability
+from cablestudy.motion.model_search import closed_loops_of, search_models, stable_without_loop
+from cablestudy.motion.model_sizes import ModelSizes
+from cablestudy.motion.plant import Plant
+from cablestudy.motion.tolerances import MOTION
+from cablestudy.motion.turbulence import OWN
+from cablestudy.system.comparison import relative
 from cablestudy.system.coupled_modes import coupled_modes, coupled_modes_of_cases, shaping_modes
 from cablestudy.system.together import computed_together
 
@@ -165,9 +163,9 @@ class DynamicAnalysis:
 
         Fewer than the usual ones only where they have nearly all of the compliance of the bodies.
         """
-        for count in (*self.sizes.tried, *(STUDY.more_modes if self.model is None else ())):
+        for count in (*self.sizes.tried, *(MOTION.more_modes if self.model is None else ())):
             closed_loop = self.closed_loop_with(count)
-            enough = count >= self.sizes.usual[0] or closed_loop.plant.lacked_compliance < STUDY.lacked_compliance
+            enough = count >= self.sizes.usual[0] or closed_loop.plant.lacked_compliance < MOTION.lacked_compliance
             if (enough and closed_loop.body.notch_frequencies_known) or len(closed_loop.modes) < count:
                 break
         return tuple(size for size in self.sizes.tried if size >= count) or (count,)
@@ -185,7 +183,7 @@ class DynamicAnalysis:
         modes, suspension = self._modes_of(self.sizes.computed(count)).first(count), self.equilibrium.suspension
         free = suspension.free if self.points else suspension.free[: suspension.bodies]
         shares = (modes.compliance_shares(*motion).sum() for motion in np.argwhere(free))
-        return any(share < 1 - STUDY.lacked_motion for share in shares)
+        return any(share < 1 - MOTION.lacked_motion for share in shares)
 
     @computed_together
     def _search_outcome(analyses):
@@ -216,13 +214,6 @@ class DynamicAnalysis:
         if not closed_loop.stability.stable:
             self.closed_loop_with(self.sizes.usual[0]).check_stable()
             closed_loop.check_stable()
-
-    @property
-    def modal_damping_note(self):
-        """Text of a note where modal damping leaves the error of the RMS unknown; else empty; raises as `response`."""
-        if self.model is not None or not self.sizes.damping_grows:
-            return ""
-        return unknown_rms_error(counted(len(self.closed_loop.modes), "mode"))
 
     @property
     def solved(self):
@@ -336,7 +327,7 @@ class DynamicAnalysis:
     @cached_property
     def finer(self):
         """`DynamicAnalysis` of a bare cable with the next larger number of modes; None where there is no larger one."""
-        sizes, count = sorted({*self.sizes.usual, STUDY.more_modes[0]}), len(self.closed_loop.modes)
+        sizes, count = sorted({*self.sizes.usual, MOTION.more_modes[0]}), len(self.closed_loop.modes)
         if self.model is not None or count not in sizes[:-1]:
             return None
         return self._with(fewest_modes=sizes[sizes.index(count) + 1])
@@ -379,7 +370,7 @@ class DynamicAnalysis:
         margin, perturbed = getattr(self._margins, name), self.controlled.stability.perturbed_margins
         if not perturbed:
             return margin, np.nan
-        error = STUDY.margin_safety * sum(relative(margin, getattr(margins, name)) for margins in perturbed)
+        error = MOTION.margin_safety * sum(relative(margin, getattr(margins, name)) for margins in perturbed)
         return margin, error + self.controlled.stability.least_margin_error
 
     @property
@@ -432,7 +423,7 @@ class DynamicAnalysis:
         # of what a telescope sees, which hangs on high modes, the highest ones say less if they do not suffice
         highest = np.inf if variance not in OWN and error > accuracy else accuracy
         least = self.sizes.least_error(response.closed_loop.modes)
-        error = max(error, min(STUDY.one_model_safety * error, highest), least)
+        error = max(error, min(MOTION.one_model_safety * error, highest), least)
         return np.sqrt(total), error if self.sizes.error_known else np.nan
 
     def variance_of(self, names, variance, open_loop):
@@ -467,7 +458,7 @@ class DynamicAnalysis:
         before, after = self.without_wind, self.equilibrium
         by_rotation = (after.rotation[body] - before.rotation[body]) @ arm
         displacement = after.position[body] - before.position[body] + by_rotation
-        return np.where(np.abs(displacement) > STUDY.mean_wind_rounding * before.longest, displacement, 0.0)
+        return np.where(np.abs(displacement) > MOTION.mean_wind_rounding * before.longest, displacement, 0.0)
 
     def mean_tensions(self, name):
         """Tension at both ends of a cable in the mean wind, shape (2,). [N]"""

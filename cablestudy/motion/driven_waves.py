@@ -32,8 +32,8 @@ from cablestudy.control.loop_gain_poles import poles_of_modes
 from cablestudy.control.notched_law import NotchedLaw
 from cablestudy.control.suspension import reeling
 from cablestudy.control.tolerances import CONTROL
+from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.determinacy import MOTIONS
-from cablestudy.study.tolerances import STUDY
 from cablestudy.system.condensed_cables import laws_of
 from cablestudy.system.matrices import dense, solve
 from cablestudy.system.rigid import cross_matrix
@@ -104,7 +104,7 @@ class Effects:
         span, tangent = self.cables.catenary.span, self.outward[0][cable, 0]
         impedance = np.sqrt(span.axial_stiffness[cable] * span.mass[cable])
         squared_force = (element.coupling[:, :3] @ tangent) ** 2 * element.omega**2  # over W^2
-        return squared_force * self.travel_time[ALONG, cable] >= STUDY.axial_share * 2 * impedance
+        return squared_force * self.travel_time[ALONG, cable] >= MOTION.axial_share * 2 * impedance
 
     def _decay(self, cable, element):
         """Lower bound of the rate at which the modes of a cable between fixed ends decay, shape (n,). [1/s]"""
@@ -180,7 +180,7 @@ class Effects:
         controller = self.closed_loop.untuned_loop.controller(1j * self.omega)[:, None, :]
         unit_gain = self._responses[2] @ self.closed_loop.body.allocation.matrix * controller
         size = gain * np.abs(np.linalg.eigvals(unit_gain)).max(axis=1)
-        return float(self.omega[size > STUDY.broad_loop_gain].max(initial=0.0))
+        return float(self.omega[size > MOTION.broad_loop_gain].max(initial=0.0))
 
     def may_drive(self, elements, gain):
         """Which modes of each cable a gain could drive by the bound of the module's docstring: list, as `driven_modes`.
@@ -203,7 +203,7 @@ class Effects:
     @staticmethod
     def _harmless_shift(decay, omega):
         """Shift of poles by a gain up to which it drives no mode, of modes with a rate of decay [1/s], shape (n,)."""
-        return np.maximum(STUDY.driven_decay * decay, UNDAMPED * omega)
+        return np.maximum(MOTION.driven_decay * decay, UNDAMPED * omega)
 
 
 def driven_modes(effects, loop_gains, gains):
@@ -315,7 +315,7 @@ def _driving_gain_of_cable(effects, cable, of_measured, of_winches, winch_gain):
     )
     push = of_waves((forces @ reeling[:, cable])[..., None]) + pushed
     shift = (push * (winch_gain[:, None] * measured[:, :, :, None]).sum(axis=2)).sum(axis=2) * omega[:, None] ** 3 / 2
-    harmless = np.maximum(STUDY.driven_decay * decay, UNDAMPED * omega[:, None]) / STUDY.driven_wave_safety
+    harmless = np.maximum(MOTION.driven_decay * decay, UNDAMPED * omega[:, None]) / MOTION.driven_wave_safety
     with np.errstate(divide="ignore"):  # waves that move no winch
         return harmless / np.stack([shift[:, :4].max(axis=1), shift[:, 4:].max(axis=1)], axis=1)
 

@@ -13,9 +13,9 @@ from cablestudy.control.law import law_from
 from cablestudy.control.loop import clearly_stable
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of, result_of, without_errors
-from cablestudy.study.suspension.driven_cables import DrivenCables
-from cablestudy.study.suspension.driven_waves import Effects
-from cablestudy.study.tolerances import STUDY
+from cablestudy.motion.driven_cables import DrivenCables
+from cablestudy.motion.driven_waves import Effects
+from cablestudy.motion.tolerances import MOTION
 from cablestudy.system.cables import Models
 from cablestudy.system.coupling_damping import compute_pole_sums
 from cablestudy.system.together import computed_together
@@ -101,7 +101,7 @@ class LoopStability:
 
         Trials: `DrivenCables` with all modes that a trial gain could drive have a largest stable gain; where this is
         above the trial gain, it is the next trial gain. Where the loop is stable with every gain,
-        `STUDY.unlimited_gain` times the lowest frequency stands for the largest one. Each trial is yielded before its
+        `MOTION.unlimited_gain` times the lowest frequency stands for the largest one. Each trial is yielded before its
         `limit` is asked for. Raises as `driven`.
         """
         _, driven_cables, first_gains = self._shared_by_gains
@@ -112,7 +112,7 @@ class LoopStability:
         gain = first_gains[gain]
         # exponents of the gains tried, powers of two, and their `DrivenCables`
         powers, driven_of_gain = [], None
-        for _ in range(STUDY.gain_trials):
+        for _ in range(MOTION.gain_trials):
             if powers and driven_of_gain.models is not self._closed_loop.modes.solution.models:
                 driven_cables.pop(powers[-1], None)  # its models may be large
                 driven_of_gain = None
@@ -120,7 +120,7 @@ class LoopStability:
             driven_of_gain = self._driven_cables_of(gain)
             yield driven_of_gain
             limit = driven_of_gain.limit
-            needed_gain = limit.factor if limit else STUDY.unlimited_gain * self._closed_loop.modes.solution.omega[0]
+            needed_gain = limit.factor if limit else MOTION.unlimited_gain * self._closed_loop.modes.solution.omega[0]
             if needed_gain <= 2.0 ** powers[-1]:
                 driven_cables.update(dict.fromkeys(powers, driven_of_gain))
                 break
@@ -137,7 +137,7 @@ class LoopStability:
             except (NoSolutionError, ConvergenceError):  # that gain may be far above the largest one
                 continue
             return trial
-        return self._closed_loop.untuned_loop.gain or STUDY.little_gain
+        return self._closed_loop.untuned_loop.gain or MOTION.little_gain
 
     @cached_property
     def _trial_gains(self):
@@ -147,13 +147,13 @@ class LoopStability:
         second trial; and the one up to which `_far_from_unstable` judges the loop. Of an exact choice of elements,
         whose modes are all there, rather one far above the largest.
         """
-        loop, effects, safety = self._closed_loop.untuned_loop, self.effects, STUDY.first_gain_safety
-        gain = loop.gain or STUDY.little_gain
-        trials = [gain / STUDY.nearly_largest_gain]
-        for factor in (safety,) if self._closed_loop.plant.model is None else (STUDY.element_gain_safety, safety):
+        loop, effects, safety = self._closed_loop.untuned_loop, self.effects, MOTION.first_gain_safety
+        gain = loop.gain or MOTION.little_gain
+        trials = [gain / MOTION.nearly_largest_gain]
+        for factor in (safety,) if self._closed_loop.plant.model is None else (MOTION.element_gain_safety, safety):
             near_largest = max(gain, factor * (loop.limit_by_modes or 0.0))
             waves = effects.driven_up_to(near_largest) * effects.travel_time / np.pi
-            if waves.max(initial=0.0) <= STUDY.first_gain_waves:
+            if waves.max(initial=0.0) <= MOTION.first_gain_waves:
                 return [near_largest, *trials]
         return trials
 
@@ -174,7 +174,7 @@ class LoopStability:
     def judged_by(self):
         """`DrivenCables` that show a loop with a stated gain to be stable; raises as `driven`."""
         if self._far_from_unstable:  # also where the largest gain is known: no digit depends on what was asked first
-            return self._driven_cables_of(self._closed_loop.loop.gain / STUDY.nearly_largest_gain)
+            return self._driven_cables_of(self._closed_loop.loop.gain / MOTION.nearly_largest_gain)
         return self._judging
 
     @property
@@ -267,7 +267,7 @@ class LoopStability:
         law, gain = law_from(self._closed_loop.scene.control)
         if not gain or law.delay:
             return False
-        higher_gain = gain / STUDY.nearly_largest_gain
+        higher_gain = gain / MOTION.nearly_largest_gain
         return self._poles_decay_up_to(higher_gain) or self._stable_up_to(higher_gain)
 
     def _poles_decay_up_to(self, gain):

@@ -6,7 +6,7 @@ change over 2 pi RMS.
 
 import numpy as np
 
-from cablestudy.study.tolerances import STUDY
+from cablestudy.motion.tolerances import MOTION
 from cablestudy.wind.peak import peak_factor
 
 TURN = 2 * np.pi
@@ -70,7 +70,7 @@ def winch_speeds(analysis):
     highest = TURN * response.closed_loop.modes.frequency[-1]
     # a notch passes motions above it larger than those of the body, up to its roll-off: those above the modes too
     more = any(notch and notch.rolloff_omega > highest for notch in response.closed_loop.loop.notches)
-    of_rate = np.maximum(rate_error + error, STUDY.crossings if more else 0.0)
+    of_rate = np.maximum(rate_error + error, MOTION.crossings if more else 0.0)
     rate, duration = rms_rate / (TURN * np.sqrt(divisor[0])), analysis.scene.wind.duration
     peaks, peak_errors = _expected_peak(rms, rate, error, of_rate, duration)
     largest, fastest = int(np.argmax(rms)), int(np.argmax(peaks))

@@ -10,9 +10,9 @@ from itertools import chain
 import numpy as np
 
 from cablestudy.errors import NoSolutionError, result_of
-from cablestudy.study.column import first_of_largest
-from cablestudy.study.suspension.body_damping import damping_ratios
-from cablestudy.study.tolerances import STUDY
+from cablestudy.motion.body_damping import damping_ratios
+from cablestudy.motion.tolerances import MOTION
+from cablestudy.system.comparison import first_of_largest
 from cablestudy.system.coupled_solution import CoupledModes
 from cablestudy.system.suspension import AXES
 from cablestudy.system.together import computed_together
@@ -93,7 +93,7 @@ class RefinedMode:
         if self.accuracy is None:
             return iter([self.mode])
         again = compared and not self.mode.compared
-        factors = STUDY.sharper if again else STUDY.sharper[1:]
+        factors = MOTION.sharper if again else MOTION.sharper[1:]
         return chain([] if again else [self.mode], map(self._sharper, factors))
 
 
@@ -130,7 +130,7 @@ class BodyMode:
         NoSolutionError
             The lowest `most_body_modes` modes leave more of the static compliance than any of them has.
         """
-        count = STUDY.first_body_modes
+        count = MOTION.first_body_modes
         while True:
             modes = modes_of(count)
             if not len(modes):
@@ -139,12 +139,12 @@ class BodyMode:
             total = mode.shares.sum()
             if mode.share_with_coincident >= 1 - total or len(modes) < count:
                 return mode
-            if count >= STUDY.most_body_modes:
+            if count >= MOTION.most_body_modes:
                 raise NoSolutionError(
                     f"the lowest {len(modes)} modes have {total:.2g} of the static compliance of {name} along "
                     f"{AXES[axis]}: none of them has the largest share for certain"
                 )
-            count = min(2 * count, STUDY.most_body_modes)
+            count = min(2 * count, MOTION.most_body_modes)
 
     @property
     def frequency(self):
@@ -181,10 +181,10 @@ class BodyMode:
             return float(share), np.nan
         shares[run], shares[number] = 0.0, share
         # modes above those computed count as one, at the frequency of the highest, with the error of this mode
-        rest, above = max(1 - shares.sum(), 0.0), max(fine.frequency[-1], STUDY.next_mode * fine.frequency[number])
+        rest, above = max(1 - shares.sum(), 0.0), max(fine.frequency[-1], MOTION.next_mode * fine.frequency[number])
         every = np.append(shares, rest), np.append(fine.frequency, above), np.append(fine.error, fine.error[number])
         by_mixing = error_by_mixing(number, *every)
-        return float(share), float(max(STUDY.rounding, abs(share - self.share_with_coincident) / share, by_mixing))
+        return float(share), float(max(MOTION.rounding, abs(share - self.share_with_coincident) / share, by_mixing))
 
     @property
     def exact(self):
@@ -209,7 +209,7 @@ class BodyMode:
 
 def largest_share(share):
     """Number of the mode with the largest share, shape (m,), the lowest of equal ones."""
-    return first_of_largest(share, STUDY.equal_shares)
+    return first_of_largest(share, MOTION.equal_shares)
 
 
 def error_by_mixing(number, shares, frequency, error):
@@ -232,7 +232,7 @@ def error_by_mixing(number, shares, frequency, error):
     amplitudes, own = np.sqrt(shares * eigenvalues), eigenvalues[number]
     added = np.sqrt(error * np.maximum(eigenvalues, own))
     gap = np.abs(eigenvalues - own)
-    apart = gap > STUDY.equal_shares * own
+    apart = gap > MOTION.equal_shares * own
     factors = 2 * added[number] * added[apart] / gap[apart]
     by_modes = (amplitudes[apart] * factors).sum() / amplitudes[number]
     return float(2 * by_modes + 4 * error[number])

@@ -7,8 +7,8 @@ from functools import cached_property, partial
 import numpy as np
 
 from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of
-from cablestudy.study.table_rows import MODAL
-from cablestudy.study.tolerances import STUDY
+from cablestudy.motion.model_sizes import MODAL
+from cablestudy.motion.tolerances import MOTION
 from cablestudy.system.damped_pole import energies, poles_near
 from cablestudy.system.damping import damped_poles
 from cablestudy.system.tolerances import SYSTEM
@@ -96,17 +96,17 @@ def _damping_ratios(modes, airflows):
     search, exact = _PoleSearch(modes, airflows), modes[0].exact
     models = search.trial.coordinates.models
     all_modes = exact or modes[0].damped[0].solution.model.complete
-    fine = models if all_modes else models.with_all_displacements(STUDY.damped_pole_freedoms)
+    fine = models if all_modes else models.with_all_displacements(MOTION.damped_pole_freedoms)
     poles, near = search.poles(fine)
     ratio, finest = _ratios(poles), search.any_cable(_differ(models.meshes, fine.meshes))
     estimated = (ratio > 0) & (ratio < 1) & (not exact)
     coarse_poles = near = np.where(estimated, poles, near)
     if estimated.any():
-        coarse = models.with_all_displacements(STUDY.damped_pole_freedoms, coarser=SYSTEM.finer_orders)
-        coarse_poles = search.poles_near(coarse, np.where(estimated, poles, np.nan), STUDY.known_pole_distance)
+        coarse = models.with_all_displacements(MOTION.damped_pole_freedoms, coarser=SYSTEM.finer_orders)
+        coarse_poles = search.poles_near(coarse, np.where(estimated, poles, np.nan), MOTION.known_pole_distance)
     change = np.abs(_ratios(coarse_poles) - ratio) / np.where(estimated, ratio, 1.0)
-    error = np.where(estimated, np.maximum(STUDY.coarser_mesh_safety * change, STUDY.rounding), np.nan)
-    error = np.where((ratio == 0) & (not exact), STUDY.rounding, error)
+    error = np.where(estimated, np.maximum(MOTION.coarser_mesh_safety * change, MOTION.rounding), np.nan)
+    error = np.where((ratio == 0) & (not exact), MOTION.rounding, error)
     lost, outcomes = np.isnan(poles) | (estimated & np.isnan(coarse_poles)), []
     for row in range(len(modes)):
         if lost[row]:
@@ -126,7 +126,7 @@ def _differ(meshes, others):
 def _ratios(poles):
     """Damping ratios of poles, shape (n,). [-]"""
     ratio = -poles.real / np.abs(poles)
-    return np.where(ratio <= STUDY.undamped_rounding, 0.0, ratio)
+    return np.where(ratio <= MOTION.undamped_rounding, 0.0, ratio)
 
 
 class _PoleSearch:
@@ -168,8 +168,8 @@ class _PoleSearch:
         viscous, hysteretic = self._damping_of_shapes()
         near = 1j * np.sqrt(self._omega**2 + 1j * hysteretic - viscous**2 / 4) - viscous / 2
         ratio = -near.real / np.abs(near)
-        light = (ratio != 0) & (ratio < STUDY.light_damping)
-        poles = self.poles_near(models, np.where(light, near, np.nan), STUDY.pole_distance * ratio)
+        light = (ratio != 0) & (ratio < MOTION.light_damping)
+        poles = self.poles_near(models, np.where(light, near, np.nan), MOTION.pole_distance * ratio)
         poles = np.where(ratio == 0, 1j * self._omega, poles)
         others = np.full(len(poles), complex(np.nan, np.nan))
         for row in np.flatnonzero(np.isnan(poles)).tolist():  # strong damping, or another mode is near
@@ -177,7 +177,7 @@ class _PoleSearch:
             if np.isnan(others[row]):
                 poles[row] = -self._omega[row]
         if not np.isnan(others).all():
-            poles = np.where(np.isnan(others), poles, self.poles_near(models, others, STUDY.known_pole_distance))
+            poles = np.where(np.isnan(others), poles, self.poles_near(models, others, MOTION.known_pole_distance))
         return poles, near
 
     def poles_near(self, models, near, far):

@@ -18,7 +18,7 @@ import numpy as np
 from cablestudy.control.loop_gain import LoopGain
 from cablestudy.control.margins_grid import distinct, near_poles
 from cablestudy.control.motion import with_strokes
-from cablestudy.study.tolerances import STUDY
+from cablestudy.motion.tolerances import MOTION
 from cablestudy.system.coupling_damping import compute_pole_sums
 from cablestudy.system.matrices import dense
 from cablestudy.system.together import computed_together
@@ -50,8 +50,8 @@ class BodiesOnAllModes:
         added = []
         for element, by_bodies in zip(self._models.elements, self._moved, strict=True):
             of_cable = _added(element.omega, element.coupling @ by_bodies, element.omega)
-            added.append(np.where(element.omega > STUDY.left_out_from * self.highest, of_cable, 0.0))
-        least = STUDY.left_out_share * max((of_cable.max(initial=0.0) for of_cable in added), default=0.0)
+            added.append(np.where(element.omega > MOTION.left_out_from * self.highest, of_cable, 0.0))
+        least = MOTION.left_out_share * max((of_cable.max(initial=0.0) for of_cable in added), default=0.0)
         pairs = zip(self._models.elements, added, strict=True)
         chosen = [(element.omega <= self.highest) | (of_cable > least) for element, of_cable in pairs]
         kept = self._plant.in_air(self._models, self._models.with_modes(chosen))
@@ -88,11 +88,11 @@ class BodiesOnAllModes:
         poles, added = [np.zeros(0, dtype=complex)], [np.zeros(0)]  # of no cable
         for element, by_bodies in zip(self._elements, self._moved, strict=True):
             poles.append(1j * element.omega - element.decay)
-            decay = np.maximum(element.decay, STUDY.undamped_motion * element.omega)
+            decay = np.maximum(element.decay, MOTION.undamped_motion * element.omega)
             of_cable = _added(element.omega, element.coupling @ by_bodies, decay)
-            added.append(np.where(element.omega > STUDY.left_out_from * self.highest, of_cable, 0.0))
+            added.append(np.where(element.omega > MOTION.left_out_from * self.highest, of_cable, 0.0))
         poles, added = np.concatenate(poles), np.concatenate(added)
-        return poles[added > STUDY.left_out_resonances * added.max(initial=0.0)]
+        return poles[added > MOTION.left_out_resonances * added.max(initial=0.0)]
 
     @cached_property
     def displacements(self):
@@ -207,7 +207,7 @@ class LeftOutModes:
     @staticmethod
     def _may_change(spectra, weights, variances, least):
         """True if the variances of the r outputs of `_Spectra`, shape (w, r), may change by more than is stated."""
-        bound = STUDY.left_out_change_at_most * _integrals(spectra.responses.coarse, spectra.coarse, weights)
+        bound = MOTION.left_out_change_at_most * _integrals(spectra.responses.coarse, spectra.coarse, weights)
         return bool((bound > _least_changes(variances, least)).any())
 
     def _changes(self, spectra, weights, variances, stated, least):
@@ -223,11 +223,11 @@ class LeftOutModes:
             known = zip(weights.values(), smallest, strict=True)
             shares = [weight(frequency)[:, None] * spectrum / of_weight for weight, of_weight in known]
             density = np.max(shares, axis=(0, 2))
-            return STUDY.left_out_flank * np.maximum(density[:-1], density[1:]) * np.diff(frequency) > 1
+            return MOTION.left_out_flank * np.maximum(density[:-1], density[1:]) * np.diff(frequency) > 1
 
         omega, squares = _resolved(spectra.responses.squares, *spectra.responses.first, matters)
         changes = spectra.forcing(omega) * (squares[:, 0] - squares[:, 1])
-        return STUDY.left_out_safety * _integrals(omega, changes, weights)
+        return MOTION.left_out_safety * _integrals(omega, changes, weights)
 
 
 def _integrals(omega, values, weights):
@@ -239,7 +239,7 @@ def _integrals(omega, values, weights):
 
 def _least_changes(variances, least):
     """Changes of variances, shape (w, r), by which the RMS change by a relative error `least`: of the root twice it."""
-    return 2 * least * np.maximum(variances, STUDY.left_out_small * variances.max(axis=1, keepdims=True))
+    return 2 * least * np.maximum(variances, MOTION.left_out_small * variances.max(axis=1, keepdims=True))
 
 
 class _Responses:
@@ -260,8 +260,8 @@ class _Responses:
     """
 
     def __init__(self, plant, turbulence, by_forces):
-        low, high = STUDY.left_out_from * plant.all_modes.highest, TURN * turbulence.range[1]
-        self.coarse = np.geomspace(low, max(high, low), STUDY.left_out_points)
+        low, high = MOTION.left_out_from * plant.all_modes.highest, TURN * turbulence.range[1]
+        self.coarse = np.geomspace(low, max(high, low), MOTION.left_out_points)
         self._plant, self._turbulence, self._by_forces = plant, turbulence, by_forces
 
     def squares(self, omega):
@@ -341,10 +341,10 @@ def _resolved(function, omega, values, matters):
     matters : callable
         Frequencies and values -> where more are needed, between neighbours, ndarray of bool, shape (f - 1,).
     """
-    for _ in range(STUDY.left_out_rounds):
-        logarithm = np.log(np.maximum(values, STUDY.tiny)).reshape(len(omega), -1)
-        fast = (np.abs(np.diff(logarithm, axis=0)) > STUDY.left_out_change).any(axis=1)
-        fast &= (np.diff(omega) > STUDY.left_out_step * omega[1:]) & matters(omega, values)
+    for _ in range(MOTION.left_out_rounds):
+        logarithm = np.log(np.maximum(values, MOTION.tiny)).reshape(len(omega), -1)
+        fast = (np.abs(np.diff(logarithm, axis=0)) > MOTION.left_out_change).any(axis=1)
+        fast &= (np.diff(omega) > MOTION.left_out_step * omega[1:]) & matters(omega, values)
         if not fast.any():
             break
         between = (omega[:-1] + omega[1:])[fast] / 2
