@@ -572,11 +572,11 @@ def test_the_stated_error_of_uniform_drag_holds_for_motion_in_the_wind(made, ste
     names = ["gondola.rms", "gondola.rms_velocity", *([] if steady else ["gondola.mean_x", "gondola.mean_z"])]
     rows = [
         evaluate_suspensions([scene], [find(name) for name in names])[0]
-        for scene in (case.scene, made(in_pieces(case, 79, 2), *changed, "model.accuracy=1e-2"))
+        for scene in (case.scene, made(in_pieces(case, 79, 2), *changed, "model.accuracy=3e-3"))
     ]
     for header in rows[0].errors:
         true = abs(rows[0].cells[header] / rows[1].cells[header] - 1)
-        assert 1e-3 < true < true + rows[1].errors[header] < rows[0].errors[header] < 0.2, header
+        assert 5e-4 < true < true + rows[1].errors[header] < rows[0].errors[header] < 0.2, header
 
 
 # --------------------------------------------------------------------------------------------------------- bad input
