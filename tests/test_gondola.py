@@ -12,13 +12,13 @@ from scipy.optimize import brentq
 
 from cablestudy.cable import dynamics
 from cablestudy.motion.body_mode import largest_share
+from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.scene import CableScene
 from cablestudy.study import one_cable_system
 from cablestudy.study.case import Case
 from cablestudy.study.columns import find
 from cablestudy.study.notes import gondola_notes
 from cablestudy.study.row import evaluate, evaluate_cases
-from cablestudy.study.tolerances import STUDY
 from cablestudy.system.cables import Models
 from cablestudy.system.coupled_modes import Search
 
@@ -133,7 +133,7 @@ def test_a_mesh_with_all_the_unknowns_there_may_be_is_not_tried_again(monkeypatc
         raise AssertionError
 
     monkeypatch.setattr(Models, "large", np.array([True]))
-    monkeypatch.setattr(type(STUDY), "damped_pole_freedoms", 24)
+    monkeypatch.setattr(type(MOTION), "damped_pole_freedoms", 24)
     monkeypatch.setattr(one_cable_system, "coupled_modes", never)
     strained = scene("model={accuracy: 1e-6}", "cable.damping={model: hysteretic, loss_factor: 0.02}")
     row = evaluate(strained, [find("gondola_damping_ratio")])

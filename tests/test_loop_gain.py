@@ -24,7 +24,6 @@ from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.case import Case
 from cablestudy.study.one_cable_system import in_wind_of
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.study.tolerances import STUDY
 from cablestudy.system import pole_windows
 from cablestudy.system.coupling_damping import CouplingDamping, compute_pole_sums
 from cablestudy.system.linear import LinearSystem
@@ -284,7 +283,7 @@ def test_vectors_for_the_highest_modes_change_the_largest_gain_and_the_margins_b
     scene = CableScene.model_validate(data)
     names, winds = ("sensitivity_peak", "phase_margin", "disk_margin"), []
     for all_from, many in ((MOTION.all_modes_from, SYSTEM.windows_from), (1.0, 10_000)):
-        monkeypatch.setattr(type(STUDY), "all_modes_from", all_from)
+        monkeypatch.setattr(type(MOTION), "all_modes_from", all_from)
         monkeypatch.setattr(type(SYSTEM), "windows_from", many)
         wind = in_wind_of(Case(scene))
         winds.append((wind.controlled.stability.driven, wind.largest_gain, [wind.margin(name) for name in names]))

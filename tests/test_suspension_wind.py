@@ -32,13 +32,13 @@ from cablestudy.cable.element import mesh_segments
 from cablestudy.control.loop import Loop
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.motion import gust_response
+from cablestudy.motion.tolerances import MOTION
 from cablestudy.motion.turbulence import OWN
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find, why_not
 from cablestudy.study.suspension.rows import evaluate_suspensions
 from cablestudy.study.suspension.wind_columns import place_columns
-from cablestudy.study.tolerances import STUDY
 from cablestudy.system import statics
 from cablestudy.wind import gusts
 from cablestudy.wind.integrals import Integrals
@@ -421,7 +421,7 @@ def test_the_stated_error_of_rotations_and_their_rates_is_true(count, monkeypatc
     scene, found, moved = load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml")[1], [], []
     about = [(f"gondola.r{axis}", kind, at_rest) for axis in "xyz" for kind in gust_response.OWN for at_rest in (0, 1)]
     for modes, orders in ((count, TOLERANCES.rod_orders), (160, 150)):
-        monkeypatch.setattr(type(STUDY), "model_modes", (modes,))
+        monkeypatch.setattr(type(MOTION), "model_modes", (modes,))
         monkeypatch.setattr(type(TOLERANCES), "rod_orders", orders)
         wind = SuspensionCase(scene).in_wind
         found.append([wind.rms([name], kind, bool(at_rest)) for name, kind, at_rest in about])
@@ -579,7 +579,7 @@ def test_a_suspension_far_away_changes_nothing(other, apart, most_modes, monkeyp
     """Gusts on one and the other have nothing in common: both are small beside their distance, or one is much stiffer,
     so that its modes are above those of the model."""
     for name, counts in (("model_modes", (64,)), ("more_modes", (most_modes,))):
-        monkeypatch.setattr(type(STUDY), name, counts)
+        monkeypatch.setattr(type(MOTION), name, counts)
     first, second = knot(0, np.zeros(3)), knot(1, np.array([apart, 0, 9]), **other)
     of_first, of_second = ("knot0.rms_x",), ("knot1.rms_velocity", "c10.rms_tension")
     together = solve(in_gusts(first, second), *of_first, *of_second)
@@ -639,7 +639,7 @@ def by_lyapunov(own, gain):
 @pytest.mark.parametrize("name", ["one body", "two bodies"])
 def test_variances_in_white_wind_are_those_of_lyapunovs_equation(name, gain, monkeypatch):
     """Displacements, rotations, markers, tensions, strokes, forces, momenta and torques; with the loop and without."""
-    monkeypatch.setattr(type(STUDY), "highest_frequency", 1e7)
+    monkeypatch.setattr(type(MOTION), "highest_frequency", 1e7)
     text = everything(wind=WIND | {"direction": 0.7, "speed": 12.0}, control__gain=1.0) if name == "one body" else PAIR
     text = with_changes(text, wind__coherence_decay=0, model={"accuracy": 1e-6})
     case, state = case_of(text), 0 if gain is None else 1

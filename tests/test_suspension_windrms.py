@@ -13,12 +13,12 @@ from command import CONFIGS, run, study_file, table_of
 import cablestudy as cs
 from cablestudy.errors import ConvergenceError
 from cablestudy.motion.gust_response import GustResponse
+from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.all_columns import find
 from cablestudy.study.suspension import rows
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find as find_of_many
-from cablestudy.study.tolerances import STUDY
 
 pytestmark = pytest.mark.usefixtures("folder")
 
@@ -357,8 +357,8 @@ def test_explain_says_what_was_modelled(scene):
 
 def test_errors_above_the_accuracy_are_told_once(folder, monkeypatch):
     """A body of a gram on heavy cables moves as they do: each of their modes counts, of which 100 are tried at most."""
-    monkeypatch.setattr(type(STUDY), "model_modes", (64,))
-    monkeypatch.setattr(type(STUDY), "more_modes", (100,))
+    monkeypatch.setattr(type(MOTION), "model_modes", (64,))
+    monkeypatch.setattr(type(MOTION), "more_modes", (100,))
     text = without("[np][yz]").replace(f"mass: {MASS}", "mass: 1 g").replace("[4, 4, 4]", "[1e-6, 1e-6, 1e-6]")
     text = text.replace("density: 1e-3", "density: 8000").replace("on: bodies", "on: both")
     (folder / "gram.yaml").write_text(text.replace("gravity: 0", "gravity: 9.81"))
