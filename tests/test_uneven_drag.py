@@ -4,14 +4,16 @@ Against cables cut into 400 pieces, each of which meets the wind in its own dire
 the loop gain of such a chain of bars.
 """
 
+import json
 import math
 
 import numpy as np
 import pytest
 from campaign import campaign
-from command import CONFIGS
+from command import CONFIGS, run
 from references import cable_in_wind
 from scipy.interpolate import CubicSpline
+from scipy.linalg import eigvalsh
 from scipy.optimize import brentq
 
 from cablestudy.scene.scene import CableScene, load_scene
@@ -98,6 +100,40 @@ def test_stated_errors_are_those_against_400_pieces_or_more(name):
         header = find(column).header
         stated = row.errors[header]
         assert abs(row.cells[header] - value) <= (stated + 2e-5) * abs(value), column
+
+
+def frequencies_of_bars(name, force, length):
+    """Frequencies of a chain of bars with these tension vectors at its nodes, by dense matrices, shape (6,). [Hz]"""
+    stiffness, mass = CABLES[name][:2]
+    step, count = length / PIECES, PIECES - 1
+    matrix = np.zeros((3 * (count + 2), 3 * (count + 2)))
+    for bar, on_bar in enumerate((force[1:] + force[:-1]) / 2):
+        tension = np.linalg.norm(on_bar)
+        outer = np.outer(on_bar, on_bar) / tension**2
+        across = tension / (step * (1 + tension / stiffness))
+        of_bar = stiffness / step * outer + across * (np.eye(3) - outer)
+        matrix[3 * bar : 3 * bar + 6, 3 * bar : 3 * bar + 6] += np.kron([[1, -1], [-1, 1]], of_bar)
+    squares = eigvalsh(matrix[3:-3, 3:-3] / (mass * step), subset_by_index=[0, 5])
+    return np.sqrt(squares) / (2 * np.pi)
+
+
+@pytest.mark.parametrize("name", ["thin", "along"])
+def test_frequencies_of_modes_state_what_the_drag_changes(tmp_path, name):
+    scene = scene_of(name)
+    path = tmp_path / "scene.yaml"
+    path.write_text(json.dumps(scene.model_dump(mode="json", exclude_unset=True)))
+    answer = json.loads(run("modes", path, "-n", 6, "--format", "json").out)
+    case = Case(scene)
+    start = case.catenary.end_forces("global")[0]
+    _, force = pieces_of(name, 0.0, case.reference_length, start)
+    expected = frequencies_of_bars(name, force, case.reference_length)
+    found = np.array([row["frequency_Hz"] for row in answer["rows"]])
+    stated = np.array([errors["frequency_Hz"] for errors in answer["errors"]])
+    true, of_bars = np.abs(found / expected - 1), (np.pi * 6 / PIECES) ** 2 / 24
+    assert true.max() > 5 * of_bars
+    assert (true < stated + of_bars).all()
+    written = run("modes", path, "-n", 6, "--explain").err
+    assert f"estimated error {stated.max():.1e}, asked for" in written
 
 
 GROUNDS = {

@@ -11,6 +11,7 @@ from cablestudy.study.columns import find
 from cablestudy.study.models import solve_models
 from cablestudy.study.refinement import Refinement, reference_scene, refine
 from cablestudy.study.row import evaluate
+from cablestudy.study.tolerances import STUDY
 from cablestudy.system.comparison import relative
 
 
@@ -44,7 +45,7 @@ def modes(case, count=None, upto=None, estimate=False):
     if search is None:
         written, warnings = notes.of_fixed(case)
         return case, modes_found, (*written, *(notes_on_errors(case, modes_found) if estimate else ())), warnings
-    error = max(search.errors.values(), default=0.0)
+    error = max(stated_errors(solved_case, modes_found), default=0.0)
     written = tuple(notes.of_refined(solved_case, error, search.tried))
     return solved_case, modes_found, written, notes.strength_warning(case)
 
@@ -113,14 +114,15 @@ def frequency_errors(case, modes_of_case):
         Message of the failure by which some are not known; empty where there was none.
     """
     if case.exact_statics:
-        return modes_of_case.errors.tolist(), ""
+        return stated_errors(case, modes_of_case), ""
     scene, errors, numbers = reference_scene(case.scene), [None] * len(modes_of_case), Counter()
     if not case.planar:
         try:
-            _, finer_modes, *_ = modes(Case(scene), len(modes_of_case))
+            finer, finer_modes, *_ = modes(Case(scene), len(modes_of_case))
         except CablestudyError as error:
             return errors, str(error)
-        return (np.abs(modes_of_case.frequency / finer_modes.frequency - 1) + finer_modes.errors).tolist(), ""
+        difference = np.abs(modes_of_case.frequency / finer_modes.frequency - 1)
+        return (difference + stated_errors(finer, finer_modes)).tolist(), ""
     # index of a mode -> its column; axial modes, which need many waves, have a model of their own
     columns_by_model, reason = {True: {}, False: {}}, ""
     for index, kind in enumerate(modes_of_case.kind):
@@ -134,6 +136,11 @@ def frequency_errors(case, modes_of_case):
             if reference is not None:
                 errors[index] = relative(float(modes_of_case.frequency[index]), reference) + row.errors[column.header]
     return errors, reason
+
+
+def stated_errors(case, modes_of_case):
+    """Relative errors of frequencies about the closed form: of elements and rounding, and of the form itself. List."""
+    return (np.maximum(modes_of_case.errors, STUDY.rounding) + case.results.model_error[case.index]).tolist()
 
 
 def notes_on_errors(case, modes_of_case):
