@@ -254,6 +254,9 @@ def test_what_is_modelled_is_said(scene):
     done = run("ssm", scene, "--with", "actuators", "--modes", 3, "--explain")
     assert any("(D1 and D2 of the file)" in line for line in done.lines)
     assert re.match(r"state space: 21 states, 12 inputs, 23 outputs; 3 of \d+ modes", done.lines[-1])
+    without_winches = ("--set", "control=null", "--set", "winches={}", "--explain")
+    done = run("ssm", scene, "--with", "actuators", "--modes", 3, *without_winches)
+    assert not any("(D1 and D2 of the file)" in line for line in done.lines)
 
 
 @pytest.mark.parametrize(

@@ -304,6 +304,8 @@ def _no_solution_message(goal, zeros_found, statuses):
         return f"no solution of {goal}: none of {searched} gives a value of {name}: {reason}"
     unit = f" {goal.column.unit}" if goal.column.unit else ""
     reached = values + goal.value
+    if zeros_found.constant and values[0] == 0:
+        return f"{goal} with every {key}: {name} does not depend on it"
     if zeros_found.constant:
         return f"no solution of {goal}: {name} does not depend on {key}, it is {reached[0]:.6g}{unit}"
     extremes = int(np.argmin(values)), int(np.argmax(values))

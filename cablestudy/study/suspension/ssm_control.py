@@ -115,6 +115,7 @@ class ControlledChoice(CoupledChoice):
         scene, kept = self.case.scene, len(self.found)
         others = self.closed_loop.motion.shapes.shape[1] - kept
         about = "without wind" if scene.wind is None else "in the mean wind"
+        derivatives = any(matrix.any() for matrix in self.shown.derivatives)
         velocity = (
             "a reference adds to tensions at once (D1"
             if self.loop
@@ -125,7 +126,7 @@ class ControlledChoice(CoupledChoice):
             f"kept: the {kept} lowest modes, and {others} shapes (residual) for the static part of the others",
             f"about: the equilibrium {about}",
             *([*_of_loop(self.whole), *law_notes(self.loop)] if self.loop else ()),
-            f"not in A, B, C, D: what the velocity of {velocity} of the file)",
+            *([f"not in A, B, C, D: what the velocity of {velocity} of the file)"] if derivatives else []),
             *damping_notes(scene),
         ]
 
