@@ -52,10 +52,9 @@ class ColumnRequirements(TableColumns):
         self.damped = any(column.name == DAMPING_RATIO for column in self.system)
         self.driven = self.in_wind or bool(_columns_needing(self.system, "loop"))
         self.least_errors = {c.header: c.least_error for c in self.physical if c.least_error is not None}
-        self._planes = ModesByPlane(self.modes)
         self.waves = max(map(_half_waves, self.modes), default=0)
-        sagging = self._planes.in_plane
-        self.sagging_waves = max((_half_waves(c) + (2 if c.mode[2] else 1) for c in sagging), default=0)
+        sagging = (_half_waves(column) + (2 if column.mode[2] else 1) for column in _in_plane(self.modes))
+        self.sagging_waves = max(sagging, default=0)
         self.axial = max((column.mode[0] for column in self.modes if column.mode[1] == "axial"), default=0)
 
     @property
@@ -75,52 +74,34 @@ class ColumnRequirements(TableColumns):
         failures : dict
             Header -> CablestudyError of a column without a value.
         """
-        if not refused:
-            return _frequencies(case, self._planes)
-        return _frequencies(case, ModesByPlane([column for column in self.modes if column.header not in refused]))
+        return _frequencies(case, [column for column in self.modes if column.header not in refused])
 
 
-class ModesByPlane:
-    """Columns of modes, those in the plane of the cable first.
-
-    Attributes
-    ----------
-    columns, in_plane : list of Column
-        All of them, and those of modes in the plane.
-    labels : tuple of tuple
-        Modes in the plane and out of it, as `Case.frequencies` takes them.
-    """
-
-    def __init__(self, columns):
-        self.in_plane = [column for column in columns if column.mode[1] != "out-of-plane"]
-        across = [column for column in columns if column.mode[1] == "out-of-plane"]
-        self.columns = [*self.in_plane, *across]
-        self.labels = tuple(column.mode for column in self.in_plane), tuple(column.mode for column in across)
-        self._headers = [column.header for column in self.columns]
-
-    def by_header(self, numbers):
-        """Header of each column -> its number, from the numbers in the order of the columns: dict."""
-        return dict(zip(self._headers, numbers, strict=True))
-
-
-def _frequencies(case, modes):
-    """Values, errors and failures of columns, a `ModesByPlane`, as `ColumnRequirements.frequencies`.
+def _frequencies(case, columns):
+    """Values, errors and failures of columns, as `ColumnRequirements.frequencies`.
 
     All are computed in one call; where this fails each by itself, so that one missing mode leaves the others.
     """
-    if not modes.columns:
+    if not columns:
         return {}, {}, {}
+    inside, across = _in_plane(columns), [column for column in columns if column.mode[1] == "out-of-plane"]
     try:
-        frequencies, errors = case.frequencies(modes.labels)
+        frequencies, errors = case.frequencies([tuple(column.mode for column in plane) for plane in (inside, across)])
     except CablestudyError as error:
-        if len(modes.columns) == 1:
-            return {}, {}, {modes.columns[0].header: error}
+        if len(columns) == 1:
+            return {}, {}, {columns[0].header: error}
         values, errors, failures = {}, {}, {}
-        for column in modes.columns:
-            value, relative_error, failure = _frequencies(case, ModesByPlane([column]))
+        for column in columns:
+            value, relative_error, failure = _frequencies(case, [column])
             values, errors, failures = values | value, errors | relative_error, failures | failure
         return values, errors, failures
-    return modes.by_header(frequencies), modes.by_header(errors), {}
+    headers = [column.header for column in (*inside, *across)]
+    return dict(zip(headers, frequencies, strict=True)), dict(zip(headers, errors, strict=True)), {}
+
+
+def _in_plane(columns):
+    """Columns of modes in the plane of the cable: list."""
+    return [column for column in columns if column.mode[1] != "out-of-plane"]
 
 
 def _half_waves(column):
@@ -335,20 +316,12 @@ def evaluate_table(table, columns):
     closed = closed_form(results, required)
     if table.scene.model.elements is not None and not required.scene_only:
         closed, _ = by_elements(results, required, closed)
-    numbers = list(map(list, zip(*(closed.numbers[column.header].tolist() for column in required.closed), strict=True)))
-    rows = [(cells, OK, {}) for cells in numbers] or [([], OK, {}) for _ in table.cases]
-    for case, errors in closed.errors.items():
-        large_errors = {name: error for name, error in errors.items() if error is None or error > STUDY.rounding}
-        rows[case] = rows[case][0], OK, large_errors
-    for case in closed.over_strength:
-        rows[case] = rows[case][0], OVER_STRENGTH, rows[case][2]
-    for case, failures in closed.failures.items():
-        rows[case] = _without_failed(failures, required.closed, rows[case], closed.status(case))
+    rows = []
+    for case, cells in enumerate(closed.cells([column.header for column in required.closed])):
+        errors = {
+            name: error
+            for name, error in closed.errors.get(case, {}).items()
+            if (error is None or error > STUDY.rounding) and name not in closed.failures.get(case, ())
+        }
+        rows.append((list(cells.values()), closed.status(case), errors))
     return rows
-
-
-def _without_failed(failures, columns, row, status):
-    """A row of `evaluate_table` without the numbers of the columns that failed, with its status."""
-    cells, _, errors = row
-    cells = [None if column.header in failures else cell for column, cell in zip(columns, cells, strict=True)]
-    return cells, status, {name: error for name, error in errors.items() if name not in failures}

@@ -109,9 +109,6 @@ def _rows_of_batch(scenes, required, to_accuracy, estimate):
     if not (to_accuracy or required.scene_only):
         closed, elements = by_elements(results, required, closed)
     solve = _solving_function(required, to_accuracy)
-    if not (solve or required.run):
-        yield from _closed_rows(results, closed, required)
-        return
     cells = closed.cells(closed.numbers)
     closed_time = (time.perf_counter() - start_time) / len(scenes)
     rows_at_once = 1 if required.clock else STUDY.rows_at_once  # the time of each row is measured alone
@@ -148,19 +145,6 @@ def _solving_function(required, to_accuracy):
     if required.scene_only or (to_accuracy and not required.of_models):
         return None
     return _solve_to_accuracy if to_accuracy else _solve_fixed_elements
-
-
-def _closed_rows(results, closed, required):
-    """Yield the rows of cases that need nothing but closed forms."""
-    note = notes.NOTHING if required.scene_only else notes.STATIC
-    for index, cells in enumerate(closed.cells(required.empty)):
-        failures, errors = closed.failures.get(index, {}), closed.errors_of(index)
-        if failures:
-            errors = {name: error for name, error in errors.items() if name not in failures}
-        cells["status"] = closed.status(index)
-        case = Case(results.values.scenes[index], results, index)
-        over_strength = index in closed.over_strength
-        yield Row(cells, case, note, errors, () if required.scene_only else notes.of_closed_form(case, over_strength))
 
 
 def _row_of_closed_form(case, closed, cells, required):
