@@ -15,6 +15,7 @@ import numpy as np
 from cablestudy.cable import catenary
 from cablestudy.cable.vectors import largest, size, times
 from cablestudy.system import tangent
+from cablestudy.system.matrices import factors_of_each
 from cablestudy.system.pose_state import (
     TINY,
     assign_rows,
@@ -134,7 +135,7 @@ def _dense_step(matrix, force, largest):
     """
     symmetric = (matrix + np.swapaxes(matrix, -1, -2)) / 2
     unit = np.eye(force.shape[-1])
-    definite = np.isfinite(tangent.factors_of_each(symmetric - SYSTEM.flattest * unit)).all(axis=(-1, -2))
+    definite = np.isfinite(factors_of_each(symmetric - SYSTEM.flattest * unit)).all(axis=(-1, -2))
     regular = matrix if definite.all() else np.where(definite[:, None, None], matrix, unit)
     exact = tangent.solved(regular, force)
     usable = definite & (np.abs(exact) <= largest).all(axis=-1)

@@ -20,25 +20,35 @@ def solve(matrices, right):
     return right / matrices if matrices.shape[-1] == 1 else np.linalg.solve(matrices, right)
 
 
+def of_each(function, failed, *stacks):
+    """A function of numpy.linalg of stacks of matrices, shape (m, n, n), and of right-hand sides, shape (m, n, k).
+
+    Where it refuses some of them, the result of these is the number `failed`, in the shape of the last stack.
+    """
+    try:
+        return function(*stacks)
+    except np.linalg.LinAlgError:
+        count = len(stacks[0])
+        if count == 1:
+            return np.full(stacks[-1].shape, failed, dtype=np.result_type(*stacks))
+        halves = slice(count // 2), slice(count // 2, count)
+        return np.concatenate([of_each(function, failed, *(stack[half] for stack in stacks)) for half in halves])
+
+
 def solved(matrices, right):
     """Solutions of linear systems, not a number where one is singular, shapes (m, n, n) and (m, n, k)."""
-    try:
-        return np.linalg.solve(matrices, right)
-    except np.linalg.LinAlgError:
-        if len(matrices) == 1:
-            return np.full(right.shape, np.nan, dtype=complex)
-        half = len(matrices) // 2
-        return np.concatenate([solved(matrices[:half], right[:half]), solved(matrices[half:], right[half:])])
+    return of_each(np.linalg.solve, np.nan, matrices, right)
 
 
 def inverse(matrices):
     """Inverses of matrices, shape (n, m, m); infinite where one is singular."""
-    try:
-        return np.linalg.inv(matrices)
-    except np.linalg.LinAlgError:
-        if len(matrices) == 1:
-            return np.full_like(matrices, np.inf)
-        return np.concatenate([inverse(matrix[None]) for matrix in matrices])
+    return of_each(np.linalg.inv, np.inf, matrices)
+
+
+def factors_of_each(matrices):
+    """Cholesky factors of matrices, shape (..., d, d); not a number where one is not positive definite."""
+    stack = matrices.reshape(int(np.prod(matrices.shape[:-2])), *matrices.shape[-2:])
+    return of_each(np.linalg.cholesky, np.nan, stack).reshape(matrices.shape)
 
 
 def shares(values):

@@ -5,8 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cablestudy.errors import NoSolutionError
-from cablestudy.system.matrices import dense, lanczos_modes, normalised_modes, sparse_factors
-from cablestudy.system.tangent import factors_of_each
+from cablestudy.system.matrices import dense, factors_of_each, lanczos_modes, normalised_modes, sparse_factors
 from cablestudy.system.tolerances import SYSTEM
 
 

@@ -188,16 +188,6 @@ def solved(matrices, vectors):
         return np.array([_solved_or_nearest(*system) for system in zip(matrices, vectors, strict=True)])
 
 
-def factors_of_each(matrices):
-    """Cholesky factors of matrices, shape (..., d, d); not a number where one is not positive definite."""
-    try:
-        return np.linalg.cholesky(matrices)
-    except np.linalg.LinAlgError:
-        if matrices.ndim == 2:
-            return np.full(matrices.shape, np.nan)
-        return np.stack([factors_of_each(matrix) for matrix in matrices])
-
-
 def _solved_or_nearest(matrix, vector):
     """Solution of one system of equations, by least squares where its matrix is singular; zero without numbers."""
     try:

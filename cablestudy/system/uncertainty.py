@@ -11,6 +11,7 @@ Bodies may be in equilibrium exactly where the description puts them. The cables
 these places: their uncertainty is that at known lengths, even where the stated tensions balance elsewhere too.
 """
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -19,6 +20,7 @@ import numpy as np
 from cablestudy.cable.vectors import cross, largest, size
 from cablestudy.system import rounding, stated, tangent
 from cablestudy.system.links import joined
+from cablestudy.system.matrices import of_each
 from cablestudy.system.tolerances import SYSTEM
 
 LENGTH = 2 * SYSTEM.rounding  # rounding of a length, relative
@@ -267,28 +269,12 @@ def _solved(suspension, blocks, forces):
     if scales.shape[-1] <= SYSTEM.dense_freedoms:
         matrices = tangent.scaled_dense(blocks, suspension, scales)
         usable = np.isfinite(matrices).all(axis=(-1, -2)) & np.isfinite(right).all(axis=(-1, -2))
-        solution[usable] = _dense_solutions(matrices[usable], right[usable])
+        solution[usable] = of_each(np.linalg.solve, np.inf, matrices[usable], right[usable])
     else:
         from scipy.sparse.linalg import splu
 
         for case in np.ndindex(scales.shape[:-1]):
             matrix = tangent.scaled_sparse(blocks.of(case), suspension, scales[case])
-            solution[case] = _solved_or_infinite(matrix, right[case], lambda m, r: splu(m).solve(r))
+            with suppress(RuntimeError):  # singular: nothing holds some motion
+                solution[case] = splu(matrix).solve(right[case])
     return solution / scales[..., None]
-
-
-def _dense_solutions(matrices, right):
-    """Solutions of systems of equations, shape (m, d, samples); infinite where a matrix is singular."""
-    try:
-        return np.linalg.solve(matrices, right)
-    except np.linalg.LinAlgError:  # of one of them
-        systems = zip(matrices, right, strict=True)
-        return np.array([_solved_or_infinite(*system, np.linalg.solve) for system in systems])
-
-
-def _solved_or_infinite(matrix, right, solve):
-    """Solution of one system of equations by a function; infinite where its matrix is singular."""
-    try:
-        return solve(matrix, right)
-    except (np.linalg.LinAlgError, RuntimeError):  # singular: nothing holds some motion
-        return np.full(right.shape, np.inf)
