@@ -226,7 +226,7 @@ def test_damping_that_is_assumed_is_said(folder, command):
     text = (CONFIGS / "carlina.yaml").read_text(encoding="utf-8")
     bare = "".join(line for line in text.splitlines(keepends=True) if "damping: {model: modal, ratio" not in line)
     (folder / "bare.yaml").write_text(bare, encoding="utf-8")
-    said = "damping: the scene gives none; modal, with a ratio of 1 %, is assumed"
+    said = "damping: none is given for the scene; modal, with a ratio of 1 %, is assumed"
     found = run(command, "bare.yaml", "--explain")
     assert (said in found.lines) == (command != "modes")  # undamped modes need none
     assert said not in run(command, CARLINA, "--explain").err

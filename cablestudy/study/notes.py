@@ -306,11 +306,16 @@ def above_accuracy(rows):
 
 
 def assumed_damping(scene):
-    """Notes, at most one: a scene without damping gets the default. Returns a tuple of str."""
-    if "damping" in scene.cable.model_fields_set:
+    """Notes, at most one: cables without damping get the default. Returns a tuple of str."""
+    cables = scene.cables
+    without_damping = [name for name, cable in cables.items() if "damping" not in cable.model_fields_set]
+    if not without_damping:
         return ()
-    damping = scene.cable.damping
-    return (f"damping: the scene gives none; {damping.model}, with a ratio of {100 * damping.ratio:g} %, is assumed",)
+    names = first_of(without_damping, STUDY.listed_parts) if len(without_damping) < len(cables) else "the scene"
+    damping = cables[without_damping[0]].damping
+    return (
+        f"damping: none is given for {names}; {damping.model}, with a ratio of {100 * damping.ratio:g} %, is assumed",
+    )
 
 
 def growing_damping(scene):

@@ -6,7 +6,13 @@ from cablestudy.cable.damping import grows_with_modes
 from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of
 from cablestudy.scene.words import counted, first_of
 from cablestudy.study.columns import find
-from cablestudy.study.notes import DAMPING_IN_STATE_SPACES, averaged_wind, comparison_notes, long_cables
+from cablestudy.study.notes import (
+    DAMPING_IN_STATE_SPACES,
+    assumed_damping,
+    averaged_wind,
+    comparison_notes,
+    long_cables,
+)
 from cablestudy.study.tolerances import STUDY
 
 
@@ -203,17 +209,6 @@ def damping_notes(scene):
     yield from assumed_damping(scene)
     for law in dict.fromkeys(cable.damping.model for cable in scene.cables.values()):
         yield from DAMPING_IN_STATE_SPACES[law]
-
-
-def assumed_damping(scene):
-    """Yield a note on the damping that is assumed, at most one."""
-    cables = scene.cables
-    without_damping = [name for name, cable in cables.items() if "damping" not in cable.model_fields_set]
-    if without_damping:
-        names = first_of(without_damping, STUDY.listed_parts) if len(without_damping) < len(cables) else "the scene"
-        damping = cables[without_damping[0]].damping
-        assumed = f"{damping.model}, with a ratio of {100 * damping.ratio:g} %, is assumed"
-        yield f"damping: none is given for {names}; {assumed}"
 
 
 def _of_modal_damping(models):
