@@ -6,8 +6,7 @@ import pytest
 from command import ROOT, run, table_of
 
 from cablestudy.cli.help import COMMANDS
-from cablestudy.scene.keys import KINDS, NO_UNIT, REQUIRED, keys_of
-from cablestudy.scene.schema import scene_schema, study_schema, suspension_schema
+from cablestudy.scene.schema import KINDS, NO_UNIT, REQUIRED, keys_of, scene_schema, study_schema, suspension_schema
 from cablestudy.scene.units import DIMENSIONS
 from cablestudy.study.all_columns import columns_table
 

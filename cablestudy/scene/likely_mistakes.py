@@ -4,7 +4,7 @@ import math
 from contextlib import suppress
 from fnmatch import fnmatchcase
 
-from cablestudy.scene.limit_table import comparison
+from cablestudy.scene.common_tables import comparison
 from cablestudy.scene.materials import known_materials
 from cablestudy.scene.strict_yaml import mistake
 from cablestudy.scene.units import split, to_si

@@ -5,17 +5,24 @@ from typing import Annotated, ClassVar, Literal, get_args
 from pydantic import Field, ValidationError
 
 from cablestudy.scene.cable_table import CHORD_RANGE, Cable, beyond_the_end
-from cablestudy.scene.common_tables import Correction, Exposure, Ground, ModelTable, SceneTable, ground_relations
+from cablestudy.scene.common_tables import (
+    Correction,
+    Exposure,
+    Ground,
+    Limits,
+    ModelTable,
+    SceneTable,
+    case_relations,
+    ground_relations,
+)
 from cablestudy.scene.control_tables import Controller, Drive
 from cablestudy.scene.document import apply_sets, read_document
 from cablestudy.scene.fields import CaseName, KeyTable, Name, Quantity, tables_of
 from cablestudy.scene.layers import matches, split_key
-from cablestudy.scene.limit_table import Limits, case_relations
 from cablestudy.scene.load_tables import LoadCase, paths_of_loads
-from cablestudy.scene.materials import Materials
+from cablestudy.scene.materials import Materials, loaded_by_a_case
 from cablestudy.scene.mistakes import empty_keys, findings, located
 from cablestudy.scene.section import limited
-from cablestudy.scene.stress_strain_table import loaded_by_a_case
 from cablestudy.scene.strict_yaml import refuse
 from cablestudy.scene.wind_tables import Coefficient, Wind
 

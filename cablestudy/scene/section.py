@@ -6,8 +6,7 @@ from typing import Annotated, ClassVar
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
 from cablestudy.scene.fields import Quantity, suggestion, wrong
-from cablestudy.scene.materials import MASS_RANGE, STIFFNESS_RANGE, Properties, known_materials, materials
-from cablestudy.scene.stress_strain_table import State
+from cablestudy.scene.materials import MASS_RANGE, STIFFNESS_RANGE, Properties, State, known_materials, materials
 from cablestudy.scene.units import show, to_si
 
 ROPES = ("rope", "cable", "strand")  # words of a name that ask for one

@@ -12,9 +12,11 @@ from cablestudy.scene.cable_table import CHORD_RANGE, LENGTH_RATIO, NO_CURVES, b
 from cablestudy.scene.common_tables import (
     Exposure,
     Ground,
+    Limits,
     MarkerCorrection,
     ModelTable,
     SceneTable,
+    case_relations,
     ground_relations,
 )
 from cablestudy.scene.connections import attachment_of, connection_mistakes, unheld, written_connections
@@ -22,13 +24,11 @@ from cablestudy.scene.control_tables import Control, Drive
 from cablestudy.scene.determinacy import MOTIONS, determinacy_mistakes
 from cablestudy.scene.fields import CaseName, KeyTable, Name, suggestion, tables_of
 from cablestudy.scene.layers import merge
-from cablestudy.scene.limit_table import Limits, case_relations
 from cablestudy.scene.load_tables import SuspensionLoadCase, paths_of_loads
-from cablestudy.scene.materials import Materials
+from cablestudy.scene.materials import Materials, loaded_by_a_case
 from cablestudy.scene.mistakes import as_meant, empty_keys, findings, located
 from cablestudy.scene.references import case_mistakes, reference_mistakes
 from cablestudy.scene.section import limited, within
-from cablestudy.scene.stress_strain_table import loaded_by_a_case
 from cablestudy.scene.suspension_tables import (
     Body,
     CableWinch,

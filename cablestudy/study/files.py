@@ -7,12 +7,12 @@ from pydantic import TypeAdapter, ValidationError
 from cablestudy.errors import Mistakes, SceneError
 from cablestudy.scene.document import apply_sets, read_file, resolve_base
 from cablestudy.scene.fields import suggestion, tables_of
-from cablestudy.scene.keys import ANY, Key, keys_of
 from cablestudy.scene.likely_mistakes import likely_mistakes
 from cablestudy.scene.materials import Material, Materials, materials
 from cablestudy.scene.mistakes import findings, located
 from cablestudy.scene.sampling import FEWEST
 from cablestudy.scene.scene import is_study, read_scene
+from cablestudy.scene.schema import ANY, Key, keys_of
 from cablestudy.scene.study import study_of
 from cablestudy.scene.words import counted
 from cablestudy.study.limits import limits_of

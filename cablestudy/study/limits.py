@@ -7,7 +7,7 @@ least b; not negative where the limit holds. The governing limit is the one with
 from dataclasses import dataclass, replace
 
 from cablestudy.errors import Mistakes
-from cablestudy.scene.limit_table import REFERENCE, comparison
+from cablestudy.scene.common_tables import REFERENCE, comparison
 from cablestudy.study.all_columns import find, why_not
 from cablestudy.study.goal import number_in_unit
 from cablestudy.study.scene_kind import kind_of
