@@ -19,7 +19,7 @@ from cablestudy.system import tangent
 from cablestudy.system.assemble import assemble
 from cablestudy.system.matrices import dense
 from cablestudy.system.reduced import ReducedSystem
-from cablestudy.system.rigid import cross_matrix
+from cablestudy.system.rigid import cross_matrix, point_movement
 from cablestudy.system.suspension import GROUND, Equilibrium
 from cablestudy.system.tolerances import SYSTEM
 
@@ -78,8 +78,7 @@ class Layout:
         """
         owner, arms = self.equilibrium.suspension.owner, self.equilibrium.arms
         line, end = np.nonzero(owner != GROUND)  # index of the cable or link, and its end, of all ends on bodies
-        by_rotation = -cross_matrix(arms[..., line, end, :])
-        blocks = np.concatenate([np.broadcast_to(np.eye(3), by_rotation.shape), by_rotation], axis=-1)
+        blocks = point_movement(arms[..., line, end, :])
         rows = (6 * line + 3 * end)[:, None, None] + np.arange(3)[:, None] + np.zeros(6, dtype=int)
         columns = 6 * owner[line, end][:, None, None] + np.arange(6) + np.zeros((3, 1), dtype=int)
         if self.large:

@@ -17,7 +17,7 @@ from cablestudy.study.suspension.group import Group, HangingCable
 from cablestudy.study.suspension.numbers import CableValues
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.failure import explain
-from cablestudy.system.rigid import cross_matrix
+from cablestudy.system.rigid import cross_matrix, point_movement
 from cablestudy.system.suspension import AXES, GROUND
 
 
@@ -217,7 +217,8 @@ class SuspensionCase:
         fractions = catenary.span.load_positions / catenary.span.unstretched_length
         for position, fraction, _, _ in merged_loads(self.scene.loads_on(name)):
             loaded[np.argmin(np.abs(fractions - (fraction if np.isnan(position) else position / length)))] = True
-        return HangingCable(replace(catenary, span=catenary.span.with_some_loads(loaded)), self.statics_error(None))
+        catenary = replace(catenary, span=catenary.span.with_some_loads(loaded))
+        return HangingCable(self.scene, self.equilibrium.ends[cable, 0], catenary, self.statics_error(None))
 
     def of_cables(self, column):
         """Numbers of all cables in a `Column` of single cables, shape (c,)."""
@@ -265,9 +266,7 @@ class SuspensionCase:
         body, equilibrium = self.body(name), self.equilibrium
         suspension, mass = equilibrium.suspension, Layout(equilibrium).mass[body]
         cable, end = np.nonzero(suspension.owner[suspension.of_cables] == body)
-        identity = np.broadcast_to(np.eye(3), (len(cable), 3, 3))
-        # B of `system.rigid`: movement of each cable end by that of the body
-        ends = np.concatenate([identity, -cross_matrix(equilibrium.arms[cable, end])], axis=-1)
+        ends = point_movement(equilibrium.arms[cable, end])
         span = equilibrium.catenary.span
         load_mass = 0.0 if span.load_masses is None else span.load_masses.sum(axis=-1)
         third_of_mass = (span.mass * equilibrium.lengths + load_mass)[cable, None, None] / 3

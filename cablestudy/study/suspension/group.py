@@ -9,6 +9,7 @@ import numpy as np
 from cablestudy.cable.catenary import Catenary
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.motion.airflow import drag_of
+from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.columns import utilisation_of
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.suspension.conductors import conductors_of
@@ -91,11 +92,6 @@ class CableResults(CableValues):
         """Static stiffness of the end `to` along the chord, the other end held, shape (n, c). [N/m]"""
         return self.form.end_stiffness[..., 0, 0]
 
-    @property
-    def mass(self):
-        """Mass of each cable without ice, shape (n, c). [kg]"""
-        return self.given("cable.section_mass") * self.reference_length
-
     @cached_property
     def utilisation(self):
         """Largest tension over breaking force of each cable, shape (n, c), not a number without one. [-]"""
@@ -148,8 +144,10 @@ class CableResults(CableValues):
 
 @dataclass(frozen=True)
 class HangingCable:
-    """One cable of a case in equilibrium, with the attributes of `Case` that columns of point loads need."""
+    """One cable of a case in equilibrium, with the attributes of `Case` that columns computed case by case need."""
 
+    scene: SuspensionScene
+    end_1: np.ndarray  # position of its end `from`, shape (3,) [m]
     catenary: Catenary
     statics_error: float  # relative error of the statics of its case [-]
     exact_statics: ClassVar = True

@@ -8,12 +8,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from cablestudy.cable.geometry import chord_angles, clearance
+from cablestudy.cable.geometry import chord_angles
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.column import Column, attribute, written_key
 from cablestudy.study.columns import COLUMNS
 from cablestudy.study.suspension.wind_columns import LOOP, PEAK_UTILISATION, WINCHES
-from cablestudy.study.uneven_drag import clearance_by_drag
 from cablestudy.system.suspension import AXES
 
 # columns of a single cable -> those that cables of a suspension have instead
@@ -44,6 +43,12 @@ FURTHER_OF_CABLES = {
     for column in COLUMNS
     if column.name == name
 }
+TENSIONS = tuple(
+    replace(column, name=INSTEAD[column.name], meaning=f"tension at the end `{INSTEAD[column.name][8:]}`")
+    for column in COLUMNS
+    if column.name in INSTEAD
+)
+CLEARANCE = next(column for column in COLUMNS if column.name == "clearance")
 INCLINATION = Column(
     "inclination", "deg", "angle of the chord above the horizontal, from `from` to `to`", "statics",
     lambda results: np.degrees(chord_angles(results.span)[0]),
@@ -76,7 +81,7 @@ def _of_cable(column, name):
     """Column of the quantity of a `column` of single cables, for the cable `name` of a suspension: `Column`."""
 
     def compute(case):
-        if column.name in FURTHER_OF_CABLES and (key := missing_key(case.scene, name, named)):
+        if key := missing_key(case.scene, name, named):
             raise NoSolutionError(f"{named.name} needs the key {key}, which this case does not have")
         if column.determined_by:
             _refuse_shapeless(case, name)
@@ -105,33 +110,9 @@ def cable_mode_column(column, name):
                    compute=lambda case: case.cable_modes.frequency(name, column))  # fmt: skip
 
 
-def _end_tension(name, end, word):
-    """Column of the tension at an end (0 or 1) of a cable, `from` or `to`."""
-
-    def compute(case):
-        return np.linalg.norm(case.group.equilibrium.end_forces[case.index, case.cable(name), end])
-
-    return Column(f"{name}.tension_{word}", "N", f"tension at the end `{word}`", "statics", compute)
-
-
-def _clearance(name):
-    """Column of the clearance of a cable above the ground."""
-
-    def compute(case):
-        if case.scene.ground is None:
-            raise NoSolutionError(f"{name}.clearance needs the key ground, which this case does not have")
-        _refuse_shapeless(case, name)
-        equilibrium, cable = case.equilibrium, case.cable(name)
-        return clearance(equilibrium.catenary.take(cable), equilibrium.ends[cable, 0], case.scene.ground)
-
-    meaning = "least vertical distance from the cable down to the ground"
-    return Column(f"{name}.clearance", "m", meaning, "statics", compute, "ground", by_drag=clearance_by_drag)
-
-
 def cable_columns(name):
     """The columns of one cable in the tables of the command static: list of Column."""
-    ends = [_end_tension(name, end, word) for end, word in enumerate(("from", "to"))]
-    return [*(_of_cable(column, name) for column in OF_CABLES), *ends, _of_cable(INCLINATION, name), _clearance(name)]
+    return [_of_cable(column, name) for column in (*OF_CABLES, *TENSIONS, INCLINATION, CLEARANCE)]
 
 
 def all_cable_columns(name):
@@ -313,6 +294,6 @@ WHOLE = (
     _over_all("max_utilisation", "", "largest tension over breaking force of any cable", lambda r: r.utilisation,
               np.fmax, "cables.*.section_breaking_force"),
     PEAK_UTILISATION,
-    _over_all("cable_mass", "kg", "mass of all cables", lambda r: r.mass, np.add, of_reference=True),
+    _over_all("cable_mass", "kg", "mass of all cables", CABLE_MASS.compute, np.add, of_reference=True),
     *(column for column in COLUMNS if column.needs in ("limits", "run")),
 )  # fmt: skip
