@@ -15,7 +15,7 @@ from cablestudy.study.motion_columns import DAMPING_RATIO, goes_slack
 from cablestudy.study.refinement import Refinement, needs_of, reference_scene, refine
 from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues, load_count
-from cablestudy.study.table_rows import MODAL, OVER_STRENGTH, SLACK, UnfinishedRow, batched, compute_together
+from cablestudy.study.table_rows import OVER_STRENGTH, SLACK, UnfinishedRow, batched, compute_together
 from cablestudy.study.tolerances import STUDY
 from cablestudy.study.uneven_drag import relative_change
 from cablestudy.system.comparison import relative
