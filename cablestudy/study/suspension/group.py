@@ -9,7 +9,6 @@ import numpy as np
 from cablestudy.cable.catenary import Catenary
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.motion.airflow import drag_of
-from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.columns import utilisation_of
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.suspension.conductors import conductors_of
@@ -146,7 +145,7 @@ class CableResults(CableValues):
 class HangingCable:
     """One cable of a case in equilibrium, with the attributes of `Case` that columns computed case by case need."""
 
-    scene: SuspensionScene
+    scene: object
     end_1: np.ndarray  # position of its end `from`, shape (3,) [m]
     catenary: Catenary
     statics_error: float  # relative error of the statics of its case [-]
