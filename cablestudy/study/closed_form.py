@@ -125,16 +125,22 @@ class ClosedForm:
     errors: dict = field(default_factory=dict)  # case -> {header: relative error}, where it exceeds `rounding`
     least_errors: dict = field(default_factory=dict)  # header -> estimated relative error of all other cases
 
+    def rows(self, headers):
+        """Numbers of each case in the order of some headers, None where there is none: list of list."""
+        if not headers:
+            return [[] for _ in range(self.count)]
+        none = [None] * self.count
+        columns = (self.numbers[header].tolist() if header in self.numbers else none for header in headers)
+        rows = list(map(list, zip(*columns, strict=True)))
+        for case, failed in self.failures.items():
+            for place, header in enumerate(headers):
+                if header in failed:
+                    rows[case][place] = None
+        return rows
+
     def cells(self, headers):
         """List of dict: each header -> number of each case, None where there is none."""
-        if not headers:
-            return [{} for _ in range(self.count)]
-        none = [None] * self.count
-        columns = [self.numbers[header].tolist() if header in self.numbers else none for header in headers]
-        cells = [dict(zip(headers, row, strict=True)) for row in zip(*columns, strict=True)]
-        for case, failed in self.failures.items():
-            cells[case].update((header, None) for header in failed if header in cells[case])
-        return cells
+        return [dict(zip(headers, row, strict=True)) for row in self.rows(headers)]
 
     def errors_of(self, case):
         """Header -> estimated relative error, of one case."""
@@ -316,12 +322,10 @@ def evaluate_table(table, columns):
     closed = closed_form(results, required)
     if table.scene.model.elements is not None and not required.scene_only:
         closed, _ = by_elements(results, required, closed)
-    rows = []
-    for case, cells in enumerate(closed.cells([column.header for column in required.closed])):
-        errors = {
-            name: error
-            for name, error in closed.errors.get(case, {}).items()
-            if (error is None or error > STUDY.rounding) and name not in closed.failures.get(case, ())
-        }
-        rows.append((list(cells.values()), closed.status(case), errors))
+    rows = [(cells, OK, {}) for cells in closed.rows([column.header for column in required.closed])]
+    for case in {*closed.errors, *closed.failures, *closed.over_strength}:
+        failed, of_case = closed.failures.get(case, ()), closed.errors.get(case, {}).items()
+        shown = {name: error for name, error in of_case if error is None or error > STUDY.rounding}
+        errors = {name: error for name, error in shown.items() if name not in failed}
+        rows[case] = rows[case][0], closed.status(case), errors
     return rows
