@@ -14,9 +14,10 @@ from command import CONFIGS, run
 from references import cable_in_wind
 from scipy.interpolate import CubicSpline
 from scipy.linalg import eigvalsh
-from scipy.optimize import brentq
+from scipy.optimize import brentq, root
 
 from cablestudy.scene.scene import CableScene, load_scene
+from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.case import Case
 from cablestudy.study.columns import find
 from cablestudy.study.row import evaluate
@@ -237,3 +238,41 @@ def test_lengths_and_masses_of_a_suspension_state_no_error_by_drag():
     for quantity, column in columns.items():
         assert case.statics_error(column, column.compute(case)) < 1e-11, quantity
     assert case.statics_error(find_of_suspension("max_tension")) > 1e-2
+
+
+# a knot that a strong wind carries along
+KNOT = {
+    "cable": {"axial_stiffness": 1e5, "mass_per_length": 0.05, "diameter": 0.02},
+    "points": {"knot": {"at": [0, 0, -3], "free": True, "mass": 2.0}},
+    "cables": {
+        "west": {"from": [-10, 0, 0], "to": "knot", "unstretched_length": 11.0},
+        "east": {"from": "knot", "to": [12, 0, 1], "unstretched_length": 13.0},
+        "south": {"from": "knot", "to": [0, -9, 4], "unstretched_length": 12.0},
+    },
+    "cases": {"storm": {"wind": {"pressure": 900, "direction": 1.2}}}, "case": "storm",
+}  # fmt: skip
+
+
+def test_the_distance_of_ends_that_find_their_place_has_an_error():
+    scene = SuspensionScene.model_validate(KNOT)
+    case = SuspensionCase(scene)
+    cable, direction = KNOT["cable"], KNOT["cases"]["storm"]["wind"]["direction"]
+    load = cable_in_wind.drag(1.2 * cable["diameter"], lambda place: 900.0, direction, cable["mass_per_length"] * G)
+
+    def net_force(knot):
+        total = np.array([0, 0, -KNOT["points"]["knot"]["mass"] * G])
+        for entry, start in zip(KNOT["cables"].values(), case.equilibrium.end_forces[:, 0], strict=True):
+            ends = [np.array(knot if end == "knot" else end, dtype=float) for end in (entry["from"], entry["to"])]
+            stated = cable["axial_stiffness"], entry["unstretched_length"]
+            _, force = cable_in_wind.solve(*ends, *stated, load, start, 100)
+            total += force[0] if entry["from"] == "knot" else -force[-1]
+        return total
+
+    coordinates = [find_of_suspension(f"knot.{axis}") for axis in "xyz"]
+    knot = root(net_force, [column.compute(case)[0] for column in coordinates], tol=1e-9).x
+    for name, entry in KNOT["cables"].items():
+        fixed = entry["to"] if entry["from"] == "knot" else entry["from"]
+        column = find_of_suspension(f"{name}.chord")
+        found = column.compute(case)
+        true = abs(found / np.linalg.norm(knot - fixed) - 1)
+        assert 1e-8 < true < case.statics_error(column, found) < 1e-2, name

@@ -34,7 +34,14 @@ from cablestudy.study.motion_columns import (
     winch_columns,
 )
 from cablestudy.study.tolerances import STUDY
-from cablestudy.study.uneven_drag import clearance_by_drag, load_sag_by_drag, lowest_by_drag, sag_by_drag, swing_by_drag
+from cablestudy.study.uneven_drag import (
+    chord_by_drag,
+    clearance_by_drag,
+    load_sag_by_drag,
+    lowest_by_drag,
+    sag_by_drag,
+    swing_by_drag,
+)
 from cablestudy.wind.drag import shedding_frequencies
 
 # keys that columns need, as `Column.key`
@@ -231,7 +238,7 @@ COLUMNS = (
     Column("unstretched_length", "m", "length without tension, at the reference temperature", "statics",
            _unstretched_length, of_reference=True),
     Column("stretched_length", "m", "length under tension", "statics", lambda r: r.statics.stretched_length),
-    Column("chord", "m", "distance between the ends", "scene", lambda r: r.chord),
+    Column("chord", "m", "distance between the ends", "scene", lambda r: r.chord, by_drag=chord_by_drag),
     Column("sag", "m", "vertical distance from chord to cable at mid-span", "statics",
            lambda r: _as_stated(r.statics.sag, r.given("cable.sag")), determined_by="sag", by_drag=sag_by_drag),
     Column("sag_ratio", "", "sag over chord", "statics", lambda r: r.statics.sag / r.chord, determined_by="sag",

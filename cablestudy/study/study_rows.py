@@ -97,9 +97,10 @@ def evaluate_tables(tables, columns, explain=False, estimate=False):
     dict
         Number of a case of the study -> tuple of four: list of numbers in the order of the columns without `status`,
         None for a column without a value; status; dict of header -> estimated relative error, of the columns where it
-        exceeds `STUDY.rounding` or is not known (None); notes.
+        exceeds their `least_error` or is not known (None); notes.
     """
     headers = [column.header for column in columns if column.name != "status"]
+    least = {column.header: column.least_error for column in columns if column.least_error is not None}
     answers, scenes = {}, {}
     for table in tables:
         cases = table.cases.tolist()
@@ -112,10 +113,10 @@ def evaluate_tables(tables, columns, explain=False, estimate=False):
             answers.update((case, (*row, ())) for case, row in zip(cases, closed_rows, strict=True))
     for case, row in zip(scenes, evaluate(list(scenes.values()), columns, explain or estimate), strict=True):
         numbers = [row.cells[header] for header in headers]
-        answers[case] = numbers, row.cells["status"], _above_rounding(row.errors), row.notes if explain else ()
+        answers[case] = numbers, row.cells["status"], _above_least(row.errors, least), row.notes if explain else ()
     return answers
 
 
-def _above_rounding(errors):
-    """Estimated errors that are above rounding, or not known (None): dict."""
-    return {name: error for name, error in errors.items() if error is None or error > STUDY.rounding}
+def _above_least(errors, least):
+    """Estimated errors that are above the least ones of their columns (header -> error), or not known (None): dict."""
+    return {name: error for name, error in errors.items() if error is None or error > least.get(name, STUDY.rounding)}

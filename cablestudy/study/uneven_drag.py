@@ -262,6 +262,12 @@ def bounded_errors(error):
     return np.minimum(np.nan_to_num(error, nan=STUDY.unknown_error), STUDY.unknown_error)
 
 
+def chord_by_drag(results):
+    """Change of the distance of the ends by drag taken as uniform. [m]"""
+    from_end, to_end = np.moveaxis(results.drag_errors.ends, -2, 0)
+    return ((to_end - from_end) * results.span.frame[..., 0, :]).sum(axis=-1)
+
+
 def sag_by_drag(results):
     """Error of the sag by drag taken as uniform. [m]"""
     return _midspan_by_drag(results)[1]

@@ -194,9 +194,12 @@ class SuspensionCase:
         cable = list(self.scene.cables).index(name)
         if column.name != "chord":
             return column.compute(CableValues([self.scene]))[0, cable]
+        return (self._solved_group if self._ends_held(cable) else self.group).cables.chord[self.index, cable]
+
+    def _ends_held(self, cable):
+        """True of a cable, by its index, whose ends are both where the scene says."""
         suspension = self._solved_group.equilibrium.suspension
-        held = not any(end != GROUND and suspension.free[end].any() for end in suspension.owner[cable])
-        return (self._solved_group if held else self.group).cables.chord[self.index, cable]
+        return not any(end != GROUND and suspension.free[end].any() for end in suspension.owner[cable])
 
     @cached_property
     def cable_modes(self):
@@ -297,15 +300,14 @@ class SuspensionCase:
 
         `number` is that of the column, where it may state an error of its own by the drag of a steady wind.
         """
-        if column is not None and column.needs == "scene":
+        if column is None:
+            return self.group.statics_errors[self.index]
+        cable = column.by_drag and self.cable(column.name.rpartition(".")[0])
+        if column.needs == "scene" and (cable is None or self._ends_held(cable)):
             return 0.0
-        if column is not None and column.of_reference:
-            return self.group.reference_errors[self.index]
-        largest = self.group.statics_errors[self.index]
-        if column is None or not column.by_drag:
-            return largest
-        cable = self.cable(column.name.rpartition(".")[0])
-        return max(largest, self.group.error_by_drag(self.index, cable, column, number))
+        within_reference = column.of_reference or column.needs == "scene"
+        least = (self.group.reference_errors if within_reference else self.group.statics_errors)[self.index]
+        return least if cable is None else max(least, self.group.error_by_drag(self.index, cable, column, number))
 
     def coordinate(self, name, axis):
         """A coordinate of a body or free point, 0 where it is rounding, and its estimated relative error.
