@@ -14,7 +14,8 @@ import cablestudy as cs
 from cablestudy.errors import SceneError
 from cablestudy.pages.given import flat, written
 from cablestudy.pages.page import inline_picture
-from cablestudy.pages.tables import END_ROWS, MOST_ROWS, table_html
+from cablestudy.pages.tables import END_ROWS, MOST_ROWS, error_text, table_html
+from cablestudy.study.notes import above_accuracy
 from cablestudy.study.table import Field, Table
 from cablestudy.sweeps import run as sweeps_run
 
@@ -504,6 +505,15 @@ def test_wide_tables_are_split_and_long_ones_cut():
 def test_values_are_shown_as_they_may_be_written():
     assert written([1, "2 m", {"a": [True, None]}]) == "[1, 2 m, {a: [true, null]}]"
     assert flat({"a": {"b": 1, "c": {}}, "d": [2]}) == {"a.b": 1, "a.c": {}, "d": [2]}
+
+
+def test_an_error_of_which_no_digit_tells_anything_is_above_1():
+    """A sag that drag may take to zero has 1e30."""
+    assert [error_text(error) for error in (None, 0.0, 1e-15, 0.034, 1.0, 1e30)] == [
+        "", "exact", "1e-12", "3e-2", "1e0", "above 1"
+    ]  # fmt: skip
+    (note,) = above_accuracy([({"n1.sag_m": 1e30, "n2.sag_m": 0.25}, 1e-4), ({"n1.sag_m": 0.01}, 1e-4)])
+    assert note.endswith(": n1.sag_m (above 1, 2 rows), n2.sag_m (up to 2.5e-01, 1 row)")
 
 
 @undrawn()

@@ -332,9 +332,11 @@ def _largest(errors):
 
 
 def error_text(error):
-    """An estimated relative error as HTML, empty where it is not known: one digit, no less than rounding."""
+    """An estimated relative error as HTML, empty where it is not known: one digit, no less than rounding, up to 1."""
     if error is None:
         return ""
+    if error > 1:
+        return "above 1"
     if error == 0:
         return "exact"
     digit, exponent = f"{max(error, STUDY.rounding):.0e}".split("e")

@@ -300,9 +300,14 @@ def above_accuracy(rows):
     if not above:
         return ()
     names = sorted(above, key=lambda name: -max(above[name]))
-    texts = [f"{name} (up to {max(above[name]):.1e}, {counted(len(above[name]), 'row')})" for name in names]
+    texts = [f"{name} ({_up_to(max(above[name]))}, {counted(len(above[name]), 'row')})" for name in names]
     accuracies = " to ".join(f"{accuracy:g}" for accuracy in sorted({min(asked), max(asked)}))
     return (f"note: estimated errors above model.accuracy, {accuracies}: {first_of(texts, STUDY.listed_columns)}",)
+
+
+def _up_to(error):
+    """Words for the largest of some estimated relative errors; of one above 1 no digit tells anything."""
+    return "above 1" if error > 1 else f"up to {error:.1e}"
 
 
 def assumed_damping(scene):
