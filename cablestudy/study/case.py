@@ -69,15 +69,15 @@ class Case:
         self.results = results or Results(SceneValues([scene]))
         self._cache_by_level, self.computed = {} if cache_by_level is None else cache_by_level, {}
         self.cache, self.together = self._cache_by_level.setdefault(level, {}), [self]
-
-    @cached_property
-    def _closed_form(self):
-        return _ClosedForm(self.results, self.index)
+        self._modes_searched = [0]  # counts of modes among which an axial one was found
 
     def refined(self, elements, order):
-        """Copy of the case with spectral elements of an order about the closed form, so many on its longest piece."""
+        """Copy of the case with spectral elements of an order about the closed form, so many on its longest piece.
+
+        NoSolutionError or ConvergenceError where there is no equilibrium.
+        """
         finer = Case(self.scene, self.results, self.index, (elements, order), self._cache_by_level)
-        finer._closed_form = self._closed_form
+        finer.span, finer.catenary, finer._modes_searched = self.span, self.catenary, self._modes_searched
         return finer
 
     def given(self, path):
@@ -104,7 +104,7 @@ class Case:
         """Relative error of the statics in closed form, by rounding and by what they leave out. [-]"""
         return float(max(self.results.statics_rounding[self.index], self.results.model_error[self.index]))
 
-    @property
+    @cached_property
     def span(self):
         """The cable, with its unstretched length: `Span`.
 
@@ -113,7 +113,8 @@ class Case:
         NoSolutionError
             No such cable exists, or it has no equilibrium.
         """
-        return self._closed_form.span
+        self.results.check(self.index)
+        return self.results.span.take(self.index)
 
     @property
     def frame(self):
@@ -124,9 +125,9 @@ class Case:
     @property
     def point_masses(self):
         """Point masses on the cable, as of its `span`; raises as this."""
-        return self._closed_form.point_masses
+        return self.span.point_masses
 
-    @property
+    @cached_property
     def catenary(self):
         """The closed-form equilibrium: `Catenary`.
 
@@ -135,13 +136,14 @@ class Case:
         NoSolutionError, ConvergenceError
             There is none.
         """
-        return self._closed_form.catenary
+        self.results.check(self.index)
+        return self.results.catenary.take(self.index)
 
     @cached_property
     def statics(self):
         """Statics of the model: `ClosedStatics` or `ElementStatics`."""
         if self.exact_statics:
-            return self._closed_form.statics
+            return ClosedStatics(self.catenary)
         return ElementStatics(self.state, self.model.convergence, self.catenary.middle)
 
     @property
@@ -290,7 +292,7 @@ class Case:
         """
         inside, outside = modes
         highest_axial = max((number for number, kind, _ in inside if kind == "axial"), default=0)
-        searched = self._closed_form.modes_searched
+        searched = self._modes_searched
         modes_below = max(self._modes_below_axial(highest_axial), *searched)
         frequencies, errors, count = self.in_plane.frequencies(inside, True, modes_below) if inside else ([], [], 0)
         if highest_axial and not self.in_plane.small:
@@ -417,30 +419,3 @@ class Case:
         from cablestudy.study.one_cable_system import gondola_mode_of
 
         return gondola_mode_of(self)
-
-
-class _ClosedForm:
-    """Closed-form results of one case, which all levels of its refinement share."""
-
-    def __init__(self, results, index):
-        self._results, self._index = results, index
-        self.modes_searched = [0]  # counts of modes among which an axial one was found
-
-    @cached_property
-    def span(self):
-        self._results.check(self._index)
-        return self._results.span.take(self._index)
-
-    @cached_property
-    def point_masses(self):
-        self._results.check(self._index)
-        return () if self._results.span.load_masses is None else self.span.point_masses
-
-    @cached_property
-    def catenary(self):
-        self._results.check(self._index)
-        return self._results.catenary.take(self._index)
-
-    @cached_property
-    def statics(self):
-        return ClosedStatics(self.catenary)
