@@ -228,13 +228,16 @@ class Span:
     def broadcast(self):
         """Copy of the batch with all fields in its full shape."""
         arrays = self.arrays
-        batch_dimensions = {name: array.ndim - CORES[name] for name, array in arrays.items()}
-        shapes = {array.shape[: batch_dimensions[name]] for name, array in arrays.items()}
-        if len(shapes) == 1:
+        shapes = {name: array.shape[: array.ndim - CORES[name]] for name, array in arrays.items()}
+        different = set(shapes.values())
+        if len(different) == 1:
             return self
-        shape = np.broadcast_shapes(*shapes)
-        core_shapes = {name: array.shape[batch_dimensions[name] :] for name, array in arrays.items()}
-        full = {name: np.broadcast_to(array, shape + core_shapes[name]) for name, array in arrays.items()}
+        shape = np.broadcast_shapes(*different)
+        full = {
+            name: np.broadcast_to(array, shape + array.shape[len(shapes[name]) :])
+            for name, array in arrays.items()
+            if shapes[name] != shape
+        }
         return replace(self, **full)
 
     def with_chord_strain(self, chord_strain):

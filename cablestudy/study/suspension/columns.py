@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from functools import lru_cache
 from itertools import product
 
 from cablestudy.scene.fields import suggestion
@@ -97,10 +98,11 @@ def find(name):
     raise ValueError(f"unknown column of a suspension {name!r} ({hint})")
 
 
+@lru_cache(maxsize=64)
 def _columns_of_path(path):
-    """Columns that a body, BODY.MARKER, free point, cable, link or actuator of this name could have: list of Column."""
+    """Columns that a body, BODY.MARKER, free point, cable, link or actuator of this name could have: tuple of Column."""
     owner = path.partition(".")[0]
-    return [
+    return (
         *body_columns(owner),
         *all_cable_columns(owner),
         *(stiffness_column(owner, row, column) for row, column in product(AXES, AXES)),
@@ -114,7 +116,7 @@ def _columns_of_path(path):
         *tension_columns(path),
         midspan_column(path),
         *actuator_columns(path),
-    ]
+    )
 
 
 def why_not(scene, column):

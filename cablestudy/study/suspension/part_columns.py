@@ -5,6 +5,7 @@ Functions take a `SuspensionCase` and return a number, or a number and its estim
 """
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -115,9 +116,10 @@ def cable_columns(name):
     return [_of_cable(column, name) for column in (*OF_CABLES, *TENSIONS, INCLINATION, CLEARANCE)]
 
 
+@lru_cache(maxsize=64)
 def all_cable_columns(name):
-    """The columns of one cable without its tension in the wind: list of Column."""
-    return [*cable_columns(name), *(_of_cable(column, name) for column in FURTHER_OF_CABLES.values())]
+    """The columns of one cable without its tension in the wind: tuple of Column."""
+    return *cable_columns(name), *(_of_cable(column, name) for column in FURTHER_OF_CABLES.values())
 
 
 # ----------------------------------------------------------------------------------------- of a body or a free point
