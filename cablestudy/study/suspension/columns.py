@@ -100,7 +100,7 @@ def find(name):
 
 @lru_cache(maxsize=64)
 def _columns_of_path(path):
-    """Columns that a body, BODY.MARKER, free point, cable, link or actuator of this name could have: tuple of Column."""
+    """Columns that a body, BODY.MARKER, free point, cable, link or actuator of a name could have: tuple of Column."""
     owner = path.partition(".")[0]
     return (
         *body_columns(owner),
