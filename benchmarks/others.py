@@ -86,7 +86,7 @@ def statics(cables, peers):
 
 def motion(cables, peers):
     """Lines: statics and ten modes."""
-    from cablestudy.study.row import evaluate_cases
+    from cablestudy.study.one_cable.rows import evaluate_cases
 
     half = MODES // 2
     names = [f"{PREFIX[plane]}_frequency_{k}" for plane in PREFIX for k in range(1, half + 1)]
@@ -156,8 +156,8 @@ def section():
     yield (
         f"* cablestudy, statics: rows of a study of {REPEATED * len(cables)} cases in one call, from the numbers that "
         "vary to those of the table, as a sweep computes them (`tables_of` and `evaluate_tables`), without its store; "
-        f"with modes: `evaluate_cases` of `study/row.py` on {len(cables)} scenes that are read already. Modules are "
-        "frozen for the garbage collector, as a sweep does."
+        f"with modes: `evaluate_cases` of `study/one_cable/rows.py` on {len(cables)} scenes that are read already. "
+        "Modules are frozen for the garbage collector, as a sweep does."
     )
     yield ""
     yield (

@@ -14,7 +14,7 @@ def wind_rows():
     import os
 
     from cablestudy.scene.study import read_study
-    from cablestudy.study.row import evaluate, evaluate_cases
+    from cablestudy.study.one_cable.rows import evaluate, evaluate_cases
 
     study = read_study(os.path.join(HERE, os.pardir, "configs", "diameter.yaml"))
     wanted = columns(*study.columns)
@@ -37,7 +37,7 @@ def damped_rows():
     import os
 
     from cablestudy.scene.study import read_study
-    from cablestudy.study.row import evaluate_cases
+    from cablestudy.study.one_cable.rows import evaluate_cases
 
     study = read_study(os.path.join(HERE, os.pardir, "configs", "diameter.yaml"))
     wanted = columns("preload", "gondola_frequency", "gondola_damping_ratio", "gondola_rms", "gain_margin")
@@ -56,7 +56,7 @@ def damped_rows():
 
 def accuracy_rows():
     """Lines: accuracy against forty bars, one case alone and each of a sweep in which no two are of one cable."""
-    from cablestudy.study.row import evaluate, evaluate_cases
+    from cablestudy.study.one_cable.rows import evaluate, evaluate_cases
 
     wanted, truth = columns("end_stiffness", *EIGHT), _truth()
     bars = paper()

@@ -15,7 +15,7 @@ from cablestudy.cable.element import mesh_segments
 from cablestudy.cable.span import CORES, Span
 from cablestudy.cable.stiffness import tangent_stiffness
 from cablestudy.scene.load_tables import LoadCase
-from cablestudy.study.results import Results
+from cablestudy.study.one_cable.results import Results
 from cablestudy.study.scene_values import SceneValues
 
 G = 9.81

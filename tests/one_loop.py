@@ -12,7 +12,7 @@ from cablestudy.control.margins_grid import frequencies
 from cablestudy.control.notched_law import NotchedLaw
 from cablestudy.motion.dynamic_analysis import DynamicAnalysis
 from cablestudy.scene.one_cable import as_suspension
-from cablestudy.study.case import Case
+from cablestudy.study.one_cable.case import Case
 from cablestudy.system.coupling_damping import Strain
 from cablestudy.system.linear import LinearSystem
 from cablestudy.system.superelement import Superelement

@@ -15,9 +15,9 @@ from references.scene_truth import Cable, Truth, Unknown
 
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import CableScene
-from cablestudy.study.case import Case
 from cablestudy.study.columns import find
-from cablestudy.study.row import evaluate
+from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.rows import evaluate
 
 ACCURACIES = (1e-2, 1e-4, 1e-6, 1e-8)
 STATIC = (

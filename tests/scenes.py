@@ -11,10 +11,10 @@ from references import bars, continuous_cable
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.scene import load_scene
-from cablestudy.study.case import Case
 from cablestudy.study.columns import find
+from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.rows import evaluate
 from cablestudy.study.prepare import prepare
-from cablestudy.study.row import evaluate
 from cablestudy.sweeps.chunks import Chunks
 from cablestudy.sweeps.driver import compute_here
 from cablestudy.sweeps.fingerprint import identity

@@ -11,8 +11,8 @@ import numpy as np
 import cablestudy as cs
 from cablestudy.scene.study import read_study
 from cablestudy.study.all_columns import find
-from cablestudy.study.case import Case
 from cablestudy.study.column import lacks
+from cablestudy.study.one_cable.case import Case
 from cablestudy.study.study_rows import evaluate
 
 TURN = 2 * np.pi

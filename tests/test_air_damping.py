@@ -13,11 +13,11 @@ from test_windrms import WHITE, case_with, loop_of, rms_of, white  # noqa: F401 
 
 from cablestudy.control.one_cable import state_space
 from cablestudy.scene.scene import load_scene
-from cablestudy.study.case import Case
 from cablestudy.study.columns import find
-from cablestudy.study.row import evaluate, evaluate_cases
+from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.rows import evaluate, evaluate_cases
+from cablestudy.study.one_cable.ssm import choose
 from cablestudy.study.ssm import StateSpaceOptions
-from cablestudy.study.ssm_of_cable import choose
 
 AIR = "wind.aerodynamic_damping=true"
 C = 1.2 * 1.17 * 0.6 * 6.0  # rho C_d A v of configs/carlina.yaml [N s/m]

@@ -13,10 +13,10 @@ from scipy.integrate import quad
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import plots
-from cablestudy.study.case import Case
 from cablestudy.study.columns import find
-from cablestudy.study.one_cable_system import winds_on
-from cablestudy.study.row import evaluate, evaluate_cases
+from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.rows import evaluate, evaluate_cases
+from cablestudy.study.one_cable.system import winds_on
 
 TEXT = """
 cable:

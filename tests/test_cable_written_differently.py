@@ -11,7 +11,7 @@ import pytest
 
 from cablestudy.scene.scene import CableScene
 from cablestudy.study.columns import find
-from cablestudy.study.row import evaluate
+from cablestudy.study.one_cable.rows import evaluate
 
 NAMES = (
     "preload", "horizontal_tension", "max_tension", "min_tension", "stretched_length", "sag", "lowest_point",

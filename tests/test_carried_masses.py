@@ -34,12 +34,12 @@ from cablestudy.cable.element import mesh_pieces, mesh_segments, pieces
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.control.one_cable import state_space
 from cablestudy.scene.scene import load_scene
-from cablestudy.study.case import Case
-from cablestudy.study.case_modes import modes
-from cablestudy.study.models import solve_models
-from cablestudy.study.results import Results
+from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case_modes import modes
+from cablestudy.study.one_cable.models import solve_models
+from cablestudy.study.one_cable.results import Results
+from cablestudy.study.one_cable.ssm import nodal_shapes
 from cablestudy.study.scene_values import SceneValues
-from cablestudy.study.ssm_of_cable import nodal_shapes
 from cablestudy.system.cables import Models
 from cablestudy.system.ends import Ends
 from cablestudy.system.hanging_cables import Cables, FixedModel, fixed_meshes

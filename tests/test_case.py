@@ -7,10 +7,10 @@ from command import SLACK
 from scenes import CHORD, LENGTH, scene
 
 from cablestudy.errors import NoSolutionError
-from cablestudy.study import models, results
-from cablestudy.study.case import Case
 from cablestudy.study.columns import find
-from cablestudy.study.results import Results
+from cablestudy.study.one_cable import models, results
+from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.results import Results
 from cablestudy.study.scene_values import SceneValues
 
 

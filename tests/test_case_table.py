@@ -12,7 +12,7 @@ from cablestudy.errors import SceneError
 from cablestudy.scene.scene import load_scene
 from cablestudy.scene.study import read_study
 from cablestudy.study.columns import find
-from cablestudy.study.results import Results
+from cablestudy.study.one_cable.results import Results
 from cablestudy.study.scene_values import SceneValues, tables_of
 from cablestudy.study.study_rows import evaluate_tables
 
@@ -181,8 +181,8 @@ def test_cases_unlike_others_are_solved_together(monkeypatch):
             batches.append(len(values))
             super().__init__(values, *arguments)
 
-    monkeypatch.setattr("cablestudy.study.row.Results", Counted)
-    monkeypatch.setattr("cablestudy.study.closed_form.Results", Counted)
+    monkeypatch.setattr("cablestudy.study.one_cable.rows.Results", Counted)
+    monkeypatch.setattr("cablestudy.study.one_cable.closed_form.Results", Counted)
     tables, _ = tables_of(study, range(study.count))
     rows = evaluate_tables(tables, [find("sag")])
     assert batches == [study.count]

@@ -24,7 +24,8 @@ import cablestudy
 from cablestudy import __version__
 from cablestudy.cli import main
 from cablestudy.cli.options import OneValueEach
-from cablestudy.study import all_columns, files, report
+from cablestudy.study import all_columns, files
+from cablestudy.study.one_cable import report
 
 GUY = CONFIGS / "guy.yaml"
 

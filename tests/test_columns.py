@@ -14,7 +14,7 @@ from cablestudy.scene.scene import load_scene
 from cablestudy.study import all_columns as of_all
 from cablestudy.study.all_columns import why_not
 from cablestudy.study.columns import COLUMNS, FAMILIES, find
-from cablestudy.study.row import evaluate
+from cablestudy.study.one_cable.rows import evaluate
 
 # INTERFACE.md, section Columns, without the wind columns of the next issue
 NAMES = [

@@ -16,7 +16,7 @@ from scipy.optimize import brentq, fsolve
 from test_sag_tension import FOOT, POUND, WEIGHT
 
 from cablestudy.errors import SceneError
-from cablestudy.study.results import Results
+from cablestudy.study.one_cable.results import Results
 from cablestudy.study.scene_values import SceneValues
 from cablestudy.system import equilibria, statics
 

@@ -15,7 +15,7 @@ from test_winch import loop_gain
 from cablestudy.control.law import Law
 from cablestudy.control.notch import Notch
 from cablestudy.errors import NoSolutionError
-from cablestudy.study.case import Case
+from cablestudy.study.one_cable.case import Case
 from cablestudy.system.assemble import assemble
 
 MASS, STIFFNESS = 50.0, 1025.0

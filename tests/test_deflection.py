@@ -8,10 +8,10 @@ from references import bars, catenary_mp
 from scenes import CHORD, LENGTH, PAPER, SAGGING, G, Twin, cells, scene
 
 from cablestudy.errors import NoSolutionError
-from cablestudy.study.case import Case
 from cablestudy.study.columns import find
 from cablestudy.study.deflection import load_deflections, nodal_deflections
-from cablestudy.study.row import evaluate
+from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.rows import evaluate
 
 FIG_4 = str(CONFIGS / "point-load.yaml")
 

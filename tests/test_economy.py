@@ -17,10 +17,10 @@ from cablestudy.motion.dynamic_analysis import DynamicAnalysis
 from cablestudy.motion.tension_waves import change_by_waves
 from cablestudy.scene.scene import CableScene, load_scene
 from cablestudy.scene.study import read_study
-from cablestudy.study import results
 from cablestudy.study.column import lacks
 from cablestudy.study.columns import COLUMNS, find
-from cablestudy.study.row import evaluate, evaluate_cases
+from cablestudy.study.one_cable import results
+from cablestudy.study.one_cable.rows import evaluate, evaluate_cases
 from cablestudy.study.scene_values import tables_of
 from cablestudy.study.study_rows import evaluate_tables
 from cablestudy.study.suspension import columns as suspension_columns

@@ -14,7 +14,7 @@ from references import bars, continuous_cable, loop_matrix
 from scenes import GONDOLA, INCLINED, PAPER, SAGGING, Twin, scene
 
 from cablestudy.errors import NoSolutionError
-from cablestudy.study.case import Case
+from cablestudy.study.one_cable.case import Case
 
 ORDER = 24
 CABLES = {"taut": PAPER, "sagging": SAGGING, "inclined": INCLINED, "downhill": Twin(175.68, -60.49, 184.4883)}

@@ -15,9 +15,9 @@ from random_scenes import ACCURACIES, Cell, examine, replay
 from references.scene_truth import Cable, Truth, Unknown
 
 from cablestudy.scene.study import read_study
-from cablestudy.study.case import Case
 from cablestudy.study.columns import find
-from cablestudy.study.row import evaluate
+from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.rows import evaluate
 
 SCENES = campaign(range(90_000, 90_030), range(90_000, 90_008))  # never looked at while anything was tuned
 

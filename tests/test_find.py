@@ -16,7 +16,7 @@ from cablestudy.study import find as find_module
 from cablestudy.study.all_columns import column_named
 from cablestudy.study.columns import find as column
 from cablestudy.study.find_rows import evaluate_found
-from cablestudy.study.row import evaluate
+from cablestudy.study.one_cable.rows import evaluate
 from cablestudy.study.scene_values import tables_of
 
 SPAN, MODULUS, AREA, DENSITY, GRAVITY = 200.0, 160e9, 1e-4, 7850.0, 9.81

@@ -14,11 +14,11 @@ from cablestudy.cable import dynamics
 from cablestudy.motion.body_mode import largest_share
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.scene import CableScene
-from cablestudy.study import one_cable_system
-from cablestudy.study.case import Case
 from cablestudy.study.columns import find
 from cablestudy.study.notes import gondola_notes
-from cablestudy.study.row import evaluate, evaluate_cases
+from cablestudy.study.one_cable import system as one_cable_system
+from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.rows import evaluate, evaluate_cases
 from cablestudy.system.cables import Models
 from cablestudy.system.coupled_modes import Search
 

@@ -8,9 +8,9 @@ from references import bars
 from scenes import GONDOLA, INCLINED, PAPER, SAGGING, Twin, scene
 from test_ends import damped
 
-from cablestudy.study.case import Case
 from cablestudy.study.columns import find
-from cablestudy.study.row import evaluate
+from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.rows import evaluate
 
 LOADED = Twin(175.68, 60.49, 186.0, loads=((46.5, (3.0, 0.0, -20.0)), (93.0, (0.0, 0.0, 5.0))))
 STEEP = Twin(0.5, 185.8, 184.6)

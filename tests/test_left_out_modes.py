@@ -11,7 +11,7 @@ from command import CONFIGS
 from cablestudy.motion.gust_response import GustResponse
 from cablestudy.motion.peaks import winch_speeds
 from cablestudy.scene.scene import CableScene, load_scene
-from cablestudy.study.case import Case
+from cablestudy.study.one_cable.case import Case
 from cablestudy.study.suspension.case import SuspensionCase
 
 LENGTH, EA, LINE, PRELOAD, TIME, VISCOUS = 100.0, 5e5, 0.2, 100.0, 5e-5, 2e-3

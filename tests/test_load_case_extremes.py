@@ -12,9 +12,9 @@ from random_load_cases import scene_data, truth
 
 from cablestudy.scene.scene import CableScene
 from cablestudy.scene.study import read_study
-from cablestudy.study.case import Case
 from cablestudy.study.columns import find
-from cablestudy.study.row import evaluate
+from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.rows import evaluate
 
 ASKED = (
     "preload", "max_tension", "min_tension", "sag", "swing", "clearance", "lowest_point", "tension_1", "tension_2",

@@ -17,7 +17,7 @@ from test_suspension_load_cases import numbers
 
 from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.scene.scene import load_scene
-from cablestudy.study.case import Case
+from cablestudy.study.one_cable.case import Case
 from cablestudy.study.suspension.case import SuspensionCase
 
 G, EA, MASS = 9.81, 1.2e6, 0.9

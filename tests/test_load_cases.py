@@ -18,9 +18,9 @@ from scenes import cells, scene
 
 from cablestudy.cable.catenary import solve
 from cablestudy.errors import SceneError
-from cablestudy.study.case import Case
 from cablestudy.study.columns import find
-from cablestudy.study.row import evaluate, evaluate_cases
+from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.rows import evaluate, evaluate_cases
 
 LINE = """
 cable:

@@ -16,10 +16,10 @@ from scenes import AREA, DENSITY, MODULUS, case_of, cells, scene
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.one_cable import NAMES, WIND_KEYS
 from cablestudy.study import plots
-from cablestudy.study.case import Case
 from cablestudy.study.columns import find
 from cablestudy.study.loop_in_time import TimeOptions, time_case
 from cablestudy.study.loop_report import curves
+from cablestudy.study.one_cable.case import Case
 
 LENGTH, TIME, TURN = 99.0, 0.002, 2 * np.pi
 STIFFNESS = MODULUS * AREA / LENGTH

@@ -21,8 +21,8 @@ from cablestudy.motion.driven_cables import DrivenCables
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.scene import CableScene, load_scene
 from cablestudy.scene.suspension import SuspensionScene
-from cablestudy.study.case import Case
-from cablestudy.study.one_cable_system import in_wind_of
+from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.system import in_wind_of
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.system import pole_windows
 from cablestudy.system.coupling_damping import CouplingDamping, compute_pole_sums

@@ -13,8 +13,9 @@ from scenes import computed
 from cablestudy.interface import load
 from cablestudy.scene.scene import load_scene
 from cablestudy.scene.study import read_study
-from cablestudy.study import case_modes, plots
-from cablestudy.study.case import Case
+from cablestudy.study import plots
+from cablestudy.study.one_cable import case_modes
+from cablestudy.study.one_cable.case import Case
 from cablestudy.study.plots.colour_map import keep_apart
 from cablestudy.study.prepare import fields_of, prepare
 from cablestudy.study.suspension.case import SuspensionCase

@@ -16,14 +16,15 @@ from scipy.interpolate import RegularGridInterpolator
 from cablestudy.errors import SceneError
 from cablestudy.scene.scene import load_scene
 from cablestudy.scene.study import read_study
-from cablestudy.study import case_modes, plots, report
+from cablestudy.study import plots
 from cablestudy.study.all_columns import find
-from cablestudy.study.case import Case
 from cablestudy.study.deflection import nodal_deflections
-from cablestudy.study.one_cable_columns import gondola_on_cable
+from cablestudy.study.one_cable import case_modes, report
+from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.columns import gondola_on_cable
+from cablestudy.study.one_cable.rows import evaluate
 from cablestudy.study.plots import style
 from cablestudy.study.plots.words import key_words, number, unit_text, value_text
-from cablestudy.study.row import evaluate
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.sweeps.sensitivity import Sensitivity
 

@@ -8,8 +8,8 @@ from command import CARLINA, SLACK
 from cablestudy.control import response
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.scene.scene import load_scene
+from cablestudy.study.one_cable.ssm import choose
 from cablestudy.study.ssm import StateSpaceOptions
-from cablestudy.study.ssm_of_cable import choose
 
 FREQUENCY = np.geomspace(0.01, 100, 150)
 S = 2j * np.pi * FREQUENCY

@@ -14,12 +14,12 @@ from scenes import CHORD, PAPER, SAGGING, G, Twin, cells, scene
 
 from cablestudy.errors import ConvergenceError
 from cablestudy.scene.scene import CableScene
-from cablestudy.study.case import Case
-from cablestudy.study.case_modes import modes
-from cablestudy.study.closed_form import ColumnRequirements
 from cablestudy.study.columns import find
 from cablestudy.study.notes import statics_error
-from cablestudy.study.row import evaluate, evaluate_cases
+from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case_modes import modes
+from cablestudy.study.one_cable.closed_form import ColumnRequirements
+from cablestudy.study.one_cable.rows import evaluate, evaluate_cases
 
 DEEP = Twin(CHORD, 0.0, 371.6)  # twice the chord
 ORDER_AND_MODELS = r"of order (\d+)", r"compared: (\d+) model"

@@ -7,9 +7,9 @@ from references import loop_matrix
 from scenes import cells, scene
 from test_windrms import brute, case_of, case_with, force, loop_of, rms_of
 
-from cablestudy.study.case import Case
 from cablestudy.study.columns import find
-from cablestudy.study.row import evaluate_cases
+from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.rows import evaluate_cases
 from cablestudy.wind.peak import peak_factor
 
 EXPOSURE, MIRROR = "exposure=10 ms", "correction={bandwidth: 20 Hz, delay: 1 ms}"
@@ -177,7 +177,7 @@ def test_columns_need_their_keys(tmp_path):
 
 
 def test_a_case_of_the_trapezoidal_rule_has_them_too():
-    from cablestudy.study.trade_models import by_trapezoids
+    from cablestudy.study.one_cable.trade import by_trapezoids
 
     sets = EXPOSURE, MIRROR, "winch.controller.gain=0"
     frequency = np.unique(np.concatenate([np.geomspace(1e-4, 200, 40_000), np.linspace(0.6, 0.84, 20_000)]))

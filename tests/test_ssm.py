@@ -15,8 +15,9 @@ from scipy.io import loadmat
 
 from cablestudy.control import export, one_cable
 from cablestudy.scene.scene import load_scene
-from cablestudy.study import plots, ssm, ssm_of_cable, ssm_tables
-from cablestudy.study.case import Case
+from cablestudy.study import plots, ssm, ssm_tables
+from cablestudy.study.one_cable import ssm as ssm_of_cable
+from cablestudy.study.one_cable.case import Case
 from cablestudy.system.linear import LinearSystem
 
 AXIAL = ("--kinds", "axial", "--modes", "5")

@@ -21,7 +21,7 @@ from cablestudy.motion.loop_stability import LoopStability
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.scene import CableScene, load_scene
 from cablestudy.study.columns import find
-from cablestudy.study.row import evaluate
+from cablestudy.study.one_cable.rows import evaluate
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.table_rows import SLACK
 from cablestudy.system.linear import LinearSystem

@@ -10,8 +10,9 @@ from cablestudy.control.loop import Loop
 from cablestudy.control.notch import Notch
 from cablestudy.control.one_cable import state_space
 from cablestudy.scene.scene import load_scene
-from cablestudy.study import ssm, ssm_of_cable
-from cablestudy.study.case import Case
+from cablestudy.study import ssm
+from cablestudy.study.one_cable import ssm as ssm_of_cable
+from cablestudy.study.one_cable.case import Case
 
 RATIO, GONDOLA_MASS = 0.01, 50.0
 GONDOLA = (GONDOLA_MASS, 0.0)

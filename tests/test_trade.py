@@ -16,11 +16,13 @@ from scipy.optimize import brentq
 
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.scene.scene import load_scene
-from cablestudy.study import case as case_module
-from cablestudy.study import plots, results, trade, trade_models
+from cablestudy.study import plots, trade
 from cablestudy.study.columns import find
+from cablestudy.study.one_cable import case as case_module
+from cablestudy.study.one_cable import results
+from cablestudy.study.one_cable import trade as trade_models
+from cablestudy.study.one_cable.trade import DEFAULT, ComparedModel
 from cablestudy.study.tolerances import STUDY
-from cablestudy.study.trade_models import DEFAULT, ComparedModel
 from cablestudy.system.comparison import relative
 
 RESULTS = Path(__file__).parents[1] / "results"

@@ -18,9 +18,9 @@ from scipy.optimize import brentq, root
 
 from cablestudy.scene.scene import CableScene, load_scene
 from cablestudy.scene.suspension import SuspensionScene
-from cablestudy.study.case import Case
 from cablestudy.study.columns import find
-from cablestudy.study.row import evaluate
+from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.rows import evaluate
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find as find_of_suspension
 

@@ -9,7 +9,7 @@ from test_windrms import loop_of
 
 from cablestudy.control.loop import Loop
 from cablestudy.control.one_cable import state_space
-from cablestudy.study.case import Case
+from cablestudy.study.one_cable.case import Case
 
 VISCOUS = 0.016  # N s/m^2, about what wind of 6 m/s gives the paper's cable across
 RATE = VISCOUS / MASS

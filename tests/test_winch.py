@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 
 from cablestudy.control.notch import Notch
 from cablestudy.errors import NoSolutionError
-from cablestudy.study.case import Case
+from cablestudy.study.one_cable.case import Case
 
 CABLES = {
     "carlina": (),

@@ -13,8 +13,10 @@ from scipy.integrate import trapezoid
 
 from cablestudy.cable.element import Mesh, basis, lagrange
 from cablestudy.scene.scene import quantity_of
-from cablestudy.study import one_cable_system, plots, wind_report
-from cablestudy.study.case import Case
+from cablestudy.study import plots
+from cablestudy.study.one_cable import system as one_cable_system
+from cablestudy.study.one_cable import wind_report
+from cablestudy.study.one_cable.case import Case
 from cablestudy.study.tolerances import STUDY
 from cablestudy.wind.coherence import along_cable, gauss, rods
 from cablestudy.wind.drag import drag_matrices, shedding_frequencies

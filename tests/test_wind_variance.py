@@ -9,8 +9,8 @@ from random_twins import random_scene
 from scipy.integrate import quad
 
 from cablestudy.scene.scene import CableScene
-from cablestudy.study.case import Case
-from cablestudy.study.one_cable_system import in_wind_of
+from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.system import in_wind_of
 from cablestudy.system.residues import eigen, residues, stack
 from cablestudy.wind.variance import Noise, Panels, smooth_on, variances
 

@@ -15,9 +15,9 @@ from references import loop_matrix
 from scenes import case_of, cells, scene
 
 from cablestudy.errors import NoSolutionError
-from cablestudy.study.case import Case
+from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.wind_report import BELOW
 from cablestudy.study.table_rows import SLACK
-from cablestudy.study.wind_report import BELOW
 from cablestudy.wind import gusts
 
 SPEED, LENGTH_SCALE, AREA, DRAG, AIR, INTENSITY = 6.0, 25.0, 0.6, 1.17, 1.2, 0.15  # configs/carlina.yaml

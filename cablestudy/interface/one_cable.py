@@ -13,14 +13,14 @@ WIND_ON = {"gondola": "gondola", "cable": "the cable of the gondola", "both": "g
 
 def static(scene, estimate: bool = False):
     """Statics of the cable: an `Answer`; `estimate`: also the errors of deflections by fixed elements."""
-    from cablestudy.study.report import static_table
+    from cablestudy.study.one_cable.report import static_table
 
     return _of_row(scene, *static_table(scene.model, estimate), lambda case, plots: plots.static_form(case))
 
 
 def shape(scene, estimate: bool = False):
     """The static shape, point by point."""
-    from cablestudy.study.report import shape_table
+    from cablestudy.study.one_cable.report import shape_table
 
     answer = static(scene, estimate)
     return replace(answer, tables={} if answer.failures else only(shape_table(answer.case)))
@@ -45,10 +45,10 @@ def modes(
     """
     if coupled:
         return _modes_with_gondola(scene, count, upto)
-    from cablestudy.study import case_modes
-    from cablestudy.study.case import Case
     from cablestudy.study.notes import fixed_gondola, long_cable, reference_without_loads
-    from cablestudy.study.report import mode_table
+    from cablestudy.study.one_cable import case_modes
+    from cablestudy.study.one_cable.case import Case
+    from cablestudy.study.one_cable.report import mode_table
     from cablestudy.study.vibration import diameters_of_modes, galloping_notes, tension_notes, with_lock_in
 
     limit = frequency_limit(count, upto)
@@ -74,9 +74,9 @@ def modes(
 def _modes_with_gondola(scene, count, upto):
     """The coupled modes of gondola and cable, without winch and wind."""
     from cablestudy.scene.scene import missing
-    from cablestudy.study.case import Case
     from cablestudy.study.notes import reference_without_loads
-    from cablestudy.study.one_cable_columns import gondola_on_cable
+    from cablestudy.study.one_cable.case import Case
+    from cablestudy.study.one_cable.columns import gondola_on_cable
     from cablestudy.study.suspension.notes import mode_notes
 
     if scene.model.gondola is None:
@@ -91,8 +91,8 @@ def _modes_with_gondola(scene, count, upto):
 
 def windrms(scene, on: WindOn | None = None, estimate: bool = False):
     """Motion of the gondola, or of a bare cable, in the wind: an `Answer`; see `Scene.windrms`."""
-    from cablestudy.study.one_cable_system import winds_on
-    from cablestudy.study.wind_report import wind_table
+    from cablestudy.study.one_cable.system import winds_on
+    from cablestudy.study.one_cable.wind_report import wind_table
 
     table, row, remarks = wind_table(scene.document, scene.model, on, estimate)
 

@@ -111,7 +111,7 @@ class Scene:
         highest : float, optional
             Frequency up to which a response is shown. [Hz]
         """
-        from cablestudy.study.ssm_of_cable import choose
+        from cablestudy.study.one_cable.ssm import choose
 
         return choose(self.document, self.model, options)
 

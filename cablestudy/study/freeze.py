@@ -3,7 +3,7 @@
 import numpy as np
 
 from cablestudy.scene.determinacy import STATED
-from cablestudy.study.case import Case
+from cablestudy.study.one_cable.case import Case
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.rigid import to_angles
 

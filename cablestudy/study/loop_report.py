@@ -10,7 +10,7 @@ from cablestudy.control.response import Phase
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.scene.scene import missing
 from cablestudy.study.motion_columns import SENSITIVITY
-from cablestudy.study.row import evaluate_named
+from cablestudy.study.one_cable.rows import evaluate_named
 from cablestudy.study.table import Field, Table
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.residues import residues

@@ -16,7 +16,7 @@ class SceneKind:
     Attributes
     ----------
     evaluate : callable
-        Scenes, columns, and whether to estimate the errors of fixed elements -> list of Row, see `row.evaluate_cases`.
+        Scenes, columns, and whether to estimate the errors of fixed elements -> list of Row, see `rows.evaluate_cases`.
     evaluate_table : callable
         `CaseTable`, columns -> as `closed_form.evaluate_table`; None where each case takes its own scene.
     why_not : callable
@@ -69,17 +69,18 @@ class SceneKind:
 def _one_cable():
     """`SceneKind` of scenes of one cable, whose modules are imported when the first such scene asks for it."""
     from cablestudy.scene.one_cable import as_suspension
-    from cablestudy.study import one_cable_columns, point_loads
-    from cablestudy.study.case import Case
-    from cablestudy.study.closed_form import evaluate_table
+    from cablestudy.study import point_loads
     from cablestudy.study.column import CLOSED
     from cablestudy.study.freeze import freeze_cable
     from cablestudy.study.notes import reference_without_loads
+    from cablestudy.study.one_cable import columns
+    from cablestudy.study.one_cable.case import Case
+    from cablestudy.study.one_cable.closed_form import evaluate_table
 
     return SceneKind(
-        evaluate=one_cable_columns.evaluate,
+        evaluate=columns.evaluate,
         evaluate_table=evaluate_table,
-        why_not=one_cable_columns.why_not,
+        why_not=columns.why_not,
         of_each_cable=lambda scene, name: [],
         is_cheap=lambda column: column.needs in CLOSED and not column.each,
         usual_columns=("preload", "max_tension", "sag", "unstretched_length", "utilisation"),
@@ -89,7 +90,7 @@ def _one_cable():
         case=Case,
         as_suspension=as_suspension,
         loaded_cables=point_loads.of_one_cable,
-        compared_models="cablestudy.study.trade_models",
+        compared_models="cablestudy.study.one_cable.trade",
     )
 
 

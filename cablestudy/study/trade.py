@@ -2,7 +2,7 @@
 
 The error is relative to the continuous cable (`reference_of`). The time is that of one more case of a sweep: processor
 time from the scene to the numbers, statics included, on one thread, after all imports and cached constants. The modules
-`trade_models`, for one cable, and `suspension.trade` have functions of equal names, which `kind_of(scene).trade` gives.
+`one_cable.trade` and `suspension.trade` have functions of equal names, which `kind_of(scene).trade` gives.
 """
 
 import os

@@ -9,12 +9,12 @@ from types import SimpleNamespace
 import numpy as np
 
 from cablestudy.cable.steady_drag import SteadyDrag
-from cablestudy.study.case import Case
-from cablestudy.study.case_modes import solved_modes
-from cablestudy.study.closed_form import ColumnRequirements
-from cablestudy.study.models import solve_models
+from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case_modes import solved_modes
+from cablestudy.study.one_cable.closed_form import ColumnRequirements
+from cablestudy.study.one_cable.models import solve_models
+from cablestudy.study.one_cable.results import Results
 from cablestudy.study.refinement import Refinement, needs_of, refine
-from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
 from cablestudy.study.columns import find
 from cablestudy.study.notes import comparison_notes
-from cablestudy.study.report import STATE, modes_as_rows, shapes_table
+from cablestudy.study.one_cable.report import STATE, modes_as_rows, shapes_table
 from cablestudy.study.suspension.notes import slack_cables
 from cablestudy.study.suspension.numbers import numbers_of
 from cablestudy.study.suspension.part_columns import body_columns, cable_columns, has_key, link_columns, point_columns

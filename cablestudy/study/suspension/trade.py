@@ -7,12 +7,12 @@ import numpy as np
 
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.column import DISCRETE, least_work_first
+from cablestudy.study.one_cable.trade import ACCURACIES, LEVELS, ComparedModel, element_models, power, with_elements
 from cablestudy.study.refinement import with_accuracy
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import MODE, find
 from cablestudy.study.suspension.notes import strength_warning as strength_warning
 from cablestudy.study.suspension.rows import OF_THE_WHOLE, value
-from cablestudy.study.trade_models import ACCURACIES, LEVELS, ComparedModel, element_models, power, with_elements
 from cablestudy.system.coupled import Layout
 from cablestudy.system.hanging_cables import UNDAMPED, Cables
 

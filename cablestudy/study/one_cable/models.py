@@ -14,7 +14,7 @@ from cablestudy.cable.steady_drag import uneven_drag
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.column import LIMP
-from cablestudy.study.results import NO_MOTION, Results, along
+from cablestudy.study.one_cable.results import NO_MOTION, Results, along
 from cablestudy.study.statics import ElementStatics
 from cablestudy.study.tolerances import STUDY
 

@@ -13,10 +13,11 @@ from cablestudy.cable.taut import lambda_squared
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.cable.vectors import row_keys
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study import load_cases, one_cable_conductors
+from cablestudy.study import load_cases
 from cablestudy.study.column import LIMP
 from cablestudy.study.load_cases import pushed_ends
-from cablestudy.study.reference_length import chord_strain
+from cablestudy.study.one_cable import conductors
+from cablestudy.study.one_cable.reference_length import chord_strain
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.tolerances import STUDY
 from cablestudy.study.uneven_drag import uneven_drag_errors
@@ -89,7 +90,7 @@ class Results:
     @cached_property
     def equivalent_cables(self):
         """`EquivalentCables` of conductors with permanent elongation; None where there is none."""
-        return self._equivalent_cables or one_cable_conductors.equivalent_cables(self.values, Results)
+        return self._equivalent_cables or conductors.equivalent_cables(self.values, Results)
 
     @cached_property
     def state(self):
@@ -286,7 +287,7 @@ class Results:
     def model_error(self):
         """Relative error of all results: by the drag, and by conductors that are no linear cables, shape (n,). [-]"""
         stretched = self.equivalent_cables is not None
-        return self.drag_error + one_cable_conductors.uneven_stretch_errors(self) if stretched else self.drag_error
+        return self.drag_error + conductors.uneven_stretch_errors(self) if stretched else self.drag_error
 
     @cached_property
     def sag_rounding(self):

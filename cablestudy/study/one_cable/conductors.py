@@ -13,7 +13,7 @@ from cablestudy.study.conductors import (
     tensions_along,
     uneven_errors,
 )
-from cablestudy.study.reference_length import chord_strain
+from cablestudy.study.one_cable.reference_length import chord_strain
 from cablestudy.study.scene_values import SceneValues
 
 

@@ -7,9 +7,9 @@ import numpy as np
 from cablestudy.errors import CablestudyError
 from cablestudy.study.column import CLOSED, SYSTEM, least_work_first, not_finite, shapeless_error
 from cablestudy.study.columns import is_of_one_cable, over_strength
-from cablestudy.study.models import element_results
 from cablestudy.study.motion_columns import DAMPING_RATIO
-from cablestudy.study.results import Results
+from cablestudy.study.one_cable.models import element_results
+from cablestudy.study.one_cable.results import Results
 from cablestudy.study.table_rows import OK, OVER_STRENGTH, TableColumns, status_of
 from cablestudy.study.tolerances import STUDY
 from cablestudy.study.uneven_drag import relative_change

@@ -6,11 +6,11 @@ import numpy as np
 
 from cablestudy.errors import CablestudyError, ConvergenceError
 from cablestudy.study import notes
-from cablestudy.study.case import Case
 from cablestudy.study.columns import find
-from cablestudy.study.models import solve_models
+from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.models import solve_models
+from cablestudy.study.one_cable.rows import evaluate
 from cablestudy.study.refinement import Refinement, reference_scene, refine
-from cablestudy.study.row import evaluate
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.comparison import relative
 

@@ -6,14 +6,14 @@ from math import ceil, floor
 import numpy as np
 
 from cablestudy.errors import CablestudyError
-from cablestudy.study.case import Case
-from cablestudy.study.case_modes import modes
 from cablestudy.study.columns import find
 from cablestudy.study.motion_columns import GONDOLA_X
 from cablestudy.study.notes import beyond_linear, gondola_notes, growing_damping, larger_by_loop, slack_warning
-from cablestudy.study.one_cable_system import winds_on
+from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case_modes import modes
+from cablestudy.study.one_cable.rows import evaluate_named
+from cablestudy.study.one_cable.system import winds_on
 from cablestudy.study.refinement import with_accuracy
-from cablestudy.study.row import evaluate_named
 from cablestudy.study.table import Field
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.hanging_cables import UNDAMPED, Cables

@@ -6,14 +6,15 @@ from cablestudy.cable.damping import grows_with_modes
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
 from cablestudy.motion.model_sizes import MODAL
 from cablestudy.scene.scene import missing
-from cablestudy.study import models, notes
-from cablestudy.study.case import Case
-from cablestudy.study.closed_form import ColumnRequirements, by_elements, closed_form
+from cablestudy.study import notes
 from cablestudy.study.column import lacks
 from cablestudy.study.columns import find, is_of_one_cable
 from cablestudy.study.motion_columns import DAMPING_RATIO, goes_slack
+from cablestudy.study.one_cable import models
+from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.closed_form import ColumnRequirements, by_elements, closed_form
+from cablestudy.study.one_cable.results import Results
 from cablestudy.study.refinement import Refinement, needs_of, reference_scene, refine
-from cablestudy.study.results import Results
 from cablestudy.study.scene_values import SceneValues, load_count
 from cablestudy.study.table_rows import OVER_STRENGTH, SLACK, UnfinishedRow, batched, compute_together
 from cablestudy.study.tolerances import STUDY
@@ -203,7 +204,7 @@ def _add_errors_by_drag(rows, columns):
 
 def _prepare_systems(rows, required):
     """Compute in one call the modes of gondola, loop and wind of many rows that lack no key for them."""
-    from cablestudy.study.one_cable_system import prepare
+    from cablestudy.study.one_cable.system import prepare
 
     cases = [row.case for row in rows if any(column.header not in row.failures for column in required.system)]
     if not required.gondola:

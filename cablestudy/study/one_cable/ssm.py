@@ -8,10 +8,10 @@ import numpy as np
 from cablestudy.control.one_cable import state_space
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.scene.scene import missing
-from cablestudy.study.case import Case
-from cablestudy.study.case_modes import modes, notes_on_errors
 from cablestudy.study.notes import DAMPING_IN_STATE_SPACES, assumed_damping, strength_warning
-from cablestudy.study.report import PARTICIPATION, modes_as_rows
+from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case_modes import modes, notes_on_errors
+from cablestudy.study.one_cable.report import PARTICIPATION, modes_as_rows
 from cablestudy.study.ssm import Choice, StateSpaceOptions, fewest_modes, pairs_of
 from cablestudy.study.ssm_tables import Curve
 from cablestudy.study.table import Field

@@ -14,15 +14,15 @@ from cablestudy.errors import CablestudyError, NoSolutionError, SceneError, one_
 from cablestudy.motion.body_mode import largest_share
 from cablestudy.motion.dynamic_analysis import DynamicAnalysis
 from cablestudy.motion.turbulence import OWN
-from cablestudy.study.case import Case
 from cablestudy.study.column import DISCRETE, SYSTEM, lacks, value, value_and_error
 from cablestudy.study.columns import find, is_of_one_cable
 from cablestudy.study.motion_columns import GONDOLA_X
 from cablestudy.study.notes import strength_warning as strength_warning
-from cablestudy.study.one_cable_columns import column_of_one_cable
-from cablestudy.study.one_cable_system import in_cable_wind_of, in_wind_of
+from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.columns import column_of_one_cable
+from cablestudy.study.one_cable.rows import evaluate
+from cablestudy.study.one_cable.system import in_cable_wind_of, in_wind_of
 from cablestudy.study.refinement import with_accuracy
-from cablestudy.study.row import evaluate
 from cablestudy.study.scene_values import load_count
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.assemble import assemble

@@ -18,7 +18,7 @@ def static_table(scene, estimate=False):
 
     With `estimate` also of the errors of deflections by fixed elements; the errors of other statics cost nothing.
     """
-    from cablestudy.study.row import evaluate
+    from cablestudy.study.one_cable.rows import evaluate
 
     columns = [column for column in COLUMNS if column.needs in CLOSED and not lacks(scene, column)]
     row = evaluate(scene, columns, estimate)
@@ -125,7 +125,7 @@ def modes_as_rows(case, modes, chosen, further_columns):
 
 def _errors_of_modes(case, modes, chosen):
     """Yield the estimated error of each chosen frequency, where it is known: header -> number."""
-    from cablestudy.study.case_modes import frequency_errors
+    from cablestudy.study.one_cable.case_modes import frequency_errors
 
     errors, _ = frequency_errors(case, modes.first(int(max(chosen, default=-1)) + 1))
     for k in chosen:

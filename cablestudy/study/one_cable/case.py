@@ -7,8 +7,8 @@ import numpy as np
 from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL
 from cablestudy.cable.dynamics import PLANAR
 from cablestudy.cable.geometry import midspan
-from cablestudy.study.models import model_of, numbers_of
-from cablestudy.study.results import Results
+from cablestudy.study.one_cable.models import model_of, numbers_of
+from cablestudy.study.one_cable.results import Results
 from cablestudy.study.scene_values import SceneValues
 from cablestudy.study.statics import ClosedStatics, ElementStatics
 from cablestudy.study.tolerances import STUDY
@@ -342,7 +342,7 @@ class Case:
         NoSolutionError, ConvergenceError
             There is none.
         """
-        from cablestudy.study.one_cable_system import equilibria_of
+        from cablestudy.study.one_cable.system import equilibria_of
 
         self.results.check(self.index)
         return equilibria_of([self]).take(0)
@@ -356,14 +356,14 @@ class Case:
         NoSolutionError, ConvergenceError
             There is no equilibrium.
         """
-        from cablestudy.study.one_cable_system import in_wind_of
+        from cablestudy.study.one_cable.system import in_wind_of
 
         return in_wind_of(self)
 
     @cached_property
     def in_wind_that_damps(self):
         """`in_wind` in a wind that damps the cable too."""
-        from cablestudy.study.one_cable_system import in_wind_of
+        from cablestudy.study.one_cable.system import in_wind_of
 
         return in_wind_of(self, self.cable_air_damping) if self.cable_air_damping else self.in_wind
 
@@ -376,7 +376,7 @@ class Case:
         NoSolutionError, ConvergenceError
             There is no equilibrium.
         """
-        from cablestudy.study.one_cable_system import in_cable_wind_of
+        from cablestudy.study.one_cable.system import in_cable_wind_of
 
         return in_cable_wind_of(self)
 
@@ -416,6 +416,6 @@ class Case:
     @cached_property
     def gondola_mode(self):
         """The coupled mode in which the gondola moves most along x: `RefinedMode`."""
-        from cablestudy.study.one_cable_system import gondola_mode_of
+        from cablestudy.study.one_cable.system import gondola_mode_of
 
         return gondola_mode_of(self)

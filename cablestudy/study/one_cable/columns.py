@@ -9,14 +9,14 @@ from functools import cache, cached_property
 import numpy as np
 
 from cablestudy.scene.one_cable import CABLE, GONDOLA, as_suspension
-from cablestudy.study.case import Case
 from cablestudy.study.column import attribute, lacks
 from cablestudy.study.columns import find as find_of_one
 from cablestudy.study.columns import is_of_one_cable
 from cablestudy.study.motion_columns import check_winch_speed
-from cablestudy.study.one_cable_system import equilibria_of
+from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.rows import evaluate_cases
+from cablestudy.study.one_cable.system import equilibria_of
 from cablestudy.study.refinement import reference_scene
-from cablestudy.study.row import evaluate_cases
 from cablestudy.study.suspension import columns as of_suspensions
 from cablestudy.study.suspension import part_columns
 from cablestudy.study.suspension.case import SuspensionCase
@@ -115,7 +115,7 @@ def why_not(scene, column):
 
 
 def evaluate(scenes, columns, estimate=False):
-    """Rows as of `row.evaluate_cases`, with columns of suspensions too: cells have the headers asked for."""
+    """Rows as of `rows.evaluate_cases`, with columns of suspensions too: cells have the headers asked for."""
     bare = all(scene.gondola is None for scene in scenes)
     own_columns = {column.header: column_of_one_cable(column, bare) for column in columns}
     rows = evaluate_cases(scenes, list({column.header: column for column in own_columns.values()}.values()), estimate)
