@@ -246,6 +246,31 @@ def test_an_unstable_loop_is_written_with_a_warning(folder, scene):
     assert poles.real.max() > 0.01
 
 
+def test_the_loop_over_frequency_has_the_actuators(folder, scene):
+    """Singular values of the loop gain from the matrices of the suspension with its actuators, and their poles."""
+    damping = "cable.damping={model: kelvin_voigt, time: 3 ms, viscous: 0.02}"
+    sets = ("--set", "control={gain: 0.1, measured: [x, y, z], notch: none}", "--set", damping)
+    run("ssm", scene, *sets, "--with", "actuators", "--modes", 60, "--out", "open.npz")
+    found = read(folder / "open.npz")
+    rows = [found["OutputName"].index(f"gondola.{axis}") for axis in "xyz"]
+    columns = [found["InputName"].index(f"winch.{cable}") for cable in ("u1", "u2", "u3", "d1", "d2", "d3")]
+
+    def plant(frequency):
+        return response(found, frequency)[np.ix_(rows, columns)]
+
+    allocation = np.linalg.pinv(plant(0.0).real)
+    done = run("loop", scene, *sets, "--response", "0.05Hz:2Hz:30", "--plot", "loop.svg", "--format", "json")
+    table = json.loads(done.out)["rows"]
+    for row in table:
+        law = 0.1 / (2j * np.pi * row["frequency_Hz"])
+        values = np.linalg.svd(law * plant(row["frequency_Hz"]) @ allocation, compute_uv=False)
+        expected = 20 * np.log10(values)
+        found_values = row["open_loop_largest_dB"], row["open_loop_smallest_dB"]
+        assert found_values == pytest.approx((expected[0], expected[-1]), abs=1e-3)
+    assert len(table) > 30  # others beside the resonances
+    assert (folder / "loop.svg").exists()
+
+
 def test_what_is_modelled_is_said(scene):
     done = run("ssm", scene, "--with", "loop", "--modes", 3, "--explain")
     assert "kept: the 3 lowest modes, and 6 shapes (residual) for the static part of the others" in done.lines

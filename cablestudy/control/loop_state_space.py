@@ -13,7 +13,7 @@ from cablestudy.system.residues import Residues
 from cablestudy.system.state_spaces import StateSpaces
 
 
-def force_state_space(motion, forces, loop):
+def force_state_space(motion, forces, loop, actuators=()):
     """State-space matrices B, C and D from forces on a suspension to its outputs, with its loop or the winches at rest.
 
     With the eigenvalues of A in `Loop.eigen`, or in `LinearSystem.eigen` without a loop, they give the response as a
@@ -27,13 +27,15 @@ def force_state_space(motion, forces, loop):
         Force on each coordinate by each of j inputs.
     loop : Loop or None
         With None the winches are at rest.
+    actuators : sequence of Actuator
+        Those of the suspension, see `StateSpaces`.
 
     Returns
     -------
     b, c, d : ndarray, shapes (N, j), (o, N), (o, j)
-        For N states and the o outputs of the motion.
+        For N states and o outputs: those of the motion, then those of the actuators.
     """
-    return tuple(matrix[0] for matrix in StateSpaces.of([motion], loop and [loop]).matrices(forces[None]))
+    return tuple(matrix[0] for matrix in StateSpaces.of([motion], loop and [loop], actuators).matrices(forces[None]))
 
 
 class ExactResponse:

@@ -91,9 +91,10 @@ def resonances(closed_loop):
         Poles in the upper half plane, complex. [rad/s]
     """
     measured, resonant = [closed_loop.outputs[name] for name in closed_loop.body.measured_outputs], []
-    forces = closed_loop.motion.c[0][measured].real.T  # unit forces along the measured coordinates
+    motion, actuators = closed_loop.motion, closed_loop.actuators
+    forces = motion.c[0][measured].real.T  # unit forces along the measured coordinates
     for loop in (None, closed_loop.loop):
-        system = residues((loop or closed_loop.motion).eigen, *force_state_space(closed_loop.motion, forces, loop))
+        system = residues((loop or motion).eigen, *force_state_space(motion, forces, loop, actuators))
         system = replace(system, outputs=system.outputs[measured], direct=system.direct[measured])
         poles, residue = system.poles, np.abs(system.outputs.T * system.inputs)
         upper = poles.imag > 0
