@@ -189,7 +189,7 @@ def strips(models, kept, equilibrium, drag):
     if not (drag.cables > 0).any():
         return []
     speed = float(np.sqrt((drag.velocity**2).sum()))
-    end_1 = equilibrium.suspension.ends(equilibrium.position, equilibrium.rotation)[:, 0]
+    end_1 = equilibrium.ends[:, 0]
     frames, courses, groups = equilibrium.catenary.span.frame, _courses(models, equilibrium.catenary), {}
     for cable, mesh, places, shapes in nodal_shapes(models, kept, np.flatnonzero(drag.cables > 0)):
         groups.setdefault((mesh, shapes.shape[-1]), []).append((cable, places, shapes, *courses[cable]))

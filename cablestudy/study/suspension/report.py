@@ -308,8 +308,7 @@ def shape_table(case, failures):
     NoSolutionError, ConvergenceError
         There is no stable equilibrium.
     """
-    equilibrium, cables = case.equilibrium, {}
-    ends = equilibrium.suspension.ends(equilibrium.position, equilibrium.rotation)
+    equilibrium, ends, cables = case.equilibrium, case.equilibrium.ends, {}
     for cable, name in enumerate(equilibrium.suspension.cable_names):
         catenary = equilibrium.catenary.take(cable)
         if catenary.slack:
