@@ -50,7 +50,7 @@ def frames_of(data):
         found = []
         for number in range(picture.n_frames):
             picture.seek(number)
-            found.append(np.asarray(picture.convert("RGB"), dtype=int))
+            found.append(np.asarray(picture.convert("RGB")))
         return found
 
 

@@ -274,7 +274,7 @@ def test_a_tension_above_the_breaking_force_of_a_cable_without_an_area(folder):
     assert 1 < row["utilisation"] < math.hypot(1, 10 * 9.81 / 12e3)
 
 
-@pytest.mark.parametrize("count", [1, 2, 116, 117, 118, 1000])
+@pytest.mark.parametrize("count", [1, 116, 117, 118])
 def test_modes_one_two_all_and_more_than_there_are(count):
     rows = table_of("modes", CARLINA, "-n", count)
     assert [row["number"] for row in rows] == list(range(1, min(count, 117) + 1))  # 39 free nodes in space

@@ -19,6 +19,7 @@ import scipy.signal
 from campaign import campaign
 from command import CARLINA, CONFIGS, ROOT
 from found_once import rows_found_once
+from picture import undrawn
 
 import cablestudy as cs
 from cablestudy.control.statespace import StateSpace
@@ -313,6 +314,7 @@ def test_numbers_of_numpy_where_numbers_are_taken():
     assert scene.loop_response((0.01, "10 Hz", np.int32(3))).equals(scene.loop_response("0.01Hz:10Hz:3"))
 
 
+@undrawn()
 def test_a_page_of_a_mapping(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert cs.report(GUY, case="cold").path == "mapping.html"

@@ -304,7 +304,7 @@ def dense_poles(system):
     return poles[poles.imag >= 0]
 
 
-@pytest.mark.parametrize(("elements", "order"), [(2, 6), (4, 4), (10, 1)])
+@pytest.mark.parametrize(("elements", "order"), campaign([(2, 6), (4, 4), (10, 1)], [(2, 6), (10, 1)]))
 def test_fixed_elements_are_judged_by_their_own_modes(elements, order):
     """The mode of the cable that decides, at 131 Hz, is above theirs."""
     exact = short(1.0, viscous=2e-7)
