@@ -432,11 +432,11 @@ def test_the_loop_is_judged_as_all_modes_judge_it(law, model):
         return np.linalg.slogdet(closed)
 
     limit, omega = loop.largest_gain, loop.closed_loop.stability.limit.omega
-    circle = 1j * omega + 0.05 * omega * np.exp(2j * np.pi * np.arange(400) / 400)
+    circle = 1j * omega + 0.05 * omega * np.exp(2j * np.pi * np.arange(100) / 100)
 
     def poles_inside(gain):
         """On the right of the axis, by the argument along a half circle."""
-        half = np.concatenate([circle[np.real(circle) >= 0], 1j * omega * np.linspace(1.05, 0.95, 200)])
+        half = np.concatenate([circle[np.real(circle) >= 0], 1j * omega * np.linspace(1.05, 0.95, 60)])
         half = half[np.argsort(np.angle(half - omega * (1j + 0.01)))]
         sign = np.array([determinant(s, gain)[0] for s in np.append(half, half[:1])])
         return round(np.angle(sign[1:] / sign[:-1]).sum() / (2 * np.pi))

@@ -214,7 +214,7 @@ def hangs(parts, span, weight, temperature, unstretched, sets, curve="initial"):
 
     def at(horizontal):
         strain = 0.0
-        for _ in range(8):  # the weight per stretched length follows the strain
+        for _ in range(4):  # the weight per stretched length follows the strain
             length, mean, sag = span_at(span, horizontal, per_stretched(parts, strain, weight - WEIGHT, without))
             strain = 100 * (length / unstretched - 1)
         return strain, mean, sag

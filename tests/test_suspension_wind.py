@@ -899,7 +899,7 @@ def test_the_motion_of_a_junction_against_dense_bars():
             "coherence_decay": 0.0, "density": RHO}  # fmt: skip
     equilibrium, widths = case.in_wind.closed_loop.equilibrium, [3.0 * np.sqrt(4e-4 / np.pi)] * 2
     bars = BarsInWind(equilibrium, n, wind, cables=widths, damping={"viscous": viscous})
-    both = bars.variances(np.geomspace(1e-5, 60.0, 12000))
+    both = bars.variances(np.geomspace(1e-5, 60.0, 6000))
     variances, rates = (np.array([both[f"knot.{axis}"][kind] for axis in "xyz"]) for kind in (0, 1))
     for axis, expected in zip("xyz", variances, strict=True):
         assert value(case, f"knot.rms_{axis}") == pytest.approx(1e3 * np.sqrt(expected), rel=1e-5)
