@@ -251,6 +251,9 @@ def test_estimated_errors_of_modes():
     assert [row.keys() for row in errors("--set", hysteretic)] == [{"frequency_Hz", "damping_ratio"}] * 3
     one = json.loads(run("modes", scene(), "--upto", "0.26 Hz", "--format", "json").out)
     assert len(one["errors"]) == len(one["rows"]) == 2
+    below_all = ("--set", "model={elements: 3}", "--upto", "1e-6 Hz", "--format", "json")
+    none = json.loads(run("modes", scene(), *below_all, "--explain").out)
+    assert (none["errors"], none["rows"]) == ([], [])
 
 
 # A string of 20 m without weight, of two cables with next to nothing between them.

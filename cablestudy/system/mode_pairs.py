@@ -14,7 +14,7 @@ def pair_modes(modes, others):
     Parameters
     ----------
     modes : CoupledModes
-        k modes.
+        k modes, perhaps none.
     others : CoupledModes
         No fewer modes of the same suspension, with other meshes or coordinates.
 
@@ -28,6 +28,8 @@ def pair_modes(modes, others):
     The pairs have the largest sum of modal assurance criteria (phi^T M psi)^2, of mass-normalised shapes with the
     masses of the nodes of the other model. Allemang and Brown (1982).
     """
+    if not len(modes):
+        return np.zeros(0, dtype=int)
     motion, other_motion = (model.layout.displaced(model.layout.bodies(model.shapes)) for model in (modes, others))
     products = [_product(motion, others.layout.mass @ other_motion)]  # phi^T M psi of the bodies, then of each cable
     models, meshes = others.solution.models, modes.solution.models.meshes
