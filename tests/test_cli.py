@@ -411,11 +411,11 @@ def test_a_reader_that_has_had_enough_ends_the_command_quietly(arguments):
     assert error == b""
 
 
-@pytest.mark.parametrize("preloads", ["[1345 N, 1 N]", "{from: 1 N, to: 2 N, count: 3000}"])
+@pytest.mark.parametrize("preloads", ["[1345 N, 1 N]", "{from: 1 N, to: 2 N, count: 500}"])
 def test_a_reader_that_has_had_enough_hides_no_failure(folder, preloads):
     """The exit code is that of a command that is read to the end, of tables that a pipe holds whole and of others."""
     study = study_file(folder, f"vary: [{{cable.preload: {preloads}}}]\ncolumns: [sag]\n")
-    command = [sys.executable, "-m", "cablestudy", "sweep", study, "--no-write", "--quiet"]
+    command = [sys.executable, "-m", "cablestudy", "sweep", study, "--no-write", "--quiet", "--jobs", "1"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as child:
         child.stdout.close()
         assert child.wait(timeout=LONGEST) == 3

@@ -366,9 +366,7 @@ EXTREME_LOADS = [  # what is stated, a load on a, and other changes
 ]
 
 
-@pytest.mark.parametrize(
-    ("stated", "load", "more"), campaign(EXTREME_LOADS, [EXTREME_LOADS[k] for k in (0, 1, 3, 5, 7)])
-)
+@pytest.mark.parametrize(("stated", "load", "more"), campaign(EXTREME_LOADS, [EXTREME_LOADS[k] for k in (0, 3, 5, 7)]))
 def test_extreme_loads_in_the_reference_state_have_an_answer_or_a_reason(made, stated, load, more):
     sets = f"cables.a.loads=[{{{load}}}]", WITH_LOADS, *more
     row = evaluate_suspensions([made(*body(*sets, stated=stated))], [find("gondola.z")])[0]
