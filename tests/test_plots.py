@@ -9,6 +9,7 @@ import pytest
 from campaign import campaign
 from command import CONFIGS, run, study_file, table_of
 from matplotlib.collections import LineCollection
+from matplotlib.text import Text
 from picture import curves, faults
 from scenes import computed
 from scipy.interpolate import RegularGridInterpolator
@@ -352,6 +353,13 @@ def test_materials_are_categories_and_what_has_no_answer_is_left_out(tmp_path):
 
 
 PLANE = "vary: [{cable.preload: [500 N, 1 kN]}, {gondola.mass: [20 kg, 50 kg, 80 kg]}]\ncolumns: [end_stiffness, sag]\n"
+
+
+@pytest.mark.parametrize("varied", ["[{cable.tension.value: [15 %, 20 %]}]", "[{case: all}]", "[]"])
+def test_a_study_of_texts_alone_says_that_there_is_nothing_to_draw(tmp_path, varied):
+    _, figure = drawn_study(tmp_path, f"vary: {varied}\ncolumns: [governing]\n", "line-limits")
+    assert figure.axes == []
+    assert "no column is a number" in [text.get_text() for text in figure.findobj(Text)]
 
 
 @pytest.mark.parametrize("name", ["gondola.mass", "gondola.mass_kg"])

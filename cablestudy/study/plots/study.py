@@ -32,6 +32,7 @@ from cablestudy.study.prepare import SHOWN_BY, reference_header
 from cablestudy.study.table_rows import OK, has_answer
 
 ROW = "row of the table"
+NUMBER_OF_ROW = DrawnQuantity(ROW, "row of the table", "")
 OTHER_COLUMNS = 4  # columns drawn of a study without `plot:`
 # texts over rows, from which a picture has the texts along x: the few rows of the same text are drawn at one place
 SELDOM = 0.5
@@ -69,7 +70,7 @@ def study_plot(study, table, chosen=()):
     every = [row | {ROW: number} for number, row in enumerate(table.rows, 1)]
     rows = [row for row in every if has_answer(row.get("status", OK))]
     if not rows:
-        return _nothing(study)
+        return _nothing(study, "no case has an answer")
     if study.plot and study.plot.color:
         return colour_map(study, every, rows)
     return _curves(study, every, rows, chosen)
@@ -83,6 +84,8 @@ def not_drawn(study):
 def _curves(study, every, rows, chosen):
     """Figure of one panel for each column, all over one x; arguments as of `colour_map`, `chosen` of `study_plot`."""
     x, columns, logx, logy = _drawn(study, every, chosen)
+    if not columns:
+        return _nothing(study, "no column is a number")
     series, factors = series_of(study, every, rows, x)
     joined = x.categories is None and x.name != ROW and study.sample is None
     entries, bar = give_looks(series, factors, joined)
@@ -101,10 +104,10 @@ def _curves(study, every, rows, chosen):
     return figure
 
 
-def _nothing(study):
-    """Figure of a study none of whose cases has an answer."""
+def _nothing(study, reason):
+    """Figure of a study of which there is nothing to draw, with the reason."""
     figure = Figure(figsize=(WIDTH, 1.2), layout="constrained")
-    heading(figure, f"{study.title}: no case has an answer".lstrip(": "))
+    heading(figure, f"{study.title}: {reason}".lstrip(": "))
     return figure
 
 
@@ -153,8 +156,10 @@ def _drawn(study, rows, chosen):
         x = quantity_named(study, plot.x, rows)
         return x, _chosen(study, chosen, x, rows) or _quantities(study, plot.y, rows), plot.logx, plot.logy
     x, names = _first_varied(study, rows), _computed(study)
-    if x is None:
+    if x is None and names:
         x, names = quantity_named(study, names[0], rows), names[1:] or names
+    elif x is None:
+        x = NUMBER_OF_ROW
     else:
         x = _with_printed_values(study, x, rows, [find(name).header for name in study.columns])
     return x, _chosen(study, chosen, x, rows) or _quantities(study, names[:OTHER_COLUMNS], rows), None, None
@@ -190,7 +195,7 @@ def _first_varied(study, rows):
     apart = [quantity for entry in entries for quantity in _telling_apart(study, entry, rows)]
     numbers = [q for q in apart if q.categories is None and len({q.value(row) for row in rows}) > 1]
     repeated = [q for q in entries[0] if q.categories and len(q.categories) >= SELDOM * len(rows)]
-    return (numbers or apart or repeated or [DrawnQuantity(ROW, "row of the table", "")])[0]
+    return (numbers or apart or repeated or [NUMBER_OF_ROW])[0]
 
 
 def _with_printed_values(study, quantity, rows, headers):
