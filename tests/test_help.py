@@ -57,14 +57,6 @@ def test_a_command_without_an_entry_is_listed_last():
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_every_option_says_what_it_does(name):
-    command = main.get_command(None, name)
-    options = [option for option in command.params if isinstance(option, click.Option)]
-    assert command.help
-    assert [option.name for option in options if not option.help] == []
-
-
-@pytest.mark.parametrize("name", COMMANDS)
 def test_help_shows_examples_as_they_are_typed(name):
     text = run(name, "--help").out
     assert examples(name)
