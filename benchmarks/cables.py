@@ -135,7 +135,7 @@ def seconds(function):
 
     What others do on the machine meanwhile counts less than in time on the wall.
     """
-    from cablestudy.system.equilibria import shared
+    from cablestudy.statics.equilibria import shared
 
     shared.forget()
     begin = time.process_time()

@@ -225,9 +225,9 @@ def motion(peers):
     """Lines: the lowest coupled modes of one pose, and of many that are computed together."""
     import numpy as np
 
+    from cablestudy.statics.equilibria import shared
     from cablestudy.study.suspension.case import SuspensionCase
     from cablestudy.study.suspension.rows import cases_of
-    from cablestudy.system.equilibria import shared
 
     scene = telescope()
     fine = SuspensionCase(scene.model_copy(update={"model": scene.model.model_copy(update={"accuracy": 1e-9})}))

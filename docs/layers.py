@@ -22,6 +22,7 @@ ORDER = (
     "control",
     "wind",
     "system",
+    "statics",
     "cable",
     "scene",
     "errors",

@@ -6,7 +6,7 @@ import numpy as np
 from references import continuous_suspension
 from suspension_scenes import chords, suspension
 
-from cablestudy.system import statics
+from cablestudy.statics import rest
 from cablestudy.system.coupled_modes import coupled_modes
 
 
@@ -48,7 +48,7 @@ def wrong_modes(seed, count=12, accuracy=1e-4, allowed=10):
 
     The number of modes below a frequency is counted for continuous cables.
     """
-    state = statics.pose(scene(seed))
+    state = rest.pose(scene(seed))
     if not state.record.converged or not state.stability.stable:
         return None
     found, wrong = coupled_modes(state, count, accuracy), []

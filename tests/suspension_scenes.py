@@ -6,9 +6,9 @@ import numpy as np
 
 from cablestudy.cable import catenary
 from cablestudy.cable.span import Span
-from cablestudy.system import descent, statics
-from cablestudy.system.rigid import from_angles
-from cablestudy.system.suspension import GROUND, Equilibrium, SuspendedSystem
+from cablestudy.statics import descent, rest
+from cablestudy.statics.rigid import from_angles
+from cablestudy.statics.suspension import GROUND, Equilibrium, SuspendedSystem
 
 G = 9.81
 STANDS = descent.SearchRecord(*(np.array(value) for value in (0, 0.0, 0.0, descent.CONVERGED)))
@@ -76,7 +76,7 @@ def hung(model, lengths):
     """The equilibrium on cables of given unstretched lengths."""
     if not model.free.any():
         return with_lengths(model, lengths)
-    found = statics.pose(replace(model, value=np.asarray(lengths, dtype=float)))
+    found = rest.pose(replace(model, value=np.asarray(lengths, dtype=float)))
     assert found.stability.stable
     return found
 

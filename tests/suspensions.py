@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from cablestudy.system.rigid import from_angles
-from cablestudy.system.suspension import GROUND, SuspendedSystem
+from cablestudy.statics.rigid import from_angles
+from cablestudy.statics.suspension import GROUND, SuspendedSystem
 
 
 def body(name, at, mass, attitude=(0, 0, 0), center=(0, 0, 0), inertia=(1, 1, 1), force=(0, 0, 0), moment=(0, 0, 0),

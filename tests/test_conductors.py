@@ -16,9 +16,9 @@ from scipy.optimize import brentq, fsolve
 from test_sag_tension import FOOT, POUND, WEIGHT
 
 from cablestudy.errors import SceneError
+from cablestudy.statics import equilibria, rest
 from cablestudy.study.one_cable.results import Results
 from cablestudy.study.scene_values import SceneValues
-from cablestudy.system import equilibria, statics
 
 pytestmark = pytest.mark.usefixtures("folder")
 
@@ -383,8 +383,8 @@ def test_cases_of_a_suspension_together_are_as_each_alone(tmp_path, monkeypatch)
         " expansion: 0, unstretched_length: 2 m}\n"
         "cases:\n  hot: {temperature: 100 degC}\n  ice: {temperature: -5 degC, ice: {thickness: 25 mm}}\n"
     )
-    searches, search = [], statics.pose
-    monkeypatch.setattr(statics, "pose", lambda suspension: searches.append(1) or search(suspension))
+    searches, search = [], rest.pose
+    monkeypatch.setattr(rest, "pose", lambda suspension: searches.append(1) or search(suspension))
     equilibria.shared.forget()
     together = table_of("static", path, "--case", "all", "--table", "cables")
     alone, number, cases = [], len(searches), list(dict.fromkeys(row["case"] for row in together))

@@ -7,9 +7,9 @@ from campaign import campaign
 from command import CONFIGS, ROOT
 
 from cablestudy.scene.study import read_study
+from cablestudy.statics.equilibria import shared
 from cablestudy.sweeps.chunks import Chunk, compute
 from cablestudy.sweeps.fingerprint import versions
-from cablestudy.system.equilibria import shared
 
 STUDIES = {path.stem: path for folder in (CONFIGS, CONFIGS / "suspensions") for path in sorted(folder.glob("*.yaml"))}
 STORED = [path.stem for path in sorted((ROOT / "results").glob("*.csv")) if path.stem in STUDIES]

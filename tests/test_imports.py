@@ -13,7 +13,7 @@ import cablestudy
 
 ROOT = Path(cablestudy.__file__).parent
 # what each layer may import from cablestudy:
-# cli > pages > interface > sweeps > study > motion > control > system | wind | scene > cable > errors
+# cli > pages > interface > sweeps > study > motion > control > wind > system > statics | scene > cable > errors
 ALLOWED = {
     "errors": set(),
     "interrupts": set(),
@@ -21,11 +21,12 @@ ALLOWED = {
     "threads": set(),
     "cable": {"cable", "errors"},
     "scene": {"scene", "errors"},  # what the user wrote; it need not know what is computed from it
-    "system": {"system", "cable", "errors"},
-    "control": {"control", "system", "cable", "errors"},
-    "wind": {"wind", "system", "cable", "errors"},
-    "motion": {"motion", "activity", "control", "system", "wind", "scene", "cable", "errors"},
-    "study": {"study", "motion", "activity", "control", "system", "wind", "scene", "cable", "errors"},
+    "statics": {"statics", "cable", "errors"},
+    "system": {"system", "statics", "cable", "errors"},
+    "control": {"control", "system", "statics", "cable", "errors"},
+    "wind": {"wind", "system", "statics", "cable", "errors"},
+    "motion": {"motion", "activity", "control", "system", "statics", "wind", "scene", "cable", "errors"},
+    "study": {"study", "motion", "activity", "control", "system", "statics", "wind", "scene", "cable", "errors"},
     "sweeps": {"sweeps", "activity", "interrupts", "threads", "study", "scene", "errors", "version"},
     "interface": {"interface", "sweeps", "study", "motion", "activity", "threads", "scene", "errors"},
     "pages": {"pages", "interface", "sweeps", "study", "scene", "errors", "version"},
@@ -35,7 +36,7 @@ ALLOWED = {
     "__init__": {"version"},
     "__main__": {"cli"},
 }
-LIBRARIES = {"cable": {"numpy", "scipy"}, "errors": set()}
+LIBRARIES = {**dict.fromkeys(("cable", "statics", "system"), {"numpy", "scipy"}), "errors": set()}
 # reading a file needs no arrays; who draws the points of a sample imports them there and then
 WITHOUT_ARRAYS, DRAWS = "scene", ("scene", "sampling.py")
 MODULES = sorted(ROOT.rglob("*.py"))
@@ -131,7 +132,16 @@ def test_what_pip_installs_is_the_whole_program():
 
 
 ARITHMETIC = (ast.BinOp, ast.UnaryOp, ast.operator, ast.unaryop)
-NUMERIC = ("cable", "system", "control", "wind", "motion", "study")  # packages whose numbers stand in their tolerances
+# packages whose numbers stand in their tolerances
+NUMERIC = (
+    "cable",
+    "statics",
+    "system",
+    "control",
+    "wind",
+    "motion",
+    "study",
+)
 NO_TOLERANCE = {  # indices, numbers of mathematics and physics, factors of units
     "SMALLER_PART", "GAUSS_POINTS", "NO_SET", "TERMS", "GOING_ON", "GROUND", "TURN", "STROUHAL", "VON_KARMAN_EXACT",
     "MM", "UM", "MILLI", "PAPER",

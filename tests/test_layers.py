@@ -16,7 +16,7 @@ def test_the_picture_is_that_of_the_imports():
 def test_all_arrows_lead_down():
     graph = layers.imported()
     assert graph["cli"]
-    assert graph["system"] == {"cable", "errors"}
+    assert graph["statics"] == {"cable", "errors"}
     for place, name in enumerate(layers.ORDER):
         assert graph[name] <= set(layers.ORDER[place + 1 :]), name
 

@@ -7,19 +7,19 @@ import pytest
 from suspension_scenes import platform
 
 from cablestudy.scene.scene import load_scene
+from cablestudy.statics import rest
+from cablestudy.statics.equilibria import Equilibria
+from cablestudy.statics.tolerances import STATICS
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.system import statics
-from cablestudy.system.equilibria import Equilibria
-from cablestudy.system.tolerances import SYSTEM
 
 BODY = platform().suspension
 
 
 @pytest.fixture
 def searched(monkeypatch):
-    """Shapes of the searches of `statics.pose`."""
-    found, pose = [], statics.pose
-    monkeypatch.setattr(statics, "pose", lambda suspension: found.append(suspension.shape) or pose(suspension))
+    """Shapes of the searches of `rest.pose`."""
+    found, pose = [], rest.pose
+    monkeypatch.setattr(rest, "pose", lambda suspension: found.append(suspension.shape) or pose(suspension))
     return found
 
 
@@ -38,7 +38,7 @@ def test_equal_rows_are_searched_once(searched):
     assert searched == [(3,), (2,)]  # before those of the lines that follow
     for found, values in ((first, (50.0, 60.0, 50.0, 70.0)), (again, (70.0, 60.0)), (other, (70.0, 65.0))):
         for row, value in enumerate(values):
-            alone = statics.pose(masses(value))
+            alone = rest.pose(masses(value))
             assert np.array_equal(found.position[row], alone.position[0])
             assert np.array_equal(found.catenary.mean_tension[row], alone.catenary.mean_tension[0])
 
@@ -54,7 +54,7 @@ def test_other_connections_are_other_rows(searched):
 
 
 def test_no_more_is_kept_than_there_is_room_for(searched, monkeypatch):
-    monkeypatch.setattr(type(SYSTEM), "remembered_cables", 20)  # of eight cables: two rows
+    monkeypatch.setattr(type(STATICS), "remembered_cables", 20)  # of eight cables: two rows
     shared = Equilibria()
     for value in (50.0, 60.0, 70.0, 70.0, 60.0, 50.0):
         shared.pose(masses(value))

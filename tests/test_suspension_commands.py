@@ -14,9 +14,9 @@ from twins import end_places, held
 
 import cablestudy
 from cablestudy.scene.scene import load_scene
+from cablestudy.statics.tolerances import STATICS
 from cablestudy.study.markdown import fitted
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.system.tolerances import SYSTEM
 
 pytestmark = pytest.mark.usefixtures("folder")
 
@@ -631,7 +631,7 @@ def test_form_finding_says_what_it_lacks(scene, options, message):
 
 
 def test_a_point_too_heavy_for_its_preloads_is_refused_without_a_warning(monkeypatch):
-    monkeypatch.setattr(type(SYSTEM), "softened", campaign(SYSTEM.softened, SYSTEM.softened[-1:]))
+    monkeypatch.setattr(type(STATICS), "softened", campaign(STATICS.softened, STATICS.softened[-1:]))
     outcome = run("static", CONFIGS / "suspensions" / "mast-guys.yaml", "--set", "points.top.mass=1e9 kg", code=3)
     assert "no lengths were found" in outcome.err
 

@@ -1,11 +1,11 @@
-"""Form finding by force densities (`system/force_density.py`)."""
+"""Form finding by force densities (`statics/force_density.py`)."""
 
 import numpy as np
 import pytest
 from suspensions import body, cable, point, suspension, with_values
 
 from cablestudy.errors import NoSolutionError
-from cablestudy.system import force_density, statics
+from cablestudy.statics import force_density, rest
 
 CORNERS = [(0, 0, 0.0), (10, 0, 3.0), (10, 10, 0.0), (0, 10, 3.0)]
 
@@ -37,7 +37,7 @@ def test_the_form_is_in_equilibrium():
     held = body("b", (0, 0, 20.0), 1.0, free=(False,) * 6)
     scene = suspension([held], lines, [point(n, (0, 0, 0), 2.0) for n in names])
     found, tension = force_density.find_form(scene)
-    exact = statics.pose(with_values(found, "preload", tension))
+    exact = rest.pose(with_values(found, "preload", tension))
     assert exact.record.converged
     np.testing.assert_allclose(exact.position, found.position, atol=1e-9)
     np.testing.assert_array_equal(found.position[0], scene.position[0])

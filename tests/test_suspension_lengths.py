@@ -1,4 +1,4 @@
-"""Lengths from tensions (`system/lengths.py`, `tension_distribution.py`), and what cables state (`stated.py`)."""
+"""Lengths from tensions (`statics/lengths.py`, `tension_distribution.py`), and what cables state (`stated.py`)."""
 
 from dataclasses import replace
 from itertools import product
@@ -13,10 +13,10 @@ from cablestudy.cable.catenary import solve
 from cablestudy.cable.span import Span
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import load_scene
+from cablestudy.statics import lengths, rest, stated
+from cablestudy.statics.tension_distribution import distribute
+from cablestudy.statics.tolerances import STATICS
 from cablestudy.study.suspension.group import Group
-from cablestudy.system import lengths, stated, statics
-from cablestudy.system.tension_distribution import distribute
-from cablestudy.system.tolerances import SYSTEM
 
 
 def robot(cables=8, mass=40.0, line=0.05):
@@ -81,7 +81,7 @@ def test_sagging_cables_hold_the_body_where_it_stands():
     assert problems == ""
     np.testing.assert_array_equal(found.position, scene.position)
     assert found.stability.stable
-    again = statics.pose(with_values(scene, "unstretched_length", found.lengths))
+    again = rest.pose(with_values(scene, "unstretched_length", found.lengths))
     np.testing.assert_allclose(again.position, scene.position, atol=1e-8)
     np.testing.assert_allclose(again.catenary.mean_tension, found.catenary.mean_tension, rtol=1e-7)
 
@@ -170,7 +170,7 @@ def test_a_free_attitude_follows_from_balanced_tensions():
     best, problems = lengths.solve(scene, "balanced", low=50.0, moving=attitude)
     assert problems == ""
     variance = best.catenary.mean_tension.var()
-    from cablestudy.system.rigid import turn
+    from cablestudy.statics.rigid import turn
 
     worse = []
     for axis in range(3):
@@ -317,4 +317,4 @@ def test_cables_whose_own_weight_needs_more_than_is_allowed_end_the_search_at_on
     reason = Group([scene]).failure(0)
     assert "by its own weight at least" in str(reason)
     assert len(searched) == 1  # other least tensions are not tried
-    assert searched[0][1].steps <= SYSTEM.infeasible_steps
+    assert searched[0][1].steps <= STATICS.infeasible_steps

@@ -22,10 +22,11 @@ from test_suspension_loop_bars import scene_of
 from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
 from cablestudy.scene.scene import load_scene
 from cablestudy.scene.suspension import SuspensionScene
+from cablestudy.statics import pose_state, rest
+from cablestudy.statics.tolerances import STATICS
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find
 from cablestudy.study.suspension.rows import cases_of
-from cablestudy.system import pose_state, statics
 from cablestudy.system.coupled import Layout
 from cablestudy.system.tolerances import SYSTEM
 
@@ -340,7 +341,7 @@ def test_the_stiffness_is_the_derivative_of_the_forces(seed):
     suspension = found.suspension.broadcast((1,))
     fixed = {"stated": ("unstretched_length",) * len(found.lengths), "value": found.lengths[None]}
     suspension = replace(suspension, position=found.position[None], rotation=found.rotation[None], **fixed)
-    state, step = statics.start(suspension), 3e-6
+    state, step = rest.start(suspension), 3e-6
     free = np.flatnonzero(suspension.free)
     for column, place in enumerate(free):
         move = step * np.eye(suspension.free.size)[place].reshape(1, -1, 6)
@@ -578,7 +579,7 @@ def test_layouts_that_are_sparse_have_the_damping_of_links(monkeypatch):
 def test_a_sparse_search_has_the_same_pose(monkeypatch):
     scene = random_scene(2)
     expected = case_of(scene).equilibrium.position
-    monkeypatch.setattr(type(SYSTEM), "dense_freedoms", 0)
+    monkeypatch.setattr(type(STATICS), "dense_freedoms", 0)
     assert case_of(scene).equilibrium.position == pytest.approx(expected, abs=1e-9)
 
 

@@ -24,11 +24,11 @@ from cablestudy.control.suspension import FROM, TO, Winch
 from cablestudy.errors import SceneError
 from cablestudy.scene.determinacy import MOTIONS
 from cablestudy.scene.scene import load_scene
+from cablestudy.statics.tolerances import STATICS
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find
 from cablestudy.study.suspension.rows import cases_of, evaluate_suspensions
 from cablestudy.system.coupled import Layout
-from cablestudy.system.tolerances import SYSTEM
 
 G, D, ALPHA, DENSITY, EA = 9.81, 0.022, 19e-6, 3500.0, 70e9 * math.pi * 0.022**2 / 4
 MASS = DENSITY * math.pi * D**2 / 4
@@ -224,7 +224,7 @@ cables:
 
 def test_tensions_that_no_lengths_give_are_told(made, monkeypatch):
     """Horizontal tensions on both sides of a knot without a horizontal force are equal."""
-    monkeypatch.setattr(type(SYSTEM), "softened", campaign(SYSTEM.softened, SYSTEM.softened[-1:]))
+    monkeypatch.setattr(type(STATICS), "softened", campaign(STATICS.softened, STATICS.softened[-1:]))
     text = f"""\
 cable: {{{SECTION}}}
 points: {{knot: {{at: [0, 0, 2], free: true, mass: 150 kg}}}}
@@ -673,7 +673,7 @@ def test_cables_that_shrink_to_nothing_are_named(made):
 
 
 def test_a_sag_without_weight_has_no_answer(made, monkeypatch):
-    monkeypatch.setattr(type(SYSTEM), "softened", campaign(SYSTEM.softened, SYSTEM.softened[-1:]))
+    monkeypatch.setattr(type(STATICS), "softened", campaign(STATICS.softened, STATICS.softened[-1:]))
     row = evaluate_suspensions([made(*body("gravity=0", stated="sag: 14 m"))], [find("gondola.z")])[0]
     assert row.cells["status"].startswith("no equilibrium: no lengths were found")
 

@@ -17,8 +17,8 @@ from cablestudy.cable.dynamics import Dynamics
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import load_scene
+from cablestudy.statics import rest
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.system import statics
 from cablestudy.system.cables import Models
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes, coupled_modes_of_cases
@@ -187,7 +187,7 @@ def test_the_stated_error_holds_against_continuous_cables(options, accuracy):
 
 def test_cables_between_bodies_and_junctions():
     """Two bodies and two junctions, one of them without mass: dense bars, and continuous cables."""
-    state = statics.pose(sagging())
+    state = rest.pose(sagging())
     found = coupled_modes(state, 40, model=FixedModel(8))
     assert found.frequency == pytest.approx(bar_suspension.dense(state, 8).modes()[0][:40], rel=1e-9)
     found = coupled_modes(state, 12)
@@ -386,7 +386,7 @@ def test_a_large_model_keeps_its_modes_and_not_what_their_computation_leaves():
 
 def test_modes_whose_order_is_not_certain_have_the_larger_error():
     """Modes 6 and 7 of this suspension change places at a coarse accuracy."""
-    state = statics.pose(counted_modes.scene(93))
+    state = rest.pose(counted_modes.scene(93))
     found, exact = coupled_modes(state, 12, 1e-2), coupled_modes(state, 12, 1e-8)
     assert (np.abs(found.frequency / exact.frequency - 1) <= 2 * found.error).all()
 

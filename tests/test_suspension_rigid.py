@@ -1,11 +1,11 @@
-"""`system/rigid.py`: rotations, and stiffness matrices of rigid bodies."""
+"""`statics/rigid.py`: rotations, and stiffness matrices of rigid bodies."""
 
 import numpy as np
 import pytest
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
-from cablestudy.system import rigid
+from cablestudy.statics import rigid
 
 
 def test_angles_there_and_back():

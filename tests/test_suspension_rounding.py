@@ -1,4 +1,4 @@
-"""Where searches for an equilibrium end, and what rounding leaves of it: `system/rounding.py`, `system/uncertainty.py`.
+"""Ends of searches for an equilibrium, and what rounding leaves of it: `statics/rounding.py`, `statics/uncertainty.py`.
 
 The last digits of sums, and with them the way of a search, depend on the processor, on the axes and on the order of the
 cables: what is found, or refused, must not.
@@ -17,19 +17,19 @@ from test_suspension_extremes import EXTREMES, platform
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import load_scene
 from cablestudy.scene.suspension import SuspensionScene
+from cablestudy.statics import lengths, rest, rounding, tangent
+from cablestudy.statics.descent import CONVERGED, ROUNDED, UNHELD, UNMET
+from cablestudy.statics.failure import explain
+from cablestudy.statics.pose_state import evaluate
 from cablestudy.study.suspension.numbers import distribution_of, numbers_of
 from cablestudy.study.suspension.rows import cases_of
-from cablestudy.system import lengths, rounding, statics, tangent
-from cablestudy.system.descent import CONVERGED, ROUNDED, UNHELD, UNMET
-from cablestudy.system.failure import explain
-from cablestudy.system.pose_state import evaluate
 from cablestudy.wind.mean import Drag, equilibrium_in_wind
 
 
 def test_a_heavy_body_turned_and_its_cables_in_any_order():
-    one = statics.pose(heavy())
+    one = rest.pose(heavy())
     scenes, turns = zip(*(turned(heavy(), seed) for seed in range(40)), strict=True)
-    found = statics.pose(stacked(scenes))
+    found = rest.pose(stacked(scenes))
     assert found.record.converged.all()
     assert (found.record.steps < 30).all()  # of 112
     unknown = one.uncertainty.place[0, :3].max() + found.uncertainty.place[:, 0, :3].max(axis=-1)
@@ -61,7 +61,7 @@ TURNS = campaign(4, 2)
 @pytest.mark.parametrize("name", MANY)
 def test_any_axes_and_any_order_end_alike(name):
     def verdicts(cases):
-        found = statics.pose(stacked(cases))
+        found = rest.pose(stacked(cases))
         known = [found.stability.reason(case) == found.uncertainty.reason(case) == "" for case in range(len(cases))]
         return list(zip(found.record.converged, found.stability.verdict, known, strict=True))
 
@@ -79,9 +79,7 @@ def test_scenes_of_the_configurations_in_any_axes_end_alike(name):
 
     def solved(case):
         case = case.broadcast((1,))
-        return (
-            lengths.solve(case, **distribution_of([scene]))[0] if scene.solve_for == "lengths" else statics.pose(case)
-        )
+        return lengths.solve(case, **distribution_of([scene]))[0] if scene.solve_for == "lengths" else rest.pose(case)
 
     one = solved(numbers)
     assert one.record.converged
@@ -140,7 +138,7 @@ def test_the_mean_wind_in_any_axes_ends_where_rounding_ends_it(name):
     for seed in range(4):
         other, turn = turned(numbers.take(0), seed, order=False)
         other = other.broadcast((1,))
-        calm = statics.pose(other) if limits is None else lengths.solve(other, **limits)[0]
+        calm = rest.pose(other) if limits is None else lengths.solve(other, **limits)[0]
         drag = replace(windy(other), velocity=np.array([[30.0, 0.0, 0.0]]) @ turn.T)
         found = equilibrium_in_wind(calm, drag)
         assert found.record.converged
@@ -154,10 +152,10 @@ def test_the_mean_wind_in_any_axes_ends_where_rounding_ends_it(name):
 def test_what_is_left_is_within_its_bounds():
     """Newton's steps end far below what rounding of the lengths does to the forces, also of stiff cables."""
     for stiffness in (1e5, 1e12):
-        found = statics.pose(trifilar(stiffness=stiffness, line=0.1))
+        found = rest.pose(trifilar(stiffness=stiffness, line=0.1))
         assert found.record.reason in (CONVERGED, ROUNDED)
         flat = found.suspension.broadcast((1,))
-        state = replace(statics.start(flat), position=found.position[None], rotation=found.rotation[None])
+        state = replace(rest.start(flat), position=found.position[None], rotation=found.rotation[None])
         limits = evaluate(flat, state)
         assert (limits.least_rounding <= limits.most_rounding).all()
     # EA/T is 6e9: the rounding of lengths changes forces by more than 1e-7 of the weight, that of sums by 1e-14
@@ -171,7 +169,7 @@ def test_what_is_left_is_within_its_bounds():
 def test_the_rounding_of_the_energy_is_known():
     """Energies of one state, with the cables in any order, differ by no more: of cables 160 times as long too."""
     scene = heavy().broadcast((1,))
-    state = statics.start(scene)
+    state = rest.start(scene)
     state = replace(state, position=state.position - [0.0, 0.0, 3940.0])
     ends = scene.ends(state.position, state.rotation)
     vector = ends[..., 1, :] - ends[..., 0, :]
@@ -191,7 +189,7 @@ def test_a_body_that_is_too_heavy_for_its_preload_is_refused_in_few_steps():
     for one in data["cables"].values():
         del one["unstretched_length"]
         one["preload"] = 1000.0
-    found = statics.pose(numbers_of([SuspensionScene.model_validate(data)]).take(0))
+    found = rest.pose(numbers_of([SuspensionScene.model_validate(data)]).take(0))
     assert found.record.reason == UNMET
     assert found.record.steps < 60
     assert np.abs(found.position).max() < 1e6  # EA is 1e-4 of its weight, but the search has not wandered off
@@ -259,8 +257,8 @@ def test_a_load_on_a_plumb_line_whose_tension_is_its_weight_may_be_anywhere():
         [], [cable((0, 0, 0), "bob", 1e6, line, given="tension_to", value=load * 9.81)],
         [point("bob", (0.5, 0, -10), load)],
     )  # fmt: skip
-    assert statics.pose(hung).uncertainty.reason().startswith("nothing determines bob z")
-    mean = statics.pose(replace(hung, stated=("preload",), value=np.array([(load + line * 10 / 2) * 9.81])))
+    assert rest.pose(hung).uncertainty.reason().startswith("nothing determines bob z")
+    mean = rest.pose(replace(hung, stated=("preload",), value=np.array([(load + line * 10 / 2) * 9.81])))
     assert mean.uncertainty.reason() == ""
     assert mean.position[0, 2] == pytest.approx(-10, abs=0.01)
 
@@ -269,7 +267,7 @@ def test_the_tension_between_two_stiff_cables_has_the_error_of_their_lengths():
     """Of two collinear cables to a point the tension changes by EA (e_1 + e_2)/2 with their strains; T is EA 1e-9."""
     strain, stiffness = 1e-9, 1e12
     lines = [cable((x, 0, 0), "p", stiffness, value=5.0 / (1 + strain)) for x in (-5.0, 5.0)]
-    found = statics.pose(suspension([], lines, [point("p", (0.001, 0, 0), 1e-9)], gravity=0.0))
+    found = rest.pose(suspension([], lines, [point("p", (0.001, 0, 0), 1e-9)], gravity=0.0))
     known = 2 * 2.0**-52 * 2 / np.sqrt(2)  # of a length, and of the anchor that is as far away
     assert found.uncertainty.tension == pytest.approx([known / strain] * 2, rel=0.5)
     np.testing.assert_allclose(found.catenary.mean_tension, stiffness * strain, rtol=3 * known / strain)
@@ -279,7 +277,7 @@ def test_the_tensions_of_a_tripod_do_not_have_it():
     """They are determined by the weight, however stiff the cables are."""
     anchors = np.array([[5.0, 0, 8], [-3, 4, 8], [-2, -5, 8]])
     lines = [cable(tuple(a), "p", 70 * 9.81 * 1e10, value=np.linalg.norm(a) * 0.95) for a in anchors]
-    found = statics.pose(suspension([], lines, [point("p", (0.5, 0.2, -1), 70.0)]))
+    found = rest.pose(suspension([], lines, [point("p", (0.5, 0.2, -1), 70.0)]))
     assert found.uncertainty.tension.max() < 1e-12
     directions = anchors - found.position[0]
     directions /= np.linalg.norm(directions, axis=-1)[:, None]
@@ -294,7 +292,7 @@ def test_many_points_are_judged_as_few():
     ends = [(0.0, 0.0, 0.0), *names, (30.0, 0.0, 0.0)]
     lines = [cable(*pair, 1e6, 0.1, value=30 * 1.01 / 41) for pair in pairwise(ends)]
     points = [point(name, (place, 0, -1)) for name, place in zip(names, x[1:], strict=False)]
-    sparse = statics.pose(suspension([], lines, points))
+    sparse = rest.pose(suspension([], lines, points))
     assert sparse.suspension.free.sum() > 100
     whole = sparse.uncertainty.place[:, :3]
     assert (whole > 0).all()

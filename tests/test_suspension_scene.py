@@ -22,10 +22,10 @@ from cablestudy.scene.scene import load_scene, quantity_of, read_scene
 from cablestudy.scene.schema import suspension_schema
 from cablestudy.scene.study import read_study
 from cablestudy.scene.suspension import SUSPENSION_TABLES
+from cablestudy.statics.suspension import CORES
 from cablestudy.study.prepare import check_cases
 from cablestudy.study.scene_values import tables_of
 from cablestudy.study.suspension.numbers import distribution_of, numbers_of
-from cablestudy.system.suspension import CORES
 
 SUSPENSIONS = CONFIGS / "suspensions"
 FILES = [path for path in sorted(SUSPENSIONS.glob("*.yaml")) if "\nvary:" not in path.read_text(encoding="utf-8")]

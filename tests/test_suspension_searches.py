@@ -1,4 +1,4 @@
-"""Searches for poses and lengths that used to end without an answer, and what refusals say (`system/failure.py`)."""
+"""Searches for poses and lengths that used to end without an answer, and what refusals say (`statics/failure.py`)."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -15,10 +15,10 @@ from cablestudy.cable.catenary import solve
 from cablestudy.cable.span import Span
 from cablestudy.errors import ConvergenceError
 from cablestudy.scene.suspension import SuspensionScene
+from cablestudy.statics import descent, lengths, rest, stated
+from cablestudy.statics.failure import explain
+from cablestudy.statics.tolerances import STATICS
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.system import descent, lengths, stated, statics
-from cablestudy.system.failure import explain
-from cablestudy.system.tolerances import SYSTEM
 
 G = 9.81
 
@@ -43,7 +43,7 @@ def deep(x):
 @pytest.mark.parametrize(("start", "slack", "stiffness"), [(scattered, 0.1, 1e5), (deep, -1e-3, 1e8)])
 def test_a_chain_of_300_points(start, slack, stiffness):
     """Its points lie on the catenary of the cable that is not cut."""
-    found = statics.pose(chain(300, start, slack, stiffness))
+    found = rest.pose(chain(300, start, slack, stiffness))
     assert found.record.converged
     assert found.stability.stable
     whole = solve(Span.between(np.zeros(3), [30, 0, 0], stiffness, 0.1, G, 30 * (1 + slack)))
@@ -64,7 +64,7 @@ def test_a_platform_comes_to_rest_far_below_its_place_in_the_file(kind, value):
         lines.append(cable((300 * x, 300 * y, 110.0), end, *upper, given=kind, value=value))
         lines.append(cable((120 * x, 120 * y, -40.0), end, *lower, given="preload", value=3e5))
     platform = body("a", (0, 0, 100.0), mass, inertia=(8e7, 8e7, 1.4e8))
-    found = statics.pose(suspension([platform], lines, gravity=G))
+    found = rest.pose(suspension([platform], lines, gravity=G))
     assert found.record.converged
 
     def exact(cable, radius, top, length):
@@ -92,7 +92,7 @@ def test_a_mechanism_beside_stiff_cables_is_passed():
 def test_a_dead_moment_that_cables_cannot_hold(monkeypatch):
     """Twisted wires of 20 m hold m g r^2 sin(angle)/drop: 15.8 N m at most."""
     monkeypatch.setattr(descent, "SOFTENED", campaign(descent.SOFTENED, descent.SOFTENED[::5]))
-    turned = statics.pose(trifilar(stiffness=1e7, moment=(0, 0, 20.0)))
+    turned = rest.pose(trifilar(stiffness=1e7, moment=(0, 0, 20.0)))
     assert not turned.record.converged
     assert explain(turned).endswith("the dead moment of 20 N m on disk may be more than the cables can hold")
 
@@ -111,7 +111,7 @@ def topheavy(**more):
 
 
 def test_a_search_that_begins_on_a_saddle():
-    found = statics.pose(topheavy())
+    found = rest.pose(topheavy())
     assert found.record.converged
     assert found.stability.stable
     assert (found.rotation[0] @ found.suspension.center[0])[2] < -1
@@ -121,7 +121,7 @@ def test_a_body_that_only_tilts_falls_to_the_lowest_place():
     """Held but for its pitch, on cables at its reference point: upright it is unstable, upside down it is at rest."""
     free = (False, False, False, False, True, False)
     lines = [cable((x, 0, 5), ("b", (0, 0, 0)), 1e6, 0.1, value=7.0) for x in (-5, 5)]
-    found = statics.pose(suspension([body("b", (0, 0, 0), 4.0, center=(0, 0, 0.5), free=free)], lines))
+    found = rest.pose(suspension([body("b", (0, 0, 0), 4.0, center=(0, 0, 0.5), free=free)], lines))
     assert found.stability.stable
     np.testing.assert_allclose(found.rotation[0] @ [0, 0, 0.5], [0, 0, -0.5], atol=1e-9)
 
@@ -147,7 +147,7 @@ def test_the_least_tension_of_a_cable(way):
 
     share = minimize_scalar(level, bounds=(0.5, 3.0), method="bounded").fun if way[0] else 0.5
     span = Span.between(np.zeros(3), np.array([way]), 1e9, 2.0, G, np.array([10.0]))
-    assert stated.least_preload(span)[0] == pytest.approx(share * 2.0 * G * 10, rel=SYSTEM.least_tension_error)
+    assert stated.least_preload(span)[0] == pytest.approx(share * 2.0 * G * 10, rel=STATICS.least_tension_error)
 
 
 def heavy_robot(line):
@@ -191,7 +191,7 @@ def test_a_preload_below_the_least_is_named():
         cable((10, 5, 0), ("b", (0, 0.3, 0)), 1e6, 0.1, value=4.6),
         cable((10, -5, 0), ("b", (0, -0.3, 0)), 1e6, 0.1, value=4.6),
     ]
-    found = statics.pose(suspension([held], lines))
+    found = rest.pose(suspension([held], lines))
     assert not found.record.converged
     reason = explain(found)
     assert "c0 has a preload of" in reason
@@ -201,6 +201,6 @@ def test_a_preload_below_the_least_is_named():
 def test_cables_without_any_tension_are_a_mechanism():
     """Without gravity a stretched cable pulls a point until nothing is left: no force, and nothing that holds it."""
     line = cable((0, 0, 0), ("b", (0.3, 0, 0.1)), 1e2, 1e-4, value=4.0)
-    found = statics.pose(suspension([body("b", (3, 2, 3.5), 1e-3)], [line], gravity=0.0))
+    found = rest.pose(suspension([body("b", (3, 2, 3.5), 1e-3)], [line], gravity=0.0))
     assert found.record.converged
     assert found.stability.reason().startswith("nothing holds b")

@@ -12,10 +12,10 @@ from cablestudy.cable.damping import Damping
 from cablestudy.control import export, statespace
 from cablestudy.control.suspension import FROM, TO, Marker, Winch, second_order
 from cablestudy.errors import NoSolutionError
+from cablestudy.statics.suspension import GROUND, outward
 from cablestudy.system.cables import Models
 from cablestudy.system.coupled import Layout
 from cablestudy.system.hanging_cables import UNDAMPED, Cables, FixedModel, fixed_meshes
-from cablestudy.system.suspension import GROUND, outward
 
 EIGHT = FixedModel(8)
 WINCHES = (Winch(0), Winch(5), Winch(6, TO))

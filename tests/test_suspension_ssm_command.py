@@ -18,6 +18,7 @@ from cablestudy.control.statespace import state_space_of
 from cablestudy.control.suspension import second_order
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import load_scene
+from cablestudy.statics.suspension import outward
 from cablestudy.study import plots
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.ssm import with_node_forces
@@ -25,7 +26,6 @@ from cablestudy.system.cables import Models
 from cablestudy.system.coupled import Layout
 from cablestudy.system.hanging_cables import Cables, FixedModel, fixed_meshes
 from cablestudy.system.linear import LinearSystem
-from cablestudy.system.suspension import outward
 
 BALLOON = str(CONFIGS / "suspensions" / "carlina-balloon.yaml")
 NET = str(CONFIGS / "suspensions" / "carlina-net.yaml")

@@ -1,4 +1,4 @@
-"""Where bodies and junctions come to rest (`system/statics.py`): closed forms, bad starts, extremes."""
+"""Where bodies and junctions come to rest (`statics/rest.py`): closed forms, bad starts, extremes."""
 
 from dataclasses import replace
 
@@ -11,15 +11,15 @@ from suspensions import body, cable, heavy, point, sagging, suspension, trifilar
 from cablestudy.cable.catenary import solve
 from cablestudy.cable.span import Span
 from cablestudy.errors import NoSolutionError
-from cablestudy.system import statics
-from cablestudy.system.descent import descend
-from cablestudy.system.rigid import to_angles
-from cablestudy.system.stability import MECHANISM, STABLE, UNSTABLE
+from cablestudy.statics import rest
+from cablestudy.statics.descent import descend
+from cablestudy.statics.rigid import to_angles
+from cablestudy.statics.stability import MECHANISM, STABLE, UNSTABLE
 
 
-def rest(scene):
+def at_rest(scene):
     """Its equilibrium, which is stable and in which the forces balance: summed up here once more."""
-    found = statics.pose(scene)
+    found = rest.pose(scene)
     assert found.record.converged.all()
     assert found.stability.stable.all()
     return found
@@ -45,7 +45,7 @@ STARTS = [(0.5, 0.3, -3), (-2, 0, 2), (40, -30, 60), (0, 0, 1), (0, 0, 2.5)]
 @pytest.mark.parametrize("start", campaign(STARTS, STARTS[:3]))
 def test_a_node_from_bad_starts(start):
     """Each half of the symmetric form is one cable whose end carries half the node: a scalar equation in the depth."""
-    found = rest(node(start))
+    found = at_rest(node(start))
 
     def lift(z):
         half = solve(Span.between([-2, 0, 2], [0, 0, z], 1e8, 0.14, 9.81, 2.4))
@@ -59,14 +59,14 @@ def test_a_node_from_bad_starts(start):
 def test_a_plumb_line():
     """A weight on one cable: stretched by its own weight and by the load, in closed form."""
     length, ea, mu, mass = 30.0, 1e4, 0.2, 5.0
-    found = rest(suspension([], [cable((0, 0, 0), "bob", ea, mu, value=length)], [point("bob", (3, 2, -10), mass)]))
+    found = at_rest(suspension([], [cable((0, 0, 0), "bob", ea, mu, value=length)], [point("bob", (3, 2, -10), mass)]))
     stretch = (mass * 9.81 + mu * length * 9.81 / 2) * length / ea
     np.testing.assert_allclose(found.position[0], [0, 0, -length - stretch], atol=1e-9)
 
 
 def test_trifilar_pendulum_at_its_place():
     """The lengths are those of the closed form: the body stays where it is, each cable with a third of the weight."""
-    found = rest(trifilar())
+    found = at_rest(trifilar())
     np.testing.assert_allclose(found.position[0], 0, atol=1e-7)
     np.testing.assert_allclose(to_angles(found.rotation[0]), 0, atol=1e-7)
     np.testing.assert_allclose(found.catenary.mean_tension, 50 * 9.81 / 3, rtol=1e-7)
@@ -77,13 +77,13 @@ def test_a_twisted_trifilar_pendulum():
     radius, height, angle = 0.8, 20.0, 0.7
     drop = np.sqrt(height**2 - (2 * radius * np.sin(angle / 2)) ** 2)
     moment = 50 * 9.81 * radius**2 * np.sin(angle) / drop
-    found = rest(trifilar(radius=radius, height=height, stiffness=1e11, line=0.0, moment=(0, 0, moment)))
+    found = at_rest(trifilar(radius=radius, height=height, stiffness=1e11, line=0.0, moment=(0, 0, moment)))
     np.testing.assert_allclose(to_angles(found.rotation[0]), [0, 0, angle], atol=1e-7)
     assert found.position[0, 2] == pytest.approx(height - drop, abs=1e-6)
 
 
 def test_forces_balance():
-    found = rest(sagging())
+    found = at_rest(sagging())
     for index in range(4):
         np.testing.assert_allclose(net_force(found, index), 0, atol=1e-7)
 
@@ -91,7 +91,7 @@ def test_forces_balance():
 def test_a_held_body_leaves_each_cable_alone():
     one = sagging()
     held = replace(one, free=np.zeros_like(one.free))
-    found = statics.pose(held)
+    found = rest.pose(held)
     ends = one.ends(one.position, one.rotation)
     for i in range(10):
         alone = solve(Span.between(*ends[i], one.axial_stiffness[i], one.cable_mass[i], 9.81, one.value[i]))
@@ -102,7 +102,7 @@ def test_held_degrees_of_freedom_stay():
     one = sagging()
     free = one.free.copy()
     free[0, [0, 5]] = False
-    found = rest(replace(one, free=free))
+    found = at_rest(replace(one, free=free))
     assert found.position[0, 0] == one.position[0, 0]
     assert net_force(found, 0)[1:] == pytest.approx([0, 0], abs=1e-7)
     assert abs(net_force(found, 0)[0]) > 1
@@ -117,7 +117,7 @@ def test_bad_starts_end_in_the_same_place(seed):
     pairs = [(tuple(anchors[i]), names[i % 3]) for i in range(6)] + [("p", "q"), ("q", "r")]
     starts = rng.normal(size=(2, 3, 3)) * [[[3.0]], [[200.0]]]
     lines = [cable(*pair, 10 ** rng.uniform(3, 9), 0.1, value=rng.uniform(15, 40)) for pair in pairs]
-    places = [rest(suspension([], lines, [point(n, a, 3.0) for n, a in zip(names, s, strict=True)])) for s in starts]
+    places = [at_rest(suspension([], lines, [point(n, a, 3.0) for n, a in zip(names, s, strict=True)])) for s in starts]
     np.testing.assert_allclose(places[0].position, places[1].position, atol=1e-7)
 
 
@@ -130,10 +130,10 @@ def test_cases_of_a_batch():
         for _ in range(3)
     ]  # fmt: skip
     arrays = {name: np.stack([getattr(case, name) for case in cases]) for name in ("mass", "value", "position")}
-    together = statics.pose(replace(one, **arrays))
+    together = rest.pose(replace(one, **arrays))
     assert together.position.shape == (3, 4, 3)
     for i, case in enumerate(cases):
-        alone = statics.pose(case)
+        alone = rest.pose(case)
         np.testing.assert_array_equal(together.position[i], alone.position)
         np.testing.assert_array_equal(together.catenary.mean_tension[i], alone.catenary.mean_tension)
 
@@ -145,7 +145,7 @@ def test_a_bad_case_does_not_stop_the_others():
         [point("bob", (0, 0, 8), 2.0)],
     )  # fmt: skip
     weight = 2 * 9.81
-    found = statics.pose(replace(pair, value=np.array([[40.0, 40.0], [weight / 4, weight / 4]])))
+    found = rest.pose(replace(pair, value=np.array([[40.0, 40.0], [weight / 4, weight / 4]])))
     assert found.record.converged.tolist() == [True, False]
     np.testing.assert_allclose(found.catenary.mean_tension[0], 40, rtol=1e-10)
 
@@ -153,7 +153,7 @@ def test_a_bad_case_does_not_stop_the_others():
 @pytest.mark.parametrize("kind", campaign(["preload", "sag", "tension_to"], ["sag", "tension_to"]))
 def test_stated_quantities_come_back(kind):
     """Whatever the cables of an equilibrium have: with all of it stated, the lengths are found again."""
-    first = rest(sagging())
+    first = at_rest(sagging())
     stated = {
         "preload": first.catenary.mean_tension, "sag": first.catenary.sag,
         "tension_to": np.linalg.norm(first.end_forces[:, 1], axis=-1),
@@ -161,7 +161,7 @@ def test_stated_quantities_come_back(kind):
     own = first.suspension
     some = [0, 3, 4, 7]  # six of the ten keep their lengths
     given = tuple(kind if i in some else "unstretched_length" for i in range(10))
-    second = statics.pose(replace(own, stated=given, value=np.where(np.isin(range(10), some), stated, own.value)))
+    second = rest.pose(replace(own, stated=given, value=np.where(np.isin(range(10), some), stated, own.value)))
     assert second.record.converged
     np.testing.assert_allclose(second.position, first.position, atol=1e-7)
     np.testing.assert_allclose(second.lengths, first.lengths, rtol=1e-8)
@@ -174,7 +174,7 @@ def test_three_stated_tensions_at_one_point():
         cable((50 * np.cos(a), 50 * np.sin(a), 0), "p", 1e5, given="preload", value=t)
         for a, t in zip(angles, (3.0, 4.0, 5.0), strict=True)
     ]
-    found = statics.pose(suspension([], lines, [point("p", (1, 2, 0))], gravity=0.0))
+    found = rest.pose(suspension([], lines, [point("p", (1, 2, 0))], gravity=0.0))
     assert found.record.converged
     pull = found.end_forces[:, 1]
     np.testing.assert_allclose(np.linalg.norm(pull, axis=-1), [3, 4, 5], rtol=1e-9)
@@ -188,7 +188,7 @@ def test_from_rubber_to_steel(ratio):
     weight = 70 * 9.81
     lengths = np.linalg.norm(anchors, axis=-1) * 0.95
     lines = [cable(tuple(a), "p", weight * ratio, value=n) for a, n in zip(anchors, lengths, strict=True)]
-    found = rest(suspension([], lines, [point("p", (0.5, 0.2, -1), 70.0)]))
+    found = at_rest(suspension([], lines, [point("p", (0.5, 0.2, -1), 70.0)]))
     directions = anchors - found.position[0]
     directions /= np.linalg.norm(directions, axis=-1)[:, None]
     tension = np.linalg.solve(directions.T, [0, 0, weight])
@@ -198,7 +198,7 @@ def test_from_rubber_to_steel(ratio):
 @pytest.mark.parametrize("mass", [1e-3, 1.0, 1e9])
 def test_from_a_gram_to_a_million_tonnes(mass):
     """A body on six cables of 0.5 kg/m and EA 1e7 N: forces and moments balance."""
-    found = rest(heavy(mass))
+    found = at_rest(heavy(mass))
     load = mass * 9.81 + 6 * 0.5 * 24 * 9.81
     np.testing.assert_allclose(net_force(found, 0), 0, atol=1e-9 * load)
 
@@ -206,9 +206,9 @@ def test_from_a_gram_to_a_million_tonnes(mass):
 def test_gravity_zero():
     """Cables that are too long for their anchors hold nothing; taut ones hold a junction where forces balance."""
     lines = [cable((x, 0, 0), "p", 1e5, value=4.9) for x in (-5.0, 5.0)]
-    found = rest(suspension([], lines, [point("p", (1, 0.5, 0.2), 3.0)], gravity=0.0))
+    found = at_rest(suspension([], lines, [point("p", (1, 0.5, 0.2), 3.0)], gravity=0.0))
     np.testing.assert_allclose(found.position[0], 0, atol=1e-9)
-    loose = statics.pose(with_values(found.suspension, "unstretched_length", [5.5, 5.5]))
+    loose = rest.pose(with_values(found.suspension, "unstretched_length", [5.5, 5.5]))
     assert loose.stability.verdict == MECHANISM
 
 
@@ -218,7 +218,7 @@ def test_mechanisms_name_their_motion():
         [body("bell", (0, 0, -5), 3.0, center=(0, 0, -0.2))],
         [cable((0, 0, 0), ("bell", (0, 0, 0)), 1e5, 0.1, value=5.0)],
     )
-    found = statics.pose(hung)
+    found = rest.pose(hung)
     assert found.record.converged
     assert found.stability.verdict == MECHANISM
     assert found.stability.reason() == "nothing holds bell yaw"
@@ -229,7 +229,7 @@ def test_three_cables_at_one_point_let_a_body_turn(height):
     """The vertical through that point is an axis about which nothing holds the body."""
     anchors = [(5, 0, 8), (-3, 4, 8), (-2, -5, 8)]
     lines = [cable(a, ("b", (0, 0, height)), 1e6, 0.1, value=9.0) for a in anchors]
-    found = statics.pose(suspension([body("b", (0, 0, 0), 50.0, center=(0, 0, -0.2))], lines))
+    found = rest.pose(suspension([body("b", (0, 0, 0), 50.0, center=(0, 0, -0.2))], lines))
     assert found.record.converged
     assert found.stability.reason() == "nothing holds b yaw"
 
@@ -239,30 +239,30 @@ def test_an_unstable_equilibrium_is_no_answer():
     free = (False, False, False, True, False, False)
     lines = [cable((x, 0, 5), ("b", (0, 0, 0)), 1e6, 0.1, value=7.0) for x in (-5, 5)]
     scene = suspension([body("b", (0, 0, 0), 4.0, center=(0, 0, 0.5), free=free)], lines)
-    state, record = descend(scene.broadcast((1,)), statics.start(scene.broadcast((1,))))
-    upright = statics.equilibrium(scene, scene.broadcast((1,)), state, record)
+    state, record = descend(scene.broadcast((1,)), rest.start(scene.broadcast((1,))))
+    upright = rest.equilibrium(scene, scene.broadcast((1,)), state, record)
     assert upright.stability.verdict == UNSTABLE
     assert upright.stability.reason() == "unstable: b roll"
-    assert statics.pose(scene).stability.verdict == STABLE
+    assert rest.pose(scene).stability.verdict == STABLE
 
 
 def test_what_nothing_holds_is_refused():
     lines = [cable((0, 0, 0), "p", 1e5, value=1.0), cable("q", "r", 1e5, value=1.0)]
     adrift = suspension([], lines, [point(name, (1, 1, 1), 1.0) for name in "pqr"])
     with pytest.raises(NoSolutionError, match="nothing holds q: no cables lead from it to the ground"):
-        statics.pose(adrift)
+        rest.pose(adrift)
 
 
 def test_a_cable_that_states_nothing_is_refused():
     lines = [cable((0, 0, 0), "p", 1e5, given=None)]
     with pytest.raises(NoSolutionError, match="c0: states none of unstretched_length, preload, sag, tension_to"):
-        statics.pose(suspension([], lines, [point("p", (1, 1, 1), 1.0)]))
+        rest.pose(suspension([], lines, [point("p", (1, 1, 1), 1.0)]))
 
 
 def test_ends_in_one_place():
     """A cable that begins where its point starts: the search leaves that place."""
     lines = [cable((0, 0, 0), "p", 1e5, 0.1, value=2.0), cable((3, 0, 0), "p", 1e5, 0.1, value=2.0)]
-    found = rest(suspension([], lines, [point("p", (0, 0, 0), 4.0)]))
+    found = at_rest(suspension([], lines, [point("p", (0, 0, 0), 4.0)]))
     assert found.position[0, 0] == pytest.approx(1.5, abs=1e-9)
 
 
@@ -282,7 +282,7 @@ def test_a_net_of_many_points(kind):
         if key in inside or other in inside
     ]
     points = [point(f"p{key}", (spacing * key[0], spacing * key[1], 0.5), 0.2) for key in inside]
-    found = rest(suspension([], lines, points))
+    found = at_rest(suspension([], lines, points))
     for index in range(n * n):
         np.testing.assert_allclose(net_force(found, index), 0, atol=1e-7)
     if kind == "preload":

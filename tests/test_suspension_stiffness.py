@@ -1,4 +1,4 @@
-"""Tangent stiffness of suspensions (`system/tangent.py`): against differences of forces, closed forms, dense bars."""
+"""Tangent stiffness of suspensions (`statics/tangent.py`): against differences of forces, closed forms, dense bars."""
 
 from dataclasses import replace
 
@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from suspensions import body, cable, point, sagging, suspension, trifilar
 
-from cablestudy.system import pose_state, stability, statics, tangent
-from cablestudy.system.rigid import cross_matrix
+from cablestudy.statics import pose_state, rest, stability, tangent
+from cablestudy.statics.rigid import cross_matrix
 
 
 @pytest.fixture(scope="module")
-def rest():
+def at_rest():
     """Two bodies and two junctions at rest."""
-    found = statics.pose(sagging())
+    found = rest.pose(sagging())
     assert found.record.converged
     assert found.stability.stable
     return found
@@ -23,7 +23,7 @@ def differences(found, step=1e-6):
     """-d(net forces)/d(displacements and rotations) of all degrees of freedom, by central differences."""
     flat = found.suspension.broadcast((1,))
     own = replace(flat, position=found.position[None], rotation=found.rotation[None], value=found.lengths[None])
-    state, count = statics.start(replace(own, stated=("unstretched_length",) * len(own.stated))), own.position.shape[1]
+    state, count = rest.start(replace(own, stated=("unstretched_length",) * len(own.stated))), own.position.shape[1]
     columns = []
     for i in range(6 * count):
         move = np.zeros(6 * count)
@@ -36,11 +36,11 @@ def differences(found, step=1e-6):
     return np.stack(columns, axis=-1)
 
 
-def test_differences_of_forces(rest):
+def test_differences_of_forces(at_rest):
     """Held degrees of freedom too; junctions have no moments."""
-    count = len(rest.suspension.body_names)
-    whole = tangent.full(rest.blocks, count)
-    expected = differences(rest)
+    count = len(at_rest.suspension.body_names)
+    whole = tangent.full(at_rest.blocks, count)
+    expected = differences(at_rest)
     np.testing.assert_allclose(whole, expected, atol=2e-8 * np.abs(expected).max())
 
 
@@ -48,7 +48,7 @@ def test_the_energy_and_its_slope():
     """Along any step from any pose the energy changes as the net forces tell, dead moments included."""
     flat = sagging().broadcast((1,))
     flat = replace(flat, moment=flat.moment + np.array([4.0, -3, 5]))
-    state = statics.start(flat)
+    state = rest.start(flat)
     step = np.random.default_rng(8).normal(size=(1, 4, 6)) * flat.free
     along = np.polynomial.legendre.leggauss(12)
     size, slope = 2e-3, 0.0  # without a cable that becomes taut on the way
@@ -60,13 +60,13 @@ def test_the_energy_and_its_slope():
     assert change[0] == pytest.approx(-slope, rel=1e-7)
 
 
-def test_symmetric_under_all_loads_only(rest):
+def test_symmetric_under_all_loads_only(at_rest):
     """K_tt - K_tt^T = [M x], M the moment of the loads that are counted: zero for all of them."""
-    whole = tangent.full(rest.blocks, len(rest.suspension.body_names))
+    whole = tangent.full(at_rest.blocks, len(at_rest.suspension.body_names))
     np.testing.assert_allclose(whole, whole.T, atol=1e-9 * np.abs(whole).max())
-    center, weight = tangent.weights(rest.suspension, rest.rotation)
-    ends, arms = rest.end_forces, rest.arms
-    own = rest.suspension.owner == 0
+    center, weight = tangent.weights(at_rest.suspension, at_rest.rotation)
+    ends, arms = at_rest.end_forces, at_rest.arms
+    own = at_rest.suspension.owner == 0
     moment = np.cross(arms[own], ends[own]).sum(axis=0)  # of the cables alone on the first body
     np.testing.assert_allclose(moment, -np.cross(center[0], weight[0]), atol=1e-9)
     cables_only = whole[3:6, 3:6] + cross_matrix(weight[0]) @ cross_matrix(center[0])
@@ -77,35 +77,35 @@ def test_symmetric_under_all_loads_only(rest):
 def test_a_dead_moment_makes_it_unsymmetric():
     """A moment that keeps its axis has no potential: the difference of the halves is its cross matrix."""
     loaded = trifilar(moment=(3.0, -2.0, 4.0), line=0.2)
-    found = statics.pose(loaded)
+    found = rest.pose(loaded)
     assert found.record.converged
     block = found.body_stiffness[0, 3:, 3:]
     np.testing.assert_allclose(block.T - block, cross_matrix(loaded.moment[0]), atol=1e-6)
     np.testing.assert_allclose(differences(found)[3:, 3:], block, atol=2e-6 * np.abs(block).max())
 
 
-def test_junctions_follow(rest):
+def test_junctions_follow(at_rest):
     """The inverse of a body's part of the compliance of the body and the junctions, the other body held."""
     for which in range(2):
-        own = rest.suspension
+        own = at_rest.suspension
         held = own.free.copy()
         held[1 - which] = False
         held[which] = True
-        blocks = rest.blocks
+        blocks = at_rest.blocks
         dense = tangent.dense(blocks, replace(own, free=held))
         compliance = np.linalg.inv(dense)[:6, :6]
-        np.testing.assert_allclose(rest.body_stiffness[which], np.linalg.inv(compliance), rtol=1e-9, atol=1e-6)
+        np.testing.assert_allclose(at_rest.body_stiffness[which], np.linalg.inv(compliance), rtol=1e-9, atol=1e-6)
 
 
-def test_dense_and_sparse_agree(rest):
-    sparse = tangent.sparse(rest.blocks, rest.suspension).toarray()
-    np.testing.assert_allclose(sparse, rest.stiffness, atol=1e-10)
+def test_dense_and_sparse_agree(at_rest):
+    sparse = tangent.sparse(at_rest.blocks, at_rest.suspension).toarray()
+    np.testing.assert_allclose(sparse, at_rest.stiffness, atol=1e-10)
 
 
 def test_trifilar_pendulum():
     """Sway m g/h, yaw m g r^2/h, heave N EA/L0; tilt (N/2)(EA/L0) r^2 less what the weight below takes."""
     count, r, h, m, zg, ea = 3, 0.8, 20.0, 50.0, 0.4, 1e7
-    found = statics.pose(trifilar(count, r, h, m, zg, ea, line=0.0))
+    found = rest.pose(trifilar(count, r, h, m, zg, ea, line=0.0))
     k, weight, length = found.body_stiffness[0], m * 9.81, found.lengths[0]
     # a cable's tangent stiffness: EA/L0 along, T/h across
     assert k[0, 0] == pytest.approx(weight / h, rel=1e-8)
@@ -121,10 +121,10 @@ def test_batch_and_single_agree():
     """Of several cases, each one's stiffness to the last digit as if it were alone."""
     one = sagging()
     heavier = np.array([1.0, 1.2, 0.8])[:, None] * one.mass
-    together = statics.pose(replace(one, mass=heavier))
+    together = rest.pose(replace(one, mass=heavier))
     assert together.body_stiffness.shape == (3, 2, 6, 6)
     for i, mass in enumerate(heavier):
-        alone = statics.pose(replace(one, mass=mass))
+        alone = rest.pose(replace(one, mass=mass))
         np.testing.assert_array_equal(alone.position, together.position[i])
         np.testing.assert_array_equal(alone.lengths, together.lengths[i])
         np.testing.assert_allclose(alone.stiffness, together.stiffness[i], rtol=1e-13, atol=1e-13)
@@ -145,7 +145,7 @@ def test_flat_net_of_massless_cables():
         for di, dj in ((1, 0), (0, 1))
         if (i, j) in inside or (i + di, j + dj) in inside
     ]
-    found = statics.pose(suspension([], lines, [point(f"p{key}", places[key]) for key in inside], gravity=0.0))
+    found = rest.pose(suspension([], lines, [point(f"p{key}", places[key]) for key in inside], gravity=0.0))
     assert found.record.converged
     vertical = found.stiffness[2::3, 2::3]
     values = np.sort(np.linalg.eigvalsh(vertical))
@@ -156,7 +156,7 @@ def test_flat_net_of_massless_cables():
 
 def test_least_eigenvalue_dense_and_sparse():
     """The same stability from the dense matrix and from the sparse one."""
-    found = statics.pose(sagging())
+    found = rest.pose(sagging())
     own = found.suspension
     scales = np.sqrt(tangent.magnitudes(found.blocks, own))
     value, vector = stability._least_eigenvalue(tangent.scaled_sparse(found.blocks, own, scales))
@@ -173,7 +173,7 @@ def test_bodies_without_free_degrees_have_a_stiffness():
             cable((0, 0, -5.0), ("b", (0, 0, -1.0)), 1e4, value=3.9),
         ],
     )
-    found = statics.pose(held)
+    found = rest.pose(held)
     k = found.body_stiffness[0]
     tension = 1e4 * (4 / 3.9 - 1)
     assert k[2, 2] == pytest.approx(2 * 1e4 / 3.9, rel=1e-12)

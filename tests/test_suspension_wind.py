@@ -35,11 +35,11 @@ from cablestudy.motion import gust_response
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.motion.turbulence import OWN
 from cablestudy.scene.scene import load_scene
+from cablestudy.statics import rest
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find, why_not
 from cablestudy.study.suspension.rows import evaluate_suspensions
 from cablestudy.study.suspension.wind_columns import place_columns
-from cablestudy.system import statics
 from cablestudy.wind import gusts
 from cablestudy.wind.integrals import Integrals
 from cablestudy.wind.mean import Drag, cable_loads
@@ -214,7 +214,7 @@ def test_a_uniform_load_aslant_is_that_of_a_turned_scene():
             suspensions.cable(tuple(place), "knot", 2e5, m, value=14.0) for place, m in zip(places, mass, strict=True)
         ]
         model = suspensions.suspension([], cables, [suspensions.point("knot", (0, 0, 0), 0.0)], gravity=gravity)
-        return statics.pose(model if wind is None else replace(model, cable_wind=wind))
+        return rest.pose(model if wind is None else replace(model, cable_wind=wind))
 
     aslant = knot(anchors, 9.0, mass[:, None] * np.add(load, [0, 0, 9.0]))
     upright = knot(anchors @ turn.T, size, None)
@@ -224,7 +224,7 @@ def test_a_uniform_load_aslant_is_that_of_a_turned_scene():
     assert turn @ aslant.stiffness @ turn.T == pytest.approx(upright.stiffness, rel=1e-8, abs=1e-6)
     # energy decides where a search from afar ends: from a bad start too
     far = replace(aslant.suspension, position=np.add(aslant.position, [3.0, -4.0, 2.0]))
-    assert statics.pose(far).position == pytest.approx(aslant.position, abs=1e-9)
+    assert rest.pose(far).position == pytest.approx(aslant.position, abs=1e-9)
 
 
 def heavy(free=("x", "y", "z"), to=(30.0, 0.0, 5.0), **changes):
@@ -275,7 +275,7 @@ def test_a_winch_on_board_in_the_mean_wind_reels_in_weight_and_drag():
     places, pulls = [], []
     for sign in (1, -1):
         lengths = found.lengths - sign * step * np.array([0, 1.0])
-        state = statics.pose(replace(found.suspension, value=lengths, position=found.position))
+        state = rest.pose(replace(found.suspension, value=lengths, position=found.position))
         places.append(state.position[0])
         pulls.append(np.linalg.norm(state.end_forces, axis=-1))
     rates = np.concatenate([places[0] - places[1], (pulls[0] - pulls[1]).ravel()]) / (2 * step)

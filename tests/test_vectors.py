@@ -5,7 +5,7 @@ import pytest
 
 from cablestudy.cable.segment import inverse_symmetric, solve_symmetric
 from cablestudy.cable.vectors import cross, dot, largest, size, times
-from cablestudy.system.tangent import on_bodies
+from cablestudy.statics.tangent import on_bodies
 
 RANDOM = np.random.default_rng(3)
 FIRST, SECOND = RANDOM.normal(size=(2, 5, 4, 3))

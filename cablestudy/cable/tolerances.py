@@ -77,5 +77,10 @@ class CableTolerances:
     curve_tension: float = 1e-12  # relative error of that tension
     curve_rounding: float = 4e-16  # rounding of one number
 
+    # ------------------------------------------------------------------------------ matrices
+
+    loss_rounding: float = 1e-13  # asymmetry, or negative eigenvalue, of a damping matrix over its largest entry
+    massless: float = 1e-28  # compliance over the largest, below which a motion has no mass
+
 
 CABLE = CableTolerances()

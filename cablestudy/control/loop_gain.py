@@ -16,10 +16,10 @@ from math import prod
 
 import numpy as np
 
+from cablestudy.cable.matrices import solve
 from cablestudy.control.notched_law import NotchedLaw
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.system.linear import LinearSystem
-from cablestudy.system.matrices import solve
 from cablestudy.system.tolerances import SYSTEM
 
 

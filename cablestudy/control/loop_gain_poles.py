@@ -13,10 +13,10 @@ ends. A gain g moves the pole by -g X/(2 s) to first order, with
 
 import numpy as np
 
+from cablestudy.cable.matrices import solved
 from cablestudy.control.loop_gain import LoopGain
 from cablestudy.control.notched_law import NotchedLaw
 from cablestudy.control.tolerances import CONTROL
-from cablestudy.system.matrices import solved
 from cablestudy.system.together import batches
 
 

@@ -19,11 +19,11 @@ from operator import attrgetter
 
 import numpy as np
 
+from cablestudy.cable.matrices import inverse
 from cablestudy.control.curves import at_frequencies, by_parts, eigenvalues
 from cablestudy.control.margins_grid import highest, passages
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import NoSolutionError
-from cablestudy.system.matrices import inverse
 from cablestudy.system.together import batches, computed_together
 
 TURN = 2 * np.pi

@@ -17,9 +17,9 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
+from cablestudy.statics.rigid import cross_matrix
 from cablestudy.system.damping import ritz_of_rows
 from cablestudy.system.linear import LinearSystem
-from cablestudy.system.rigid import cross_matrix
 
 
 @dataclass(frozen=True)

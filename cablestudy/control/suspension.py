@@ -10,14 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cablestudy.cable.matrices import dense
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import NoSolutionError
+from cablestudy.statics.rigid import cross_matrix
+from cablestudy.statics.suspension import AXES, GROUND, tangents
 from cablestudy.system.assemble import assemble_dense
 from cablestudy.system.coupled import Layout
 from cablestudy.system.linear import MODAL, LinearSystem
-from cablestudy.system.matrices import dense
-from cablestudy.system.rigid import cross_matrix
-from cablestudy.system.suspension import AXES, GROUND, tangents
 
 FROM, TO = 0, 1
 ENDS = ("from", "to")

@@ -12,9 +12,9 @@ import numpy as np
 from cablestudy.errors import NoSolutionError, result_of
 from cablestudy.motion.body_damping import damping_ratios
 from cablestudy.motion.tolerances import MOTION
+from cablestudy.statics.suspension import AXES
 from cablestudy.system.comparison import first_of_largest
 from cablestudy.system.coupled_solution import CoupledModes
-from cablestudy.system.suspension import AXES
 from cablestudy.system.together import computed_together
 
 

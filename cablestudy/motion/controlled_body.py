@@ -8,7 +8,7 @@ from cablestudy.control.loop import allocate, moved_by_winches
 from cablestudy.control.notch import Notch
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.determinacy import MOTIONS
-from cablestudy.system.suspension import AXES
+from cablestudy.statics.suspension import AXES
 
 TURN = 2 * np.pi
 

@@ -28,16 +28,16 @@ from operator import attrgetter
 
 import numpy as np
 
+from cablestudy.cable.matrices import dense, solve
 from cablestudy.control.loop_gain_poles import poles_of_modes
 from cablestudy.control.notched_law import NotchedLaw
 from cablestudy.control.suspension import reeling
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.determinacy import MOTIONS
+from cablestudy.statics.rigid import cross_matrix
+from cablestudy.statics.suspension import outward
 from cablestudy.system.condensed_cables import laws_of
-from cablestudy.system.matrices import dense, solve
-from cablestudy.system.rigid import cross_matrix
-from cablestudy.system.suspension import outward
 from cablestudy.system.together import batches, computed_together
 
 # growth over frequency by a gain that is no instability, however small the decay

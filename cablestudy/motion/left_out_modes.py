@@ -15,12 +15,12 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.cable.matrices import dense
 from cablestudy.control.loop_gain import LoopGain
 from cablestudy.control.margins_grid import distinct, near_poles
 from cablestudy.control.motion import with_strokes
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.system.coupling_damping import compute_pole_sums
-from cablestudy.system.matrices import dense
 from cablestudy.system.together import computed_together
 
 TURN = 2 * np.pi

@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.cable.matrices import dense
 from cablestudy.control.loop_state_space import ExactResponse
 from cablestudy.control.motion import Actuator, actuated, basis_of_rows, motion_of_rows, with_actuators
 from cablestudy.control.suspension import FROM, TO, Marker, Winch, check_size, second_order_of_rows, signature
@@ -22,7 +23,6 @@ from cablestudy.scene.actuator_tables import ReactionWheel
 from cablestudy.system.connected import observed
 from cablestudy.system.first_order import state_rows
 from cablestudy.system.linear import LinearSystem
-from cablestudy.system.matrices import dense
 from cablestudy.system.residues import delayed_response
 from cablestudy.system.state_spaces import StateSpaces
 from cablestudy.system.together import batches, computed_together

@@ -3,9 +3,9 @@
 import numpy as np
 
 from cablestudy.scene.determinacy import STATED
+from cablestudy.statics.rigid import to_angles
 from cablestudy.study.one_cable.case import Case
 from cablestudy.study.tolerances import STUDY
-from cablestudy.system.rigid import to_angles
 
 OF_LENGTHS = ("solve_for", "tensions")  # keys of a suspension whose lengths are found where its bodies stand
 

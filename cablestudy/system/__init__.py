@@ -1,1 +1,1 @@
-"""Cables, bodies and junctions: equilibrium, superelements of cables, and the linear system that they make up."""
+"""Cables, bodies and junctions that move: superelements of cables, and the linear system that they make up."""

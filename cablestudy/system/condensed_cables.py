@@ -17,7 +17,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from cablestudy.system.matrices import solved
+from cablestudy.cable.matrices import solved
 from cablestudy.system.tolerances import SYSTEM
 
 

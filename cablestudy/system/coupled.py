@@ -15,12 +15,12 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.system import tangent
+from cablestudy.cable.matrices import dense
+from cablestudy.statics import tangent
+from cablestudy.statics.rigid import cross_matrix, point_movement
+from cablestudy.statics.suspension import GROUND, Equilibrium
 from cablestudy.system.assemble import assemble
-from cablestudy.system.matrices import dense
 from cablestudy.system.reduced import ReducedSystem
-from cablestudy.system.rigid import cross_matrix, point_movement
-from cablestudy.system.suspension import GROUND, Equilibrium
 from cablestudy.system.tolerances import SYSTEM
 
 

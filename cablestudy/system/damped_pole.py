@@ -15,7 +15,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from cablestudy.system.matrices import solved
+from cablestudy.cable.matrices import solved
 from cablestudy.system.tolerances import SYSTEM
 
 

@@ -15,9 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.errors import NoSolutionError
-from cablestudy.system.first_order import equations
-from cablestudy.system.matrices import (
+from cablestudy.cable.matrices import (
     cholesky,
     dense,
     lanczos_modes,
@@ -29,6 +27,8 @@ from cablestudy.system.matrices import (
     solved,
     sparse_factors,
 )
+from cablestudy.errors import NoSolutionError
+from cablestudy.system.first_order import equations
 from cablestudy.system.residues import eigen, eigen_of_rows
 from cablestudy.system.tolerances import SYSTEM
 

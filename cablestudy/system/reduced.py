@@ -4,8 +4,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cablestudy.cable.matrices import dense, factors_of_each, lanczos_modes, normalised_modes, sparse_factors
 from cablestudy.errors import NoSolutionError
-from cablestudy.system.matrices import dense, factors_of_each, lanczos_modes, normalised_modes, sparse_factors
 from cablestudy.system.tolerances import SYSTEM
 
 

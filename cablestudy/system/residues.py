@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cablestudy.cable.matrices import inverse
 from cablestudy.system.connected import all_joined, components, joined_states
-from cablestudy.system.matrices import inverse
 from cablestudy.system.solvents import eigen_by_solvents
 from cablestudy.system.tolerances import SYSTEM
 

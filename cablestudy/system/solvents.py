@@ -12,7 +12,8 @@ fast for weak damping, since all a are far from all b: Newton's method with the 
 
 import numpy as np
 
-from cablestudy.system.matrices import inverse
+from cablestudy.cable.matrices import inverse
+from cablestudy.statics.tolerances import STATICS
 from cablestudy.system.tolerances import SYSTEM
 
 
@@ -57,7 +58,7 @@ def _solvents(stiffness, damping, own, other):
         change = ((solvent + damping[rows]) @ solvent + stiffness[rows]) / distance[rows]
         solvents[rows] = solvent - change
         size = np.abs(change / distance[rows]).max(axis=(-2, -1))
-        settled = size <= SYSTEM.sum_rounding * SYSTEM.rounding
+        settled = size <= STATICS.sum_rounding * STATICS.rounding
         found[rows[settled]] = solvents[rows[settled]]
         rows = rows[~settled & (size < 1)]
     return found

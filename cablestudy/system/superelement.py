@@ -26,9 +26,9 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.cable.matrices import shares
 from cablestudy.system.connected import connected
 from cablestudy.system.coupling_damping import CouplingDamping, Strain
-from cablestudy.system.matrices import shares
 from cablestudy.system.tolerances import SYSTEM
 
 GROUND, GONDOLA = 0, 3  # x of end 1 and of end 2 among the six end displacements

@@ -14,7 +14,7 @@ from math import ceil
 import numpy as np
 
 from cablestudy.cable.vectors import size
-from cablestudy.system.rigid import cross_matrix
+from cablestudy.statics.rigid import cross_matrix
 from cablestudy.wind.cable_pairs import coherence_of_cables, coherence_with_points
 from cablestudy.wind.coherence import Coherence
 from cablestudy.wind.mean import body_forces

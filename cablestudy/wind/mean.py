@@ -21,10 +21,10 @@ import numpy as np
 
 from cablestudy.cable.steady_drag import Profile
 from cablestudy.cable.vectors import size
-from cablestudy.system.descent import DISAGREED, ROUNDED
-from cablestudy.system.equilibria import pose
-from cablestudy.system.tangent import GROUND
-from cablestudy.system.tolerances import SYSTEM
+from cablestudy.statics.descent import DISAGREED, ROUNDED
+from cablestudy.statics.equilibria import pose
+from cablestudy.statics.tangent import GROUND
+from cablestudy.statics.tolerances import STATICS
 from cablestudy.wind.tolerances import WIND
 
 LOADS = ("force", "eccentric_loads", "cable_wind")  # fields of a `SuspendedSystem` that the wind changes
@@ -163,7 +163,7 @@ def equilibrium_in_wind(without_wind, drag):
         equilibrium = pose(replace(suspension, **inputs))
         change = size(equilibrium.ends - previous.ends).max(axis=(-1, -2))
         settled = _loads_settled(drag, equilibrium, inputs["cable_wind"])
-        rounding = SYSTEM.sum_rounding * SYSTEM.rounding * np.abs(equilibrium.ends).max(axis=(-1, -2, -3))
+        rounding = STATICS.sum_rounding * STATICS.rounding * np.abs(equilibrium.ends).max(axis=(-1, -2, -3))
         close = change <= rounding
         agreed = close & settled & ~combines  # combined forces may hardly change before they agree with the attitude
         rounded = settled & ~close & (change >= WIND.mean_wind_progress * least_change)
@@ -255,5 +255,5 @@ def next_argument(arguments, values):
     """
     residual, value = values[-1] - arguments[-1], values[-1]
     changes = np.moveaxis(np.diff(values - arguments, axis=0), 0, -1)  # of the residuals from step to step
-    weights = np.linalg.pinv(changes, rcond=SYSTEM.dependent_steps) @ residual[..., None]
+    weights = np.linalg.pinv(changes, rcond=STATICS.dependent_steps) @ residual[..., None]
     return value - (np.moveaxis(np.diff(values, axis=0), 0, -1) @ weights)[..., 0]

@@ -18,8 +18,8 @@ from math import ceil, sqrt
 import numpy as np
 
 from cablestudy.cable.element import Mesh, basis, lagrange, mesh_segments
+from cablestudy.statics.suspension import outward
 from cablestudy.system.superelement import of_shapes, with_ends
-from cablestudy.system.suspension import outward
 from cablestudy.wind.cable_pairs import Arc, load_points
 from cablestudy.wind.coherence import gauss, rods
 from cablestudy.wind.drag import drag_matrices

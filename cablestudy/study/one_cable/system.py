@@ -18,11 +18,11 @@ from cablestudy.motion.airflow import Airflow, drag_of
 from cablestudy.motion.body_mode import BodyMode, RefinedMode
 from cablestudy.motion.dynamic_analysis import DynamicAnalysis, solve_modes
 from cablestudy.scene.one_cable import CABLE, GONDOLA, as_suspension
+from cablestudy.statics.suspension import GROUND, Equilibrium, SuspendedSystem
 from cablestudy.study.motion_columns import GONDOLA_X, MIDSPAN
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.coupled_modes import coupled_modes
 from cablestudy.system.hanging_cables import Cables, FixedModel
-from cablestudy.system.suspension import GROUND, Equilibrium, SuspendedSystem
 from cablestudy.wind.coherence import along_cable
 from cablestudy.wind.gusts import Gusts
 from cablestudy.wind.strips import on_cables

@@ -9,9 +9,9 @@ import numpy as np
 from cablestudy.cable.geometry import clearance, load_sag, places
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.scene.words import counted
+from cablestudy.statics.suspension import GROUND
 from cablestudy.study.plots.words import quantity_text, shortened
 from cablestudy.study.scene_kind import kind_of
-from cablestudy.system.suspension import GROUND
 
 FINE, COARSE, FEW = 401, 61, 12  # points along a cable of a few, and of more cables than these
 FLAT = 1e-3  # extent over that of the scene below which it is none

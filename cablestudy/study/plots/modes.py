@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from cablestudy.scene.determinacy import ROTATIONS
 from cablestudy.scene.words import counted
+from cablestudy.statics.suspension import GROUND
 from cablestudy.study.plots.deflection import interpolate_elements
 from cablestudy.study.plots.drawing import FLAT, View, drawing_of, upright_plane
 from cablestudy.study.plots.marks import draw_body, draw_lines, draw_points, scale_bar
@@ -31,7 +32,6 @@ from cablestudy.study.plots.style import (
 )
 from cablestudy.study.plots.words import quantity_text, shortened
 from cablestudy.study.table import write_whole
-from cablestudy.system.suspension import GROUND
 
 # of one cable: kind of mode -> colour, words for what is drawn upwards, its axis (1: across the chord, 2: sideways)
 KINDS = {

@@ -10,15 +10,15 @@ from cablestudy.cable.damping import any_grows_with_modes
 from cablestudy.cable.linear_range import linear_range
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.motion.tolerances import MOTION
+from cablestudy.statics.failure import explain
+from cablestudy.statics.rigid import cross_matrix, point_movement
+from cablestudy.statics.suspension import AXES, GROUND
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.scene_values import merged_loads
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.suspension.group import Group, HangingCable
 from cablestudy.study.suspension.numbers import CableValues
 from cablestudy.study.tolerances import STUDY
-from cablestudy.system.failure import explain
-from cablestudy.system.rigid import cross_matrix, point_movement
-from cablestudy.system.suspension import AXES, GROUND
 
 
 class SuspensionCase:

@@ -6,6 +6,7 @@ from functools import lru_cache
 from itertools import product
 
 from cablestudy.scene.fields import suggestion
+from cablestudy.statics.suspension import AXES
 from cablestudy.study.column import lacks
 from cablestudy.study.columns import FAMILIES
 from cablestudy.study.columns import find as find_of_one
@@ -37,7 +38,6 @@ from cablestudy.study.suspension.wind_columns import (
     wind_columns_of,
 )
 from cablestudy.study.tolerances import STUDY
-from cablestudy.system.suspension import AXES
 
 # beginnings of the names of columns that bodies have for many axes or numbers
 OF_BODIES = "stiffness_", "frequency_", "share_", "damping_ratio_", "linear_range_", "force_displacement_"

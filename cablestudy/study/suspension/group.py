@@ -9,6 +9,11 @@ import numpy as np
 from cablestudy.cable.catenary import Catenary
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.motion.airflow import drag_of
+from cablestudy.statics import lengths
+from cablestudy.statics.equilibria import pose
+from cablestudy.statics.failure import explain
+from cablestudy.statics.force_density import find_form
+from cablestudy.statics.rigid import to_angles
 from cablestudy.study.columns import utilisation_of
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.suspension.conductors import conductors_of
@@ -23,11 +28,6 @@ from cablestudy.study.suspension.load_cases import (
 from cablestudy.study.suspension.numbers import CableValues, distribution_of, loads_of
 from cablestudy.study.tolerances import STUDY
 from cablestudy.study.uneven_drag import bounded_errors, relative_change
-from cablestudy.system import lengths
-from cablestudy.system.equilibria import pose
-from cablestudy.system.failure import explain
-from cablestudy.system.force_density import find_form
-from cablestudy.system.rigid import to_angles
 from cablestudy.wind.mean import equilibrium_in_wind
 
 # zero but for rounding where the load is along the chord

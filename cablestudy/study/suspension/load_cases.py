@@ -13,6 +13,10 @@ import numpy as np
 from cablestudy.cable.steady_drag import Profile, SteadyDrag
 from cablestudy.cable.vectors import size
 from cablestudy.motion.airflow import drag_areas_of_bodies
+from cablestudy.statics import stated, tangent
+from cablestudy.statics.equilibria import pose
+from cablestudy.statics.pose_state import assign_rows
+from cablestudy.statics.suspension import Equilibrium
 from cablestudy.study.load_cases import (
     drag_width,
     elongation,
@@ -25,10 +29,6 @@ from cablestudy.study.load_cases import (
 from cablestudy.study.suspension.numbers import CableValues, loads_of, numbers_of
 from cablestudy.study.tolerances import STUDY
 from cablestudy.study.uneven_drag import DragErrors, bounded_errors, uneven_drag_errors
-from cablestudy.system import stated, tangent
-from cablestudy.system.equilibria import pose
-from cablestudy.system.pose_state import assign_rows
-from cablestudy.system.suspension import Equilibrium
 from cablestudy.wind.mean import Drag, equilibrium_in_wind
 
 

@@ -4,10 +4,10 @@ import numpy as np
 
 from cablestudy.scene.determinacy import MOTIONS, found_rotations
 from cablestudy.scene.suspension_tables import Tensions
+from cablestudy.statics import rigid
+from cablestudy.statics.suspension import GROUND, SuspendedSystem
 from cablestudy.study.column import attribute
 from cablestudy.study.scene_values import load_arrays, places_of
-from cablestudy.system import rigid
-from cablestudy.system.suspension import GROUND, SuspendedSystem
 
 ORIGIN = (0.0, 0.0, 0.0)
 OF_JUNCTION = (True, True, True, False, False, False)  # its free displacements and rotations

@@ -11,10 +11,10 @@ import numpy as np
 
 from cablestudy.cable.geometry import chord_angles
 from cablestudy.errors import NoSolutionError
+from cablestudy.statics.suspension import AXES
 from cablestudy.study.column import Column, attribute, written_key
 from cablestudy.study.columns import COLUMNS
 from cablestudy.study.suspension.wind_columns import LOOP, PEAK_UTILISATION, WINCHES
-from cablestudy.system.suspension import AXES
 
 # columns of a single cable -> those that cables of a suspension have instead
 INSTEAD = {"tension_1": "tension_from", "tension_2": "tension_to"}

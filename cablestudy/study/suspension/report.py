@@ -7,6 +7,8 @@ from math import isnan
 import numpy as np
 
 from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
+from cablestudy.statics.force_density import find_form
+from cablestudy.statics.suspension import AXES
 from cablestudy.study.columns import find
 from cablestudy.study.notes import comparison_notes
 from cablestudy.study.one_cable.report import STATE, modes_as_rows, shapes_table
@@ -17,9 +19,7 @@ from cablestudy.study.suspension.rows import value
 from cablestudy.study.table import Field, Table
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.comparison import relative
-from cablestudy.system.force_density import find_form
 from cablestudy.system.mode_pairs import pair_modes
-from cablestudy.system.suspension import AXES
 from cablestudy.system.tolerances import SYSTEM
 
 # columns of cables that a terminal shows where it has not room for all

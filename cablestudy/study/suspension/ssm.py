@@ -5,11 +5,13 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.cable.matrices import dense
 from cablestudy.control.statespace import state_space_of
 from cablestudy.control.suspension import labels, second_order
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError, refuse_options
 from cablestudy.motion.plant import markers_of, winches_of
 from cablestudy.motion.tolerances import MOTION
+from cablestudy.statics.suspension import outward
 from cablestudy.study.ssm import fewest_modes, pairs_of, response_unit
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.notes import damping_notes, notes_of, strength_warning
@@ -17,8 +19,6 @@ from cablestudy.study.suspension.report import mode_notes
 from cablestudy.study.suspension.ssm_control import CoupledChoice, choose_controlled
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.coupled import Layout
-from cablestudy.system.matrices import dense
-from cablestudy.system.suspension import outward
 from cablestudy.wind.strips import nodal_shapes
 
 

@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.vectors import size
-from cablestudy.system.tolerances import SYSTEM
+from cablestudy.statics.tolerances import STATICS
 
 
 @dataclass(frozen=True)
@@ -66,12 +66,12 @@ class Links:
     @cached_property
     def direction(self):
         """t, shape (..., l, 3); zero where both places are one."""
-        return self.vector / np.maximum(self.distance, SYSTEM.tiny)[..., None]
+        return self.vector / np.maximum(self.distance, STATICS.tiny)[..., None]
 
     @property
     def across(self):
         """F/d, shape (..., l). [N/m]"""
-        distance = np.maximum(self.distance, np.maximum(SYSTEM.nearest_link_places * self.length, SYSTEM.tiny))
+        distance = np.maximum(self.distance, np.maximum(STATICS.nearest_link_places * self.length, STATICS.tiny))
         return self.stiffness * np.where(self.length > 0, self.extension / distance, 1.0)
 
     @property

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from cablestudy.system import statics
-from cablestudy.system.tolerances import SYSTEM
+from cablestudy.statics import rest
+from cablestudy.statics.tolerances import STATICS
 
 
 class Equilibria:
@@ -18,7 +18,7 @@ class Equilibria:
         self._searches = []
 
     def pose(self, suspension):
-        """`Equilibrium` of each load case by `statics.pose`, or from the cache; equal cases are solved once.
+        """`Equilibrium` of each load case by `rest.pose`, or from the cache; equal cases are solved once.
 
         Parameters
         ----------
@@ -28,10 +28,10 @@ class Equilibria:
         Raises
         ------
         NoSolutionError
-            As `statics.pose`.
+            As `rest.pose`.
         """
         if len(suspension.shape) != 1:
-            return statics.pose(suspension)
+            return rest.pose(suspension)
         common, keys = suspension.identity  # data that all cases share, and what tells each case from the others
         rows, equilibrium = self._remembered(common, set(keys)) or self._solve(common, keys, suspension)
         row_of_case = [rows[key] for key in keys]
@@ -48,9 +48,9 @@ class Equilibria:
         """Rows by key and `Equilibrium` of a new search, which is remembered, and as many of those before as fit."""
         first_case = dict(zip(reversed(keys), range(len(keys) - 1, -1, -1), strict=True))
         cases = sorted(first_case.values())
-        equilibrium = statics.pose(suspension if len(cases) == len(keys) else suspension.take(np.array(cases)))
+        equilibrium = rest.pose(suspension if len(cases) == len(keys) else suspension.take(np.array(cases)))
         rows = {keys[case]: row for row, case in enumerate(cases)}
-        room, remembered = SYSTEM.remembered_cables, []
+        room, remembered = STATICS.remembered_cables, []
         for search in [(common, rows, equilibrium), *self._searches]:
             room -= search[2].lengths.size
             if room < 0:

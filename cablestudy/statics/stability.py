@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from cablestudy.cable.vectors import largest
-from cablestudy.system import tangent
-from cablestudy.system.tolerances import SYSTEM
+from cablestudy.statics import tangent
+from cablestudy.statics.tolerances import STATICS
 
 STABLE, MECHANISM, UNSTABLE = range(3)
 MOTIONS = ("x", "y", "z", "roll", "pitch", "yaw")
@@ -46,8 +46,8 @@ class Stability:
     def motion_name(self, case=()):
         """Name of the motion of one case, as "gondola yaw" or "gondola x and gondola pitch"."""
         motion = np.abs(self.motion[case])
-        components = np.argsort(-motion, axis=None, kind="stable")[: SYSTEM.named_components]  # largest first
-        named = [i for i in components if motion.flat[i] >= SYSTEM.named_share]
+        components = np.argsort(-motion, axis=None, kind="stable")[: STATICS.named_components]  # largest first
+        named = [i for i in components if motion.flat[i] >= STATICS.named_share]
         return " and ".join(f"{self.body_names[i // 6]} {MOTIONS[i % 6]}" for i in named)
 
     def reason(self, case=()):
@@ -74,7 +74,7 @@ def stability_of(equilibrium):
     scales = np.sqrt(np.where(sizes > 0, sizes, 1.0))
     least, vector = _least_eigenvalues(blocks, suspension, scales)
     # forces that are balanced to the residual only leave the geometric stiffness uncertain by as much
-    tolerance = np.maximum(SYSTEM.zero_eigenvalue, equilibrium.record.residual)
+    tolerance = np.maximum(STATICS.zero_eigenvalue, equilibrium.record.residual)
     verdict = np.where(least > tolerance, STABLE, np.where(least < -tolerance, UNSTABLE, MECHANISM))
     motion = np.zeros((*least.shape, *suspension.free.shape))
     motion[..., suspension.free] = vector / scales
@@ -86,7 +86,7 @@ def stability_of(equilibrium):
 
 def _least_eigenvalues(blocks, suspension, scales):
     """Least eigenvalue, shape (...), and its eigenvector, (..., d), of the stiffness scaled by `scales`, (..., d)."""
-    if scales.shape[-1] <= SYSTEM.dense_freedoms:
+    if scales.shape[-1] <= STATICS.dense_freedoms:
         matrix = tangent.scaled_dense(blocks, suspension, scales)
         values, vectors = np.linalg.eigh((matrix + np.swapaxes(matrix, -1, -2)) / 2)
         return values[..., 0], vectors[..., 0]
@@ -106,7 +106,7 @@ def _blocks_without_loose_cables(equilibrium):
     """
     span, tension = equilibrium.catenary.span, equilibrium.catenary.max_tension
     loose = (
-        (tension <= SYSTEM.rounding * span.axial_stiffness)
+        (tension <= STATICS.rounding * span.axial_stiffness)
         & (np.asarray(span.weight) == 0)
         & (span.load_positions.size == 0)
     )
@@ -128,7 +128,7 @@ def _least_eigenvalue(matrix):
     count = matrix.shape[0]
     unit, shift = diags_array(np.ones(count), format="csc"), 0.0
     while (factors := tangent.factorised(matrix + shift * unit)) is None:
-        shift = max(10 * shift, SYSTEM.zero_eigenvalue)
+        shift = max(10 * shift, STATICS.zero_eigenvalue)
     inverse = LinearOperator(matrix.shape, factors.solve, dtype=float)
     first_vector = np.random.default_rng(1).normal(size=count)
     values, vectors = eigsh(matrix, 1, sigma=-shift, which="LM", OPinv=inverse, v0=first_vector)

@@ -7,10 +7,10 @@ import numpy as np
 from cablestudy.cable import catenary
 from cablestudy.cable.vectors import largest, size
 from cablestudy.errors import NoSolutionError
-from cablestudy.system import rounding, stated, tangent
-from cablestudy.system.descent import CONVERGED, ROUNDED, TOO_MANY, UNHELD, SearchRecord, descend
-from cablestudy.system.failure import MOTIONS
-from cablestudy.system.pose_state import (
+from cablestudy.statics import rounding, stated, tangent
+from cablestudy.statics.descent import CONVERGED, ROUNDED, TOO_MANY, UNHELD, SearchRecord, descend
+from cablestudy.statics.failure import MOTIONS
+from cablestudy.statics.pose_state import (
     TINY,
     assign_rows,
     copy_record,
@@ -20,15 +20,15 @@ from cablestudy.system.pose_state import (
     spans,
     take_rows,
 )
-from cablestudy.system.stability import UNSTABLE
-from cablestudy.system.statics import equilibrium, perturbed, refuse_unheld, start, with_stated
-from cablestudy.system.tension_distribution import METHODS, distribute
-from cablestudy.system.tolerances import SYSTEM
+from cablestudy.statics.rest import equilibrium, perturbed, refuse_unheld, start, with_stated
+from cablestudy.statics.stability import UNSTABLE
+from cablestudy.statics.tension_distribution import METHODS, distribute
+from cablestudy.statics.tolerances import STATICS
 
 GOING_ON = -1  # in place of a reason
 # Least tension allowed of a cable over the least that it can have by its own weight: ratios tried in turn. Near a ratio
 # of 1 the length of a cable hardly changes its tension, and the steps of the search are good for little
-LEAST_RATIOS = (1.5, 2.0, 1.05, 1 + SYSTEM.least_tension_error)
+LEAST_RATIOS = (1.5, 2.0, 1.05, 1 + STATICS.least_tension_error)
 UNITS = ((1e6, "MN"), (1e3, "kN"), (1.0, "N"))
 
 
@@ -120,7 +120,7 @@ def with_stable_attitudes(suspension, flat, answers, which, moving, method, boun
     search is repeated from the attitudes in which they come to rest, with the bodies moved back to their places. `flat`
     is the suspension with its cases in one axis, `bounds` are `low`, `high` and `reference` of `search`.
     """
-    for size_of_step in SYSTEM.off_saddle:
+    for size_of_step in STATICS.off_saddle:
         state, record, _ = answers
         stability = equilibrium(suspension, flat, state, record).stability
         falling = np.flatnonzero(record.converged & (stability.verdict == UNSTABLE).reshape(len(record.converged)))
@@ -325,7 +325,7 @@ def search(suspension, which, moving, method, low, high, reference, least_ratio)
     record = SearchRecord(
         np.zeros(cases, dtype=int), np.zeros(cases), np.full(cases, np.inf), np.full(cases, TOO_MANY)
     )  # fmt: skip
-    for number in range(SYSTEM.lengths_steps + 1):
+    for number in range(STATICS.lengths_steps + 1):
         index, linear = iterates.index, linearised(active, state, which, moving)
         right = (linear.by_tension @ iterates.tension[..., None])[..., 0] - linear.net
         bounds = iterates.possible, high[index], iterates.damping, iterates.tension
@@ -336,7 +336,7 @@ def search(suspension, which, moving, method, low, high, reference, least_ratio)
         step, tension, turn = limited_steps(active, state, iterates, solutions, moving)
         change = sizes_of(step, tension, iterates)
         iterates = with_infeasible(iterates, solutions, high[index], least_ratio)
-        iterates, reason = with_reasons(iterates, linear, solutions, change, last=number == SYSTEM.lengths_steps)
+        iterates, reason = with_reasons(iterates, linear, solutions, change, last=number == STATICS.lengths_steps)
         assign_rows(record, index, SearchRecord(np.full(len(index), number), linear.imbalance, change, reason))
         assign_rows(states, index, state)
         possible[index] = iterates.possible
@@ -399,7 +399,7 @@ def limited_steps(suspension, state, iterates, solutions, moving):
     turn = largest(step[..., 3:]).max(axis=-1)
     share = allowed_share(suspension, state, step)
     tension = iterates.tension + share[:, None] * (solutions.tension - iterates.tension)
-    return step * share[:, None, None], np.maximum(tension, SYSTEM.least_tension_share * iterates.tension), turn
+    return step * share[:, None, None], np.maximum(tension, STATICS.least_tension_share * iterates.tension), turn
 
 
 def sizes_of(step, tension, iterates):
@@ -420,7 +420,7 @@ def with_infeasible(iterates, solutions, high, least_ratio):
     tension, held, within = solutions.tension, solutions.held, solutions.within
     outside = np.maximum(np.maximum(iterates.possible - tension, tension - high), 0.0).sum(axis=-1)
     too_heavy = (iterates.possible > least_ratio * high).any(axis=-1)
-    no_closer = outside >= SYSTEM.lengths_progress * iterates.outside
+    no_closer = outside >= STATICS.lengths_progress * iterates.outside
     infeasible = ~held | (~within & (too_heavy | (tension.min(axis=-1) < 0) | no_closer))
     return replace(
         iterates,
@@ -434,7 +434,7 @@ def with_reasons(iterates, linear, solutions, change, last):
 
     `change` is the size of the steps from `sizes_of`; `last` is true in the last step that a search may take.
     """
-    falling = change < SYSTEM.lengths_progress * iterates.least_change
+    falling = change < STATICS.lengths_progress * iterates.least_change
     iterates = replace(
         iterates,
         stalled=np.where(falling, 0, iterates.stalled + 1),
@@ -443,9 +443,9 @@ def with_reasons(iterates, linear, solutions, change, last):
     balanced = solutions.held & solutions.within
     settled = change <= linear.tension_rounding
     converged = (linear.over_least <= 1) & settled
-    stuck = (iterates.stalled >= np.where(settled, 1, SYSTEM.lengths_patience)) | last
-    rounded = stuck & (linear.over_most <= 1) & (change < SYSTEM.rough_balance)
-    ended = converged | rounded | (iterates.infeasible >= SYSTEM.infeasible_steps) | last
+    stuck = (iterates.stalled >= np.where(settled, 1, STATICS.lengths_patience)) | last
+    rounded = stuck & (linear.over_most <= 1) & (change < STATICS.rough_balance)
+    ended = converged | rounded | (iterates.infeasible >= STATICS.infeasible_steps) | last
     reason = np.where(balanced, np.where(converged, CONVERGED, np.where(rounded, ROUNDED, TOO_MANY)), UNHELD)
     return iterates, np.where(ended, reason, GOING_ON)
 
@@ -455,11 +455,11 @@ def with_damping(iterates, tension, change, turn, number):
     direction = (tension - iterates.tension) / iterates.tension
     reversed_step = (iterates.direction * direction).sum(axis=-1) < 0
     diverging = (
-        (turn > SYSTEM.largest_turn)
-        | ((change > SYSTEM.shrinking_step * iterates.change) & reversed_step & (number > 2))
-        | (change > SYSTEM.growing_step * iterates.change)
+        (turn > STATICS.largest_turn)
+        | ((change > STATICS.shrinking_step * iterates.change) & reversed_step & (number > 2))
+        | (change > STATICS.growing_step * iterates.change)
     )
-    slow = change > SYSTEM.slow_step * iterates.change
+    slow = change > STATICS.slow_step * iterates.change
     damping, least = next_damping(iterates.damping, iterates.least_damping, diverging, slow)
     return replace(iterates, direction=direction, damping=damping, least_damping=least, change=change)
 
@@ -480,7 +480,7 @@ def next_damping(damping, least, diverging, slow):
     allowed where these are slow.
     """
     least = np.where(diverging, np.maximum(least, 3 * damping), np.where(slow, least / 3, least))
-    more = np.clip(3 * damping, SYSTEM.damped_lengths, SYSTEM.most_damped_lengths)
+    more = np.clip(3 * damping, STATICS.damped_lengths, STATICS.most_damped_lengths)
     return np.where(diverging, more, np.maximum(damping / 3, least)), least
 
 
@@ -503,7 +503,7 @@ def possible_tensions(suspension, state, which, low, tension, least_ratio):
     cable that does not stretch.
     """
     chord_weight = (suspension.cable_mass * suspension.cable_gravity[0] * size(state.chord))[:, which]
-    least, light = SYSTEM.least_level_tension * chord_weight, tension < chord_weight
+    least, light = STATICS.least_level_tension * chord_weight, tension < chord_weight
     if np.any(light):
         least = np.where(light, stated.least_preload(spans(suspension, state))[:, which], least)
     return np.maximum(low, least_ratio * least)
@@ -511,8 +511,8 @@ def possible_tensions(suspension, state, which, low, tension, least_ratio):
 
 def allowed_share(suspension, state, step):
     """Share of a step of bodies that is no longer than a search allows, shape (n,). [-]"""
-    displacement = largest(step[..., :3]).max(axis=-1) / (SYSTEM.farthest_step * extent(state))
-    rotation = largest(step[..., 3:]).max(axis=-1) / SYSTEM.widest_turn
+    displacement = largest(step[..., :3]).max(axis=-1) / (STATICS.farthest_step * extent(state))
+    rotation = largest(step[..., 3:]).max(axis=-1) / STATICS.widest_turn
     return 1 / np.maximum(1.0, np.maximum(displacement, rotation))
 
 
@@ -536,7 +536,7 @@ def describe_failure(suspension, which, answer, low, possible, high):
     excess = np.maximum(possible - answer.tension, answer.tension - high)  # beyond the nearer bound
     if answer.within or excess.max() <= 0:
         return (
-            f"no lengths were found that hold {held} here: their search did not settle in {SYSTEM.lengths_steps} steps"
+            f"no lengths were found that hold {held} here: their search did not settle in {STATICS.lengths_steps} steps"
         )
     largest = np.abs(answer.tension).max()
     factor, unit = next(pair for pair in UNITS if largest >= pair[0] or pair[0] == 1.0)

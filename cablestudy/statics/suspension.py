@@ -12,10 +12,10 @@ import numpy as np
 
 from cablestudy.cable.catenary import Catenary
 from cablestudy.cable.vectors import row_keys, times
-from cablestudy.system import stability, tangent, uncertainty
-from cablestudy.system.links import Links, joined
-from cablestudy.system.pose_state import take_rows
-from cablestudy.system.tangent import GROUND
+from cablestudy.statics import stability, tangent, uncertainty
+from cablestudy.statics.links import Links, joined
+from cablestudy.statics.pose_state import take_rows
+from cablestudy.statics.tangent import GROUND
 
 STATED = (
     "unstretched_length", "preload", "sag", "tension_to", "tension_from", "horizontal_tension", "max_tension",

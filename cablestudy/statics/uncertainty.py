@@ -17,13 +17,13 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.cable.matrices import of_each
 from cablestudy.cable.vectors import cross, largest, size
-from cablestudy.system import rounding, stated, tangent
-from cablestudy.system.links import joined
-from cablestudy.system.matrices import of_each
-from cablestudy.system.tolerances import SYSTEM
+from cablestudy.statics import rounding, stated, tangent
+from cablestudy.statics.links import joined
+from cablestudy.statics.tolerances import STATICS
 
-LENGTH = 2 * SYSTEM.rounding  # rounding of a length, relative
+LENGTH = 2 * STATICS.rounding  # rounding of a length, relative
 MOTIONS = ("x", "y", "z", "roll", "pitch", "yaw")
 
 
@@ -59,8 +59,8 @@ class Uncertainty:
 
     @cached_property
     def determined(self):
-        """True where no displacement or rotation of `relative` is larger than `SYSTEM.undetermined`, shape (...)."""
-        return largest(self.relative).max(axis=-1, initial=0.0) <= SYSTEM.undetermined
+        """True where no displacement or rotation of `relative` is larger than `STATICS.undetermined`, shape (...)."""
+        return largest(self.relative).max(axis=-1, initial=0.0) <= STATICS.undetermined
 
     def reason(self, case=()):
         """Reason why the places in one case are not determined, for a message; an empty string where they are."""
@@ -81,9 +81,9 @@ def uncertainty_of(equilibrium):
     converged = np.asarray(equilibrium.record.converged)[..., None]
 
     def bounded(values, converged):
-        """Values where there is an equilibrium, no larger than `SYSTEM.unknown`; `SYSTEM.unknown` elsewhere."""
-        finite = np.minimum(np.nan_to_num(values, nan=SYSTEM.unknown), SYSTEM.unknown)
-        return np.where(converged, finite, SYSTEM.unknown)
+        """Values where there is an equilibrium, no larger than `STATICS.unknown`; `STATICS.unknown` elsewhere."""
+        finite = np.minimum(np.nan_to_num(values, nan=STATICS.unknown), STATICS.unknown)
+        return np.where(converged, finite, STATICS.unknown)
 
     tension, force = np.split(change, [len(suspension.cable_names)], axis=-1)
     tension = bounded(np.where(cables.max_tension > 0, tension, 0.0), converged)
@@ -109,9 +109,9 @@ def _sampled(equilibrium):
     force_changes, length_known = _force_changes(equilibrium, kinds)
     net, net_rounding, error, value_rounding = _residuals(equilibrium, kinds, length_known)
     free = suspension.free
-    generator = np.random.default_rng(SYSTEM.seed)
-    body_signs = generator.choice([-1.0, 1.0], size=(SYSTEM.samples, *free.shape))
-    cable_signs = generator.choice([-1.0, 1.0], size=(SYSTEM.samples, len(kinds)))
+    generator = np.random.default_rng(STATICS.seed)
+    body_signs = generator.choice([-1.0, 1.0], size=(STATICS.samples, *free.shape))
+    cable_signs = generator.choice([-1.0, 1.0], size=(STATICS.samples, len(kinds)))
     # samples on the last axis: relative changes of stated values, and of the forces of links with their lengths
     changes = np.concatenate([cable_signs.T * value_rounding[..., None], -error[..., None]], axis=-1)
     end_forces, stiffness = force_changes[..., 3], force_changes[..., :, :, :3]  # by such a change, and by end 2
@@ -138,7 +138,7 @@ def _sampled(equilibrium):
         by_end = np.where(end == 1, 1.0, -1.0)[:, None, None] * stiffness[..., cable, 1, :, :]
         by_body = np.concatenate([by_end, cross(arm[..., None, :], by_end)], axis=-1)  # K [I, -[r x]]
         _add_by_displacements(tension, by_body, displacement, cable, ends_of_bodies)
-    unit = np.maximum(cables.max_tension, SYSTEM.tiny)
+    unit = np.maximum(cables.max_tension, STATICS.tiny)
     unit = joined(unit, equilibrium.links and np.ones_like(equilibrium.links.extension), -1)
     return _rms(displacement), _rms(size(np.swapaxes(tension, -1, -2)) / unit[..., None])
 
@@ -203,7 +203,7 @@ def _with_links(equilibrium, stiffness, end_forces, changes, generator):
     """
     links, ends = equilibrium.links, equilibrium.ends[..., len(equilibrium.suspension.cable_names) :, :, :]
     least, most = rounding.of_link_forces(ends, links)
-    sign = generator.choice([-1.0, 1.0], size=(SYSTEM.samples + 1, least.shape[-1]))
+    sign = generator.choice([-1.0, 1.0], size=(STATICS.samples + 1, least.shape[-1]))
     sign[-1] = 0.0  # the last sample is that of the residuals
     # force per relative rounding of lengths and places: stiffness times these
     force = (most - least)[..., None] * links.direction
@@ -215,15 +215,15 @@ def _with_links(equilibrium, stiffness, end_forces, changes, generator):
 
 def _rms(samples):
     """Root mean square of the samples by rounding, plus a multiple of the size of the last sample, by the residuals."""
-    return np.sqrt((samples[..., :-1] ** 2).mean(axis=-1)) + SYSTEM.curved * np.abs(samples[..., -1])
+    return np.sqrt((samples[..., :-1] ** 2).mean(axis=-1)) + STATICS.curved * np.abs(samples[..., -1])
 
 
 def _stayed(equilibrium):
-    """True for cases in which all bodies are where the search began, within `SYSTEM.stayed`; shape (...)."""
+    """True for cases in which all bodies are where the search began, within `STATICS.stayed`; shape (...)."""
     suspension, longest = equilibrium.suspension, equilibrium.longest
     distance = largest(equilibrium.position - suspension.position).max(axis=-1, initial=0.0) / longest
     turn = np.abs(equilibrium.rotation - suspension.rotation).max(axis=(-1, -2, -3), initial=0.0)
-    return np.maximum(distance, turn) <= SYSTEM.stayed
+    return np.maximum(distance, turn) <= STATICS.stayed
 
 
 def _residuals(equilibrium, quantities, length_known):
@@ -263,10 +263,10 @@ def _blocks(equilibrium, end_stiffness, length_known):
 
 def _solved(suspension, blocks, forces):
     """Displacements of the free degrees of freedom by forces on them, both of shape (..., d, samples)."""
-    scales = np.sqrt(np.maximum(tangent.magnitudes(blocks, suspension), SYSTEM.tiny))
+    scales = np.sqrt(np.maximum(tangent.magnitudes(blocks, suspension), STATICS.tiny))
     right = forces / scales[..., None]
     solution = np.full(right.shape, np.inf)
-    if scales.shape[-1] <= SYSTEM.dense_freedoms:
+    if scales.shape[-1] <= STATICS.dense_freedoms:
         matrices = tangent.scaled_dense(blocks, suspension, scales)
         usable = np.isfinite(matrices).all(axis=(-1, -2)) & np.isfinite(right).all(axis=(-1, -2))
         solution[usable] = of_each(np.linalg.solve, np.inf, matrices[usable], right[usable])

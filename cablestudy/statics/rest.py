@@ -7,10 +7,10 @@ import numpy as np
 from cablestudy.cable import catenary
 from cablestudy.cable.vectors import largest, size
 from cablestudy.errors import NoSolutionError
-from cablestudy.system import stated, tangent
-from cablestudy.system.descent import ROUNDED, UNMET, descend, search
-from cablestudy.system.links import Links
-from cablestudy.system.pose_state import (
+from cablestudy.statics import stated, tangent
+from cablestudy.statics.descent import ROUNDED, UNMET, descend, search
+from cablestudy.statics.links import Links
+from cablestudy.statics.pose_state import (
     TINY,
     PoseState,
     assign_rows,
@@ -21,10 +21,10 @@ from cablestudy.system.pose_state import (
     spans,
     take_rows,
 )
-from cablestudy.system.rounding import Bounds, of_stated
-from cablestudy.system.stability import UNSTABLE
-from cablestudy.system.suspension import GROUND, STATED, Equilibrium
-from cablestudy.system.tolerances import SYSTEM
+from cablestudy.statics.rounding import Bounds, of_stated
+from cablestudy.statics.stability import UNSTABLE
+from cablestudy.statics.suspension import GROUND, STATED, Equilibrium
+from cablestudy.statics.tolerances import STATICS
 
 
 def pose(suspension):
@@ -86,9 +86,9 @@ def leave_saddle_points(suspension, flat, state, record):
     -----
     A search that begins on a saddle of the energy stays there, where the forces balance. So another search begins
     beside the saddle, a step along the unstable motion away; cases that stay unstable try the other steps of
-    `SYSTEM.off_saddle`.
+    `STATICS.off_saddle`.
     """
-    for size_of_step in SYSTEM.off_saddle:
+    for size_of_step in STATICS.off_saddle:
         result = equilibrium(suspension, flat, state, record)
         unstable = (result.stability.verdict == UNSTABLE).reshape(len(record.converged))
         index = np.flatnonzero(record.converged & unstable)
@@ -134,13 +134,13 @@ def search_with_softer_cables(suspension):
     first_state = start(suspension)
     tension, reach = catenary.solve(spans(suspension, first_state)).mean_tension, extent(first_state)
     stiffness, softer = suspension.axial_stiffness, suspension
-    for strain in SYSTEM.softened:
+    for strain in STATICS.softened:
         soft_stiffness = np.where(length_stated, stiffness, np.minimum(stiffness, tension / strain))
         softer = replace(softer, axial_stiffness=soft_stiffness)
         state, record = search_all(softer, start(softer))
         # where a search has failed it may be on the way, or have wandered off
         distance = largest(state.position - suspension.position).max(axis=-1, initial=0.0)
-        usable = (record.converged | (distance < SYSTEM.farthest_softened * reach))[:, None, None]
+        usable = (record.converged | (distance < STATICS.farthest_softened * reach))[:, None, None]
         softer = replace(
             softer,
             position=np.where(usable, state.position, softer.position),
@@ -242,17 +242,17 @@ def satisfy_stated(suspension, state, record):
     active, subset = np.arange(len(state.length)), suspension
     best_error, slow_steps = np.full(len(active), np.inf), np.zeros(len(active), dtype=int)
     error, _, cables = stated_errors(subset, state, which)
-    for _ in range(SYSTEM.equilibrium_steps):
+    for _ in range(STATICS.equilibrium_steps):
         step, change = coupled_step(subset, state, cables, which, error)
         state, error, rounding, cables, record = backtrack(subset, state, step, change, which, error)
         assign_rows(final, active, state)
         assign_rows(final_record, active, replace(record, steps=final_record.steps[active] + record.steps))
         met = (np.abs(error) <= rounding.least).all(axis=-1)
         largest_error = log_error(error)
-        slow = (largest_error > SYSTEM.equilibrium_progress * best_error[active]) | np.isinf(largest_error)
+        slow = (largest_error > STATICS.equilibrium_progress * best_error[active]) | np.isinf(largest_error)
         slow_steps[active] = np.where(slow, slow_steps[active] + 1, 0)
         best_error[active] = np.minimum(best_error[active], largest_error)
-        stuck = slow_steps[active] >= SYSTEM.equilibrium_patience
+        stuck = slow_steps[active] >= STATICS.equilibrium_patience
         rounded = stuck & (np.abs(error) <= rounding.most).all(axis=-1)
         answered = met | ~record.converged
         final_record.reason[active] = np.where(answered, record.reason, np.where(rounded, ROUNDED, UNMET))
@@ -289,10 +289,10 @@ def backtrack(suspension, state, step, length_change, which, error):
         Of the search for the equilibrium.
     """
     error_before, share, fitted = log_error(error), np.ones(len(error)), np.zeros(len(error), dtype=bool)
-    for number in range(SYSTEM.equilibrium_tries):
+    for number in range(STATICS.equilibrium_tries):
         trial = with_lengths(displaced(suspension, state, step * share[:, None, None]), length_change * share[:, None])
         trial = _with_stated_of(fitted, which, suspension, trial) if fitted.any() else trial
-        trial, record = descend(suspension, trial, SYSTEM.next_equilibrium_steps)
+        trial, record = descend(suspension, trial, STATICS.next_equilibrium_steps)
         trial_error, rounding, cables = stated_errors(suspension, trial, which)
         larger = ~(log_error(trial_error) < error_before) & (np.abs(trial_error) > rounding.most).any(axis=-1)
         worse = larger | ~record.converged
@@ -356,14 +356,14 @@ def coupled_step(suspension, state, cables, which, error):
         force_by_length=force_by_length * length_scale[..., None, None],
         value_by_motion=tangent.wrenches(state.arms[:, which], value_by_ends),
         value_by_length=value_by_length * length_scale,
-        right=-np.clip(measure, -1.0, SYSTEM.error_in_step),
+        right=-np.clip(measure, -1.0, STATICS.error_in_step),
     )
     motion, change = equations.solve(suspension)
     step, changes = np.zeros((*state.position.shape[:-1], 6)), np.zeros(state.length.shape)
     # without a definite form, as of a slack cable without weight, there are no rates
     step[:, suspension.free] = np.nan_to_num(motion / equations.scales)
     changes[:, which] = np.nan_to_num(change * length_scale)
-    divisor = np.maximum(1.0, np.abs(changes).max(axis=-1) / SYSTEM.length_change)
+    divisor = np.maximum(1.0, np.abs(changes).max(axis=-1) / STATICS.length_change)
     return step / divisor[:, None, None], changes / divisor[:, None]
 
 
@@ -399,7 +399,7 @@ class CoupledEquations:
         """Scaled motions, shape (n, d), and changes of length, shape (n, s)."""
         n, d = self.scales.shape
         right = np.concatenate([np.zeros((n, d)), self.right], axis=-1)
-        if right.shape[-1] <= SYSTEM.dense_freedoms:
+        if right.shape[-1] <= STATICS.dense_freedoms:
             solution = tangent.solved(self._dense(suspension), right)
         else:
             from scipy.sparse.linalg import splu
@@ -415,9 +415,9 @@ class CoupledEquations:
         rows = tangent.by_body(suspension, self.which, self.value_by_motion) / scales
         matrix = np.zeros((n, d + s, d + s))
         matrix[:, :d, :d] = tangent.scaled_dense(self.blocks, suspension, self.scales)
-        matrix[:, :d, :d] += SYSTEM.added_stiffness * np.eye(d)
+        matrix[:, :d, :d] += STATICS.added_stiffness * np.eye(d)
         matrix[:, :d, d:], matrix[:, d:, :d] = -np.swapaxes(columns, -1, -2), rows
-        matrix[:, d:, d:] = (self.value_by_length[:, None, :] + SYSTEM.added_stiffness) * np.eye(s)
+        matrix[:, d:, d:] = (self.value_by_length[:, None, :] + STATICS.added_stiffness) * np.eye(s)
         return matrix
 
     def _sparse(self, suspension):
@@ -437,8 +437,8 @@ class CoupledEquations:
                 for entries in (self.force_by_length, self.value_by_motion)
             )
             stiffness = tangent.scaled_sparse(self.blocks.of(case), suspension, scales)
-            stiffness = stiffness + SYSTEM.added_stiffness * eye_array(d)
-            by_length = diags_array(self.value_by_length[case] + SYSTEM.added_stiffness)
+            stiffness = stiffness + STATICS.added_stiffness * eye_array(d)
+            by_length = diags_array(self.value_by_length[case] + STATICS.added_stiffness)
             yield block_array([[stiffness, -columns.T], [rows, by_length]]).tocsc()
 
 
@@ -487,7 +487,7 @@ def _with_links(equilibrium, vector, extension):
     """
     suspension, distance = equilibrium.suspension, size(vector)
     unstated, first_link = np.isnan(suspension.link_length), len(suspension.cable_names)
-    coincident = distance <= SYSTEM.link_places * distance.max(axis=-1, keepdims=True)
+    coincident = distance <= STATICS.link_places * distance.max(axis=-1, keepdims=True)
     link_distance = np.where(coincident, 0.0, distance)[..., first_link:]
     suspension = replace(suspension, link_length=np.where(unstated, link_distance, suspension.link_length))
     links = Links.of(suspension, vector[..., first_link:, :], np.where(unstated, 0.0, extension))

@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cablestudy.cable import catenary
+from cablestudy.cable.matrices import factors_of_each
 from cablestudy.cable.vectors import largest, size, times
-from cablestudy.system import tangent
-from cablestudy.system.matrices import factors_of_each
-from cablestudy.system.pose_state import (
+from cablestudy.statics import tangent
+from cablestudy.statics.pose_state import (
     TINY,
     assign_rows,
     copy_record,
@@ -27,9 +27,9 @@ from cablestudy.system.pose_state import (
     spans,
     take_rows,
 )
-from cablestudy.system.rounding import largest_ratio
-from cablestudy.system.tangent import GROUND
-from cablestudy.system.tolerances import SYSTEM
+from cablestudy.statics.rounding import largest_ratio
+from cablestudy.statics.tangent import GROUND
+from cablestudy.statics.tolerances import STATICS
 
 CONVERGED, NO_DESCENT, TOO_MANY, UNMET, UNHELD, ROUNDED, DISAGREED = range(7)
 REASONS = (
@@ -87,20 +87,20 @@ def newton_step(suspension, state, evaluation):
     -------
     ndarray, shape (n, b, 6)
         Displacement and rotation of each of the b bodies [m], [rad]. Where a displacement is larger than
-        `SYSTEM.farthest_step` times the extent of the suspension, or a rotation larger than `SYSTEM.widest_turn`, the
+        `STATICS.farthest_step` times the extent of the suspension, or a rotation larger than `STATICS.widest_turn`, the
         step of the whole case is shortened.
     """
     free = suspension.free
     force, end_forces = tangent.free_values(suspension, evaluation.net), evaluation.end_forces
     blocks = tangent.blocks(suspension, state.rotation, state.arms, end_forces, evaluation.end_stiffness)
-    largest_step = np.ones((len(force), *free.shape)) * SYSTEM.widest_turn
-    largest_step[..., :3] = SYSTEM.farthest_step * extent(state)[:, None, None]
+    largest_step = np.ones((len(force), *free.shape)) * STATICS.widest_turn
+    largest_step[..., :3] = STATICS.farthest_step * extent(state)[:, None, None]
     # where nothing holds a degree of freedom the step is small if the force is rounding, and else as large as allowed
     least_stiffness = np.maximum(np.abs(evaluation.net), evaluation.least_rounding) / largest_step
     least_stiffness = tangent.free_values(suspension, least_stiffness)
     stiffness = np.maximum(tangent.magnitudes(blocks, suspension), least_stiffness)
     scales = np.sqrt(np.maximum(stiffness, TINY))
-    if free.sum() <= SYSTEM.dense_freedoms:
+    if free.sum() <= STATICS.dense_freedoms:
         largest_scaled = tangent.free_values(suspension, largest_step) * scales
         scaled_step = _dense_step(tangent.scaled_dense(blocks, suspension, scales), force / scales, largest_scaled)
     else:
@@ -135,7 +135,7 @@ def _dense_step(matrix, force, largest):
     """
     symmetric = (matrix + np.swapaxes(matrix, -1, -2)) / 2
     unit = np.eye(force.shape[-1])
-    definite = np.isfinite(factors_of_each(symmetric - SYSTEM.flattest * unit)).all(axis=(-1, -2))
+    definite = np.isfinite(factors_of_each(symmetric - STATICS.flattest * unit)).all(axis=(-1, -2))
     regular = matrix if definite.all() else np.where(definite[:, None, None], matrix, unit)
     exact = tangent.solved(regular, force)
     usable = definite & (np.abs(exact) <= largest).all(axis=-1)
@@ -143,7 +143,7 @@ def _dense_step(matrix, force, largest):
         return exact
     values, vectors = np.linalg.eigh(symmetric)
     modal_force = (np.swapaxes(vectors, -1, -2) @ force[..., None])[..., 0]
-    modal_steps = vectors * (modal_force / np.maximum(np.abs(values), SYSTEM.flattest))[:, None, :]
+    modal_steps = vectors * (modal_force / np.maximum(np.abs(values), STATICS.flattest))[:, None, :]
     modal_steps = modal_steps / np.maximum(1.0, (np.abs(modal_steps) / largest[..., None]).max(axis=-2))[:, None, :]
     return np.where(usable[:, None], exact, modal_steps.sum(axis=-1))
 
@@ -154,7 +154,7 @@ def _sparse_step(matrix, force):
 
     unit, shift = eye_array(len(force), format="csc"), 0.0
     while (factors := tangent.factorised(matrix + shift * unit)) is None:
-        shift = max(10 * shift, SYSTEM.flattest)
+        shift = max(10 * shift, STATICS.flattest)
     return factors.solve(force)
 
 
@@ -169,7 +169,7 @@ def imbalance(suspension, evaluation):
 def _with_foretold_tensions(trial, state, evaluation):
     """State `trial` with the tensions that the end stiffness in `state` foretells, NaN where they change too much."""
     change = times(evaluation.end_stiffness[:, : state.length.shape[-1]], trial.chord - state.chord)
-    near = size(change) <= SYSTEM.foretold_change * size(evaluation.tension)
+    near = size(change) <= STATICS.foretold_change * size(evaluation.tension)
     return replace(trial, tension=np.where(near[..., None], evaluation.tension + change, np.nan))
 
 
@@ -192,15 +192,15 @@ def line_search(suspension, state, evaluation, step):
     new_state, new_evaluation = state, evaluation
     pending = np.arange(len(descent))  # cases whose step is not yet accepted
     subset, before, at_before = suspension, state, evaluation
-    for _ in range(SYSTEM.descent_halvings):
+    for _ in range(STATICS.descent_halvings):
         shortened = step[pending] * share[pending, None, None]
         trial, work = displaced_with_work(subset, before, shortened)
         at_trial = evaluate(subset, _with_foretold_tensions(trial, before, at_before))
         change = at_trial.energy - at_before.energy - work
         rounding = at_trial.energy_rounding + at_before.energy_rounding
         descent_at_trial = (at_trial.net * step[pending]).sum(axis=(-1, -2))
-        falls = change <= -SYSTEM.sufficient_descent * share[pending] * descent[pending]
-        flat = (change <= rounding) & (descent_at_trial >= -(1 - 2 * SYSTEM.slope_change) * descent[pending])
+        falls = change <= -STATICS.sufficient_descent * share[pending] * descent[pending]
+        flat = (change <= rounding) & (descent_at_trial >= -(1 - 2 * STATICS.slope_change) * descent[pending])
         good = at_trial.solved & (falls | flat)
         if not accepted.any():
             if good.all():
@@ -220,7 +220,7 @@ def line_search(suspension, state, evaluation, step):
     return new_state, new_evaluation, np.where(accepted, share, 0.0)
 
 
-def descend(suspension, state, most_steps=SYSTEM.descent_steps, small_net_force=0.0):
+def descend(suspension, state, most_steps=STATICS.descent_steps, small_net_force=0.0):
     """Poses of least energy, from given starts.
 
     Parameters
@@ -230,7 +230,7 @@ def descend(suspension, state, most_steps=SYSTEM.descent_steps, small_net_force=
     state : PoseState
         Where the searches begin; its tensions are not used.
     most_steps : int
-        Cases of which a whole step leaves no more than `SYSTEM.descent_settling` of the net force go on after these,
+        Cases of which a whole step leaves no more than `STATICS.descent_settling` of the net force go on after these,
         where the energy is convex: elsewhere other equilibria than those by way of softer cables may be found.
     small_net_force : float
         Net force over the sum of forces that counts as none, even if it is more than rounding. [-]
@@ -252,18 +252,18 @@ def descend(suspension, state, most_steps=SYSTEM.descent_steps, small_net_force=
     active, subset = np.arange(cases), suspension
     best_ratio, slow_steps = np.full(cases, np.inf), np.zeros(cases, dtype=int)
     convex = not (suspension.free[:, 3:].any() or suspension.link_names)
-    for number in range(SYSTEM.descent_steps if convex else most_steps):
+    for number in range(STATICS.descent_steps if convex else most_steps):
         step = newton_step(subset, state, evaluation)
         change = np.maximum(size(step[..., :3]).max(axis=-1) / longest(state), size(step[..., 3:]).max(axis=-1))
         state, evaluation, share = line_search(subset, state, evaluation, step)
         relative_force = imbalance(subset, evaluation)
         rounding_ratio = largest_ratio(subset, evaluation.net, evaluation.least_rounding)
-        slow = rounding_ratio > SYSTEM.descent_progress * best_ratio[active]
+        slow = rounding_ratio > STATICS.descent_progress * best_ratio[active]
         slow_steps[active] = np.where(slow, slow_steps[active] + 1, 0)
         best_ratio[active] = np.minimum(best_ratio[active], rounding_ratio)
         converged = (rounding_ratio <= 1) | (relative_force < small_net_force)
-        patience_over = slow_steps[active] >= SYSTEM.descent_patience
-        stuck = (share == 0) | patience_over | (number == SYSTEM.descent_steps - 1)
+        patience_over = slow_steps[active] >= STATICS.descent_patience
+        stuck = (share == 0) | patience_over | (number == STATICS.descent_steps - 1)
         rounded = stuck & (largest_ratio(subset, evaluation.net, evaluation.most_rounding) <= 1)
         steps[active] += 1
         residual_before = residual[active]
@@ -273,7 +273,7 @@ def descend(suspension, state, most_steps=SYSTEM.descent_steps, small_net_force=
         assign_rows(final, active, replace(state, tension=evaluation.tension))
         going_on = ~(converged | rounded | (share == 0))
         if number >= most_steps - 1:
-            going_on &= (share == 1) & (relative_force <= SYSTEM.descent_settling * residual_before)
+            going_on &= (share == 1) & (relative_force <= STATICS.descent_settling * residual_before)
         if not going_on.all():
             active, state, evaluation = active[going_on], take_rows(state, going_on), take_rows(evaluation, going_on)
             subset = suspension.take(active)
@@ -321,7 +321,7 @@ def search(suspension, state):
     Stiff cables make a narrow, curved valley of the energy, in which Newton steps are short. Cables that the loads
     strain by a third make it wide; stiffer ones then follow, each from the equilibrium of the one before; so do links.
     """
-    final, record = descend(suspension, state, SYSTEM.straight_steps)
+    final, record = descend(suspension, state, STATICS.straight_steps)
     failed = np.flatnonzero(~record.converged)
     if not len(failed):
         return final, record
@@ -336,10 +336,10 @@ def search(suspension, state):
         if not len(pending):
             break
         soft = replace(subset, axial_stiffness=softened, link_stiffness=links).take(pending)
-        soft_state, _ = descend(soft, take_rows(state, pending), SYSTEM.soft_steps, SYSTEM.soft_net_force)
+        soft_state, _ = descend(soft, take_rows(state, pending), STATICS.soft_steps, STATICS.soft_net_force)
         assign_rows(state, pending, soft_state)
         tension = catenary.solve(spans(soft, soft_state)).max_tension
-        largest = SYSTEM.soft_tension * loads[pending].sum(axis=-1, keepdims=True)
+        largest = STATICS.soft_tension * loads[pending].sum(axis=-1, keepdims=True)
         loads[pending] = np.clip(tension, loads[pending], largest)
     state, record_of_failed = descend(subset, state)
     assign_rows(final, failed, state)

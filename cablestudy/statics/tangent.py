@@ -18,8 +18,8 @@ from functools import lru_cache
 import numpy as np
 
 from cablestudy.cable.vectors import cross, dot, size, times
-from cablestudy.system.links import joined
-from cablestudy.system.rigid import point_movement
+from cablestudy.statics.links import joined
+from cablestudy.statics.rigid import point_movement
 
 GROUND = -1  # owner of a cable end that is fixed to the ground
 

@@ -5,7 +5,7 @@ rounding of a number, a cable on the body contributes two: eps T (1 + P/chord), 
 coordinate of its ends, whose rounding turns the force; and eps K L e, K its end stiffness, L its length and e its
 strain, which the search carries from step to step. A link, whose extension is carried likewise, contributes
 2 eps F for its force F, a dead load eps times its size. Moments have these errors times the arms. A search cannot bring
-net forces below the sum of the errors (times `SYSTEM.sum_rounding`): `Bounds.least`.
+net forces below the sum of the errors (times `STATICS.sum_rounding`): `Bounds.least`.
 
 Where lengths and coordinates of ends are changed by their own rounding, the force of a cable changes by eps K (L + P).
 A state with net forces up to the sum of these changes too is the exact equilibrium of a suspension that differs by
@@ -20,9 +20,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from cablestudy.cable.vectors import largest, size
-from cablestudy.system import tangent
-from cablestudy.system.links import joined
-from cablestudy.system.tolerances import SYSTEM
+from cablestudy.statics import tangent
+from cablestudy.statics.links import joined
+from cablestudy.statics.tolerances import STATICS
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ def bounds(suspension, rotation, arms, ends, strain, cables, tension, links=None
     of_ends = np.stack([least, least * arm, most, most * arm], axis=-1)
     by_ends = tangent.on_bodies(of_ends, body, dead_loads.shape[-2])
     return Bounds(*(
-        SYSTEM.sum_rounding * SYSTEM.rounding * np.repeat(total + dead_loads, 3, axis=-1)
+        STATICS.sum_rounding * STATICS.rounding * np.repeat(total + dead_loads, 3, axis=-1)
         for total in (by_ends[..., :2], by_ends[..., 2:])
     ))  # fmt: skip
 
@@ -96,9 +96,9 @@ def of_stated(ends, strain, cables, quantities, value):
     """
     sag_stated = np.array([kind == "sag" for kind in quantities])
     tension = np.where(sag_stated, cables.mean_tension, value)
-    of_sag = np.where(sag_stated, cables.span.chord / np.maximum(value, SYSTEM.tiny), 0.0)
+    of_sag = np.where(sag_stated, cables.span.chord / np.maximum(value, STATICS.tiny), 0.0)
     least, most = (
-        SYSTEM.sum_rounding * SYSTEM.rounding * (of_force / np.maximum(tension, SYSTEM.tiny) + of_sag)
+        STATICS.sum_rounding * STATICS.rounding * (of_force / np.maximum(tension, STATICS.tiny) + of_sag)
         for of_force in _of_tensions(ends, strain, cables, cables.max_tension)
     )
     return Bounds(least, most)
@@ -120,5 +120,5 @@ def of_link_forces(ends, links):
 
 def largest_ratio(suspension, net, bound):
     """Largest net force on a free degree of freedom over its bound, shape (...). [-]"""
-    ratio = np.where(suspension.free, np.abs(net), 0.0) / np.maximum(bound, SYSTEM.tiny)
+    ratio = np.where(suspension.free, np.abs(net), 0.0) / np.maximum(bound, STATICS.tiny)
     return largest(ratio).max(axis=-1)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cablestudy.system.tolerances import SYSTEM
+from cablestudy.statics.tolerances import STATICS
 
 METHODS = ("balanced", "least", "closest")
 
@@ -71,7 +71,7 @@ def distribute(by_tension, by_unbounded, right, method, reference, low, high, da
     particular, null_space = _solutions(matrix, scales, right)
     left = right - _product(matrix, particular)
     largest_load = np.maximum(np.abs(right).max(axis=-1, initial=0.0), np.finfo(float).tiny)
-    held = np.abs(left).max(axis=-1, initial=0.0) <= SYSTEM.unbalanced * largest_load
+    held = np.abs(left).max(axis=-1, initial=0.0) <= STATICS.unbalanced * largest_load
     weights = damping[:, None] * np.concatenate(
         [np.sqrt(current.max(axis=-1, keepdims=True) / current), norms[:, count:]], axis=-1
     )
@@ -82,7 +82,7 @@ def distribute(by_tension, by_unbounded, right, method, reference, low, high, da
     tensions = particular[:, :count], reference, np.where(np.isfinite(low), low, 0.0)
     units = np.max([np.abs(values).max(axis=-1, initial=1e-300) for values in tensions], axis=0)
     outside = np.maximum(low - solution[:, :count], solution[:, :count] - high).max(axis=-1, initial=-np.inf)
-    for case in np.flatnonzero(outside > SYSTEM.outside_bounds * units).tolist():  # solved for in this unit
+    for case in np.flatnonzero(outside > STATICS.outside_bounds * units).tolist():  # solved for in this unit
         limits = low[case], high[case], units[case]
         shift = _shift_within(solution[case, :count], slopes[case], *limits)
         within[case] = shift is not None
@@ -106,7 +106,7 @@ def _solutions(matrix, scales, right):
     """
     left_vectors, values, right_vectors = np.linalg.svd(matrix / scales[:, None])
     count = values.shape[-1]
-    decisive = values > SYSTEM.rank * values.max(axis=-1, keepdims=True, initial=0.0)
+    decisive = values > STATICS.rank * values.max(axis=-1, keepdims=True, initial=0.0)
     load = _product(left_vectors.swapaxes(-1, -2), right)[:, :count]
     amplitudes = np.where(decisive, load / np.where(decisive, values, 1.0), 0.0)
     particular = (amplitudes[:, None] @ right_vectors[:, :count])[:, 0] / scales
@@ -126,7 +126,7 @@ def _objective(method, count, weights, reference, current):
     if method == "balanced":
         deviations = tensions.copy()
         deviations[:, :count] -= 1.0 / count
-        tensions = np.concatenate([deviations, SYSTEM.tensions_themselves * tensions])
+        tensions = np.concatenate([deviations, STATICS.tensions_themselves * tensions])
     objective = np.zeros((cases, len(tensions) + unknowns, unknowns))
     objective[:, : len(tensions)] = tensions
     objective[:, len(tensions) + np.arange(unknowns), np.arange(unknowns)] = weights
@@ -152,7 +152,7 @@ def _least_squares(particular, null_space, objective, target):
         S, and its product d with the target.
     """
     left_vectors, values, right_vectors = np.linalg.svd(objective @ null_space, full_matrices=False)
-    kept = values > SYSTEM.rank * values.max(axis=-1, keepdims=True, initial=0.0)
+    kept = values > STATICS.rank * values.max(axis=-1, keepdims=True, initial=0.0)
     basis = right_vectors.swapaxes(-1, -2) * np.where(kept, 1 / np.where(kept, values, 1.0), 0.0)[:, None]
     amplitudes = _product(left_vectors.swapaxes(-1, -2), target - _product(objective, particular))
     return _product(basis, amplitudes), basis
@@ -174,7 +174,7 @@ def _shift_within(tension, slopes, low, high, unit):
     moving = slopes.any(axis=0)
     rows = np.vstack([slopes[lower], -slopes[upper]])[:, moving]  # rows @ w >= bounds
     bounds = np.concatenate([(low - tension)[lower], (tension - high)[upper]]) / unit
-    bounds = np.maximum(bounds, -SYSTEM.farthest_bound)
+    bounds = np.maximum(bounds, -STATICS.farthest_bound)
     if not moving.any():
         return None
     from scipy.optimize import nnls
@@ -183,14 +183,14 @@ def _shift_within(tension, slopes, low, high, unit):
     matrix, right = np.vstack([rows.T, bounds]), np.append(np.zeros(rows.shape[1]), 1.0)
     multipliers, _ = nnls(matrix, right, maxiter=100 * len(tension))
     residual = matrix @ multipliers - right
-    if -residual[-1] <= SYSTEM.outside_bounds**2:
+    if -residual[-1] <= STATICS.outside_bounds**2:
         return None
     # the bounds that hold with a multiplier, met exactly
-    active = multipliers > SYSTEM.outside_bounds * multipliers.max()
+    active = multipliers > STATICS.outside_bounds * multipliers.max()
     shift = np.linalg.lstsq(rows[active], bounds[active], rcond=None)[0]
-    if np.any(rows @ shift < bounds - 1e3 * SYSTEM.outside_bounds):
+    if np.any(rows @ shift < bounds - 1e3 * STATICS.outside_bounds):
         shift = -residual[:-1] / residual[-1]
-        if np.any(rows @ shift < bounds - 1e3 * SYSTEM.outside_bounds):
+        if np.any(rows @ shift < bounds - 1e3 * STATICS.outside_bounds):
             return None
     shifts = np.zeros(slopes.shape[1])
     shifts[moving] = shift * unit

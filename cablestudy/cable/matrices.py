@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.system.tolerances import SYSTEM
 
 UNSTABLE = "the equilibrium is not stable: it has no modes"
 
@@ -62,7 +62,7 @@ def massive_modes(shapes, compliance):
 
     From the shapes of unit strain energy and the compliance of some of the `LinearSystem.strain_modes`.
     """
-    massive = compliance > SYSTEM.massless * compliance.max(initial=0.0)
+    massive = compliance > CABLE.massless * compliance.max(initial=0.0)
     square = 1 / compliance[massive]
     return shapes[:, massive] * np.sqrt(square), square
 
@@ -77,7 +77,7 @@ def normalised_modes(shapes, compliance):
     compliance : ndarray, shape (..., k)
         Their quotients x^T M x, which have all digits of the high modes too. [s^2]
     """
-    massive = compliance > SYSTEM.massless * compliance.max(axis=-1, keepdims=True, initial=0.0)
+    massive = compliance > CABLE.massless * compliance.max(axis=-1, keepdims=True, initial=0.0)
     omega = 1 / np.sqrt(np.where(massive, compliance, np.inf))
     shapes = shapes * omega[..., None, :]
     omega = np.where(massive, omega, np.inf)
@@ -92,7 +92,7 @@ def dense(matrix):
 
 def only_dissipates(losses):
     """True if a damping matrix is symmetric and has no negative eigenvalue, but for rounding."""
-    rounding = SYSTEM.loss_rounding * np.abs(losses).max(initial=0.0)
+    rounding = CABLE.loss_rounding * np.abs(losses).max(initial=0.0)
     if np.abs(losses - losses.T).max(initial=0.0) > rounding:
         return False
     return np.linalg.eigvalsh(losses).min(initial=0.0) >= -rounding

@@ -21,9 +21,9 @@ import numpy as np
 from cablestudy.cable import catenary, initial_length
 from cablestudy.cable.span import Span
 from cablestudy.cable.vectors import size
-from cablestudy.system.tolerances import SYSTEM
+from cablestudy.statics.tolerances import STATICS
 
-EXACT = SYSTEM.sum_rounding * SYSTEM.rounding  # relative error of a stated value at which its length is found
+EXACT = STATICS.sum_rounding * STATICS.rounding  # relative error of a stated value at which its length is found
 FORCES = ["preload", "tension_to", "tension_from", "horizontal_tension", "max_tension"]
 LEVEL = np.array([1.0, 1.0, 0.0])
 
@@ -129,7 +129,7 @@ def _end_tensions(cables):
     forces = cables.end_forces("global")
     first, last = forces[..., 0, :], -forces[..., 1, :]
     t1, t2 = size(first)[..., None], size(last)[..., None]
-    tangents = [p / np.maximum(t, SYSTEM.tiny) for p, t in ((first, t1), (last, t2))]
+    tangents = [p / np.maximum(t, STATICS.tiny) for p, t in ((first, t1), (last, t2))]
     return (first + last) / 2, (last - first) / 2, t1, t2, tangents
 
 
@@ -169,7 +169,7 @@ def _gradients(cables, kinds):
     }
     if (kinds == "horizontal_tension").any():
         horizontal = middle_tension * LEVEL
-        gradients["horizontal_tension"] = horizontal / np.maximum(size(horizontal)[..., None], SYSTEM.tiny), 0.0 * mean
+        gradients["horizontal_tension"] = horizontal / np.maximum(size(horizontal)[..., None], STATICS.tiny), 0.0 * mean
     if (kinds == "max_tension").any():
         at_end_2 = t2 > t1
         by_middle, at_given_middle = zip(gradients["tension_to"], gradients["tension_from"], strict=True)
@@ -203,7 +203,7 @@ def end_forces_at_stated_values(cables, quantities):
     derivatives, value = rates(cables, quantities), actual_values(cables, quantities)
     force_1, force_2 = (derivatives.end_forces[..., end, :] for end in (0, 1))  # on each end, per dL/L
     by_length = derivatives.by_length
-    by_length = np.where(np.abs(by_length) > SYSTEM.tiny, by_length, SYSTEM.tiny)
+    by_length = np.where(np.abs(by_length) > STATICS.tiny, by_length, STATICS.tiny)
     # dL/L, and then dN, by the three movements of end 2 and by the stated value
     lengthening = np.concatenate([-derivatives.by_end, value[..., None]], axis=-1) / by_length[..., None]
     at_given_length = np.zeros((*value.shape, 3, 4))
@@ -269,7 +269,7 @@ def _rates_with_loads(cables, quantities):
         return np.concatenate([varied.end_forces("global").reshape((*value.shape[:-1], 6)), value], axis=-1)
 
     strain = np.maximum(np.abs(span.chord_strain), cables.mean_tension / span.axial_stiffness)
-    rate = _differences(span, forces_and_value, SYSTEM.sag_difference * np.maximum(strain, 1e-12))
+    rate = _differences(span, forces_and_value, STATICS.sag_difference * np.maximum(strain, 1e-12))
     rate = np.where(np.isfinite(rate), rate, 0.0)  # without a definite form, as without any load, there are none
     stated = ~np.isnan(actual_values(cables, quantities))
     end_forces = rate[..., :6, 0].reshape((*rate.shape[:-2], 2, 3))
@@ -279,7 +279,7 @@ def _rates_with_loads(cables, quantities):
 
 def _slack_step(span):
     """Relative change of length for the differences of a sag: a share of the slack or stretch of the cable."""
-    return SYSTEM.sag_difference * np.maximum(np.abs(span.chord_strain), 1e-8)
+    return STATICS.sag_difference * np.maximum(np.abs(span.chord_strain), 1e-8)
 
 
 def _differences(span, function, step):
@@ -360,17 +360,17 @@ def least_preload(span):
     Returns
     -------
     tension : ndarray, shape of the span
-        Above the exact one by a relative error of at most `SYSTEM.least_tension_error`. [N]
+        Above the exact one by a relative error of at most `STATICS.least_tension_error`. [N]
     """
     # bounds of the logarithm of chord over unstretched length
     high = np.log1p(span.weight_per_length * span.chord / span.axial_stiffness)
-    low = np.broadcast_to(-np.log(SYSTEM.slackest), high.shape)
-    span, grid = span.without_loads(), np.linspace(0.0, 1.0, SYSTEM.slack_lengths).reshape(-1, *[1] * high.ndim)
+    low = np.broadcast_to(-np.log(STATICS.slackest), high.shape)
+    span, grid = span.without_loads(), np.linspace(0.0, 1.0, STATICS.slack_lengths).reshape(-1, *[1] * high.ndim)
     for _ in range(2):  # a coarse grid, then one between the neighbours of its lowest point
         trials = low + grid * (high - low)
         tension = catenary.solve(span.with_chord_strain(np.expm1(trials))).mean_tension
         lowest = tension.argmin(axis=0)[None]
-        neighbours = (np.clip(lowest + side, 0, SYSTEM.slack_lengths - 1) for side in (-1, 1))
+        neighbours = (np.clip(lowest + side, 0, STATICS.slack_lengths - 1) for side in (-1, 1))
         low, high = (np.take_along_axis(trials, neighbour, axis=0)[0] for neighbour in neighbours)
     return tension.min(axis=0)
 
@@ -438,15 +438,15 @@ def fit_strains(span, quantities, value, strain):
     best_size, last_size, stalled_steps = np.inf, np.inf, 0  # sizes of errors, and steps since they last fell
     ended = np.zeros(np.shape(strain), dtype=bool)  # a cable ends where it would end alone
     tension = np.full((*np.shape(strain), 3), np.nan)  # from which the catenaries begin
-    for _ in range(SYSTEM.stated_steps):
+    for _ in range(STATICS.stated_steps):
         cables = catenary.solve(span.with_chord_strain(strain), tension)
         error = np.where(stated, actual_values(cables, quantities) / value - 1, 0.0)
         error = np.where(np.isfinite(error), error, 1.0)
         error_size = np.abs(error)
-        stalled_steps = np.where(error_size < SYSTEM.falling_error * best_size, 0, stalled_steps + 1)
+        stalled_steps = np.where(error_size < STATICS.falling_error * best_size, 0, stalled_steps + 1)
         best_size = np.minimum(error_size, best_size)
-        stopped_by_rounding = (error_size < SYSTEM.stalled_error) & (error_size >= last_size / 2)
-        ended |= (error_size < EXACT) | stopped_by_rounding | (stalled_steps >= SYSTEM.stalled_steps)
+        stopped_by_rounding = (error_size < STATICS.stalled_error) & (error_size >= last_size / 2)
+        ended |= (error_size < EXACT) | stopped_by_rounding | (stalled_steps >= STATICS.stalled_steps)
         if ended.all():
             break
         measure, factor = linear_measure(error, kinds)
@@ -454,12 +454,12 @@ def fit_strains(span, quantities, value, strain):
         slope = factor * by_length / value
         usable = stated & (slope != 0) & np.isfinite(slope)
         change = np.where(usable, -measure / np.where(slope != 0, slope, 1.0), 0.0)
-        change = np.clip(np.nan_to_num(change), -SYSTEM.stated_length_change, SYSTEM.stated_length_change)
+        change = np.clip(np.nan_to_num(change), -STATICS.stated_length_change, STATICS.stated_length_change)
         next_strain = np.minimum(with_relative_length(strain, np.where(stated, change, 0.0)), highest_strain)
         too_long = of_force & (error < 0) & ~(by_length < 0)  # so long that a longer cable would be tauter
         next_strain = np.where(too_long, highest_strain, next_strain)
         strain, last_size = np.where(ended, strain, next_strain), error_size
-        near = (error_size < SYSTEM.foretold_change)[..., None]
+        near = (error_size < STATICS.foretold_change)[..., None]
         tension = np.where(ended[..., None], tension, np.where(near, cables.middle_tension, np.nan))
     return strain, error, cables.middle_tension
 
@@ -469,5 +469,5 @@ def _highest_strain(span, kinds, value):
     # an end may be the lower one
     heaviest = np.where(np.isin(kinds, ["tension_to", "tension_from"]), span.weight_per_length * span.chord, 0.0)
     heaviest = heaviest + np.where(kinds == "preload", 0.0, size(span.load_forces).sum(axis=-1))
-    steepness = np.where(kinds == "horizontal_tension", np.maximum(np.abs(span.cosine), SYSTEM.steepest), 1.0)
+    steepness = np.where(kinds == "horizontal_tension", np.maximum(np.abs(span.cosine), STATICS.steepest), 1.0)
     return (value + heaviest) / steepness / span.axial_stiffness

@@ -3,9 +3,9 @@
 import numpy as np
 
 from cablestudy.cable.vectors import size
-from cablestudy.system import stated, tangent
-from cablestudy.system.descent import DISAGREED, REASONS, UNMET
-from cablestudy.system.tolerances import SYSTEM
+from cablestudy.statics import stated, tangent
+from cablestudy.statics.descent import DISAGREED, REASONS, UNMET
+from cablestudy.statics.tolerances import STATICS
 
 MOTIONS = ("along x", "along y", "along z", "about x", "about y", "about z")
 
@@ -46,7 +46,7 @@ def _describe_net_force(equilibrium):
         relative = np.nan_to_num(unbalanced / np.maximum(scale, np.finfo(float).tiny)[..., None])
     relative_moment = np.where(suspension.moment.any(axis=-1)[:, None], relative, 0.0)  # on bodies with a dead moment
     relative_moment[:, :3] = 0.0
-    if relative_moment.max() > SYSTEM.wrong_value:
+    if relative_moment.max() > STATICS.wrong_value:
         body = int(relative_moment.max(axis=-1).argmax())
         moment = f"{size(suspension.moment[body]):.4g} N m on {suspension.body_names[body]}"
         return f"the dead moment of {moment} may be more than the cables can hold"
@@ -61,12 +61,12 @@ def _describe_unmet(equilibrium):
     actual = stated.actual_values(cables, suspension.stated)
     error = np.nan_to_num(np.abs(actual / suspension.value - 1))
     cable = int(error.argmax())
-    if error[cable] < SYSTEM.wrong_value:
+    if error[cable] < STATICS.wrong_value:
         return ""
     kind, value, name = suspension.stated[cable], suspension.value[cable], suspension.cable_names[cable]
     unit = "m" if kind in ("sag", "unstretched_length") else "N"
     text = f"{name} has a {kind} of {actual[cable]:.4g} {unit} instead of {value:.4g} {unit}"
-    if error[cable] < SYSTEM.nearly_right_value:
+    if error[cable] < STATICS.nearly_right_value:
         text = f"the {kind} of {name} comes within {error[cable]:.0e} of {value:.4g} {unit}"
     least = stated.least_preload(cables.span)[cable]
     if kind == "preload" and value < least:

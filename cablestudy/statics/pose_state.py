@@ -17,13 +17,13 @@ from cablestudy.cable import catenary
 from cablestudy.cable.newton import STALLED as CABLE_STALLED
 from cablestudy.cable.span import Span
 from cablestudy.cable.vectors import dot, largest, size, times
-from cablestudy.system import tangent
-from cablestudy.system.links import Links, joined
-from cablestudy.system.rigid import turn
-from cablestudy.system.rounding import bounds
-from cablestudy.system.tolerances import SYSTEM
+from cablestudy.statics import tangent
+from cablestudy.statics.links import Links, joined
+from cablestudy.statics.rigid import turn
+from cablestudy.statics.rounding import bounds
+from cablestudy.statics.tolerances import STATICS
 
-TINY, EPSILON = 1e-300, 2 * SYSTEM.rounding
+TINY, EPSILON = 1e-300, 2 * STATICS.rounding
 
 
 @dataclass(frozen=True)
@@ -159,8 +159,8 @@ def spans(suspension, state):
 
     Ends that all but coincide, between which a cable has no direction, are taken as just apart, one above the other.
     """
-    length, coincident = state.length, size(state.chord) <= SYSTEM.nearest_ends * state.length
-    short_vertical = np.array([0.0, 0.0, -SYSTEM.nearest_ends]) * length[..., None]
+    length, coincident = state.length, size(state.chord) <= STATICS.nearest_ends * state.length
+    short_vertical = np.array([0.0, 0.0, -STATICS.nearest_ends]) * length[..., None]
     vector = np.where(coincident[..., None], short_vertical, state.chord)
     gravity, vertical = suspension.cable_gravity
     stiffness, mass = suspension.axial_stiffness, suspension.cable_mass
@@ -170,7 +170,7 @@ def spans(suspension, state):
     span = Span.between(np.zeros(3), vector, stiffness, mass, gravity, vertical=vertical, **loads)
     if loads:
         span = replace(span, load_masses=suspension.load_masses, load_fractions=suspension.load_fractions).broadcast()
-    return span.with_chord_strain(np.where(coincident, SYSTEM.nearest_ends - 1, state.strain))
+    return span.with_chord_strain(np.where(coincident, STATICS.nearest_ends - 1, state.strain))
 
 
 def end_forces_and_stiffness(suspension, state, cables, stiffness):

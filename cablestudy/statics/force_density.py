@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from cablestudy.errors import NoSolutionError
-from cablestudy.system.tangent import GROUND
+from cablestudy.statics.tangent import GROUND
 
 
 def find_form(suspension):
