@@ -13,6 +13,7 @@ from matplotlib.text import Text
 from picture import curves, faults
 from scenes import computed
 from scipy.interpolate import RegularGridInterpolator
+from scipy.optimize import brentq
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.scene import load_scene
@@ -200,6 +201,25 @@ def test_point_load_shows_both_deflections_and_their_difference():
         -1e3 * 139.35 * 46.45 / 185.8 / 1344.75, rel=5e-3
     )
     assert np.argmin(drawn["full, non-linear"].get_ydata()) == 30  # three quarters of 40 bars
+
+
+def test_a_load_that_pulls_up_is_above_the_chord(tmp_path):
+    """Two straight halves of a cable without weight."""
+    path = tmp_path / "lift.yaml"
+    path.write_text(
+        "gravity: 0\ncable: {chord: 100 m, axial_stiffness: 1 MN, mass_per_length: 0.1, preload: 1 kN,\n"
+        "  loads: [{fraction: 0.5, force: [0, 0, 500 N]}]}\n"
+    )
+    length = 100 / (1 + 1e3 / 1e6)
+
+    def net_force(height):
+        stretched = 2 * np.hypot(50, height)
+        return 2 * 1e6 * (stretched / length - 1) * height / (stretched / 2) - 500
+
+    height = brentq(net_force, 0, 50)
+    figure = draw(plots.static_form(Case(load_scene(str(path))[1])))
+    texts = [text.get_text() for text in figure.findobj(Text)]
+    assert f"cable: load {height:.4g} m above the chord" in texts
 
 
 def test_a_load_out_of_the_plane_gets_a_panel_of_its_own():

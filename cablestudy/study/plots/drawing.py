@@ -208,13 +208,14 @@ class Drawing:
 
     @property
     def label(self):
-        """Its name with how far the only cable or a load on it hangs below the chord, or the largest tension."""
+        """Its name with the distance of the only cable or of a load on it from the chord, or the largest tension."""
         name = self.name
         if not self.single:
             return f"{name}: up to {quantity_text(float(np.max(self.statics.max_tension, initial=0.0)), 'N')}"
         if self.loads:  # a rider, for example, whose place differs from case to case
             form = self.form.take(0) if np.ndim(self.form.span.chord) else self.form
-            return f"{name}: load {quantity_text(load_sag(form), 'm')} below the chord"
+            below = load_sag(form)
+            return f"{name}: load {quantity_text(abs(below), 'm')} {'below' if below >= 0 else 'above'} the chord"
         return f"{name}: sag {quantity_text(float(self.sag[0]), 'm')}"
 
     @property
