@@ -488,6 +488,7 @@ def interrupted_in_import_of(module, folder, *arguments, **options):
     return process(*arguments, env={**os.environ, "PYTHONPATH": str(folder)}, **options)
 
 
+@pytest.mark.crossed
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 @pytest.mark.parametrize("module", ["click", "difflib", "yaml", "numpy", "pydantic"])
 @pytest.mark.parametrize("command", ["static", "sweep"])
