@@ -52,10 +52,7 @@ test: $(VENV)/.test
 campaigns: $(VENV)/.test
 	CABLESTUDY_CAMPAIGNS=whole $(BIN)/pytest -q -n auto --dist worksteal $(FILES)
 
-# every stored table, computed anew and compared; as many at once as there are processors, since most are short;
-# large arrays that are gone are kept for the next: to have each from the system page by page takes an eighth of the time
-tables: export MALLOC_MMAP_THRESHOLD_ = 1073741824
-tables: export MALLOC_TRIM_THRESHOLD_ = 4294967296
+# every stored table, computed anew and compared; as many at once as there are processors, since most are short
 tables: $(VENV)/.study
 	@for table in $(STUDIES); do \
 	    name=$$(basename $$table .csv).yaml; \
