@@ -16,8 +16,9 @@ from test_suspension_wind import FREQUENCY, integral, von_karman
 
 from cablestudy.control.statespace import state_space_of
 from cablestudy.errors import NoSolutionError
+from cablestudy.motion.response_in_time import labelled, measured_by
 from cablestudy.scene.scene import load_scene
-from cablestudy.study.loop_in_time import TimeOptions, labelled, measured_by, time_case
+from cablestudy.study.loop_in_time import TimeOptions, time_case
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find
 from cablestudy.study.suspension.rows import value

@@ -1,28 +1,23 @@
-"""Response of a loop of winches in time, for the command `loop`: to a step of a winch or a reference, or to a gust."""
+"""Response of a loop of winches in time, for the command `loop`: its options, input and table."""
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control import loop_response, time_response
-from cablestudy.control.statespace import state_space_of
+from cablestudy.control import time_response
 from cablestudy.control.step_response import step_response
-from cablestudy.control.suspension import labels
 from cablestudy.errors import SceneError
-from cablestudy.scene.determinacy import ROTATIONS
+from cablestudy.motion.response_in_time import WIND_INPUT, in_time, unit_of
 from cablestudy.scene.scene import missing
 from cablestudy.scene.units import read_positive
 from cablestudy.study.column import attribute
 from cablestudy.study.ssm import has_loss_factor, number_of
 from cablestudy.study.table import Field, Table
 from cablestudy.study.tolerances import STUDY
-from cablestudy.system.first_order import LinearControl
-from cablestudy.system.linear import MODAL
 
 OF_WIND = ("gust", "wind")
-WIND_INPUT = "gust"  # of the state space
 MILLI = 1e3
 
 
@@ -279,134 +274,6 @@ def _driving_input(closed_loop, options, scene, kind, input_name):
         return options.step(f"the {kind} moves", unit_of(name))
     is_reel = closed_loop.scene.winches[name].direction is None
     return options.step(f"{kind} reels in" if is_reel else f"the {kind} moves")
-
-
-def in_time(closed_loop, output, input_, components, times):
-    """Response of a displacement over time to an input of a closed loop: `TimeResponse`.
-
-    It is computed with all coordinates, in a smaller space of them, and with twice as many modes: the differences give
-    the estimated error by the modes that any model leaves out. A corner in time has amplitudes of modes that fall with
-    the square of their frequency: with twice as many modes it is half as wrong, and twice the change counts. A corner
-    that a step makes after a delay has no end in frequency: with twice as many approximants in the smaller space it is
-    half as wrong. All these errors add up.
-
-    Parameters
-    ----------
-    closed_loop : ClosedLoop
-        A stable loop; with a gain of zero its winches rest.
-    output : str
-        Name of the displacement, of `ClosedLoop.outputs`.
-    input_ : str
-        `winch.CABLE`, `reference.COORDINATE`, or WIND_INPUT: speed of a gust along the mean wind, equal everywhere.
-    components : list of time_response.Component
-        The input as a sum of functions of time.
-    times : ndarray, shape (m,)
-        Uniform, from zero. [s]
-
-    Raises
-    ------
-    NoSolutionError
-        The state space overflows.
-    """
-    loop, plant = closed_loop.loop, closed_loop.plant
-    all_coordinates, coarse_space = plant.viscous_motion, plant.coarse_space_in_time
-    driving = output, input_, components, times
-    coarse_motion = all_coordinates.within(coarse_space)
-    full = _response_in_space(closed_loop, loop, all_coordinates, None, *driving)
-    coarse = _response_in_space(closed_loop, loop, coarse_motion, coarse_space, *driving)
-    response, errors = loop_response.with_error(full, coarse), []
-    if finer := closed_loop.with_twice_the_modes:
-        same_loop = replace(loop, allocation=finer.body.allocation, notches=finer.body.notches)
-        of_finer = _response_in_space(finer, same_loop, finer.plant.viscous_motion, None, *driving)
-        errors.append(2 * loop_response.with_error(full, of_finer).error)
-    if finer_delay := loop.law_states_of_finer_delay:
-        of_finer = _response_in_space(closed_loop, loop, coarse_motion, coarse_space, *driving, finer_delay)
-        errors.append(2 * loop_response.with_error(coarse, of_finer).error)
-    response = replace(response, error=sum(errors, response.error))
-    if loop.gain:
-        return response
-    return replace(response, winch=np.zeros_like(response.winch), winch_speed=np.zeros_like(response.winch_speed))
-
-
-def unit_of(coordinate):
-    """Unit of a measured coordinate: m or rad."""
-    return "rad" if coordinate in ROTATIONS else "m"
-
-
-def measured_by(closed_loop):
-    """Name and unit of what the loop of a `ClosedLoop` measures: tuple."""
-    return tuple((name, unit_of(name)) for name in closed_loop.body.measured)
-
-
-def labelled(closed_loop, motion, names, forces, of_forces=None):
-    """Name the coordinates, inputs and outputs of a linear system, and add inputs for forces: `LinearSystem`.
-
-    Its inputs are then the winches, followed by the forces.
-
-    Parameters
-    ----------
-    closed_loop : ClosedLoop
-        Its winches, markers and actuators give names and units.
-    motion : LinearSystem
-        Equations of motion of the closed loop's plant, in m coordinates: all of them, or those of a subspace.
-    names : list of str
-        Names of the coordinates, without the strokes of reaction masses, which come last.
-    forces : ndarray, shape (m, j)
-        Force on each coordinate per unit of each of j inputs.
-    of_forces : tuple of (str, str), optional
-        Name and unit of each of these inputs; by default they are forces along all free displacements of bodies.
-    """
-    winch_count = len(closed_loop.winches)
-    inputs, outputs = labels(closed_loop.layout, closed_loop.winches, closed_loop.markers)
-    strokes = [(f"{actuator.name}.stroke", "m") for actuator in closed_loop.actuators if not actuator.wheel]
-    coordinates = (*((name, MODAL) for name in names), *strokes)
-    motion = replace(motion, coordinates=coordinates, inputs=inputs[:winch_count], outputs=outputs)
-    return motion.with_forces(forces, inputs[winch_count:] if of_forces is None else of_forces)
-
-
-def uniform_gust(gusts):
-    """Force on each coordinate per speed of a gust along the mean wind that is the same everywhere. [N/(m/s)]"""
-    return gusts.directions[0] @ gusts.uniform
-
-
-def _response_in_space(closed_loop, loop, motion, space, output, input_, components, times, law_states=None):
-    """Response over time to an input of a closed loop, with its plant in all coordinates or in a subspace.
-
-    Parameters
-    ----------
-    loop : Loop
-        About all coordinates of the plant.
-    motion : LinearSystem
-        Equations of motion of the plant, in r coordinates.
-    space : ndarray, shape (n, r), or None
-        Basis of the subspace; None where all n coordinates are kept.
-    closed_loop, output, input_, components, times
-        See `in_time`.
-    law_states : tuple, optional
-        In place of `Loop.law_states`.
-
-    Returns
-    -------
-    TimeResponse
-        With the loop and without it.
-    """
-    loads, allocation = np.zeros((len(closed_loop.motion), 1)), loop.allocation
-    if closed_loop.gusts is not None:
-        gust_force = uniform_gust(closed_loop.gusts)
-        loads[: len(gust_force), 0] = gust_force  # strokes of reaction masses, the last coordinates, bear no wind
-    if space is not None:
-        loads, allocation = space.T @ loads, replace(allocation, measured=allocation.measured @ space)
-    coordinate_count = len(motion) - sum(not actuator.wheel for actuator in closed_loop.actuators)
-    names = [f"coordinate_{k + 1}" for k in range(coordinate_count)]
-    system = labelled(closed_loop, motion, names, loads, ((WIND_INPUT, "m/s"),))
-    control = LinearControl(allocation, loop.gain, loop.notches, *(law_states or loop.law_states))
-    actuators, measured = closed_loop.actuators, measured_by(closed_loop)
-    # `added`: inputs are references, and lengths that winches reel in beyond those of the loop: either may make a step
-    with_loop = state_space_of(system, loop=control, measured=measured, actuators=actuators, added=True)
-    without_loop = state_space_of(system, actuators=actuators)
-    winch_indices = [with_loop.output_names.index(name) for name, _ in system.inputs[: len(closed_loop.winches)]]
-    indices = with_loop.output_names.index(output), winch_indices, with_loop.input_names.index(input_)
-    return loop_response.responses(with_loop, without_loop, *indices, components, times)
 
 
 def remarks_of(drive, right_up_to, response, dampings):

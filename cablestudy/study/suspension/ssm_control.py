@@ -8,9 +8,9 @@ import numpy as np
 from cablestudy.control.loop import unstable_pole
 from cablestudy.control.statespace import state_space_of
 from cablestudy.errors import NoSolutionError, SceneError
+from cablestudy.motion.response_in_time import labelled, measured_by
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.scene import missing
-from cablestudy.study.loop_in_time import labelled, measured_by
 from cablestudy.study.ssm import Choice
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.notes import damping_notes, law_notes, notes_of, strength_warning
