@@ -172,6 +172,15 @@ def test_mistakes_are_those_of_the_commands(call, message):
     assert "--" not in str(raised.value).replace("cablestudy ssm --with loop", "")
 
 
+@pytest.mark.parametrize("ask", [lambda s: s.loop_response("0.1Hz:10Hz:5"), lambda s: s.loop_in_time("1 s")])
+def test_what_has_no_answer_at_all_is_raised_as_the_command_tells_it(ask):
+    """A loop whose damping has no limit as modes are added."""
+    told = run("loop", CONFIGS / "slack.yaml", "--response", "0.1Hz:10Hz:5", code=3).lines[-1].partition(": ")[2]
+    with pytest.raises(cablestudy.NoSolutionError, match="modal damping grows") as raised:
+        ask(cablestudy.load(CONFIGS / "slack.yaml"))
+    assert str(raised.value) == told
+
+
 def test_the_command_and_the_function_agree_on_a_trade():
     frame = cablestudy.trade(CARLINA, columns="sag", repeats=1)
     printed = run("trade", CARLINA, "--columns", "sag", "--repeats", "1", "--format", "csv")

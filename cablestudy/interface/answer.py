@@ -121,7 +121,15 @@ class Answer:
         return Values(self.table, self.warnings)
 
     def frame(self) -> pandas.DataFrame:
-        """The table as a pandas.DataFrame; `attrs["units"]` has the unit of each column."""
+        """The table as a pandas.DataFrame; `attrs["units"]` has the unit of each column.
+
+        Raises
+        ------
+        NoSolutionError
+            There is no answer at all.
+        """
+        if not self.tables:
+            raise NoSolutionError("; ".join(self.failures))
         return frame_of(self.table)
 
     def frames(self) -> Tables:
