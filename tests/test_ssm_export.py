@@ -80,7 +80,7 @@ def test_a_channel_is_a_column_and_a_row_of_the_whole(tmp_path):
     path = tmp_path / "one.json"
     done = run("ssm", CARLINA, "--with", "gondola", "--modes", 6, "--input", "force_gondola", "--output",
                "gondola_velocity", "--out", path)  # fmt: skip
-    assert done.lines[-2] == "state space: 14 states, 1 inputs, 1 outputs; 6 of 117 modes"
+    assert done.lines[-2] == "state space: 14 states, 1 input, 1 output; 6 of 117 modes"
     found = json.loads(path.read_text())
     row, column = whole.output_names.index("gondola_velocity"), whole.input_names.index("force_gondola")
     assert np.array(found["B"]) == pytest.approx(whole.b[:, [column]], rel=1e-15)

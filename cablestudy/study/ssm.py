@@ -12,6 +12,7 @@ from cablestudy.control.proper import channels, proper
 from cablestudy.errors import NoSolutionError, SceneError, refuse_options
 from cablestudy.scene.fields import suggestion
 from cablestudy.scene.units import read_frequency
+from cablestudy.scene.words import counted
 from cablestudy.study.ssm_tables import Curve
 from cablestudy.study.table import write_whole
 from cablestudy.study.tolerances import STUDY
@@ -162,11 +163,11 @@ class Choice:
         share : ndarray, shape (n,)
             Of each mode in it. [-]
         """
-        static = "kept in D" if self.options.residual else "left out too"
+        static, count = "kept in D" if self.options.residual else "left out too", len(share) - len(self.chosen)
         return (
-            f"left out: {len(share) - len(self.chosen)} modes, which carry "
+            f"left out: {counted(count, 'mode')}, which {'carries' if count == 1 else 'carry'} "
             f"{float(np.delete(share, self.chosen).sum()):.3g} of the inertia between {' and '.join(self.names)}; "
-            f"their static part is {static}"
+            f"{'its' if count == 1 else 'their'} static part is {static}"
         )
 
 
@@ -320,10 +321,9 @@ def improper_note(system):
 
 def size_line(choice, system):
     """A line with the size of a state space."""
-    return (
-        f"state space: {len(system.states)} states, {len(system.inputs)} inputs, {len(system.outputs)} outputs; "
-        f"{len(choice.chosen)} of {len(choice.modes)} modes"
-    )
+    sizes = (("state", system.states), ("input", system.inputs), ("output", system.outputs))
+    modes = f"{len(choice.chosen)} of {counted(len(choice.modes), 'mode')}"
+    return f"state space: {', '.join(counted(len(names), word) for word, names in sizes)}; {modes}"
 
 
 def write(system, path):

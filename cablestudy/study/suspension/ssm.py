@@ -11,6 +11,7 @@ from cablestudy.control.suspension import labels, second_order
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError, refuse_options
 from cablestudy.motion.plant import markers_of, winches_of
 from cablestudy.motion.tolerances import MOTION
+from cablestudy.scene.words import counted
 from cablestudy.statics.suspension import outward
 from cablestudy.study.ssm import fewest_modes, pairs_of, response_unit
 from cablestudy.study.suspension.case import SuspensionCase
@@ -169,7 +170,7 @@ def _lowest_modes(case, count, highest):
     size = MOTION.most_body_modes if case.scene.model.elements is not None else count or STUDY.default_modes
     found = case.modes(size)
     if count is not None and len(found) < count:
-        raise SceneError(f"--modes {count}: the model has {len(found)} modes")
+        raise SceneError(f"--modes {count}: the model has {counted(len(found), 'mode')}")
     while count is None and highest and len(found) == size < STUDY.response_modes and found.frequency[-1] < highest:
         size *= 2
         found = case.modes(size)

@@ -11,6 +11,7 @@ from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.motion.response_in_time import labelled, measured_by
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.scene import missing
+from cablestudy.scene.words import counted
 from cablestudy.study.ssm import Choice
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.notes import damping_notes, law_notes, notes_of, strength_warning
@@ -184,7 +185,7 @@ def choose_controlled(document, scene, options, highest=None):
     full_loop = reduced_loop = case.in_wind.closed_loop_of(max(options.count or 0, MOTION.model_modes[0]))
     if options.count:
         if len(full_loop.modes) < options.count:
-            raise SceneError(f"--modes {options.count}: the model has {len(full_loop.modes)} modes")
+            raise SceneError(f"--modes {options.count}: the model has {counted(len(full_loop.modes), 'mode')}")
         reduced_loop = _with_modes(case.in_wind, full_loop, options.count)
     elif options.upto:
         full_loop = _reaching(case.in_wind, full_loop, options.limit, np.inf)
