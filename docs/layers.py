@@ -27,7 +27,7 @@ ORDER = (
     "scene",
     "errors",
 )
-ROW, LEFT, STEP, TOP = 30, 830, 38, 70  # height of a row, where the dots begin, their distance, head of the table
+ROW, LEFT, STEP, TOP = 30, 890, 38, 70  # height of a row, where the dots begin, their distance, head of the table
 STYLE = "font-family='sans-serif' font-size='13' fill='#222'"
 
 
