@@ -222,3 +222,14 @@ def test_a_public_docstring_says_what_comes_out():
                 private = name.startswith("_") and not name.endswith("__")
                 first = (ast.get_docstring(node) or "").partition("\n")[0]
                 assert private or not re.match(r"(What|Whether|The same|See|As)\b", first), (path, name, first)
+
+
+def test_a_module_that_a_text_names_is_there():
+    """In backquotes, as `statics.rest` or `motion/plant`; packages that are keys of scenes too are left out."""
+    named = re.compile(r"`((?:statics|system|motion|study|sweeps)(?:[./][a-z_]+)+)[`.(]")
+    texts = {path: path.read_text(encoding="utf-8") for path in (*MODULES, *(ROOT.parent / "docs").glob("*.md"))}
+    names = [(path.name, re.split("[./]", name)) for path, text in texts.items() for name in named.findall(text)]
+    assert len(names) > 20
+    for path, (package, module, *_) in names:
+        place = ROOT / package / module
+        assert place.is_dir() or place.with_suffix(".py").exists(), (path, package, module)

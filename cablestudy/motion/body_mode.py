@@ -106,7 +106,7 @@ class BodyMode:
     modes : CoupledModes
         The lowest modes of the suspension.
     body, axis : int
-        Number of the body among all bodies and junctions, and of the coordinate among `system.suspension.AXES`.
+        Number of the body among all bodies and junctions, and of the coordinate among `statics.suspension.AXES`.
     """
 
     modes: CoupledModes

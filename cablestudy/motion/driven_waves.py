@@ -93,7 +93,7 @@ class Effects:
 
     @cached_property
     def outward(self):
-        """`system.suspension.outward` of the equilibrium."""
+        """`statics.suspension.outward` of the equilibrium."""
         return outward(self.equilibrium)
 
     def along(self, cable, element):

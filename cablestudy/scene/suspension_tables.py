@@ -15,7 +15,7 @@ from cablestudy.scene.section import Tension as StatedTension
 from cablestudy.scene.units import show
 from cablestudy.scene.wind_tables import BodyWind
 
-# Where a tension is stated -> what of `system.suspension.STATED` that is.
+# Where a tension is stated -> what of `statics.suspension.STATED` that is.
 TENSION_KINDS = {
     "mean": "preload", "end_1": "tension_from", "end_2": "tension_to", "horizontal": "horizontal_tension",
     "max": "max_tension",
@@ -223,7 +223,7 @@ class SuspendedCable(_CableOfSuspension):
 
     @property
     def stated(self):
-        """Kind of what the cable states: one of `system.suspension.STATED`, or None."""
+        """Kind of what the cable states: one of `statics.suspension.STATED`, or None."""
         key = next((key for key in STATED if getattr(self, key) is not None), None)
         return TENSION_KINDS[self.tension.at] if key == "tension" else key
 

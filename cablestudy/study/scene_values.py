@@ -235,7 +235,7 @@ def tables_of(study, cases):
     Returns
     -------
     tables : list of CaseTable
-        Each case with a valid scene once, with the same numbers as `study.case` gives.
+        Each case with a valid scene once, with the same numbers as `StudyFile.case` gives.
     refused : dict
         Case -> SceneError of each other one.
     """

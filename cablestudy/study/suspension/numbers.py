@@ -214,7 +214,7 @@ def numbers_of(scenes):
 def distribution_of(scenes):
     """Settings of the search for lengths: how tensions are to be distributed among the cables, and what moves.
 
-    They are keyword arguments of `system.lengths.solve`, beside the `SuspendedSystem`.
+    They are keyword arguments of `statics.lengths.solve`, beside the `SuspendedSystem`.
 
     Parameters
     ----------
