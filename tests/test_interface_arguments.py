@@ -25,7 +25,8 @@ import cablestudy as cs
 from cablestudy.control.statespace import StateSpace
 from cablestudy.interface import arguments
 from cablestudy.interface.answer import Tables, Values
-from cablestudy.interface.arguments import readers, shown, unwrapped
+from cablestudy.interface.arguments import readers
+from cablestudy.interface.plain import shown, unwrapped
 
 NET = CONFIGS / "suspensions" / "carlina-net.yaml"
 

@@ -54,7 +54,7 @@ class Values(dict[str, Any]):
         def __getitem__(self, name: str) -> Any: ...
 
     def __missing__(self, name: object) -> object:
-        from cablestudy.interface.arguments import shown
+        from cablestudy.interface.plain import shown
         from cablestudy.scene.fields import suggestion
 
         raise KeyError(f"no {shown(name)} ({suggestion(name, list(self))})")

@@ -10,7 +10,8 @@ import os
 from collections.abc import Callable, Collection, Mapping
 from typing import Annotated, Any, Literal
 
-from cablestudy.interface.arguments import Kind, NotPlainError, list_of, mapping_of, plain, shown, unwrapped
+from cablestudy.interface.arguments import Kind
+from cablestudy.interface.plain import NotPlainError, list_of, mapping_of, plain, shown, unwrapped
 
 MOST_MODES, MOST_RUNS, MOST_PROCESSES = 100_000, 1000, 1024  # as of the commands
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 from cablestudy.activity import ActivityDisplay
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError, shorten
 from cablestudy.interface.answer import Answer
-from cablestudy.interface.arguments import call, checked, shown
+from cablestudy.interface.arguments import call, checked
 from cablestudy.interface.kinds import (
     Between,
     Columns,
@@ -28,6 +28,7 @@ from cablestudy.interface.kinds import (
     WindOn,
 )
 from cablestudy.interface.one_cable import ANSWERS, solve_loop
+from cablestudy.interface.plain import shown
 from cablestudy.scene.document import Document
 from cablestudy.scene.fields import KeyTable
 from cablestudy.scene.likely_mistakes import likely_mistakes

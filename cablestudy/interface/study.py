@@ -141,7 +141,7 @@ class Study:
 
             return Sensitivity(self.request).table
         if columns:
-            from cablestudy.sweeps.condition import ask_columns
+            from cablestudy.sweeps.variable import ask_columns
 
             ask_columns(self.request, columns)
         if not any(option is not None for option in options.values()):

@@ -3,7 +3,8 @@
 import json
 from dataclasses import dataclass
 
-from cablestudy.pages.tables import TableGrid, element, listed, paragraph, preformatted, table_html, text
+from cablestudy.pages.markup import element, listed, paragraph, preformatted, text
+from cablestudy.pages.tables import TableGrid, table_html
 from cablestudy.scene.scene import field_of, quantity_of
 from cablestudy.scene.units import to_si
 from cablestudy.scene.words import counted

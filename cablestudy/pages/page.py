@@ -10,17 +10,8 @@ from contextlib import contextmanager
 from html import escape
 
 from cablestudy.errors import CablestudyError, SceneError, one_line
-from cablestudy.pages.tables import (
-    document,
-    element,
-    error_text,
-    listed,
-    paragraph,
-    picture,
-    table_html,
-    text,
-    unit_text,
-)
+from cablestudy.pages.markup import document, element, listed, paragraph, picture, text, unit_text
+from cablestudy.pages.tables import error_text, table_html
 from cablestudy.study.plots.style import UNDATED, styled
 from cablestudy.study.table import short
 

@@ -14,9 +14,10 @@ from cablestudy.interface import scene_of
 from cablestudy.interface.arguments import checked
 from cablestudy.interface.kinds import Changes, Columns, File, Processes, Source, Text, Variations, case_text, names_in
 from cablestudy.pages import given
+from cablestudy.pages.markup import element, paragraph, text
 from cablestudy.pages.page import Page
 from cablestudy.pages.results import limits, sections
-from cablestudy.pages.tables import TableGrid, element, paragraph, text
+from cablestudy.pages.tables import TableGrid
 from cablestudy.scene.document import MAPPING, STDIN, apply_sets, read_base, read_file, resolve_base
 from cablestudy.scene.scene import is_study, read_scene
 from cablestudy.scene.study import study_of
@@ -197,8 +198,8 @@ def _add_file(page, unchanged, document):
 def _study_page(source, sets, vary, title, begun, jobs, quiet, columns, where):
     """Compute all rows of a study and put them on a new `Page`; parameters as of `_scene_page` and `report`."""
     from cablestudy.pages.study import open_run, study_sections
-    from cablestudy.sweeps.condition import ask_columns
     from cablestudy.sweeps.select import read_selection
+    from cablestudy.sweeps.variable import ask_columns
 
     study = study_of(source, sets, vary)
     with Mistakes() as mistakes:

@@ -2,7 +2,8 @@
 
 from functools import partial
 
-from cablestudy.pages.tables import TableGrid, listed, paragraph, text, unit_text
+from cablestudy.pages.markup import listed, paragraph, text, unit_text
+from cablestudy.pages.tables import TableGrid
 from cablestudy.scene.words import counted
 from cablestudy.study.columns import TEXTS
 from cablestudy.study.prepare import prepare

@@ -8,8 +8,9 @@ import pandas
 from cablestudy.errors import Mistakes, NoSolutionError, SceneError
 from cablestudy.scene.words import counted
 from cablestudy.study.pareto import pareto_front
-from cablestudy.sweeps.condition import Variable, parse, variable
+from cablestudy.sweeps.condition import parse
 from cablestudy.sweeps.rows import LazyRows
+from cablestudy.sweeps.variable import Variable, variable
 
 
 @dataclass(frozen=True)

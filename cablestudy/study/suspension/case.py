@@ -434,7 +434,7 @@ class SuspensionCase:
             count = min(2 * count, MOTION.most_body_modes)
 
     def mode_along(self, name, axis):
-        """`RefinedMode` of a body or free point along an axis of `statics.suspension.AXES`, with its damping in the air.
+        """`RefinedMode` of a body or free point along one of `statics.suspension.AXES`, with its damping in the air.
 
         The winches are at rest. The aerodynamic damping is that of all parts in the wind of the scene, about the
         equilibrium of the modes. Its numbers raise NoSolutionError where that motion is held.
