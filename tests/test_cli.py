@@ -15,6 +15,7 @@ from functools import partial
 import click
 import pytest
 import yaml
+from campaign import campaign
 from command import CARLINA, CONFIGS, LONGEST, ROOT, SLACK, process, rows_of, run, study_file, table_of
 from picture import undrawn
 from solved import contents
@@ -274,7 +275,7 @@ def test_a_tension_above_the_breaking_force_of_a_cable_without_an_area(folder):
     assert 1 < row["utilisation"] < math.hypot(1, 10 * 9.81 / 12e3)
 
 
-@pytest.mark.parametrize("count", [1, 116, 117, 118])
+@pytest.mark.parametrize("count", campaign([1, 2, 116, 117, 118, 1000], [1, 116, 117, 118]))
 def test_modes_one_two_all_and_more_than_there_are(count):
     rows = table_of("modes", CARLINA, "-n", count)
     assert [row["number"] for row in rows] == list(range(1, min(count, 117) + 1))  # 39 free nodes in space
@@ -411,11 +412,15 @@ def test_a_reader_that_has_had_enough_ends_the_command_quietly(arguments):
     assert error == b""
 
 
-@pytest.mark.parametrize("preloads", ["[1345 N, 1 N]", "{from: 1 N, to: 2 N, count: 500}"])
-def test_a_reader_that_has_had_enough_hides_no_failure(folder, preloads):
+SHORT, LONG = ("[1345 N, 1 N]", 1), ("{from: 1 N, to: 2 N, count: 500}", 1)  # preloads, processes
+BY_PROCESSES = "{from: 1 N, to: 2 N, count: 3000}", 2
+
+
+@pytest.mark.parametrize(("preloads", "jobs"), campaign([SHORT, LONG, BY_PROCESSES], [SHORT, LONG]))
+def test_a_reader_that_has_had_enough_hides_no_failure(folder, preloads, jobs):
     """The exit code is that of a command that is read to the end, of tables that a pipe holds whole and of others."""
     study = study_file(folder, f"vary: [{{cable.preload: {preloads}}}]\ncolumns: [sag]\n")
-    command = [sys.executable, "-m", "cablestudy", "sweep", study, "--no-write", "--quiet", "--jobs", "1"]
+    command = [sys.executable, "-m", "cablestudy", "sweep", study, "--no-write", "--quiet", "--jobs", str(jobs)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as child:
         child.stdout.close()
         assert child.wait(timeout=LONGEST) == 3
