@@ -324,8 +324,11 @@ def evaluate_table(table, columns):
         closed, _ = by_elements(results, required, closed)
     rows = [(cells, OK, {}) for cells in closed.rows([column.header for column in required.closed])]
     for case in {*closed.errors, *closed.failures, *closed.over_strength}:
-        failed, of_case = closed.failures.get(case, ()), closed.errors.get(case, {}).items()
-        shown = {name: error for name, error in of_case if error is None or error > STUDY.rounding}
-        errors = {name: error for name, error in shown.items() if name not in failed}
+        failed = closed.failures.get(case, ())
+        errors = {
+            name: error
+            for name, error in closed.errors.get(case, {}).items()
+            if name not in failed and (error is None or error > STUDY.rounding)
+        }
         rows[case] = rows[case][0], closed.status(case), errors
     return rows
