@@ -4,12 +4,14 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from cluster import cluster
 from command import LONGEST, SLACK, go_on, run, start_paused, stored_rows, study_file
 
 from cablestudy.sweeps import driver as module
+from cablestudy.sweeps.chunks import Done
 
 pytestmark = pytest.mark.usefixtures("folder")
 
@@ -83,3 +85,14 @@ def test_distributed_is_imported_by_nothing_else(folder):
     command = [sys.executable, "-c", code, "sweep", study_file(folder, "columns: [sag]\n"), "--no-write"]
     done = subprocess.run(command, capture_output=True, timeout=LONGEST)
     assert (done.returncode, bool(done.stdout)) == (0, True)
+
+
+def test_a_result_that_is_lost_while_it_is_told_is_a_worker_that_died():
+    """As dask tells it: it finds the future neither finished nor cancelled, and takes the result for an error's."""
+    done = Done([], [], 0, 0.0, 0.0)
+    executor = SimpleNamespace(shutdown=lambda wait: None)
+    client = SimpleNamespace(get_executor=lambda pure: executor)
+    with pytest.raises(module.WorkerDeathError), module._executor(client):
+        _type, _error, _trace = done
+    with pytest.raises(TypeError, match="int"), module._executor(client):
+        _type, _error, _trace = 3

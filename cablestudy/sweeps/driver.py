@@ -18,7 +18,7 @@ from contextlib import ExitStack, contextmanager
 
 from cablestudy.errors import NoSolutionError, SceneError, one_line
 from cablestudy.interrupts import signals_blocked
-from cablestudy.sweeps.chunks import compute
+from cablestudy.sweeps.chunks import Done, compute
 from cablestudy.threads import keep_one_thread
 
 TRIAL = 0.3  # seconds of computing in this process, after which the time of the whole work is estimated
@@ -248,6 +248,10 @@ def _executor(client):
     try:
         yield executor
     except KilledWorker:
+        raise WorkerDeathError from None
+    except TypeError as error:  # of a worker that dies as its result is told: dask unpacks the result as an error's
+        if Done.__name__ not in str(error):
+            raise
         raise WorkerDeathError from None
     except (ImportError, AttributeError) as error:
         raise SceneError(f"--scheduler: a worker cannot read the work ({error}): {SAME_VERSIONS}") from None
