@@ -76,8 +76,9 @@ class Case:
 
         NoSolutionError or ConvergenceError where there is no equilibrium.
         """
+        self.results.check(self.index)
         finer = Case(self.scene, self.results, self.index, (elements, order), self._cache_by_level)
-        finer.span, finer.catenary, finer._modes_searched = self.span, self.catenary, self._modes_searched
+        finer._modes_searched = self._modes_searched
         return finer
 
     def given(self, path):
@@ -125,7 +126,8 @@ class Case:
     @property
     def point_masses(self):
         """Point masses on the cable, as of its `span`; raises as this."""
-        return self.span.point_masses
+        self.results.check(self.index)
+        return () if self.results.span.load_masses is None else self.span.point_masses
 
     @cached_property
     def catenary(self):
