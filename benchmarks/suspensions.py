@@ -181,7 +181,7 @@ def statics(peers):
     """Lines: a sweep of the cabin's mass."""
     import numpy as np
 
-    from cablestudy.study.suspension.columns import find
+    from cablestudy.study.columns import find
     from cablestudy.study.suspension.rows import evaluate_suspensions
 
     scene, wanted = telescope(), [find(name) for name in COLUMNS]

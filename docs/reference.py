@@ -8,7 +8,7 @@ import cablestudy
 from cablestudy.cli import main as program
 from cablestudy.cli.help import GROUPS
 from cablestudy.scene.schema import keys_of
-from cablestudy.study.all_columns import columns_table
+from cablestudy.study.columns import columns_table
 from cablestudy.study.files import materials_table
 from cablestudy.study.markdown import short
 

@@ -10,8 +10,8 @@ import numpy as np
 
 import cablestudy as cs
 from cablestudy.scene.study import read_study
-from cablestudy.study.all_columns import find
 from cablestudy.study.column import lacks
+from cablestudy.study.columns import find
 from cablestudy.study.one_cable.case import Case
 from cablestudy.study.study_rows import evaluate
 

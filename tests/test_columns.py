@@ -11,10 +11,10 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq
 
 from cablestudy.scene.scene import load_scene
-from cablestudy.study import all_columns as of_all
-from cablestudy.study.all_columns import why_not
-from cablestudy.study.columns import COLUMNS, FAMILIES, find
+from cablestudy.study.cable_columns import COLUMNS, FAMILIES
+from cablestudy.study.columns import find
 from cablestudy.study.one_cable.rows import evaluate
+from cablestudy.study.scene_kind import why_not
 
 # INTERFACE.md, section Columns, without the wind columns of the next issue
 NAMES = [
@@ -73,7 +73,7 @@ def test_every_column_listed_for_suspensions_is_one():
             name = name.replace(word, value)
         of_wheel = "momentum" in name or "torque" in name
         name = name.replace("ACTUATOR", "w" if of_wheel else "m")
-        assert of_all.why_not(scene, of_all.find(name)) == "", name
+        assert why_not(scene, find(name)) == "", name
     # the names that docs/suspensions.md promises
     expected = {
         "BODY.x_m", "BODY.roll_deg", "CABLE.max_tension_N", "BODY.stiffness_xx_N_per_m", "frequency_K_Hz",

@@ -17,13 +17,13 @@ from cablestudy.motion.dynamic_analysis import DynamicAnalysis
 from cablestudy.motion.tension_waves import change_by_waves
 from cablestudy.scene.scene import CableScene, load_scene
 from cablestudy.scene.study import read_study
+from cablestudy.study.cable_columns import COLUMNS
 from cablestudy.study.column import lacks
-from cablestudy.study.columns import COLUMNS, find
+from cablestudy.study.columns import find
 from cablestudy.study.one_cable import results
 from cablestudy.study.one_cable.rows import evaluate, evaluate_cases
 from cablestudy.study.scene_values import tables_of
 from cablestudy.study.study_rows import evaluate_tables
-from cablestudy.study.suspension import columns as suspension_columns
 from cablestudy.study.suspension.rows import evaluate_suspensions
 from cablestudy.study.tolerances import STUDY
 from cablestudy.sweeps.chunks import Chunk, compute
@@ -73,7 +73,7 @@ def test_a_cable_that_goes_slack_is_told_without_the_errors_of_tensions(monkeypa
     monkeypatch.setattr(
         plant, "change_by_waves", lambda *arguments: calls.append(arguments) or change_by_waves(*arguments)
     )
-    body, tension = (suspension_columns.find(name) for name in ("cabin.rms", "c1.rms_tension"))
+    body, tension = (find(name) for name in ("cabin.rms", "c1.rms_tension"))
     evaluate_suspensions([wind], [body])
     assert not calls
     evaluate_suspensions([wind], [body, tension])

@@ -5,7 +5,7 @@ import pytest
 from command import study_file
 
 from cablestudy.scene.study import read_study
-from cablestudy.study.all_columns import find
+from cablestudy.study.columns import find
 from cablestudy.study.scene_values import tables_of
 from cablestudy.study.study_rows import evaluate, evaluate_tables
 

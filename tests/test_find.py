@@ -13,7 +13,7 @@ from cablestudy.scene.scene import load_scene
 from cablestudy.scene.schema import study_schema
 from cablestudy.scene.study import read_study
 from cablestudy.study import find as find_module
-from cablestudy.study.all_columns import column_named
+from cablestudy.study.columns import column_named
 from cablestudy.study.columns import find as column
 from cablestudy.study.find_rows import evaluate_found
 from cablestudy.study.one_cable.rows import evaluate

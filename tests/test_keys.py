@@ -8,7 +8,7 @@ from command import ROOT, run, table_of
 from cablestudy.cli.help import COMMANDS
 from cablestudy.scene.schema import KINDS, NO_UNIT, REQUIRED, keys_of, scene_schema, study_schema, suspension_schema
 from cablestudy.scene.units import DIMENSIONS
-from cablestudy.study.all_columns import columns_table
+from cablestudy.study.columns import columns_table
 
 sys.path.insert(0, str(ROOT / "docs"))
 import reference

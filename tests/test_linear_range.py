@@ -13,9 +13,9 @@ from test_suspension_wind import hung, value
 from cablestudy.cable.linear_range import linear_range
 from cablestudy.cable.span import Span
 from cablestudy.scene.scene import load_scene
+from cablestudy.study.columns import find
 from cablestudy.study.columns import find as find_of_one
 from cablestudy.study.one_cable.rows import evaluate
-from cablestudy.study.suspension.columns import find
 from cablestudy.study.suspension.rows import evaluate_suspensions
 from cablestudy.study.table_rows import has_answer, status_of
 

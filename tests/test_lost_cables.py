@@ -15,8 +15,8 @@ from command import CONFIGS, run, table_of
 from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.pages.page import Page
 from cablestudy.scene.scene import load_scene
+from cablestudy.study.columns import find
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.study.suspension.columns import find
 from cablestudy.study.suspension.notes import lost_notes
 from cablestudy.study.suspension.rows import evaluate_suspensions
 from cablestudy.study.table_rows import FALLEN

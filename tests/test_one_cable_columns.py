@@ -22,7 +22,8 @@ from twins import (
 )
 
 from cablestudy.scene.scene import load_scene
-from cablestudy.study.all_columns import find, why_not
+from cablestudy.study.columns import find
+from cablestudy.study.scene_kind import why_not
 from cablestudy.study.study_rows import evaluate
 
 CARLINA = contents(

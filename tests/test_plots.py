@@ -19,7 +19,7 @@ from cablestudy.errors import SceneError
 from cablestudy.scene.scene import load_scene
 from cablestudy.scene.study import read_study
 from cablestudy.study import plots
-from cablestudy.study.all_columns import find
+from cablestudy.study.columns import find
 from cablestudy.study.deflection import nodal_deflections
 from cablestudy.study.one_cable import case_modes, report
 from cablestudy.study.one_cable.case import Case

@@ -6,7 +6,7 @@ from command import CARLINA, CONFIGS, SLACK, run, table_of
 from references import catenary_mp
 from scenes import INCLINED, PAPER, SAGGING, G
 
-from cablestudy.study.columns import COLUMNS
+from cablestudy.study.cable_columns import COLUMNS
 
 FIG_4 = str(CONFIGS / "point-load.yaml")
 

@@ -9,7 +9,7 @@ from scenes import INCLINED, PAPER, SAGGING, cells, scene
 from cablestudy.cable import catenary, equilibrium
 from cablestudy.cable.element import mesh_segments
 from cablestudy.cable.state import interpolate
-from cablestudy.study.columns import over_strength
+from cablestudy.study.cable_columns import over_strength
 from cablestudy.study.one_cable.case import Case
 
 LOADS = [(8, (0.0, 0.0, 500.0)), (20, (30.0, -70.0, -400.0)), (31, (-20.0, 10.0, 0.0))]

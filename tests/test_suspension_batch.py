@@ -13,11 +13,11 @@ from cablestudy.cable.damping import Damping
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.scene.study import read_study
 from cablestudy.scene.suspension import SuspensionScene
+from cablestudy.study.columns import find
 from cablestudy.study.prepare import prepare
 from cablestudy.study.scene_values import tables_of
 from cablestudy.study.study_rows import evaluate_tables
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.study.suspension.columns import find
 from cablestudy.study.suspension.group import Group
 from cablestudy.study.suspension.rows import cases_of, evaluate_suspensions
 from cablestudy.study.tolerances import STUDY

@@ -13,8 +13,8 @@ from references.bars_in_wind import BarsInWind
 from solved import solve
 
 import cablestudy as cs
+from cablestudy.study.columns import find
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.study.suspension.columns import find
 from cablestudy.system.tolerances import SYSTEM
 
 BARS = 7

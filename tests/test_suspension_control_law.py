@@ -18,9 +18,9 @@ from cablestudy.control.statespace import state_space_of
 from cablestudy.errors import NoSolutionError
 from cablestudy.motion.response_in_time import labelled, measured_by
 from cablestudy.scene.scene import load_scene
+from cablestudy.study.columns import find
 from cablestudy.study.loop_in_time import TimeOptions, time_case
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.study.suspension.columns import find
 from cablestudy.study.suspension.rows import value
 
 TURN = 2 * np.pi

@@ -24,8 +24,8 @@ from cablestudy.scene.scene import load_scene
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.statics import pose_state, rest
 from cablestudy.statics.tolerances import STATICS
+from cablestudy.study.columns import find
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.study.suspension.columns import find
 from cablestudy.study.suspension.rows import cases_of
 from cablestudy.system.coupled import Layout
 from cablestudy.system.tolerances import SYSTEM

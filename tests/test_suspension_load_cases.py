@@ -25,8 +25,8 @@ from cablestudy.errors import SceneError
 from cablestudy.scene.determinacy import MOTIONS
 from cablestudy.scene.scene import load_scene
 from cablestudy.statics.tolerances import STATICS
+from cablestudy.study.columns import find
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.study.suspension.columns import find
 from cablestudy.study.suspension.rows import cases_of, evaluate_suspensions
 from cablestudy.system.coupled import Layout
 

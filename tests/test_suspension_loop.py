@@ -19,10 +19,10 @@ from straight_scenes import ACTUATORS, LOOP, NOTCH, case_of, closed_loop_of, eve
 from cablestudy.control.margins_grid import frequencies, highest
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import load_scene
+from cablestudy.study.columns import find
 from cablestudy.study.motion_columns import SENSITIVITY
 from cablestudy.study.one_cable.case import Case
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.study.suspension.columns import find
 from cablestudy.study.suspension.rows import evaluate_suspensions
 from cablestudy.system.tolerances import SYSTEM
 

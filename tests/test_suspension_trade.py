@@ -9,7 +9,7 @@ from references import bar_suspension, continuous_suspension
 
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import plots, trade
-from cablestudy.study.all_columns import find
+from cablestudy.study.columns import find
 from cablestudy.study.suspension import trade as suspension_trade
 from cablestudy.study.suspension.case import SuspensionCase
 
@@ -140,7 +140,7 @@ def test_the_columns_by_default():
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("cabin.stifness_zz", "unknown column of a suspension 'cabin.stifness_zz' (did you mean cabin.stiffness_zz?)"),
+        ("cabin.stifness_zz", "unknown column 'cabin.stifness_zz' (did you mean cabin.stiffness_zz?)"),
         ("cabn.z", "no body, free point, cable or link cabn (did you mean cabin?)"),
         ("preload", "preload is a column of a single cable; here it is CABLE.preload"),
         ("end_stiffness", "end_stiffness is a column of a single cable"),

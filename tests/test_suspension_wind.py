@@ -36,8 +36,9 @@ from cablestudy.motion.tolerances import MOTION
 from cablestudy.motion.turbulence import OWN
 from cablestudy.scene.scene import load_scene
 from cablestudy.statics import rest
+from cablestudy.study.columns import find
+from cablestudy.study.scene_kind import why_not
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.study.suspension.columns import find, why_not
 from cablestudy.study.suspension.rows import evaluate_suspensions
 from cablestudy.study.suspension.wind_columns import place_columns
 from cablestudy.wind import gusts

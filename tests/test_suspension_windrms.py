@@ -15,10 +15,10 @@ from cablestudy.errors import ConvergenceError
 from cablestudy.motion.gust_response import GustResponse
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.scene import load_scene
-from cablestudy.study.all_columns import find
+from cablestudy.study.columns import find
+from cablestudy.study.columns import find as find_of_many
 from cablestudy.study.suspension import rows
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.study.suspension.columns import find as find_of_many
 
 pytestmark = pytest.mark.usefixtures("folder")
 

@@ -55,7 +55,7 @@ from twins import (
     without,
 )
 
-from cablestudy.study.columns import COLUMNS, FAMILIES
+from cablestudy.study.cable_columns import COLUMNS, FAMILIES
 
 FILE = Path(__file__).with_name("twin_differences.yaml")
 GROWN = 1.1  # over a listed difference

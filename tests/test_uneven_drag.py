@@ -19,10 +19,10 @@ from scipy.optimize import brentq, root
 from cablestudy.scene.scene import CableScene, load_scene
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.columns import find
+from cablestudy.study.columns import find as find_of_suspension
 from cablestudy.study.one_cable.case import Case
 from cablestudy.study.one_cable.rows import evaluate
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.study.suspension.columns import find as find_of_suspension
 
 G, PIECES = 9.81, 400
 # EA [N], mass [kg/m], diameter [m], end 2 [m], preload [N], share of the length -> load [N], pressure [Pa], direction

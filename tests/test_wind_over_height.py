@@ -22,10 +22,10 @@ from cablestudy.cable.geometry import places
 from cablestudy.errors import SceneError
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.columns import find
+from cablestudy.study.columns import find as of_suspensions
 from cablestudy.study.one_cable.case import Case
 from cablestudy.study.one_cable.rows import evaluate, evaluate_cases
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.study.suspension.columns import find as of_suspensions
 from cablestudy.study.suspension.rows import evaluate_suspensions
 
 EA, MASS, D = 9e6, 1.3, 0.019

@@ -14,7 +14,7 @@ from cablestudy.cable.geometry import places
 from cablestudy.scene.control_tables import AllocationTable
 from cablestudy.scene.load_tables import Load
 from cablestudy.scene.scene import load_scene
-from cablestudy.study.all_columns import find
+from cablestudy.study.columns import find
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.rows import evaluate_suspensions
 

@@ -66,7 +66,7 @@ def template(kind):
 
 def columns(text=""):
     """Every column, or those with a text in their names: what it is of, name, unit, meaning, what it needs: Table."""
-    from cablestudy.study.all_columns import columns_table
+    from cablestudy.study.columns import columns_table
 
     return columns_table(text)
 
@@ -80,7 +80,7 @@ def materials(files=()):
 
 def is_column(name):
     """True if a study could have a column of this name, with or without its unit: bool."""
-    from cablestudy.study.all_columns import find
+    from cablestudy.study.columns import find
 
     try:
         find(name)
@@ -91,7 +91,7 @@ def is_column(name):
 
 def column_names():
     """Names with units of the columns of one cable and of the whole of a suspension: list of str."""
-    from cablestudy.study.columns import COLUMNS
+    from cablestudy.study.cable_columns import COLUMNS
     from cablestudy.study.suspension.part_columns import WHOLE
 
     return list(dict.fromkeys(column.header for column in (*COLUMNS, *WHOLE)))

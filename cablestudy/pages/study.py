@@ -5,7 +5,7 @@ from functools import partial
 from cablestudy.pages.markup import listed, paragraph, text, unit_text
 from cablestudy.pages.tables import TableGrid
 from cablestudy.scene.words import counted
-from cablestudy.study.columns import TEXTS
+from cablestudy.study.cable_columns import TEXTS
 from cablestudy.study.prepare import prepare
 from cablestudy.study.table import short
 from cablestudy.study.varied_keys import varied_keys

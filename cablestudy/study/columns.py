@@ -1,400 +1,231 @@
-"""Result columns of one cable: name, unit, meaning, and the one function that computes each.
+"""Registry of result columns: find one by its name, list all.
 
-To add a column, add a line to COLUMNS, or a family with a K in its name to FAMILIES. The function takes `Results` and
-returns an array with an axis of cases, or takes one `Case` and returns a number.
+A name alone is a column of one cable, or of a whole suspension; a name with an owner before it (`gondola.rms_x`,
+`n1.sag`) is one of a part. The columns themselves are defined in `cable_columns`, and in `part_columns` and
+`wind_columns` of `study/suspension/`.
 """
 
-import difflib
 import re
-from types import SimpleNamespace
+from dataclasses import replace
+from difflib import get_close_matches
+from functools import lru_cache
+from itertools import product
 
-import numpy as np
-
-from cablestudy.cable import taut
-from cablestudy.cable.geometry import chord_angles, clearance, load_sag, lowest_point, sag_and_swing
-from cablestudy.study.column import DIAMETER, METAL, MM, STRONG, Column, scaled
-from cablestudy.study.motion_columns import (
-    BODY,
-    DAMPING_RATIO,
-    MIDSPAN,
-    ON_CABLE,
-    TENSIONS,
-    WINCH,
-    by_wind_on_both,
-    by_wind_on_cable,
-    by_wind_on_gondola,
-    damping_ratio_of_gondola,
-    imaged_column,
-    loop_columns,
-    mean_displacement,
-    peak_of_gondola,
-    peak_utilisation,
-    rms_columns,
-    rms_of_bare_cable,
-    winch_columns,
+from cablestudy.errors import SceneError
+from cablestudy.scene.fields import suggestion
+from cablestudy.scene.scene import quantity_of
+from cablestudy.statics.suspension import AXES
+from cablestudy.study.cable_columns import COLUMNS, FAMILIES, family_member
+from cablestudy.study.column import Column, written_key
+from cablestudy.study.suspension.part_columns import (
+    WHOLE,
+    all_cable_columns,
+    body_columns,
+    body_frequency_column,
+    cable_mode_column,
+    force_displacements,
+    frequency_column,
+    linear_ranges,
+    link_columns,
+    mode_columns,
+    point_columns,
+    static_frequency_column,
+    stiffness_column,
 )
+from cablestudy.study.suspension.wind_columns import (
+    actuator_columns,
+    link_force_column,
+    midspan_column,
+    place_columns,
+    tension_columns,
+    turn_columns,
+)
+from cablestudy.study.table import Field, Table
 from cablestudy.study.tolerances import STUDY
-from cablestudy.study.uneven_drag import (
-    chord_by_drag,
-    clearance_by_drag,
-    load_sag_by_drag,
-    lowest_by_drag,
-    sag_by_drag,
-    swing_by_drag,
-)
-from cablestudy.wind.drag import shedding_frequencies
 
-# keys that columns need, as `Column.key`
-LOADED = "cable.loads|load_case.loads"
-STEADY = "gondola.area, gondola.drag_coefficient, wind|load_case.wind"
-
-
-def stress_of(results):
-    """Largest stress of each cable. [Pa]"""
-    return results.statics.max_tension / results.given("cable.section_area")
-
-
-def utilisation_of(results):
-    """Largest tension of each cable over its breaking force, not a number without one. [-]"""
-    return results.statics.max_tension / results.given("cable.section_breaking_force")
-
-
-def over_strength(results):
-    """True if the largest tension of each cable is above its breaking force; False where none is stated."""
-    return utilisation_of(results) > 1
-
-
-def _mean_tension(results):
-    """Mean tension of each cable, 0 where no part of it has any tension. [N]"""
-    tension = np.where(results.statics.max_tension > 0, results.statics.mean_tension, 0.0)
-    return _as_stated(tension, results.given("cable.stated_preload"))
-
-
-def _as_stated(numbers, stated):
-    """Numbers of cables, and stated ones, NaN where there are none, in place of those that differ by rounding."""
-    return np.where(np.abs(numbers - stated) <= STUDY.rounding * np.abs(stated), stated, numbers)
-
-
-def _catenary_constant(results):
-    """Horizontal tension over weight per length, not finite without gravity. [m]"""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return results.statics.horizontal_tension / (results.given("cable.section_mass") * results.given("gravity"))
-
-
-def _unstretched_length(results):
-    """Unstretched length in the reference state: as the scene states it, to the last digit, else computed. [m]"""
-    stated = results.given("cable.unstretched_length")
-    return np.where(np.isnan(stated), results.reference_length, stated)
-
-
-def _deflections(case):
-    """Movement along its force of the load that moves most: non-linear, and linear about the unloaded form.
-
-    Two pairs of a number [m] and its relative error [-], which is None with the elements of a scene.
-    """
-    from cablestudy.study.deflection import load_deflections, rounding
-
-    full, linear = (deflections.tolist() for deflections in load_deflections(case))
-    largest = int(np.argmax(np.abs(full)))
-    full, linear = full[largest], linear[largest]
-    if not case.exact_statics:
-        return (full, None), (linear, None)
-    by_rounding = rounding(case, full) / abs(full) if full else 0.0
-    error = max(STUDY.rounding, case.statics_error)
-    return (full, error + by_rounding), (linear, error)
-
-
-def _nonlinearity(case):
-    """Linear over non-linear deflection by the point loads, less one, and its relative error. [-]"""
-    (full, error), (linear, linear_error) = _deflections(case)
-    if not full:
-        return 0.0, error
-    ratio = linear / full
-    if error is None:
-        return ratio - 1, None
-    uncertainty = (error + linear_error) * abs(ratio)
-    return ratio - 1, uncertainty / abs(ratio - 1) if ratio != 1 else uncertainty
-
-
-def _tension_at(end):
-    """Function of the tension at an end (0 or 1)."""
-    return lambda r: np.sqrt((r.form.end_forces()[..., end, :] ** 2).sum(axis=-1))
-
-
-def _reaction(end, component):
-    """Function of a part of the force of the support on the cable at an end: horizontal, or upwards."""
-
-    def compute(results):
-        force = -results.form.end_forces("global")[..., end, :]
-        if component == "vertical":
-            return force[..., 2]
-        horizontal = np.hypot(force[..., 0], force[..., 1])
-        # what the solver leaves of it in a vertical cable is rounding
-        return np.where(horizontal > STUDY.upright * np.abs(force[..., 2]), horizontal, 0.0)
-
-    return compute
-
-
-def _reaction_by_drag(end, component):
-    """Function of the error of `_reaction` by drag taken as uniform. [N]"""
-
-    def compute(results):
-        change = results.drag_errors.end_forces[..., end, :]
-        return change[..., 2] if component == "vertical" else np.hypot(change[..., 0], change[..., 1])
-
-    return compute
-
-
-def _coupling_stiffness(results):
-    """Force along x by a movement along z, 0 where it is rounding of the stiffness along both. [N/m]"""
-    direct = np.sqrt(np.abs(results.end_stiffness_along(0) * results.end_stiffness_along(2)))
-    coupling = results.end_stiffness_along(0, 2)
-    return np.where(np.abs(coupling) > STUDY.rounding * direct, coupling, 0.0)
-
-
-def _coupling_by_drag(results):
-    """Error of `_coupling_stiffness` by drag taken as uniform: relative to the stiffness along both. [N/m]"""
-    return results.drag_error * np.sqrt(np.abs(results.end_stiffness_along(0) * results.end_stiffness_along(2)))
-
-
-def _below_horizontal(force):
-    """Angle of forces on a support below the horizontal. [deg]"""
-    return np.degrees(np.arctan2(-force[..., 2], np.hypot(force[..., 0], force[..., 1])))
-
-
-def _angle(end):
-    """Function of the angle of a cable below the horizontal where it leaves an end. [deg]"""
-    return lambda results: _below_horizontal(results.form.end_forces("global")[..., end, :])
-
-
-def _angle_by_drag(end):
-    """Function of the error of `_angle` by drag taken as uniform. [deg]"""
-
-    def compute(results):
-        force = results.form.end_forces("global")[..., end, :]
-        change = results.drag_errors.end_forces[..., end, :]
-        return _below_horizontal(force + change) - _below_horizontal(force)
-
-    return compute
-
-
-def _lowest_point(results):
-    """Level of the lowest point of each cable. [m]"""
-    return results.end_1[..., 2] + lowest_point(results.form)
-
-
-def _support_columns():
-    """Yield the columns of tensions, support forces and angles at the two ends."""
-    for end in (1, 2):
-        yield Column(f"tension_{end}", "N", f"tension at end {end}", "statics", _tension_at(end - 1))
-    for end in (1, 2):
-        yield Column(f"reaction_{end}_horizontal", "N", f"horizontal part of the force of the support at end {end}",
-                     "statics", _reaction(end - 1, "horizontal"),
-                     by_drag=_reaction_by_drag(end - 1, "horizontal"))  # fmt: skip
-        yield Column(f"reaction_{end}_vertical", "N", f"vertical part of the force of the support at end {end}, "
-                     "upwards: negative where it holds the end down", "statics",
-                     _reaction(end - 1, "vertical"), by_drag=_reaction_by_drag(end - 1, "vertical"))  # fmt: skip
-    for end in (1, 2):
-        yield Column(f"angle_{end}", "deg", f"angle of the cable below the horizontal where it leaves end {end}",
-                     "statics", _angle(end - 1), determined_by="form", by_drag=_angle_by_drag(end - 1))  # fmt: skip
-
-
-def _linear_range(case):
-    """Displacement of the gondola along x up to which its cable is linear, or None where it always is [mm]; its error.
-
-    The error is relative, None with the elements of a scene.
-    """
-    from cablestudy.cable.linear_range import linear_range
-
-    displacement, error = linear_range(case.results.span.take([case.index]), np.array([[1.0, 0.0, 0.0]]))
-    error = error + case.statics_error if case.exact_statics else None
-    return None if displacement is None else 1e3 * displacement, error
-
-
-def _shedding(name, meaning, index):
-    """Column of a frequency of vortex shedding: the low, mean and high one have the indices 0, 1, 2."""
-
-    def compute(results):
-        wind = SimpleNamespace(speed=results.given("wind.speed"), turbulence=results.given("wind.turbulence_along"))
-        return shedding_frequencies(wind, results.given("wind_diameter"))[index]
-
-    return Column(name, "Hz", meaning, "scene", compute, f"wind, {DIAMETER}")
-
-
-def _frequency(name, meaning, number, kind, symmetry=None):
-    """Column of the frequency of a mode."""
-    mode = number, kind, symmetry
-    return Column(name, "Hz", meaning, "modes", lambda case: case.frequency(*mode), mode=mode)
-
-
-COLUMNS = (
-    Column("preload", "N", "mean tension over the unstretched length", "statics", _mean_tension),
-    Column("horizontal_tension", "N", "mean horizontal part of the tension", "statics",
-           lambda r: r.statics.horizontal_tension),
-    Column("catenary_constant", "m", "horizontal tension over the weight of a length without ice: H/w", "statics",
-           _catenary_constant, "nonzero_gravity"),
-    Column("max_tension", "N", "largest tension along the cable", "statics", lambda r: r.statics.max_tension),
-    Column("min_tension", "N", "smallest tension along the cable", "statics", lambda r: r.statics.min_tension),
-    Column("unstretched_length", "m", "length without tension, at the reference temperature", "statics",
-           _unstretched_length, of_reference=True),
-    Column("stretched_length", "m", "length under tension", "statics", lambda r: r.statics.stretched_length),
-    Column("chord", "m", "distance between the ends", "scene", lambda r: r.chord, by_drag=chord_by_drag),
-    Column("sag", "m", "vertical distance from chord to cable at mid-span", "statics",
-           lambda r: _as_stated(r.statics.sag, r.given("cable.sag")), determined_by="sag", by_drag=sag_by_drag),
-    Column("sag_ratio", "", "sag over chord", "statics", lambda r: r.statics.sag / r.chord, determined_by="sag",
-           by_drag=lambda r: sag_by_drag(r) / r.chord),
-    Column("mass", "kg", "mass of the cable, mass per length x unstretched length", "statics",
-           lambda r: r.given("cable.section_mass") * r.reference_length, of_reference=True),
-    Column("diameter", "mm", "outer diameter of the cross-section", "scene",
-           lambda r: 1e3 * r.given("cable.section_diameter"), DIAMETER),
-    Column("area", "mm^2", "metallic area of the cross-section", "scene",
-           lambda r: 1e6 * r.given("cable.section_area"), METAL),
-    Column("elastic_modulus", "GPa", "axial stiffness over area", "scene",
-           lambda r: r.given("cable.section_elastic_modulus") / 1e9, "cable.section_elastic_modulus"),
-    Column("density", "kg/m^3", "mass per length over area", "scene",
-           lambda r: r.given("cable.section_density"), "cable.section_density"),
-    Column("axial_stiffness", "N", "EA, tension per strain", "scene",
-           lambda r: r.given("cable.section_axial_stiffness")),
-    Column("mass_per_length", "kg/m", "mass per length of the unstretched cable", "scene",
-           lambda r: r.given("cable.section_mass")),
-    Column("breaking_force", "N", "tension at which the cable breaks", "scene",
-           lambda r: r.given("cable.section_breaking_force"), STRONG),
-    Column("strain", "", "mean strain, mean tension over EA", "statics",
-           lambda r: _mean_tension(r) / r.given("cable.section_axial_stiffness")),
-    Column("stress", "MPa", "largest tension over area", "statics", lambda r: stress_of(r) / 1e6, METAL),
-    Column("utilisation", "", "largest tension over breaking force", "statics", utilisation_of, STRONG),
-    Column("lambda_squared", "", "Irvine's parameter: stiffness by stretching over stiffness by sagging", "statics",
-           lambda r: taut.lambda_squared(r.span, r.statics.mean_tension)),
-    Column("deflection", "m", "movement of the most moved point load along its force, from the unloaded form",
-           "statics", lambda c: _deflections(c)[0], LOADED, each=True),
-    Column("linear_deflection", "m", "deflection by the tangent stiffness of the unloaded form", "statics",
-           lambda c: _deflections(c)[1], LOADED, each=True),
-    Column("nonlinearity", "", "linear over full deflection, less one", "statics", _nonlinearity, LOADED,
-           each=True),
-    Column("load_sag", "m", "vertical distance from chord to the point load that hangs lowest below it", "statics",
-           lambda c: load_sag(c.form), LOADED, each=True, by_drag=load_sag_by_drag),
-    *_support_columns(),
-    Column("lowest_point", "m", "level of the lowest point of the cable, its ends included", "statics", _lowest_point,
-           determined_by="form", by_drag=lowest_by_drag),
-    Column("clearance", "m", "least vertical distance from the cable down to the ground", "statics",
-           lambda c: clearance(c.form, c.end_1, c.scene.ground), "ground", each=True, determined_by="form",
-           by_drag=clearance_by_drag),
-    Column("swing", "deg", "angle out of the vertical plane of the chord, at mid-span", "statics",
-           lambda r: np.degrees(sag_and_swing(r.form, r.middle)[1]), determined_by="form", by_drag=swing_by_drag),
-    Column("inclination_from_plumb", "deg", "angle of the chord from the vertical", "statics",
-           lambda r: np.degrees(chord_angles(r.span)[1])),
-    Column("end_stiffness", "N/m", "static stiffness of end 2 along x, interior condensed", "stiffness",
-           lambda r: r.end_stiffness_along(0)),
-    Column("end_stiffness_zz", "N/m", "static stiffness of end 2 along z", "stiffness",
-           lambda r: r.end_stiffness_along(2)),
-    Column("end_stiffness_yy", "N/m", "static stiffness of end 2 along y", "stiffness",
-           lambda r: r.end_stiffness_along(1)),
-    Column("end_stiffness_xz", "N/m", "force along x by a static movement of end 2 along z", "stiffness",
-           _coupling_stiffness, by_drag=_coupling_by_drag),
-    Column("end_stiffness_along", "N/m", "static stiffness of end 2 along the chord", "stiffness",
-           lambda r: r.end_stiffness_chord),
-    _frequency("cable_frequency", "lowest in-plane frequency, ends fixed", 1, "in-plane"),
-    Column("gondola_frequency_static", "Hz", "sqrt(static end stiffness/gondola mass)/(2 pi)", "stiffness",
-           lambda r: np.sqrt(r.end_stiffness_along(0) / r.given("gondola.mass")) / (2 * np.pi), "gondola.mass"),
-    Column("gondola_frequency", "Hz", "coupled mode with the largest share of the gondola's static compliance",
-           "gondola", lambda c: c.gondola_mode.frequency, "gondola.mass"),
-    Column("gondola_share", "", "share of the gondola's static compliance in its mode, phi^2/w^2 over 1/k", "gondola",
-           lambda c: c.gondola_mode.share, "gondola.mass"),
-    Column(DAMPING_RATIO, "", "damping ratio of the coupled gondola mode, the winch at rest", "gondola",
-           damping_ratio_of_gondola, "gondola.mass"),
-    *loop_columns(WINCH),
-    *rms_columns("", "in the wind", BODY, by_wind_on_gondola),
-    *rms_columns("_cable_wind", "by the wind on the cable alone", ON_CABLE, by_wind_on_cable),
-    *rms_columns("_all_wind", "by the wind on gondola and cable together, which damps the cable too, so that it can be "
-                 "less than by the wind on the gondola alone", f"{BODY}, {DIAMETER}", by_wind_on_both),
-    Column("mean_displacement", "mm", "displacement of the gondola along x by the mean wind on it, the winch at rest; "
-           "linear", "stiffness", lambda r: 1e3 * mean_displacement(r), STEADY),
-    Column("force_displacement", "mm", "displacement of the gondola along x by the force of the load case on it",
-           "statics", lambda r: 1e3 * r.pushed[0], "gondola.mass, forces_on_end_2",
-           by_drag=lambda r: 1e3 * r.drag_errors.ends[:, 1, 0]),
-    Column("peak", "mm", "largest displacement of the gondola expected within wind.duration: mean_displacement, and "
-           "Davenport's factor times the RMS with the winch loop, if there is one", "wind", peak_of_gondola, BODY),
-    Column("peak_utilisation", "", "largest tension over breaking force at the gondola's peak, towards either side; "
-           "linear", "wind", peak_utilisation, f"{BODY}, {STRONG}"),
-    Column("linear_range", "mm", "displacement of the gondola along x, of either sign, at which the restoring force of "
-           "the cable differs by 5 % from linear; empty where it does not", "stiffness", _linear_range, "gondola.mass",
-           each=True),
-    *winch_columns(f"{BODY}, winch.controller"),
-    imaged_column("exposure", "RMS of the gondola's motion within one exposure, with the winch loop if there is one",
-                  "exposure"),
-    imaged_column("corrected", "RMS of the gondola's motion that the correcting mirror leaves", "correction"),
-    imaged_column("corrected_exposure", "RMS of the gondola's motion within one exposure that the mirror leaves",
-                  "exposure, correction"),
-    Column("midspan_rms", "mm", "RMS displacement at mid-span of a cable with fixed ends in the wind, in the direction "
-           "that moves most", "wind", lambda c: scaled(rms_of_bare_cable(c, MIDSPAN), MM), f"wind, {DIAMETER}",
-           without="gondola"),
-    Column("tension_rms", "N", "RMS tension of a cable with fixed ends in the wind, at the end where it is larger",
-           "wind", lambda c: rms_of_bare_cable(c, TENSIONS), f"wind, {DIAMETER}", without="gondola"),
-    _shedding("shedding_frequency", "frequency of vortices, 0.2 v/d at the mean wind speed", 1),
-    _shedding("shedding_frequency_low",
-              "frequency of vortices at three standard deviations of the speed below the mean, 0 at least", 0),
-    _shedding("shedding_frequency_high",
-              "frequency of vortices at three standard deviations of the speed above the mean", 2),
-    Column("limit_margin", "", "least margin of the limits in all of their load cases, relative to the limit; negative "
-           "where one does not hold", "limits", None, "limits"),
-    Column("governing", "", "limit with the least margin, and the load case and cable in which it has it", "limits",
-           None, "limits", text=True),
-    Column("iterations", "", "Newton steps of the statics", "statics", lambda r: r.statics.iterations),
-    Column("dof", "", "free displacements of the model; 0 where the closed form suffices", "run", None),
-    Column("solve_time", "ms", "time that the row took", "run", None),
-    Column("error_estimate", "", "largest estimated relative error in the row, against the continuous cable", "run",
-           None),
-    Column("status", "", "ok, over strength, a cable that goes slack in the wind, or why cells of the row are empty",
-           "run", None, text=True),
-)  # fmt: skip
-
-TEXTS = frozenset(column.header for column in COLUMNS if column.text)
-
-FAMILIES = (
-    _frequency("inplane_frequency_K", "in-plane frequency K (1, 2, ...), axial modes not counted", 0, "in-plane"),
-    _frequency("outofplane_frequency_K", "out-of-plane frequency K", 0, "out-of-plane"),
-    _frequency("symmetric_frequency_K", "symmetric in-plane frequency K", 0, "in-plane", "symmetric"),
-    _frequency("axial_frequency_K", "axial frequency K", 0, "axial"),
-)
+COUPLED_MODE = re.compile(r"((?:[^.]+\.)?)frequency_(\d{1,6})(?:_Hz)?")  # frequency_K, BODY.frequency_K
+OF_SUSPENSIONS = tuple(column for column in WHOLE if column.name not in {own.name for own in COLUMNS})
 
 
 def find(name):
-    """The `Column` of a name, with or without its unit.
+    """The column of a name, with or without its unit, such as `sag`, `gondola.x_m` or `frequency_3`.
+
+    Parts of suspensions may have any name: `scene_kind.why_not` says if those of a scene have the column.
 
     Parameters
     ----------
     name : str
+
+    Returns
+    -------
+    Column
 
     Raises
     ------
     ValueError
         No such column; the message suggests one.
     """
-    for column in COLUMNS:
-        if name in (column.name, column.header):
-            return column
-    match = re.fullmatch(r"(\w+_frequency_)([1-9]\d{0,3})(_Hz)?", name)
-    for family in FAMILIES if match else ():
-        if family.name == match[1] + "K" and int(match[2]) <= STUDY.highest_mode_number:
-            number = int(match[2])
-            return _frequency(f"{match[1]}{number}", family.meaning, number, *family.mode[1:])
-    family = next((f.name for f in FAMILIES if re.fullmatch(f.name.replace("_K", r"_\w+"), name)), None)
+    path, dot, quantity = name.rpartition(".")
+    if match := COUPLED_MODE.fullmatch(name):
+        column = _of_coupled_mode(match[1][:-1], int(match[2]))
+        hint = f"frequency_K: K is a whole number from 1 to {STUDY.highest_mode_number}"
+    elif dot:
+        column, hint = _of_part(path, name), ""
+    else:
+        column, hint = _named(name, (*COLUMNS, *OF_SUSPENSIONS)) or family_member(name), ""
+    if column is None:
+        raise ValueError(f"unknown column {name!r} ({hint or _suggestion(path, quantity)})")
+    return column
+
+
+def _named(name, columns):
+    """The one of some columns that has a name, with or without its unit; None where there is none."""
+    return next((column for column in columns if name in (column.name, column.header)), None)
+
+
+def _of_coupled_mode(body, number):
+    """Column of the frequency of a coupled mode, of all or of a body; None for a number beyond all."""
+    if not 0 < number <= STUDY.highest_mode_number:
+        return None
+    return body_frequency_column(body, number) if body else frequency_column(number)
+
+
+def _of_part(path, name):
+    """Column of the part of a suspension at a path, with the path before the name; None where there is none."""
+    if not path:
+        return None
+    owner, _, quantity = name.partition(".")
+    mode = family_member(quantity)
+    return cable_mode_column(mode, owner) if mode else _named(name, _columns_of_path(path))
+
+
+def _suggestion(path, quantity):
+    """A column with a similar name, or where all are listed, for the message on an unknown column."""
+    name = f"{path}.{quantity}" if path else quantity
+    family = next((f.name for f in FAMILIES if re.fullmatch(f.name.replace("_K", r"_\w+"), quantity)), None)
     if family:
-        raise ValueError(
-            f"unknown column {name!r} ({family}: K is a whole number from 1 to {STUDY.highest_mode_number})"
-        )
+        return f"{family}: K is a whole number from 1 to {STUDY.highest_mode_number}"
+    if path:
+        before = f"{path.partition('.')[0]}."
+        families = [f"{before}{family}" for family in ("frequency_K", *(family.name for family in FAMILIES))]
+        return suggestion(name, [*families, *(column.name for column in _columns_of_path(path))])
     if "safety" in name:
-        raise ValueError(f"unknown column {name!r} (did you mean utilisation? it is 1 over the safety factor)")
-    names = [column.name for column in COLUMNS + FAMILIES]
+        return "did you mean utilisation? it is 1 over the safety factor"
+    names = [column.name for column in (*COLUMNS, *FAMILIES, *OF_SUSPENSIONS)]
     spellings = name, re.sub(r"\d+", "K", name)
-    similar = next(filter(None, (difflib.get_close_matches(spelling, names, 1) for spelling in spellings)), None)
-    hint = f"did you mean {similar[0]}?" if similar else "'cablestudy columns' lists them"
-    raise ValueError(f"unknown column {name!r} ({hint})")
+    similar = next(filter(None, (get_close_matches(spelling, names, 1) for spelling in spellings)), None)
+    return f"did you mean {similar[0]}?" if similar else "'cablestudy columns' lists them"
 
 
-OWN = {column.name for column in COLUMNS}
+@lru_cache(maxsize=64)
+def _columns_of_path(path):
+    """Columns that a body, BODY.MARKER, free point, cable, link or actuator of a name could have: tuple of Column."""
+    owner = path.partition(".")[0]
+    return (
+        *body_columns(owner),
+        *all_cable_columns(owner),
+        *(stiffness_column(owner, row, column) for row, column in product(AXES, AXES)),
+        *(static_frequency_column(owner, number) for number in range(1, len(AXES) + 1)),
+        *linear_ranges(owner),
+        *force_displacements(owner),
+        *mode_columns(owner),
+        *link_columns(owner),
+        *place_columns(path),
+        *turn_columns(path),
+        *tension_columns(path),
+        midspan_column(path),
+        *actuator_columns(path),
+    )
 
 
-def is_of_one_cable(column):
-    """True if a column is one of this file, of one cable, or a key that a study solves for."""
-    return column.name in OWN or column.needs == "find" or (len(column.mode) == 3 and "." not in column.name)
+# ------------------------------------------------------------------------------------- keys that a study solves for
+
+
+def key_column(key):
+    """The column of a key that is a quantity and that a study solves for, in SI; ValueError where it is none."""
+    quantity = quantity_of(key)
+    if quantity is None:
+        raise ValueError(f"{key} holds no number")
+    return Column(key, quantity.unit, "solved for", "find", None)
+
+
+def column_named(study, name):
+    """The column of a name in a study: of the key that it solves for, by the key or its header, or any other."""
+    if study.find and quantity_of(study.find.by):
+        key = key_column(study.find.by)
+        if name in (key.name, key.header):
+            return key
+    return find(name)
+
+
+def find_header(header):
+    """The column of a header of a stored table: as of `find`, or of the key that its study solved for."""
+    try:
+        return find(header)
+    except ValueError:
+        key = header.rpartition("_")[0]
+        while key:  # units have underscores, and so have keys
+            if quantity_of(key) and key_column(key).header == header:
+                return key_column(key)
+            key = key.rpartition("_")[0]
+        return key_column(header)
+
+
+# ---------------------------------------------------------------------------------------------------- all columns
+
+
+def columns_table(text=""):
+    """Table of the result columns that the program can compute, for the command `columns`.
+
+    A row has the kind of scene that can have the column (`cable` or `suspension`), its header, unit and meaning, the
+    stage of the computation that gives it, and the keys that the scene must state.
+
+    Parameters
+    ----------
+    text : str
+        Only columns with this text in their names or units; blanks in it stand for the underscores of headers.
+
+    Raises
+    ------
+    SceneError
+        No column has this text in its header, or is named so.
+    """
+    text_in_header = "_".join(text.split())
+    kinds = {"cable": (*COLUMNS, *FAMILIES), "suspension": families_of_suspensions()}
+    columns_of_kind = [(kind, c) for kind, columns in kinds.items() for c in columns if text_in_header in c.header]
+    if not columns_of_kind:  # perhaps a member of a family, which is listed as a pattern only: n1.sag, or frequency_3
+        try:
+            column = find(text_in_header)
+        except ValueError as error:
+            raise SceneError(str(error)) from None
+        of_suspension = "." in text_in_header or text_in_header.startswith("frequency_")
+        columns_of_kind = [("suspension" if of_suspension else "cable", column)]
+    rows = [
+        {"of": kind, "column": c.header, "unit": c.unit, "meaning": c.meaning, "needs": c.needs, "key": keys_of(c)}
+        for kind, c in columns_of_kind
+    ]
+    return Table(tuple(Field(name, name) for name in rows[0]), rows)
+
+
+def families_of_suspensions():
+    """Columns of suspensions, printed with BODY, POINT, CABLE, ... for names and K for numbers: list of Column."""
+    first_frequencies = {
+        "BODY.frequency_K": body_frequency_column("BODY", 1),
+        "BODY.frequency_static_K": static_frequency_column("BODY", 1),
+        "frequency_K": frequency_column(1),
+    }
+    numbered = [replace(column, name=name) for name, column in first_frequencies.items()]
+    stiffness = [*(stiffness_column("BODY", axis, axis) for axis in AXES), *linear_ranges("BODY")]
+    stiffness += [*force_displacements("BODY"), *mode_columns("BODY")]
+    of_whole = [column for column in WHOLE if column.needs != "run"]
+    of_owners = [*body_columns("BODY"), *stiffness, *point_columns("POINT"), *all_cable_columns("CABLE"), *numbered]
+    in_wind = [*place_columns("BODY"), *turn_columns("BODY"), *place_columns("BODY.MARKER"), *place_columns("POINT")]
+    in_wind += [*tension_columns("CABLE"), midspan_column("CABLE")]
+    modes_of_cable = [cable_mode_column(family, "CABLE") for family in FAMILIES]
+    of_links = [*link_columns("LINK"), link_force_column("LINK")]
+    return [*of_owners, *modes_of_cable, *in_wind, *actuator_columns("ACTUATOR"), *of_links, *of_whole]
+
+
+def keys_of(column):
+    """The keys that a column needs, as the file has them."""
+    return ", ".join(written_key(key).replace("|", " or ").replace("load_case.", "cases.*.") for key in column.keys)

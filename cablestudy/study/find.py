@@ -14,11 +14,11 @@ from cablestudy.scene.scene import read_scene
 from cablestudy.scene.section import Share
 from cablestudy.scene.units import common_factor
 from cablestudy.scene.words import counted
-from cablestudy.study.all_columns import find, why_not
 from cablestudy.study.column import CLOSED
+from cablestudy.study.columns import find
 from cablestudy.study.limits import limits_by_case, limits_of, unanswered
 from cablestudy.study.roots import Effort, points_between, ranges_about, zeros
-from cablestudy.study.scene_kind import kind_of
+from cablestudy.study.scene_kind import kind_of, why_not
 from cablestudy.study.scene_values import tables_of
 from cablestudy.study.study_rows import checks_of, evaluate, evaluate_tables
 from cablestudy.study.table import Field, Table

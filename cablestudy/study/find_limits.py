@@ -5,7 +5,7 @@ from itertools import groupby
 from math import nan
 
 from cablestudy.errors import NoSolutionError
-from cablestudy.study.all_columns import find
+from cablestudy.study.columns import find
 from cablestudy.study.find import Solutions, find_table, scenes_at, search
 from cablestudy.study.limits import NOT_MET
 from cablestudy.study.study_rows import checks_of

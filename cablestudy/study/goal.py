@@ -10,8 +10,8 @@ from cablestudy.scene.layers import split_key, value_at
 from cablestudy.scene.scene import quantity_of, read_scene
 from cablestudy.scene.study import Find
 from cablestudy.scene.units import common_factor, expected, show, split
-from cablestudy.study.all_columns import find, key_column
 from cablestudy.study.column import Column
+from cablestudy.study.columns import find, key_column
 from cablestudy.study.table import celsius, shown_unit
 
 SIGN = re.compile("([<>=!]+)")
@@ -29,7 +29,7 @@ class Goal:
     value : float
         Value that the column is to take, in its unit.
     key : Column
-        Column of the values of the key that is solved for, from `all_columns.key_column`.
+        Column of the values of the key that is solved for, from `columns.key_column`.
     quantity : Quantity
         Unit of the key and limits of its values.
     between : tuple of float, or None

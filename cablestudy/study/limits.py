@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 
 from cablestudy.errors import Mistakes
 from cablestudy.scene.common_tables import REFERENCE, comparison
-from cablestudy.study.all_columns import find, why_not
+from cablestudy.study.columns import find
 from cablestudy.study.goal import number_in_unit
-from cablestudy.study.scene_kind import kind_of
+from cablestudy.study.scene_kind import kind_of, why_not
 from cablestudy.study.table import Field, Table
 from cablestudy.study.table_rows import FALLEN
 from cablestudy.study.tolerances import STUDY

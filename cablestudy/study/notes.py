@@ -7,7 +7,7 @@ from cablestudy.cable.initial_length import BELOW_LEAST
 from cablestudy.scene.cable_table import LIKELY_RATIO
 from cablestudy.scene.likely_mistakes import bare_number
 from cablestudy.scene.words import counted, first_of
-from cablestudy.study.columns import over_strength, stress_of
+from cablestudy.study.cable_columns import over_strength, stress_of
 from cablestudy.study.motion_columns import least_tension_at_peak
 from cablestudy.study.table_rows import SLACK
 from cablestudy.study.tolerances import STUDY

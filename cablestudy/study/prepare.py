@@ -6,10 +6,11 @@ from difflib import get_close_matches
 from cablestudy.errors import Mistake, Mistakes, SceneError
 from cablestudy.scene.mistakes import at_most
 from cablestudy.scene.study import ALL_COLUMNS, CHECK_ALL
-from cablestudy.study.all_columns import column_named, find, find_header, key_column, why_not
+from cablestudy.study.columns import column_named, find, find_header, key_column
 from cablestudy.study.find import check_goal, field_of_key
 from cablestudy.study.goal import goal_of_study
 from cablestudy.study.limits import limits_of
+from cablestudy.study.scene_kind import why_not
 from cablestudy.study.scene_values import tables_of
 from cablestudy.study.table import Field, number, read_csv
 from cablestudy.study.table_rows import STATUS

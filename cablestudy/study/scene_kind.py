@@ -127,3 +127,8 @@ KINDS = {CableScene: _one_cable, SuspensionScene: _suspension}
 def kind_of(scene):
     """The `SceneKind` of a scene."""
     return KINDS[type(scene)]()
+
+
+def why_not(scene, column):
+    """Reason for which a scene cannot have a column; empty where it can."""
+    return kind_of(scene).why_not(scene, column)

@@ -19,10 +19,10 @@ from cablestudy.cable.damping import any_grows_with_modes
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError, SceneError, one_line
 from cablestudy.motion.model_sizes import MODAL
 from cablestudy.scene.scene import missing
-from cablestudy.study.all_columns import find, why_not
 from cablestudy.study.column import DISCRETE
+from cablestudy.study.columns import find
 from cablestudy.study.pareto import pareto_front
-from cablestudy.study.scene_kind import kind_of
+from cablestudy.study.scene_kind import kind_of, why_not
 from cablestudy.study.table import Field, Table, short
 from cablestudy.study.table_rows import STATUS
 from cablestudy.study.tolerances import STUDY

@@ -7,7 +7,7 @@ from decimal import Decimal
 from cablestudy.errors import Mistakes, shorten
 from cablestudy.scene.study import ALL_COLUMNS
 from cablestudy.scene.units import to_si
-from cablestudy.study.all_columns import find
+from cablestudy.study.columns import find
 from cablestudy.study.prepare import NEVER_COMPARED, header_of, tolerances_of
 from cablestudy.study.table import exact, number, stream_csv
 from cablestudy.sweeps.run import NUMBER

@@ -13,7 +13,7 @@ import numpy as np
 from pydantic_core import to_json
 
 from cablestudy.errors import SceneError
-from cablestudy.study.all_columns import column_named
+from cablestudy.study.columns import column_named
 from cablestudy.study.find_rows import evaluate_found
 from cablestudy.study.scene_values import CaseTable, tables_of
 from cablestudy.study.study_rows import evaluate_tables

@@ -9,7 +9,7 @@ from zlib import crc32
 from pydantic import Field, FiniteFloat, Strict, StrictInt, StrictStr, TypeAdapter
 from pydantic_core import to_json
 
-from cablestudy.study.columns import TEXTS
+from cablestudy.study.cable_columns import TEXTS
 from cablestudy.study.table_rows import OK
 
 EXACT = 2**53  # beyond, a float does not hold an integer exactly

@@ -9,7 +9,7 @@ from itertools import islice, product
 
 import numpy as np
 
-from cablestudy.study.columns import TEXTS
+from cablestudy.study.cable_columns import TEXTS
 from cablestudy.study.prepare import fields_of, reference_header
 from cablestudy.study.table import Field, Table, exact
 from cablestudy.study.table_rows import OK

@@ -14,8 +14,8 @@ from itertools import islice
 from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
 from cablestudy.interrupts import Interrupts
 from cablestudy.scene.words import counted, first_of
-from cablestudy.study.all_columns import find_header
 from cablestudy.study.column import CLOSED, SYSTEM
+from cablestudy.study.columns import find_header
 from cablestudy.study.notes import above_accuracy
 from cablestudy.study.prepare import prepare
 from cablestudy.study.scene_kind import kind_of

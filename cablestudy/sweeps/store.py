@@ -15,7 +15,7 @@ import sqlite3
 from contextlib import suppress
 
 from cablestudy.errors import SceneError
-from cablestudy.study.all_columns import find_header
+from cablestudy.study.columns import find_header
 from cablestudy.study.table_rows import DOUBTS, OK
 from cablestudy.sweeps.database import Database
 from cablestudy.sweeps.fingerprint import differences, digest

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from cablestudy.errors import SceneError, shorten
 from cablestudy.scene.words import counted, first_of
-from cablestudy.study.columns import TEXTS
+from cablestudy.study.cable_columns import TEXTS
 from cablestudy.study.prepare import fields_of, prepare
 from cablestudy.study.table import Table, exact, number, stream_csv
 from cablestudy.study.varied_keys import varied_keys

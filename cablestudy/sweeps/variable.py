@@ -9,7 +9,8 @@ from pandas.api.types import is_numeric_dtype
 from cablestudy.errors import Mistakes
 from cablestudy.scene.scene import quantity_of
 from cablestudy.scene.units import common_factor, to_si
-from cablestudy.study.all_columns import column_named, find, why_not
+from cablestudy.study.columns import column_named, find
+from cablestudy.study.scene_kind import why_not
 from cablestudy.study.varied_keys import TEXT, varied_key
 
 OF_REFERENCE = re.compile("_(printed|difference)(_|$)")  # in a name: see `prepare.reference_header`

@@ -13,7 +13,7 @@ from cablestudy.cable.element import mesh_pieces, mesh_segments, pieces
 from cablestudy.errors import CablestudyError, ConvergenceError
 from cablestudy.scene.cable_table import DampingTable
 from cablestudy.scene.suspension import SuspensionScene
-from cablestudy.study.all_columns import find
+from cablestudy.study.columns import find
 from cablestudy.study.one_cable.case import Case
 from cablestudy.study.suspension.rows import evaluate_suspensions
 from cablestudy.system.ends import Ends

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cablestudy.errors import CablestudyError
+from cablestudy.study.cable_columns import is_of_one_cable, over_strength
 from cablestudy.study.column import CLOSED, SYSTEM, least_work_first, not_finite, shapeless_error
-from cablestudy.study.columns import is_of_one_cable, over_strength
 from cablestudy.study.motion_columns import DAMPING_RATIO
 from cablestudy.study.one_cable.models import element_results
 from cablestudy.study.one_cable.results import Results

@@ -9,9 +9,9 @@ from functools import cache, cached_property
 import numpy as np
 
 from cablestudy.scene.one_cable import CABLE, GONDOLA, as_suspension
+from cablestudy.study.cable_columns import family_member, is_of_one_cable
 from cablestudy.study.column import attribute, lacks
-from cablestudy.study.columns import find as find_of_one
-from cablestudy.study.columns import is_of_one_cable
+from cablestudy.study.columns import find
 from cablestudy.study.motion_columns import check_winch_speed
 from cablestudy.study.one_cable.case import Case
 from cablestudy.study.one_cable.rows import evaluate_cases
@@ -53,7 +53,7 @@ KEYS = {"control": "winch.controller", f"cables.{CABLE}.section_breaking_force":
 def name_in_one_cable(name, bare):
     """The name that a column of suspensions has in a scene of one cable, `bare` without a gondola; empty for none."""
     owner, _, quantity = name.partition(".")
-    if owner == CABLE and of_suspensions.OF_CABLE_MODES.fullmatch(quantity):
+    if owner == CABLE and family_member(quantity):
         return quantity
     return ALIASES.get(name, OF_BARE_CABLE.get(name, "") if bare else "")
 
@@ -74,7 +74,7 @@ def column_of_one_cable(column, bare):
     if is_of_one_cable(column):
         return column
     if name := name_in_one_cable(column.name, bare):
-        return find_of_one(name)
+        return find(name)
     # stage of a suspension -> stage of one cable, where coupled modes are those of the gondola, and each suspension is
     # made about an equilibrium
     needs = {"modes": "gondola", "scene": "statics"}.get(column.needs, column.needs)

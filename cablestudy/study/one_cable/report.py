@@ -3,8 +3,8 @@
 import numpy as np
 
 from cablestudy.cable.catenary import split
+from cablestudy.study.cable_columns import COLUMNS
 from cablestudy.study.column import CLOSED, lacks
-from cablestudy.study.columns import COLUMNS
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.table import Field, Table
 from cablestudy.study.tolerances import STUDY

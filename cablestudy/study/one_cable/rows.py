@@ -7,8 +7,9 @@ from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
 from cablestudy.motion.model_sizes import MODAL
 from cablestudy.scene.scene import missing
 from cablestudy.study import notes
+from cablestudy.study.cable_columns import is_of_one_cable
 from cablestudy.study.column import lacks
-from cablestudy.study.columns import find, is_of_one_cable
+from cablestudy.study.columns import find
 from cablestudy.study.motion_columns import DAMPING_RATIO, goes_slack
 from cablestudy.study.one_cable import models
 from cablestudy.study.one_cable.case import Case

@@ -14,8 +14,9 @@ from cablestudy.errors import CablestudyError, NoSolutionError, SceneError, one_
 from cablestudy.motion.body_mode import largest_share
 from cablestudy.motion.dynamic_analysis import DynamicAnalysis
 from cablestudy.motion.turbulence import OWN
+from cablestudy.study.cable_columns import is_of_one_cable
 from cablestudy.study.column import DISCRETE, SYSTEM, lacks, value, value_and_error
-from cablestudy.study.columns import find, is_of_one_cable
+from cablestudy.study.columns import find
 from cablestudy.study.motion_columns import GONDOLA_X
 from cablestudy.study.notes import strength_warning as strength_warning
 from cablestudy.study.one_cable.case import Case

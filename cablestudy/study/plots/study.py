@@ -4,8 +4,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from cablestudy.study.all_columns import find, find_header
-from cablestudy.study.columns import TEXTS
+from cablestudy.study.cable_columns import TEXTS
+from cablestudy.study.columns import find, find_header
 from cablestudy.study.plots.colour_map import colour_map
 from cablestudy.study.plots.quantity import DrawnQuantity, quantities_varied, quantity_named
 from cablestudy.study.plots.series import give_looks, series_of

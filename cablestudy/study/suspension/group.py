@@ -14,7 +14,7 @@ from cablestudy.statics.equilibria import pose
 from cablestudy.statics.failure import explain
 from cablestudy.statics.force_density import find_form
 from cablestudy.statics.rigid import to_angles
-from cablestudy.study.columns import utilisation_of
+from cablestudy.study.cable_columns import utilisation_of
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.suspension.conductors import conductors_of
 from cablestudy.study.suspension.load_cases import (

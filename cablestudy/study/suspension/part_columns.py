@@ -12,8 +12,8 @@ import numpy as np
 from cablestudy.cable.geometry import chord_angles
 from cablestudy.errors import NoSolutionError
 from cablestudy.statics.suspension import AXES
+from cablestudy.study.cable_columns import COLUMNS
 from cablestudy.study.column import Column, attribute, written_key
-from cablestudy.study.columns import COLUMNS
 from cablestudy.study.suspension.wind_columns import LOOP, PEAK_UTILISATION, WINCHES
 
 # columns of a single cable -> those that cables of a suspension have instead

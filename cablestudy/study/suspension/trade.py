@@ -7,10 +7,10 @@ import numpy as np
 
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.column import DISCRETE, least_work_first
+from cablestudy.study.columns import COUPLED_MODE, find
 from cablestudy.study.one_cable.trade import ACCURACIES, LEVELS, ComparedModel, element_models, power, with_elements
 from cablestudy.study.refinement import with_accuracy
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.study.suspension.columns import MODE, find
 from cablestudy.study.suspension.notes import strength_warning as strength_warning
 from cablestudy.study.suspension.rows import OF_THE_WHOLE, value
 from cablestudy.system.coupled import Layout
@@ -145,7 +145,7 @@ def _static_frequency(column, case):
     NoSolutionError
         The column is no frequency, or its number is above the number of free displacements.
     """
-    match = MODE.fullmatch(column.name)
+    match = COUPLED_MODE.fullmatch(column.name)
     if not match:
         raise NoSolutionError("frequencies alone")
     body, number = match[1][:-1], int(match[2])
