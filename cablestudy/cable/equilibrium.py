@@ -146,6 +146,10 @@ class ElementResidual:
 def solve_many(catenary, mesh, uneven=None):
     """Equilibria of one discrete cable, or of many on one mesh, from their catenaries as the start.
 
+    With a load that depends on where the cable hangs, load and equilibrium are computed in turn until the forces on the
+    nodes change by less than `CABLE.uneven_load_change` times the largest tension. A cable whose forces still change
+    after `CABLE.uneven_load_steps` turns has the reason `STALLED` in its record.
+
     Parameters
     ----------
     catenary : Catenary
@@ -153,8 +157,7 @@ def solve_many(catenary, mesh, uneven=None):
     mesh : Mesh
     uneven : callable, optional
         `State` -> force per unstretched length at the Gauss points beside the uniform one, such as the drag of a wind
-        that grows with height; chord frame, shape (..., n, q, 3) [N/m]. It depends on where the cable hangs, so that
-        force and equilibrium are computed in turn until they agree.
+        that grows with height; chord frame, shape (..., n, q, 3) [N/m].
 
     Returns
     -------

@@ -82,10 +82,10 @@ class StableGains:
 
     @computed_together
     def limits(loops):
-        """`Limit` of the smallest gains at which poles cross to the right: list, ascending; see `_limits_of`."""
+        """`Limit` of the smallest gains at which poles cross to the right: list, ascending."""
         StableGains.curve.compute(loops)
         for members in batches(loops, attrgetter("_signature"), attrgetter("measured")):
-            yield from zip(members, _limits_of(members), strict=True)
+            yield from zip(members, _destabilising_limits(members), strict=True)
 
     @property
     def _signature(self):
@@ -273,14 +273,20 @@ def _curves_of(loops):
     return [of_all.of_loop(number) for number in range(len(loops))]
 
 
-def _limits_of(loops):
-    """`StableGains.limits` of many `StableGains` with as many measured coordinates, computed together: list of lists.
+def _destabilising_limits(loops):
+    """`StableGains.limits` of many loops with as many measured coordinates: list of lists, ascending by gain.
+
+    The first of each list has the largest stable gain; an empty one means that every gain is stable. Crossings on the
+    curve are located by interpolation alone. In each round those that may be the first of their loop are located to
+    rounding (`_split_first`), and kept where a pole moves to the right. The limit of a mode that is nearly undamped
+    lies above the gain at which its pole crosses, so that rounds go on until no crossing lies below the least limit
+    found.
 
     Notes
     -----
-    With l the eigenvalue of L, 1 + g l(s) = 0, so that the pole moves by 1/(g dl/ds) per relative change of g. A mode
-    as good as undamped is called unstable only from the gain on with which its growth over its frequency is
-    `CONTROL.negligible_growth`.
+    With l the eigenvalue of the loop gain over the gain, L/g, a pole is at 1 + g l(s) = 0: it moves by 1/(g dl/ds) per
+    relative change of g. A mode that is nearly undamped (`CONTROL.undamped`) is called unstable only from the gain on
+    with which its growth over its frequency is `CONTROL.negligible_growth`.
     """
     functions, limits = [loop.loop_gain for loop in loops], [[] for _ in loops]
     remaining = Crossings.concatenate([loop._crossings for loop in loops])
@@ -290,8 +296,8 @@ def _limits_of(loops):
             if destabilising and limit.factor < np.inf:
                 limits[row].append(limit)
                 limits[row].sort(key=lambda limit: limit.factor)
-        least = np.array([of_loop[0].factor if of_loop else np.inf for of_loop in limits])
-        remaining = remaining.take(remaining.least < least[remaining.row])
+        least_limit = np.array([of_loop[0].factor if of_loop else np.inf for of_loop in limits])
+        remaining = remaining.take(remaining.least < least_limit[remaining.row])
     return limits
 
 

@@ -147,7 +147,10 @@ def loop(
 
 
 def loop_answer(answer, scene, in_wind, span, time_options, **named):
-    """Add to the margins of a control loop their picture, or replace them by a response in time, or over frequency.
+    """Finish the answer of the command `loop`, which has the table of margins.
+
+    By default the picture of the margins is added. With `time_options` the response in time takes the place of the
+    table, with `span` the response over frequency.
 
     Parameters
     ----------

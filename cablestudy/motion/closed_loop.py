@@ -90,7 +90,11 @@ class ClosedLoop:
 
     @cached_property
     def loop(self):
-        """The `Loop`, or None without control.
+        """The `Loop` with its gain; None without control.
+
+        A stated gain is taken as it is. An automatic gain is the largest one that keeps both the gain margin and the
+        peak of the sensitivity that the scene asks for. The stable gains are attached where the loop needs them: with
+        an automatic gain, or a delay.
 
         Raises
         ------
@@ -104,8 +108,8 @@ class ClosedLoop:
         if isinstance(control.gain, (int, float)):
             return replace(untuned, gains=stability.gains) if untuned.law.delay else untuned
         auto, limit = control.gain.auto, stability.largest_gain
-        gain_with_margin = limit and limit / 10 ** (auto.gain_margin / 20)
-        gain = stability.gains.gain_of_peak(auto.sensitivity, gain_with_margin)
+        gain_at_margin = None if limit is None else limit / 10 ** (auto.gain_margin / 20)
+        gain = stability.gains.gain_of_peak(auto.sensitivity, gain_at_margin)
         if gain is None:
             raise NoSolutionError("no gain follows from a gain margin: the loop is stable for every gain")
         return replace(untuned, gain=gain, gains=stability.gains)

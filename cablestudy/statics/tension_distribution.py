@@ -84,7 +84,7 @@ def distribute(by_tension, by_unbounded, right, method, reference, low, high, da
     outside = np.maximum(low - solution[:, :count], solution[:, :count] - high).max(axis=-1, initial=-np.inf)
     for case in np.flatnonzero(outside > STATICS.outside_bounds * units).tolist():  # solved for in this unit
         limits = low[case], high[case], units[case]
-        shift = _shift_within(solution[case, :count], slopes[case], *limits)
+        shift = _smallest_shift_into_bounds(solution[case, :count], slopes[case], *limits)
         within[case] = shift is not None
         if within[case]:
             solution[case] += null_space[case] @ (basis[case] @ shift)
@@ -158,8 +158,8 @@ def _least_squares(particular, null_space, objective, target):
     return _product(basis, amplitudes), basis
 
 
-def _shift_within(tension, slopes, low, high, unit):
-    """Shift w of least size that brings the tensions t + D w of one case into their bounds; None where none does.
+def _smallest_shift_into_bounds(tension, slopes, low, high, unit):
+    """Shift w of least size for which low <= t + D w <= high in one case; None where there is no such w.
 
     Parameters
     ----------
@@ -168,7 +168,14 @@ def _shift_within(tension, slopes, low, high, unit):
     low, high : ndarray, shape (m,)
         [N]
     unit : float
-        Tension of about the size of the solution. [N]
+        Tension of about the size of the solution, over which the bounds are of order one. [N]
+
+    Notes
+    -----
+    Least |w|^2 with G w >= h, where G = [D; -D] and h = [low - t; t - high]/unit, without bounds that are infinite.
+    Lawson and Hanson (Solving Least Squares Problems, algorithm LDP): with the residual r of the non-negative least
+    squares [G^T; h^T] u ~ [0; 1], w = -r_w/r_1, r_1 being its last entry and r_w the others; r_1 = 0 where no w is
+    within the bounds. The bounds with u > 0 are then met as equations, which is more accurate.
     """
     lower, upper = np.isfinite(low), np.isfinite(high)
     moving = slopes.any(axis=0)
@@ -179,13 +186,11 @@ def _shift_within(tension, slopes, low, high, unit):
         return None
     from scipy.optimize import nnls
 
-    # Lawson and Hanson, algorithm LDP: the residual of this problem is w up to a factor, or zero if none is in bounds
     matrix, right = np.vstack([rows.T, bounds]), np.append(np.zeros(rows.shape[1]), 1.0)
     multipliers, _ = nnls(matrix, right, maxiter=100 * len(tension))
     residual = matrix @ multipliers - right
     if -residual[-1] <= STATICS.outside_bounds**2:
         return None
-    # the bounds that hold with a multiplier, met exactly
     active = multipliers > STATICS.outside_bounds * multipliers.max()
     shift = np.linalg.lstsq(rows[active], bounds[active], rcond=None)[0]
     if np.any(rows @ shift < bounds - 1e3 * STATICS.outside_bounds):
@@ -200,7 +205,7 @@ def _shift_within(tension, slopes, low, high, unit):
 def _least_excess(particular, null_space, low, high, unit):
     """Change Z z of the solution t_0 of one case for which the sum of the tensions outside the bounds is least.
 
-    By a linear program; the parameters are as for `_least_squares` and `_shift_within`.
+    By a linear program; the parameters are as for `_least_squares` and `_smallest_shift_into_bounds`.
     """
     null_space, count = null_space[:, null_space.any(axis=0)], len(low)
     size = null_space.shape[1]

@@ -170,11 +170,11 @@ def points_between(low, high, count):
 
 
 def zeros(function, ranges, effort, enclose=False, cheaper=None):
-    """Find all zeros of a function of one number in the first of several ranges that has any: `Zeros`.
+    """Find all zeros of a function of one number, in growing ranges up to the first range that has any: `Zeros`.
 
-    A side of a range that has no value anywhere ends the search on that side, once there are values elsewhere. Two
-    zeros between neighbouring points are found by way of the extremum between them, unless they are so close that the
-    values about them do not tell.
+    In each range the points are evaluated; gaps between points with and without a value are divided; |f| is minimised
+    where two close zeros may hide; Brent's method locates the zero at each change of sign. A range has two sides, below
+    and above where the search begins: a side without any value is not extended further once there are values elsewhere.
 
     Parameters
     ----------
@@ -184,7 +184,7 @@ def zeros(function, ranges, effort, enclose=False, cheaper=None):
         Points of each side, see `ranges_about`.
     effort : Effort
     enclose : bool
-        Whether the search goes on until the function is negative, or has no value, at both ends of the range tried.
+        Whether ranges are extended until the function is negative, or has no value, at both ends.
     cheaper : callable, optional
         Two points -> function of one number that costs less than `function` and is tried first between these points:
         its zero is taken if `function` has the same value there.
@@ -293,37 +293,38 @@ class _Scan:
             larger_neighbour = max(size[k - 1], size[k + 1])
             is_minimum = size[k] <= min(size[k - 1], size[k + 1]) and (sign[k - 1 : k + 2] == sign[k]).all()
             if is_minimum and larger_neighbour >= 2 * size[k] > 0:  # else the extremum is too far from zero
-                self._minimise(points[k - 1], points[k + 1], sign[k])
+                self._search_between_equal_signs(points[k - 1], points[k + 1], sign[k])
 
     def approach_zero(self):
         """Search for the extremum about the point where the function is closest to zero, for a message to name it."""
         points, values = self.finite()
         k = int(np.argmin(np.abs(values))) if len(points) else 0
         if 0 < k < len(points) - 1 and not self._effort.equal(values):
-            self._minimise(points[k - 1], points[k + 1], np.sign(values[k]))
+            self._search_between_equal_signs(points[k - 1], points[k + 1], np.sign(values[k]))
 
-    def _minimise(self, low, high, sign):
-        """Search between two points of equal sign for the extremum nearest to zero, until a point has the other sign.
+    def _search_between_equal_signs(self, low, high, sign):
+        """Look for two close zeros between points of equal sign: minimise |f| until a value has the other sign.
 
-        All values are kept in `tried`: beside a point of the other sign `_roots_and_jumps` then finds two zeros. `sign`
-        is 1 where the function is positive at both points, -1 where it is negative.
+        All values are kept in `tried`: `_roots_and_jumps` then finds a zero on each side of such a point. Where |f|
+        stays above zero, the values alone remain. `sign` is 1 where the function is positive at both points, -1 where
+        it is negative.
         """
         from scipy.optimize import minimize_scalar
 
         point_at = _interpolation(low, high)
-        farthest = np.abs(self.finite()[1]).max()  # finite, unlike inf: the search fits parabolas
+        without_value = np.abs(self.finite()[1]).max()  # finite, unlike inf: the search fits parabolas
 
-        def distance(fraction):
+        def signed_value(fraction):
             x = point_at(fraction)
             self.evaluate([x])
             value = sign * self.tried[x]
             if value <= 0:
                 raise _SignFoundError
-            return farthest if isnan(value) else value
+            return without_value if isnan(value) else value
 
         try:
             options = {"maxiter": self._effort.steps, "xatol": STUDY.edge}
-            minimize_scalar(distance, bounds=(0.0, 1.0), method="bounded", options=options)
+            minimize_scalar(signed_value, bounds=(0.0, 1.0), method="bounded", options=options)
         except _SignFoundError:
             pass
 

@@ -95,9 +95,11 @@ def _assemble_sparse(cables, matrices, connection, bodies, imposed, stiffness):
 
 
 def _block_diagonal(cables, matrices):
-    """M, C and K of all cables, rows first of all modes and then of the six ends of each cable: list of sparse arrays.
+    """M, C and K of all cables before they are connected to bodies: list of three sparse block-diagonal arrays.
 
-    Arguments are those of `_assemble_sparse`. Entries are collected for cables with equal numbers of modes together.
+    Rows and columns are the modes of the first cable, of the second, and so on; then the six end displacements of the
+    first cable, of the second, and so on. Arguments are those of `_assemble_sparse`. Cables with equal numbers of modes
+    are entered in one step.
     """
     from scipy.sparse import coo_array
 
@@ -106,13 +108,13 @@ def _block_diagonal(cables, matrices):
     shape = (modal + 6 * len(cables),) * 2
     rows, columns, values = [], [], ([], [], [])  # of the entries; values of M, C and K
     for size in np.unique(sizes):
-        alike = np.flatnonzero(sizes == size)
-        modes, ends = first_mode[alike, None] + np.arange(size), modal + 6 * alike[:, None] + np.arange(6)
+        of_size = np.flatnonzero(sizes == size)
+        modes, ends = first_mode[of_size, None] + np.arange(size), modal + 6 * of_size[:, None] + np.arange(6)
         index = np.concatenate([modes, ends], axis=1)  # row in the whole matrix of each row of a cable's matrix
         rows.append(np.repeat(index, size + 6, axis=1).ravel())
         columns.append(np.tile(index, (1, size + 6)).ravel())
-        for kind, entries in enumerate(values):
-            entries.append(np.stack([matrices[cable][kind] for cable in alike.tolist()]).ravel())
+        for number, entries in enumerate(values):  # 0, 1, 2: M, C, K
+            entries.append(np.stack([matrices[cable][number] for cable in of_size.tolist()]).ravel())
     rows, columns, sparse = np.concatenate(rows), np.concatenate(columns), []
     for entries in map(np.concatenate, values):
         nonzero = entries != 0

@@ -225,7 +225,7 @@ def _of_modal_damping(models):
 
 
 def lost_notes(case):
-    """Compare a load case with lost cables with the same case with all cables: notes on movements, and on tensions.
+    """Notes on a load case with lost cables: what moves and which tensions change, against the case with all cables.
 
     Parameters
     ----------
