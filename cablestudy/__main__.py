@@ -24,7 +24,10 @@ class _StandardError(io.FileIO):
 
 
 def _keep_standard_error():
-    """Let lines on standard error end nothing, also where it is closed: no other file may take its number then."""
+    """Make lines that standard error cannot take harmless.
+
+    Where it is closed, the null device takes its place, so that no other file is opened under its number.
+    """
     if os.name != "posix":  # consoles of Windows are no files
         return
     if sys.stderr is None:

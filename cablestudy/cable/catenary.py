@@ -14,7 +14,7 @@ from cablestudy.cable.equilibrium_residual import EquilibriumResidual
 from cablestudy.cable.geometry import midspan, sag_and_swing
 from cablestudy.cable.midspan import arc_length_at_midspan
 from cablestudy.cable.newton import CONVERGED, STALLED, UNDETERMINED, Record, newton
-from cablestudy.cable.segment import Kernel, SegmentedCable, evaluate, extension, flexibility, inverse_symmetric
+from cablestudy.cable.segment import SegmentedCable, SegmentTerms, evaluate, extension, flexibility, inverse_symmetric
 from cablestudy.cable.span import Span
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.cable.vectors import row_keys
@@ -59,7 +59,7 @@ class Catenary(SegmentedCable):
     span: Span
     tension: tuple  # tension vector at mid-segment, chord frame, 3 arrays of shape (..., k + 1) [N]
     segments: Segments
-    kernel: Kernel  # closed-form quantities of each segment
+    kernel: SegmentTerms  # closed-form quantities of each segment
     record: Record
 
     def take(self, index):

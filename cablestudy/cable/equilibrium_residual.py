@@ -58,7 +58,7 @@ class EquilibriumResidual:
     def residual(self, unknown):
         """Vector from the last segment's end to end 2, per unstretched length, shape (3, ...) [-], and a `point`.
 
-        The `point` is what `flexibility` and `step` take: tension vectors at mid-segment, and `segment.Kernel`.
+        The `point` is what `flexibility` and `step` take: tension vectors at mid-segment, and `segment.SegmentTerms`.
         """
         tension = self.tension(unknown)
         extensions, kernel = extension(tension, self.segments.weight, self.stiffness, *self.angles)

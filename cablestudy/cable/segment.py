@@ -29,7 +29,7 @@ SERIES = [np.array(1.0 / (2 * k + 1)) for k in range(10, 0, -1)]
 
 
 @dataclass(frozen=True)
-class Kernel:
+class SegmentTerms:
     """Terms of the module's equations that extension and flexibility of a segment share; all of one shape."""
 
     horizontal: np.ndarray  # horizontal component of P in the plane, signed [N]
@@ -40,13 +40,13 @@ class Kernel:
     tensions: tuple  # T0 and T1, at the two ends [N]
 
     def take(self, index):
-        """`Kernel` of one cable of a batch of shape (n,), or of several."""
+        """`SegmentTerms` of one cable of a batch of shape (n,), or of several."""
         arrays = self.horizontal, self.beta, self.sum_of_tensions, self.excess, self.product
-        return Kernel(*(array[index] for array in arrays), tuple(tension[index] for tension in self.tensions))
+        return SegmentTerms(*(array[index] for array in arrays), tuple(tension[index] for tension in self.tensions))
 
 
 def evaluate(tension, weight, cosine, sine):
-    """Terms S, beta, atanh(beta)/beta - 1, T0 and T1 of the module's equations for segments of cables: `Kernel`.
+    """Terms S, beta, atanh(beta)/beta - 1, T0 and T1 of the module's equations for segments of cables: `SegmentTerms`.
 
     Parameters
     ----------
@@ -64,23 +64,27 @@ def evaluate(tension, weight, cosine, sine):
     t0, t1 = np.sqrt(h2 + v0**2), np.sqrt(h2 + v1**2)
     total = np.maximum(t0 + t1, CABLE.least_divisor)
     beta = weight / total
-    # T + |V| and T - |V| = H^2/(T + |V|) at the ends: S + W and S - W are sums of these, without cancellation
+    # without cancellation: S + W = (T1 + V1) + (T0 - V0), S - W = (T1 - V1) + (T0 + V0), T - |V| = H^2/(T + |V|)
     larger0, larger1 = t0 + np.abs(v0), t1 + np.abs(v1)
     smaller0, smaller1 = (h2 / np.maximum(larger, CABLE.least_divisor) for larger in (larger0, larger1))
     upwards0, upwards1 = v0 >= 0, v1 >= 0
-    plus = np.where(upwards1, larger1, smaller1) + np.where(upwards0, smaller0, larger0)
-    minus = np.where(upwards1, smaller1, larger1) + np.where(upwards0, larger0, smaller0)
-    minus = np.maximum(minus, CABLE.least_divisor)
+    s_plus_w = np.where(upwards1, larger1, smaller1) + np.where(upwards0, smaller0, larger0)
+    s_minus_w = np.where(upwards1, smaller1, larger1) + np.where(upwards0, larger0, smaller0)
+    s_minus_w = np.maximum(s_minus_w, CABLE.least_divisor)
     small = beta < CABLE.series_below
-    return Kernel(horizontal, beta, total, _excess(beta, small, plus, minus), t0 * t1 * plus * minus, (t0, t1))
+    return SegmentTerms(
+        horizontal, beta, total, _excess(beta, small, s_plus_w, s_minus_w), t0 * t1 * s_plus_w * s_minus_w, (t0, t1)
+    )
 
 
-def _excess(beta, small, plus, minus):
+def _excess(beta, small, s_plus_w, s_minus_w):
     """atanh(beta)/beta - 1, by its power series where beta is small, else by the logarithm of S + W over S - W."""
     number = np.count_nonzero(small)
     if number == small.size:
         return _excess_by_series(beta)
-    by_logarithm = 0.5 * np.log(np.maximum(plus, CABLE.least_divisor) / minus) / np.where(small, 1.0, beta) - 1.0
+    by_logarithm = (
+        0.5 * np.log(np.maximum(s_plus_w, CABLE.least_divisor) / s_minus_w) / np.where(small, 1.0, beta) - 1.0
+    )
     return np.where(small, _excess_by_series(np.where(small, beta, 0.0)), by_logarithm) if number else by_logarithm
 
 
@@ -94,7 +98,7 @@ def _excess_by_series(beta):
 
 
 def extension(tension, weight, axial_stiffness, cosine, sine):
-    """End 2 minus end 1 of a segment, less its unstretched length along the chord, per that length; and its `Kernel`.
+    """End 2 minus end 1 of a segment, less its unstretched length along the chord, per that length; and its terms.
 
     Arguments as for `evaluate`, and EA [N]. The extension is a tuple of 3 ndarrays: along the chord, across it in the
     plane, out of the plane. [-]
@@ -120,7 +124,7 @@ def _less_component(tension, q, n, y):
 def flexibility(tension, weight, axial_stiffness, cosine, sine, kernel):
     """Derivative of `extension` with respect to the tension vector: 6 ndarrays qq, nn, yy, qn, qy, ny. [1/N]
 
-    Arguments as for `evaluate`; `axial_stiffness` is EA [N] and `kernel` the `Kernel` from `extension`.
+    Arguments as for `evaluate`; `axial_stiffness` is EA [N] and `kernel` the `SegmentTerms` from `extension`.
 
     Notes
     -----

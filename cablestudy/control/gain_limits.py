@@ -184,7 +184,7 @@ class StableGains:
 
     @property
     def _sensitivity_at_rest(self):
-        """Size of the sensitivity far below the frequency of any gain: above 1 where winches mix what is measured. [-]
+        """Size of the sensitivity far below the frequency of any gain: above 1 where winches are too few. [-]
 
         With fewer winches than coordinates, compared in metres and radians, they correct by a projection P that is not
         orthogonal; I - P remains.
@@ -352,9 +352,9 @@ def _as_limits(crossings):
 def _growth_allowed(functions, remaining):
     """`Limit` with the factor above 1 at which a pole first crosses to the right; infinite where none does.
 
-    `remaining` are the sorted `Crossings` of one of some loop gains. The loop is stable with the factor 1: it is
-    unstable without the gain, and the factor 0, if below that factor more poles cross to the left than to the right. As
-    in `_limits_at`, a mode as good as undamped counts from the factor on with which it grows.
+    `remaining` are the sorted `Crossings` of one of some loop gains. The loop is taken to be stable at the factor 1. If
+    more poles cross to the left than to the right below 1, it is unstable without this gain: the factor is then 0. As
+    in `_limits_at`, a mode that is nearly undamped counts from the factor on with which it grows.
     """
     net, allowed = 0, Limit(np.inf, 0.0)
     while len(remaining):

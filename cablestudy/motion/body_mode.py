@@ -89,7 +89,7 @@ class RefinedMode:
             yield mode, self._airflow()
 
     def _models(self, compared=False):
-        """Yield `BodyMode`s of ever finer models; `compared`: of those only that a finer mesh is compared with."""
+        """Yield `BodyMode`s of ever finer models; with `compared` only those that a finer mesh was compared with."""
         if self.accuracy is None:
             return iter([self.mode])
         again = compared and not self.mode.compared

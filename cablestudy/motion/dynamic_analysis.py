@@ -78,7 +78,10 @@ class DynamicAnalysis:
         return ModelSizes(*arguments, self.fewest_modes)
 
     def closed_loop_of(self, count, responses=False, among=0):
-        """`ClosedLoop`, stable or not, with a number of modes; cases that agree in all that it depends on share it.
+        """`ClosedLoop` of the lowest modes, stable or not, shared by all cases for which it is the same.
+
+        It is kept in `plants_and_loops` in four layers, whose keys add what the next object depends on: the plant
+        (modes, winches, outputs), that plant in this wind, the loop about the plant, that loop in this wind.
 
         Parameters
         ----------
@@ -96,7 +99,6 @@ class DynamicAnalysis:
         """
         scene, (winches, control), shared = self.scene, self._keys, self.plants_and_loops
         computed, loops = max(count, among), shared.setdefault(winches, {})
-        # each level of keys adds what the next object depends on: plant, plant in a wind, loop, loop in this wind
         plant_key = count, computed, responses, winches, self.midspans, self.points
         if plant_key not in shared:
             modes = self._modes_of(computed).first(count)
@@ -235,7 +237,7 @@ class DynamicAnalysis:
 
     @property
     def described(self):
-        """`closed_loop`, or of an unstable loop, or where no response was asked for, `controlled`; raises as that."""
+        """The `ClosedLoop` that notes describe: `closed_loop` where its response was computed, else `controlled`."""
         outcome = DynamicAnalysis._search_outcome.known(self)
         return self.controlled if isinstance(outcome, Exception | None) else self.closed_loop
 
@@ -339,7 +341,7 @@ class DynamicAnalysis:
 
     @computed_together
     def with_points(analyses):
-        """`DynamicAnalysis` with the motion of free points as accurate as that of bodies; its plants differ by that."""
+        """`DynamicAnalysis` with the motion of free points as accurate as that of bodies; it has plants of its own."""
         others = [analysis._with(points=True) for analysis in analyses]
         for analysis, other in zip(analyses, others, strict=True):
             other.together = others

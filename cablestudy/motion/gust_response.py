@@ -68,7 +68,7 @@ class GustResponse:
         Response of a model with fewer modes and coarser cables: the change from it may tell more of the error than one
         model.
     least : float
-        Relative error of an RMS that is stated at least. [-]
+        Least relative error that is stated for an RMS. [-]
     """
 
     def __init__(self, closed_loop, scene, before=None, least=0.0):

@@ -144,7 +144,7 @@ class LeftOutModes:
         variances, stated : ndarray, shape (w, o)
             Of the model, and their errors that are known without: smaller changes are not resolved.
         least : float
-            Relative error of an RMS that is stated at least, infinite where none is: smaller changes are not computed.
+            Least relative error that is stated for an RMS, infinite where none is: smaller changes are not computed.
         """
         rows, change = self._plant.displacements[0], np.zeros(variances.shape)
         if len(rows) and np.isfinite(least):

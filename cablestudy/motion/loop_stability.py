@@ -46,7 +46,8 @@ class LoopStability:
     def _shared_by_gains(self):
         """Results shared by loops that differ in the gain alone, and by models with other numbers of modes: three.
 
-        `Effects`; power of two of a gain -> `DrivenCables`; gain of a loop -> the gain that is tried first for it.
+        The bound `Effects`; the exponent of a gain that is a power of two -> `DrivenCables`; gain of a loop -> the gain
+        that the search for its largest gain tries first.
         """
         closed_loop, loops = self._closed_loop, self._closed_loop.plant.loops
         control = repr((closed_loop.scene.control.model_copy(update={"gain": None}), closed_loop.untuned_loop.law))

@@ -59,7 +59,7 @@ class ModelSizes:
 
     @cached_property
     def usual(self):
-        """Numbers of modes of models of many cables, or of cables of which all modes are excited: ascending, tuple."""
+        """Numbers of modes for many cables, or for cables all of whose modes gusts excite: ascending, tuple."""
         if self._fixed:
             return (MOTION.element_modes,)
         if self._in_planes:
@@ -91,7 +91,7 @@ class ModelSizes:
         return not (self._fixed or self.damping_grows)
 
     def least_error(self, modes):
-        """Relative error of an RMS by a model of some `CoupledModes` that is stated at least; infinite where unknown.
+        """Least relative error that is stated for an RMS by a model with some `CoupledModes`; infinite where unknown.
 
         Found on random scenes: larger for the smallest model.
         """

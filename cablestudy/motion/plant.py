@@ -205,10 +205,10 @@ class Plant:
     def _loads(self):
         """Forces on the coordinates of the suspension whose static responses are coordinates of the model, (n, r).
 
-        `_applied_loads`; the inertia of the responses to those at mid-spans of cables without a mode of their own in
-        the model, which would else have the frequency of a string under one force, a tenth too high; with `responses`
-        those by inertia and damping of moving bodies and winches, and by the inertia of the response to these: they are
-        what modes left out do to the motion and the damping of others.
+        First `_applied_loads`. Then, for mid-spans of cables without a mode in the model, the inertia of the static
+        response, else the frequency would be that of a string under one force, a tenth too high. Last, with
+        `responses`, the inertia and damping forces of moving bodies and winches, and the inertia of the response to
+        these: the effect of modes left out on the motion and the damping of the others.
         """
         return self._loads_and_basis[0]
 
@@ -291,7 +291,8 @@ class Plant:
     def coarse_space_in_time(self):
         """Basis as of `coarse_space`, with static responses to winches and loads alone of exact elements too.
 
-        A step moves the ends of cables at once, and so waves in them of all frequencies, for which these stand.
+        A step excites waves in the cables of all frequencies, which static responses alone represent: those to moving
+        bodies are left out here, to see what they change.
         """
         return self.coarse_space if self.model is None else self._space_with_fewer_modes(self._applied_loads)
 

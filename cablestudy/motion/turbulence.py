@@ -142,7 +142,7 @@ class Turbulence:
         return self.plant.model is None or self.plant.responses
 
     def delay_error(self, integrals):
-        """Error of the variances by poles that lack the right delay, shape (w, o) or (w, 1)."""
+        """Error of the variances by frequencies where the delay is approximated badly, shape (w, o) or (w, 1)."""
         if self.loop is None or not self.loop.law.delay:
             return np.zeros((len(integrals.weights), 1))
         beyond = TURN * integrals.panels.frequency > self.loop.right_up_to

@@ -245,17 +245,18 @@ def table_at(tables, path):
 
 
 def group_mistakes(table, given, optional=False):
-    """Find keys of a table that exclude each other, such as `at` and `fraction` of a load, and keys that are missing.
+    """Mistakes in alternative keys of a table, such as `at` and `fraction` of a load: two given together, or none.
 
     Parameters
     ----------
     table : str
-        Dotted key of the table in `layers.ALTERNATIVES`, whose entry is rows of groups of keys: of each row one group
-        may be given. A table without an entry there has no mistakes.
+        Dotted key of the table in `layers.ALTERNATIVES`, whose entry lists choices. A choice is a tuple of
+        alternatives, of which exactly one is given; an alternative is a tuple of keys that go together, the main one
+        first. A table without an entry there has no mistakes.
     given : collection of str
         The keys that are there.
     optional : bool
-        True if no group of a row need be given.
+        True if choices may be left open.
 
     Returns
     -------
@@ -263,22 +264,22 @@ def group_mistakes(table, given, optional=False):
         Path inside the table, and message.
     """
     mistakes, given = [], set(given)
-    for groups in ALTERNATIVES.get(table, ()):
-        used_groups = [group for group in groups if not given.isdisjoint(group)]
-        used_keys = [key for group in used_groups for key in group if key in given]
-        if len(used_groups) > 1:
-            message = f"given together with {used_keys[0]}: give exactly one of {_first_keys(groups)}"
-            mistakes += [((key,), message) for key in used_keys if key not in used_groups[0]]
-        elif used_groups and used_groups[0][0] not in given:
-            mistakes.append(((), f"missing key: {used_groups[0][0]} ({used_keys[0]} goes with it)"))
-        elif not (used_groups or optional or groups in OF_SECTION + OF_CABLE):  # a material may give these
-            mistakes.append(((), f"missing key: one of {_first_keys(groups)}"))
+    for choice in ALTERNATIVES.get(table, ()):
+        chosen = [alternative for alternative in choice if not given.isdisjoint(alternative)]
+        used_keys = [key for alternative in chosen for key in alternative if key in given]
+        if len(chosen) > 1:
+            message = f"given together with {used_keys[0]}: give exactly one of {_main_keys(choice)}"
+            mistakes += [((key,), message) for key in used_keys if key not in chosen[0]]
+        elif chosen and chosen[0][0] not in given:
+            mistakes.append(((), f"missing key: {chosen[0][0]} ({used_keys[0]} goes with it)"))
+        elif not (chosen or optional or choice in OF_SECTION + OF_CABLE):  # a material may give these
+            mistakes.append(((), f"missing key: one of {_main_keys(choice)}"))
     return mistakes
 
 
-def _first_keys(groups):
-    """The main key of each group of alternatives, for messages."""
-    return ", ".join(group[0] for group in groups)
+def _main_keys(choice):
+    """The main key of each alternative of a choice, for messages."""
+    return ", ".join(alternative[0] for alternative in choice)
 
 
 class KeyTable(BaseModel):

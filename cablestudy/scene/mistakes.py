@@ -42,7 +42,7 @@ def findings(error, value, tables):
 
 
 def _without_misspelt(found):
-    """Findings without the keys that are missing as they are misspelt: the unknown key of their table says so."""
+    """Findings without `missing key` for keys that are only misspelt: the finding on the unknown key names them."""
     meant = {}  # path of a table -> keys that its unknown ones may mean
     for path, message in found:
         if message.startswith(UNKNOWN) and (hint := DID_YOU_MEAN.search(message)):

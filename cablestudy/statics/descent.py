@@ -316,10 +316,11 @@ def _softened_links(suspension, state, strain):
 
 
 def search(suspension, state):
-    """Poses of least energy: straight from the start, or where that takes many steps, by softer cables and links.
+    """Poses of least energy: by Newton steps from the start, or where these are many by way of softer cables.
 
-    Stiff cables make a narrow, curved valley of the energy, in which Newton steps are short. Cables that the loads
-    strain by a third make it wide; stiffer ones then follow, each from the equilibrium of the one before; so do links.
+    Stiff cables make a narrow, curved valley of the energy, in which Newton steps are short. Cables so soft that the
+    loads strain them by a third make it wide. Their equilibrium is the start of the search with stiffer ones, and so on
+    (`SOFTENED`); links are softened alike.
     """
     final, record = descend(suspension, state, STATICS.straight_steps)
     failed = np.flatnonzero(~record.converged)
@@ -338,6 +339,7 @@ def search(suspension, state):
         soft = replace(subset, axial_stiffness=softened, link_stiffness=links).take(pending)
         soft_state, _ = descend(soft, take_rows(state, pending), STATICS.soft_steps, STATICS.soft_net_force)
         assign_rows(state, pending, soft_state)
+        # the next stiffness follows from the tensions found, between the typical loads and a multiple of all of them
         tension = catenary.solve(spans(soft, soft_state)).max_tension
         largest = STATICS.soft_tension * loads[pending].sum(axis=-1, keepdims=True)
         loads[pending] = np.clip(tension, loads[pending], largest)

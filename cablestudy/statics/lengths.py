@@ -1,4 +1,4 @@
-"""Unstretched lengths with which bodies stand where they shall be: from tensions that balance their loads (`solve`)."""
+"""Unstretched lengths with which bodies are at given places: from tensions that balance their loads (`solve`)."""
 
 from dataclasses import dataclass, replace
 
@@ -33,7 +33,7 @@ UNITS = ((1e6, "MN"), (1e3, "kN"), (1.0, "N"))
 
 
 def default_moving(suspension):
-    """Degrees of freedom that come from equilibrium while the others stand where they shall be.
+    """Degrees of freedom that come from equilibrium while the others are at the places that the scene gives.
 
     Places of junctions, and attitudes of bodies where the lengths are fewer than the equations left.
 
@@ -49,19 +49,21 @@ def default_moving(suspension):
 
 
 def solve(suspension, method="balanced", low=0.0, high=np.inf, reference=0.0, moving=None):
-    """Lengths of the cables that state nothing, with the bodies where they shall be.
+    """Unstretched lengths of open cables with which the bodies are in equilibrium at their given places.
+
+    Open are the cables that state neither a length nor a tension or sag; the others keep what they state. Where there
+    are more open cables than equations, `method` chooses among the tensions.
 
     Parameters
     ----------
     suspension : SuspendedSystem
-        With cases of any shape. Cables that state something keep it.
+        With cases of any shape.
     method : {"balanced", "least", "closest"}
-        Of the mean tensions of the cables that state nothing: least variance, least sum of squares, closest to
-        `reference`.
+        Of the mean tensions of the open cables: least variance, least sum of squares, closest to `reference`.
     low, high, reference : float or ndarray, shape (..., c)
-        Bounds of the mean tensions, and what they shall be close to. [N]
+        Bounds of the mean tensions, and the tensions that `closest` approaches. [N]
     moving : ndarray of bool, shape (b, 6), optional
-        Degrees of freedom that come from equilibrium, the others stand; default: `default_moving`.
+        Degrees of freedom that come from equilibrium, the others are given; default: `default_moving`.
 
     Returns
     -------
@@ -89,6 +91,7 @@ def solve(suspension, method="balanced", low=0.0, high=np.inf, reference=0.0, mo
     flat = suspension.broadcast((n,))
     which = np.flatnonzero(unstated)
     answers = search(flat, which, moving, method, *bounds, LEAST_RATIOS[0])
+    # cases near the least tension of a cable are tried again with other lower bounds
     for least_ratio in LEAST_RATIOS[1:]:
         state, record, _ = answers
         failed = np.flatnonzero(~record.converged & near_least(flat, state, which, bounds[1]))
@@ -412,7 +415,7 @@ def sizes_of(step, tension, iterates):
 
 
 def with_infeasible(iterates, solutions, high, least_ratio):
-    """`Iterates` with the steps counted that leave no tensions within the bounds.
+    """`Iterates` with the number of successive steps for which no tensions are within the bounds.
 
     A step counts where nothing holds the loads, where cables would have to push or are too heavy for their bounds, and
     where it comes no closer to the bounds than those before.
@@ -474,10 +477,10 @@ def with_tensions(suspension, state, iterates, which, tension, low, high, least_
 
 
 def next_damping(damping, least, diverging, slow):
-    """Damping of the next step, and the least of the steps to come, shape (n,).
+    """Damping of the next step, and the least damping of the steps to come, shape (n,) both.
 
-    More after a diverging step, and from then on never again as little as it had; less after the others, and less is
-    allowed where these are slow.
+    After a diverging step the damping is three times as large, and so is the least damping from then on. After other
+    steps it is a third, but not below the least damping, which is a third too after slow steps.
     """
     least = np.where(diverging, np.maximum(least, 3 * damping), np.where(slow, least / 3, least))
     more = np.clip(3 * damping, STATICS.damped_lengths, STATICS.most_damped_lengths)

@@ -428,15 +428,18 @@ def fit_strains(span, quantities, value, strain):
 
     Notes
     -----
-    Newton's method. The tension is a convex function of the length of a cable that is not very slack. From the strain
-    of a weightless cable with this tension, which is too large, Newton steps fall on the solution and never pass it.
+    Newton's method for ln L, with a measure m of the error that is nearly linear in the length L (`linear_measure`):
+    the step is -m/(dm/d ln L). The tension is a convex function of the length of a cable that is not very slack, so
+    that the steps of a cable that begins too short, as one without weight, approach the solution from one side. A cable
+    ends where its error is below `EXACT`, where it no longer falls and is near rounding, or after `stalled_steps` steps
+    without progress; it is then left as it is, so that its digits do not depend on the other cables.
     """
     kinds = np.asarray(quantities, dtype=object)
     stated, of_force = np.array([kind is not None for kind in quantities]), np.isin(kinds, FORCES)
     highest_strain = np.where(of_force, _highest_strain(span, kinds, value), np.inf)
     strain = np.where(of_force, np.minimum(strain, highest_strain), strain)
     best_size, last_size, stalled_steps = np.inf, np.inf, 0  # sizes of errors, and steps since they last fell
-    ended = np.zeros(np.shape(strain), dtype=bool)  # a cable ends where it would end alone
+    ended = np.zeros(np.shape(strain), dtype=bool)
     tension = np.full((*np.shape(strain), 3), np.nan)  # from which the catenaries begin
     for _ in range(STATICS.stated_steps):
         cables = catenary.solve(span.with_chord_strain(strain), tension)

@@ -242,9 +242,10 @@ def _moment_from_outer_product(outer):
 
 
 def net_forces(suspension, rotation, arms, end_forces, tension):
-    """Net force and moment on each body, which vanish in equilibrium, and the size of the loads they are the sum of.
+    """Net force and moment on each body, zero in equilibrium, and a scale to judge them by.
 
-    The loads are weight, dead forces and moments, and the forces of the c cables and l links.
+    The scale is the sum of the sizes of weight and dead force, and of the tensions of the cables and links, on the
+    body.
 
     Parameters
     ----------
@@ -280,6 +281,9 @@ def net_forces(suspension, rotation, arms, end_forces, tension):
 def blocks(suspension, rotation, arms, end_forces, end_stiffness):
     """Tangent stiffness of the bodies by the equation of the module's docstring, for held degrees of freedom too.
 
+    First B_1^T K B_2 of the cables and links for each pair of bodies; then for each body the term by rotation of the
+    loads, -[F x][r x] = (r.F) I - r F^T, summed over ends of cables, weight and dead loads.
+
     Parameters
     ----------
     suspension, rotation, arms, end_forces
@@ -303,20 +307,20 @@ def blocks(suspension, rotation, arms, end_forces, end_stiffness):
     outer = (arm[..., :, None] * force[..., None, :]).reshape(*force.shape[:-1], 9)
     of_ends = np.concatenate([outer, (size(force) * size(arm))[..., None]], axis=-1)
     by_ends = on_bodies(of_ends, body, len(bodies))
-    # sum of r F^T over all loads on each body: -[F x][r x] = (r.F) I - r F^T
+    # sums over all loads on each body of r F^T, and of |r| |F|, which bounds rounding
     outer = by_ends[..., :9].reshape(*by_ends.shape[:-1], 3, 3) + center[..., :, None] * weight[..., None, :]
-    leverage = by_ends[..., 9] + size(weight) * size(center)
+    sum_of_sizes = by_ends[..., 9] + size(weight) * size(center)
     eccentricity = eccentric(suspension, rotation)
     if eccentricity is not None:
         outer = outer + eccentricity
-        leverage = leverage + np.sqrt((eccentricity**2).sum(axis=(-1, -2)))
+        sum_of_sizes = sum_of_sizes + np.sqrt((eccentricity**2).sum(axis=(-1, -2)))
     shape = np.broadcast_shapes(between.shape[:-3], outer.shape[:-3])
     matrices = np.zeros((*shape, between.shape[-3] + len(bodies), 6, 6))
     matrices[..., : between.shape[-3], :, :] = between
     by_rotation = np.trace(outer, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) - outer
     matrices[..., between.shape[-3] :, 3:, 3:] = by_rotation
     by_forces = np.zeros((*shape, len(bodies), 6))
-    by_forces[..., 3:] = np.abs(np.diagonal(by_rotation, axis1=-2, axis2=-1)) + leverage[..., None]
+    by_forces[..., 3:] = np.abs(np.diagonal(by_rotation, axis1=-2, axis2=-1)) + sum_of_sizes[..., None]
     rows, columns = (np.concatenate([body, bodies]) for body in (ends.row_body, ends.column_body))
     return Blocks(rows, columns, matrices, np.broadcast_to(sizes, by_forces.shape), by_forces)
 

@@ -70,7 +70,7 @@ def _mean_tension(results):
 
 
 def _as_stated(numbers, stated):
-    """Numbers of cables, and stated ones, NaN where there are none, in place of those that differ by rounding."""
+    """Numbers of cables; where one equals the stated one but for rounding, the stated one, NaN where there is none."""
     return np.where(np.abs(numbers - stated) <= STUDY.rounding * np.abs(stated), stated, numbers)
 
 

@@ -84,8 +84,8 @@ def scaled(value_and_error, factor):
 def least_work_first(columns):
     """Columns in the order in which they cost least: list.
 
-    By falling mode number, since the model of a high mode has the lower ones; and those of the loop before those of the
-    wind, which need no largest gain, but are spared another proof of stability where it is known.
+    By falling mode number, since the model of a high mode has the lower ones. Columns of the loop come before those of
+    the wind: the largest gain then also proves the stability that columns of the wind need.
     """
     return sorted(columns, key=lambda column: (column.needs == "wind", -column.mode[0] if column.mode else 0))
 

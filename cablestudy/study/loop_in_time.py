@@ -238,31 +238,35 @@ def time_case(document, scene, closed_loop, options, names=None, wind_keys=("win
     SceneError
         An unknown input or output, or the scene has no wind for it.
     """
-    names = names or {}
-    # name of an input for the user -> its name in the plant
-    winches = {names.get(key := f"winch.{name}", key): key for name in closed_loop.scene.winches}
-    references = {names.get(key := f"reference.{name}", key): key for name in closed_loop.body.measured}
-    outputs = [names.get(key := f"{closed_loop.body.name}.{name}", key) for name in closed_loop.body.measured]
-    kind = options.input or next(iter(winches))
-    number_of("--input", kind, [*winches, *references, *OF_WIND])  # SceneError for an unknown input
+    body = closed_loop.body
+    winches = _shown_names([f"winch.{name}" for name in closed_loop.scene.winches], names)
+    references = _shown_names([f"reference.{name}" for name in body.measured], names)
+    outputs = list(_shown_names([f"{body.name}.{name}" for name in body.measured], names))
+    shown_input = options.input or next(iter(winches))
+    number_of("--input", shown_input, [*winches, *references, *OF_WIND])  # SceneError for an unknown input
     output_number = number_of("--output", options.output, outputs) if options.output else 0
-    if kind in references and not options.output:
-        output_number = list(references).index(kind)
-    if kind in OF_WIND:
+    if shown_input in references and not options.output:
+        output_number = list(references).index(shown_input)
+    if shown_input in OF_WIND:
         for key in wind_keys:
             if attribute(scene, key) is None:
-                raise missing(document, key, f"loop --input {kind}")
-    input_name = (winches | references).get(kind, WIND_INPUT)
-    driving_input = _driving_input(closed_loop, options, scene, kind, input_name)
-    output = closed_loop.body.measured_outputs[output_number]
-    of_unit_input = in_time(closed_loop, output, input_name, driving_input.components, options.times)
+                raise missing(document, key, f"loop --input {shown_input}")
+    plant_input = (winches | references).get(shown_input, WIND_INPUT)
+    driving_input = _driving_input(closed_loop, options, scene, shown_input, plant_input)
+    output = body.measured_outputs[output_number]
+    of_unit_input = in_time(closed_loop, output, plant_input, driving_input.components, options.times)
     response = of_unit_input.times(driving_input.size)
     dampings = [cable.damping for cable in closed_loop.scene.cables.values()]
     phase_right_up_to = 0.0 if closed_loop.loop.slight_delay else closed_loop.loop.right_up_to
     remarks = remarks_of(closed_loop.scene.control, phase_right_up_to, response, dampings)
-    measured = outputs[output_number], f"m{unit_of(closed_loop.body.measured[output_number])}"
+    name_and_unit = outputs[output_number], f"m{unit_of(body.measured[output_number])}"
     loop, delayed = closed_loop.loop, phase_right_up_to > 0
-    return TimeCase(options, driving_input, response, loop.gain, *measured, tuple(winches), remarks, delayed)
+    return TimeCase(options, driving_input, response, loop.gain, *name_and_unit, tuple(winches), remarks, delayed)
+
+
+def _shown_names(plant_names, names):
+    """Name for the user of each of some names in the plant -> that name; `names` as for `time_case`."""
+    return {(names or {}).get(name, name): name for name in plant_names}
 
 
 def _driving_input(closed_loop, options, scene, kind, input_name):

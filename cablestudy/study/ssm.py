@@ -136,7 +136,7 @@ class Choice:
 
     @property
     def pairs(self):
-        """Numbers of each output and input that a response refers to; errors refer to the first. SceneError."""
+        """Pairs of indices (output, input) of the responses: list. Errors are those of the first. Raises SceneError."""
         return pairs_of(self.options, self.inputs, self.outputs)
 
     @property

@@ -39,7 +39,7 @@ def status_of(failures, *doubts):
 
 
 def has_answer(status):
-    """True if a row of this status is an answer: one with DOUBTS is."""
+    """True if a row of this status has an answer; a doubtful one counts."""
     return status == OK or status.startswith(DOUBTS)
 
 

@@ -196,8 +196,7 @@ class DragErrors:
     def with_moved_ends(self, ends, end_stiffness, end_forces):
         """`DragErrors` with what movements of the ends of the cables add, to first order.
 
-        A cable of stiffness k whose ends move apart by e pulls with k e more: that is (k e) . t/|t|^2 of its end force
-        t.
+        Ends that move apart by e change the end force t of a cable of stiffness K by K e: relatively by (K e).t/|t|^2.
 
         Parameters
         ----------
@@ -250,7 +249,8 @@ def uneven_drag_errors(drag, catenary, stretched=False):
 def relative_change(change, number):
     """Largest relative error of numbers by the changes that drag taken as uniform leaves out, shape (...). [-]
 
-    Relative to what is true, which is nearer to zero than the number by the change at most, and may be zero.
+    It is change/(|number| - change), since the true value may be smaller than the number by the change; `unknown_error`
+    where it may be zero.
     """
     change = STUDY.second_order * np.abs(change)
     least = np.abs(number) - change
@@ -285,7 +285,7 @@ def swing_by_drag(results):
 def _midspan_by_drag(results):
     """Movement of mid-span, across the vertical plane of the chord and vertically, each of shape (...). [m]
 
-    At mid-span is another point of the cable then: as far from both ends, horizontally.
+    After the movement another point of the cable is at mid-span: the one that is then half-way between the ends.
     """
     points, from_chord = results.drag_errors.points, results.drag_errors.from_chord
     middle, chord = results.middle[..., None], results.span.frame[..., 0, :]

@@ -39,7 +39,7 @@ class PoleSum:
 
     @classmethod
     def of(cls, matrices, poles, left, right):
-        """Condense the modes out of the matrix polynomial of a cable: the end displacements are left, as a `PoleSum`.
+        """`PoleSum` of the dynamic stiffness at the ends, the modes condensed out of the matrix polynomial of a cable.
 
         Parameters
         ----------
@@ -51,8 +51,11 @@ class PoleSum:
 
         Notes
         -----
-        The forces are Q_ee - Q_en Q_nn^-1 Q_ne, Q being the polynomial of modes n and ends e. The product Q_en left
-        right Q_ne at each pole is divided by pole^d, since the sum of a `PoleSum` is times x^d.
+        With the polynomial Q(x) of modes n and ends e, the stiffness at the ends is
+
+            Q_ee - Q_en Q_nn^-1 Q_ne,    Q_nn^-1 = sum of left_j right_j/(x - pole_j),
+
+        so that residue_j = (Q_en(pole_j) left_j) (right_j Q_ne(pole_j))/pole_j^d: the sum of a `PoleSum` is times x^d.
         """
         n = left.shape[-2]
         static, *_, mass = matrices

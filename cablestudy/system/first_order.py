@@ -291,10 +291,11 @@ def _filter_by_notches(notches, error, error_rate, fixed, begin):
 
 
 def state_rows(system, forces=None, loop=None, actuators=()):
-    """Rows that give the state derivative, the winch movements and the outputs of a system, with its loop or without.
+    """Coefficients of x', of the winch movements and of the outputs of a system, with its loop or without.
 
-    The entries of a row multiply the N states x, then u, u' and u'': w columns in all. State-space models
-    (`control.statespace`, `control.loop_state_space`) are made of these rows.
+    State-space models (`control.statespace`, `control.loop_state_space`) are made of these rows. Their columns multiply
+    the N states x; then, where there are `forces`, the p inputs u, their rates u' and their second derivatives u'': w =
+    N or N + 3 p columns.
 
     Parameters
     ----------
@@ -314,27 +315,33 @@ def state_rows(system, forces=None, loop=None, actuators=()):
         Length that the loop reels in at each winch, and its speed.
     outputs : ndarray, shape (..., o + 2 a, w)
         Outputs of the system, then those of the actuators, see `_actuator_outputs`.
+
+    Notes
+    -----
+    The inputs are, in this order, the references of the loop, the lengths that each winch reels in beside the loop, and
+    the forces. In all a winch reels in l = l_loop + u_winch, l_loop being the last states times `Equations.winches`.
+    The outputs are y = C0 z + C1 z' + C2 z'' + D0 l + D1 l' + D2 l''.
     """
     of_loop = (loop.allocation, loop.notches, loop.law_space) if loop else ()
     first_order = equations(system, *of_loop, forces=forces)
     state_rate = first_order.with_gain(loop.gain) if loop else first_order.fixed
-    m, size, (winches, movements) = len(system), state_rate.shape[-2], first_order.winches.shape[-2:]
-    inputs = (state_rate.shape[-1] - size) // 3
+    m, states, (winches, movements) = len(system), state_rate.shape[-2], first_order.winches.shape[-2:]
+    inputs = (state_rate.shape[-1] - states) // 3
 
     def derivative(row):
         """Rows of the time derivatives of the quantities that some rows give, none of which depends on u''."""
         of_inputs = np.zeros_like(row)  # coefficients of u and u' become those of u' and u''
-        of_inputs[..., size + inputs :] = row[..., size : size + 2 * inputs]
-        return row[..., :size] @ state_rate + of_inputs
+        of_inputs[..., states + inputs :] = row[..., states : states + 2 * inputs]
+        return row[..., :states] @ state_rate + of_inputs
 
     reeled = np.zeros((*state_rate.shape[:-2], winches, state_rate.shape[-1]))
-    reeled[..., size - movements : size] = first_order.winches
+    reeled[..., states - movements : states] = first_order.winches
     speed = derivative(reeled)
     lengths = [reeled, speed, derivative(speed)] if loop else np.zeros((3, *reeled.shape))  # l, l' and l''
     if inputs:
-        first_length = inputs - forces.shape[-1] - winches  # index of the first input that is a length
+        first_winch = inputs - forces.shape[-1] - winches  # index of the first input that is a length
         for order, by_loop in enumerate(lengths):
-            lengths[order] = by_loop + np.eye(*by_loop.shape[-2:], size + order * inputs + first_length)
+            lengths[order] = by_loop + np.eye(*by_loop.shape[-2:], states + order * inputs + first_winch)
     motions = first_order.places, first_order.speeds, state_rate[..., m : 2 * m, :]  # z, z' and z''
     of_system = sum(matrix @ motion for matrix, motion in zip(system.c, motions, strict=True))
     of_system = of_system + sum(matrix @ length for matrix, length in zip(system.d, lengths, strict=True))

@@ -327,9 +327,9 @@ class Results:
 
     @cached_property
     def sag_waves(self):
-        """Most half-waves that a symmetric in-plane mode has more than that of a taut cable, shape (n,). [-]
+        """Half-waves of the highest symmetric in-plane modes that stretching by the sag lifts, shape (n,). [-]
 
-        By Irvine's parameter: stretching by the sag lifts each such mode by two half-waves at most, up to these.
+        By Irvine's parameter: it lifts each of these modes by two half-waves at most.
         """
         return np.sqrt(lambda_squared(self.span, self.statics.mean_tension)) / np.pi
 

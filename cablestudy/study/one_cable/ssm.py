@@ -261,7 +261,10 @@ def _chosen(case, found, accurate, options):
 
 
 def _pairs_of_ends(options):
-    """Numbers of each force and displacement of the ends that options name; of a gondola's end with one: SceneError."""
+    """Pairs of indices (force, displacement) of the ends that the options name: list.
+
+    With a gondola or loop it is the end of the gondola alone. SceneError for an unknown name.
+    """
     ends = [(name, "m") for name in NAMES]  # other names are those of the state space, for the file
     return [(GONDOLA, GONDOLA)] if options.attached else pairs_of(options, ends, ends, GONDOLA, "force_")
 

@@ -199,7 +199,7 @@ def coupled_mode_shapes(case, modes, listed=None, share=None):
     plane, peak = upright_plane([drawing]), nice(PEAK_OVER_SIZE * drawing.size)  # peak: largest displacement drawn [m]
     if plane is not None and np.ptp(plane(drawing.places)[:, 0]) < FLAT * drawing.size:
         plane = None
-    shown = [_coupled(case, modes, drawing, plane, number) for number in range(min(listed, PANELS))]
+    shown = [_drawing_of_coupled_mode(case, modes, drawing, plane, number) for number in range(min(listed, PANELS))]
     if plane is not None and shown:
         shown, peak = _alike_in_both_directions(shown, drawing, Window(*plane(drawing.places).T, _ratio(shown)).factor)
     return _figure(shown, modes.frequency, listed, peak, share, drawing, plane and plane.labels[0])
@@ -211,7 +211,7 @@ def _ratio(shown):
 
 
 def _alike_in_both_directions(shown, drawing, enlargement):
-    """Modes in a plane whose displacements across are enlarged as those upwards are, and their largest one drawn. [m]
+    """Modes in a plane drawn with equal enlargement across and upwards, and the largest displacement drawn. [m]
 
     `enlargement` is that of the vertical scale without displacements: with them it may be less, which is looked for.
     """
@@ -225,11 +225,11 @@ def _alike_in_both_directions(shown, drawing, enlargement):
     return shown, peak
 
 
-def _coupled(case, modes, drawing, plane, number):
-    """Collect what is drawn of the mode of a number, from 0, among the `CoupledModes`: `ModeDrawing`.
+def _drawing_of_coupled_mode(case, modes, drawing, plane, number):
+    """`ModeDrawing` of a coupled mode by its number, from 0: places and displacements of cables, bodies and points.
 
-    Positions and displacements of cables, bodies and points. `plane` is the side view of the plane in which all cables
-    end; None draws in perspective. `drawing` is the static form.
+    `plane` is the vertical plane in which all cables end, for a side view; None draws in perspective. `drawing` is the
+    static form.
     """
     equilibrium = case.equilibrium
     suspension = equilibrium.suspension

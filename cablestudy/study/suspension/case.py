@@ -434,10 +434,11 @@ class SuspensionCase:
             count = min(2 * count, MOTION.most_body_modes)
 
     def mode_along(self, name, axis):
-        """`RefinedMode` of a body or free point along one of `statics.suspension.AXES`, with its damping in the air.
+        """Mode with the largest share in the static compliance of a body or free point along an axis: `RefinedMode`.
 
-        The winches are at rest. The aerodynamic damping is that of all parts in the wind of the scene, about the
-        equilibrium of the modes. Its numbers raise NoSolutionError where that motion is held.
+        `axis` is an index into `statics.suspension.AXES`. The winches are at rest; damping by the air is that of all
+        parts in the wind of the scene, about the equilibrium without mean wind. Its numbers raise NoSolutionError where
+        the motion is held.
         """
         from cablestudy.motion.body_mode import BodyMode, RefinedMode
         from cablestudy.system.coupled_modes import coupled_modes
