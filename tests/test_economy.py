@@ -22,6 +22,7 @@ from cablestudy.study.column import lacks
 from cablestudy.study.columns import find
 from cablestudy.study.one_cable import results
 from cablestudy.study.one_cable.rows import evaluate, evaluate_cases
+from cablestudy.study.refinement import with_accuracy
 from cablestudy.study.scene_values import tables_of
 from cablestudy.study.study_rows import evaluate_tables
 from cablestudy.study.suspension.rows import evaluate_suspensions
@@ -29,6 +30,7 @@ from cablestudy.study.tolerances import STUDY
 from cablestudy.sweeps.chunks import Chunk, compute
 from cablestudy.sweeps.fingerprint import versions
 from cablestudy.system.residues import eigen_of_rows
+from cablestudy.wind.tolerances import WindTolerances
 
 STATIC = [column for column in COLUMNS if column.needs in ("scene", "statics", "stiffness")]
 WIND = [find(name) for name in ("preload", "end_stiffness", "gondola_frequency", "gondola_rms", "gain_margin")]
@@ -237,6 +239,17 @@ def test_rows_of_loop_and_wind_are_solved_together_and_as_alone(damping, monkeyp
     assert "unstable" in together[4].cells["status"]
     assert all(row.cells["gondola_rms_mm"] for row in together[:4])
     assert max(sizes) > 1
+
+
+def test_modes_end_where_the_quadrature_makes_most_of_the_error(monkeypatch):
+    """What quadrature lacks no mode adds: a bare cable in the wind has as many modes to 1e-8 as to a hundredth."""
+    monkeypatch.setattr(WindTolerances, "fine_coherence", (*WindTolerances.fine_coherence[:2], 1e-3))
+    bare, columns = scene("gondola=null", "winch=null"), [find("midspan_rms"), find("tension_rms")]
+    to_accuracy = [with_accuracy(bare, accuracy) for accuracy in (1e-2, 1e-8)]
+    modes = [
+        len(row.case.in_cable_wind.sides[0].closed_loop.modes) for row in (evaluate(s, columns) for s in to_accuracy)
+    ]
+    assert modes[0] == modes[1] < 100
 
 
 def test_a_chunk_of_a_sweep_lets_go_of_the_models_of_its_rows(tmp_path, monkeypatch):

@@ -132,12 +132,16 @@ class Rods:
         weights[..., 1, 2] = weights[..., 2, 1] = b / determinant
         weighted, sums = (part.reshape(*part.shape[:3], -1) for part in (sums @ weights[:, :, None], sums))
         covariance = weighted @ np.swapaxes(sums, -1, -2)
-        size, at_once = loads.shape[2], max(1, WIND.coherence_entries // loads.shape[2] ** 2)
+        size, functions = loads.shape[2], others.shape[-1]
+        at_once = max(1, WIND.coherence_entries // max(1, size * functions))  # rows whose products caches hold
         for of_cable, own_inverse, own in zip(covariance, inverse, np.moveaxis(others, -1, 1), strict=True):
-            for begin in range(0, len(own), at_once):  # of the r - 1 functions, so many that caches hold their products
-                block = slice(begin, begin + at_once)
-                products = np.swapaxes(own[block], 1, 2) @ own[block]  # of loads, summed over the components
-                of_cable += (own_inverse[:, block] @ products.reshape(-1, size**2)).reshape(-1, size, size)
+            for begin in range(0, size, at_once):  # entries on the diagonal and to the right of it, then their mirror
+                rows, further = slice(begin, begin + at_once), slice(begin + at_once, size)
+                products = np.swapaxes(own[..., rows], 1, 2) @ own[..., begin:]  # summed over the components
+                part = own_inverse @ products.reshape(functions, -1)
+                part = part.reshape(len(part), -1, size - begin)
+                of_cable[:, rows, begin:] += part
+                of_cable[:, further, rows] += np.swapaxes(part[..., at_once:], 1, 2)
         return 2 * covariance
 
 

@@ -91,9 +91,12 @@ class InCableWind:
         return self._largest(self.sides, names, variance, open_loop)[0]
 
     def rms_to(self, accuracy, names):
-        """`rms` of displacements or tensions of a bare cable, with more modes until its error is an accuracy."""
+        """`rms` of displacements or tensions of a bare cable, with more modes until its error is an accuracy.
+
+        Modes end where the quadrature makes half of the error: what that lacks they do not add.
+        """
         (rms, error), side = self._largest(self.sides, names, "value", open_loop=True)
-        while error > accuracy and side.finer is not None:
+        while error > max(accuracy, side.response.integration_error) and side.finer is not None:
             (rms, error), side = self._largest([side.finer], names, "value", open_loop=True)
         return rms, error
 
