@@ -517,7 +517,18 @@ def test_bounds_of_tensions_vary_within_each_other():
         assert row["w2.unstretched_length_m"] == pytest.approx(LENGTH, rel=1e-9)
     wrong = study("vary: [{tensions.min: [10 N, 2 kN]}]\ncolumns: [w1.preload]\n", text)
     (line,) = run("sweep", wrong, code=2).lines
-    assert "1000 N is below min, 2000 N" in line
+    assert line == f"{wrong}:2:30: tensions.max: 1000 N is below min, 2000 N"
+
+
+def test_of_two_keys_that_do_not_fit_the_one_that_an_option_sets_is_named():
+    text = TRIFILAR.replace(f", unstretched_length: {LENGTH!r} m", "")
+    name = scene(text + "solve_for: lengths\ntensions: {min: 1 N, max: 1 kN}\n")
+    (line,) = run("static", name, "--set", "tensions.min=2 kN", code=2).lines
+    assert line == "--set tensions.min: tensions.max: 1000 N is below min, 2000 N"
+    (line,) = run("static", name, "--set", "tensions.max=0.5 N", code=2).lines
+    assert line == "--set tensions.max: 0.5 N is below min, 1 N"
+    (line,) = run("static", CONFIGS / "carlina.yaml", "--set", "cable.ends=[[0, 0, 0], [2 km, 0, 0]]", code=2).lines
+    assert line.startswith("--set cable.ends: cable.unstretched_length: 184.4883 m is 0.0922 times the distance")
 
 
 # ------------------------------------------------------------------------------------------- the studies of the project

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 from campaign import campaign
-from command import table_of
+from command import run, table_of
 from references import bar_suspension, links
 from references.bar_loop import BarLoop
 from references.bars_in_wind import BarsInWind, von_karman
@@ -681,22 +681,35 @@ cases:
     assert found[0] == pytest.approx(found[1], rel=1e-10, abs=1e-10)
 
 
+WITHOUT_CABLES = """
+bodies: {box: {at: [0, 0, 10], mass: 5 kg, free: [x], attachments: {eye: [0, 0, 0]},
+  wind: {area: 1 m^2, drag_coefficient: 1}}}
+points: {wall: [-5, 0, 10]}
+cables: {}
+links: {spring: {from: wall, to: box.eye, stiffness: 100 N/m, damping: 2 N s/m, length: 5 m}}
+wind: {speed: 8 m/s, turbulence_intensity: 0.2, length_scale: 50 m, on: bodies, mean: false,
+  air_density: 1.2, spectrum: von_karman, admittance: none, aerodynamic_damping: false}
+"""
+
+
 def test_a_body_that_a_link_alone_holds_moves_in_gusts_as_an_oscillator(folder):
     """Without any cable: von Karman's spectrum over a spring and a dashpot, by quadrature."""
     path = folder / "spring.yaml"
-    path.write_text(
-        "bodies: {box: {at: [0, 0, 10], mass: 5 kg, free: [x], attachments: {eye: [0, 0, 0]},\n"
-        "  wind: {area: 1 m^2, drag_coefficient: 1}}}\n"
-        "points: {wall: [-5, 0, 10]}\n"
-        "cables: {}\n"
-        "links: {spring: {from: wall, to: box.eye, stiffness: 100 N/m, damping: 2 N s/m, length: 5 m}}\n"
-        "wind: {speed: 8 m/s, turbulence_intensity: 0.2, length_scale: 50 m, on: bodies, mean: false,\n"
-        "  air_density: 1.2, spectrum: von_karman, admittance: none, aerodynamic_damping: false}\n",
-        encoding="utf-8",
-    )
+    path.write_text(WITHOUT_CABLES, encoding="utf-8")
     frequency = np.geomspace(1e-7, 1e3, 400_001)
     reduced, s = frequency * 50 / 8, 2j * np.pi * frequency
     gusts = 1.6**2 * 50 / 8 * 4 / (1 + 70.7 * reduced**2) ** (5 / 6)
     spectrum = np.abs(1.2 * 8 / (5 * s**2 + 2 * s + 100)) ** 2 * gusts
     (row,) = table_of("windrms", path, "--table", "motion")
     assert row["rms_x_mm"] == pytest.approx(1e3 * np.sqrt(np.trapezoid(spectrum, frequency)), rel=1e-5)
+
+
+def test_commands_explain_and_report_a_scene_without_cables(folder):
+    path = folder / "spring.yaml"
+    path.write_text(WITHOUT_CABLES, encoding="utf-8")
+    modes = run("modes", path, "--explain")
+    assert modes.lines[-1] == "the model has 1 mode, not 12"
+    assert "weight per length" not in modes.err
+    assert "motion: 1 coupled mode up to 0.7118 Hz, 0 static shapes" in run("windrms", path, "--explain").err
+    run("report", path, "--out", folder / "spring.html")
+    assert "Shapes of the lowest modes" in (folder / "spring.html").read_text(encoding="utf-8")

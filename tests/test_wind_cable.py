@@ -117,6 +117,16 @@ def test_many_nodes_are_thinned_without_loss():
         assert value == pytest.approx(integral(lambda s: np.cos(9 * s), ratio), rel=2e-5)
 
 
+def test_many_nodes_of_unequal_elements_are_thinned_without_loss():
+    sizes = 2.0 ** -np.array([3, 3, 4, 4, 5, 6, 7, 8, 9, 10, 10, 9, 8, 7, 6, 5, 4, 4, 3, 3, 3])  # of a narrow bend
+    mesh = Mesh(np.concatenate([[0.0], np.cumsum(sizes) / sizes.sum()]), 40)
+    assert mesh.nodes > 800  # as many cosines as half of these, of which those elements do not resolve all
+    found, collected = polynomial(mesh, lambda s: np.cos(9 * s))
+    for ratio in (0.1, 12.0, 100.0):
+        value = variances(found, collected, ratio)[0]
+        assert value == pytest.approx(integral(lambda s: np.cos(9 * s), ratio), rel=1e-5)
+
+
 def test_a_stretched_cable_counts_by_its_stretched_length():
     mesh = Mesh(np.linspace(0, 1, 9), 4)
     stretch = 1 + mesh.point_positions  # of the mean 1.5

@@ -403,3 +403,16 @@ def test_the_rms_by_modal_damping_has_no_known_error():
 def test_accuracy_and_modal_damping_do_not_go_together():
     (line,) = run("windrms", CARLINA, "--set", "model.accuracy=1e-4", code=3).lines
     assert "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed" in line
+
+
+def test_a_cable_that_hangs_folded_says_so_once(folder):
+    """A vertical cable longer than its chord: neither columns of its motion nor its frequency have a value."""
+    path = folder / "folded.yaml"
+    path.write_text(
+        "cable: {ends: [[0, 0, 0], [0, 0, -50]], unstretched_length: 80, axial_stiffness: 1 MN, mass_per_length: 0.5,\n"
+        "  diameter: 8 mm}\n"
+        "wind: {speed: 10 m/s, turbulence_intensity: 0.15, length_scale: 50 m}\n",
+        encoding="utf-8",
+    )
+    done = run("windrms", path, code=3)
+    assert done.err.count("hangs folded") == done.out.count("hangs folded") == 1

@@ -169,8 +169,8 @@ class Dynamics:
             modes = self.modes(count)
             if modes.complete:
                 number, kind, symmetry = missing[0]
-                words = " ".join(word for word in (symmetry, kind) if word)
-                raise NoSolutionError(f"the model has {len(modes.select(kind, symmetry))} {words} modes, not {number}")
+                there, words = len(modes.select(kind, symmetry)), " ".join(word for word in (symmetry, kind) if word)
+                raise NoSolutionError(f"the model has {there} {words} mode{'s' * (there != 1)}, not {number}")
             count *= 2
 
     def _frequencies(self, count, labels, errors):

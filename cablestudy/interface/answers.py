@@ -83,8 +83,10 @@ def frequency_limit(count, upto):
 
 def fewer_modes(modes, asked, limit):
     """Warning, in a tuple, where a model has fewer modes than asked for, and not all up to a frequency limit [Hz]."""
+    from cablestudy.scene.words import counted
+
     is_short = limit is None and len(modes) < asked
-    return (f"the model has {len(modes)} modes, not {asked}",) if is_short else ()
+    return (f"the model has {counted(len(modes), 'mode')}, not {asked}",) if is_short else ()
 
 
 def coupled_modes(case, count, upto):

@@ -134,7 +134,7 @@ class Document:
 
     def is_override(self, path):
         """True if an upper layer has set exactly what is at a path."""
-        return any(path == override for override, _ in self._overrides)
+        return any(tuple(map(str, path)) == override for override, _ in self._overrides)
 
     def place(self, path, of_key=False):
         """Place of the value (or of its key) at a path (a tuple), or of its nearest ancestor that has one."""

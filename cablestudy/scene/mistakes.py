@@ -68,10 +68,23 @@ def located(found, document):
     """SceneError from (path, message) pairs, each once and at its place in the document."""
     mistakes_with_place = []
     for path, message in dict.fromkeys(found):
-        place = document.place(path, of_key=message.startswith(ABOUT_KEYS))
+        place = _place_of(path, message, document)
         mistakes_with_place.append((place, mistake(place, ".".join(map(str, path)), message)))
     mistakes_with_place.sort(key=lambda pair: pair[0])
     return SceneError(*at_most([located_mistake for _, located_mistake in mistakes_with_place], document.name))
+
+
+def _place_of(path, message, document):
+    """Place of a mistake: that of its path, or of another key of the table that it names and that an option sets.
+
+    Of two keys that do not fit each other the one is at fault that was set last.
+    """
+    of_key = message.startswith(ABOUT_KEYS)
+    if not (of_key or message.startswith(MISSING) or document.is_override(path)):
+        for word in WORD.findall(message.partition("(")[0]):
+            if document.is_override((*path[:-1], word)):
+                return document.place((*path[:-1], word))
+    return document.place(path, of_key)
 
 
 def at_most(mistakes, name):

@@ -44,16 +44,16 @@ def of_refined(case, error, tried):
 def of_system(case):
     """Yield notes on the linear system of gondola and cable, or of the bare cable, that was solved."""
     closed_loop = max((wind.described for wind in case.solved_winds), key=lambda wind: len(wind.motion))
-    kept = f"{len(closed_loop.modes)} coupled modes up to {closed_loop.modes.frequency[-1]:.4g} Hz"
+    kept = f"{counted(len(closed_loop.modes), 'coupled mode')} up to {closed_loop.modes.frequency[-1]:.4g} Hz"
     static_shapes = len(closed_loop.motion) - len(closed_loop.modes)
     system = "the cable" if case.scene.gondola is None else "gondola and cable"
-    yield f"motion of {system}: {kept}, and {static_shapes} static shapes for those above"
+    yield f"motion of {system}: {kept}, and {counted(static_shapes, 'static shape')} for those above"
 
 
 def of_gondola(case):
     """Yield a note on the coupled modes of gondola and cable that were computed, where no loop and no wind was."""
     modes = case.gondola_mode.mode.modes
-    yield f"motion of gondola and cable: {len(modes)} coupled modes up to {modes.frequency[-1]:.4g} Hz"
+    yield f"motion of gondola and cable: {counted(len(modes), 'coupled mode')} up to {modes.frequency[-1]:.4g} Hz"
 
 
 def of_fixed(case):

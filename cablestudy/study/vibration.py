@@ -109,6 +109,8 @@ def tension_notes(scene, values):
     """
     if scene.nonzero_gravity is None or scene.load_case.ice or scene.load_case.wind:
         return ()
+    if not scene.cables:  # links alone
+        return ()
     constants = np.ravel(find("catenary_constant").compute(values))
     index = first_of_largest(constants, STUDY.equal_values)
     name, largest = list(scene.cables)[index], float(constants[index])

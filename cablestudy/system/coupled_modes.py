@@ -200,7 +200,7 @@ class Search:
                 reasons[row] = ConvergenceError("modes need an equilibrium, and the search for the pose found none")
             elif folded[row].any():
                 name = names[int(np.argmax(folded[row]))]
-                text = f"{name} hangs folded: somewhere it has no tension, and no definite motion"
+                text = f"{name} hangs folded: somewhere it has no tension, and no stiffness about it"
                 reasons[row] = NoSolutionError(text)
             else:
                 listed = ", ".join(np.array(names)[shapeless[row]])

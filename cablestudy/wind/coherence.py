@@ -153,6 +153,8 @@ def rods(mesh, stretch):
         x = mesh.node_positions[:, None]
         # cosines have no slope at the ends: two more functions give them any
         functions = np.concatenate([np.cos(np.pi * x * np.arange(count - 2)), x, x**2], axis=1)
+        if np.ptp(mesh.sizes):  # large elements may have too few nodes to tell all of them apart
+            functions = _independent(functions)
     length, stiffness, mass = galerkin(mesh, stretch, functions)
     inverse = np.linalg.inv(np.linalg.cholesky(mass))
     transposed = np.swapaxes(inverse, -1, -2)
@@ -161,6 +163,12 @@ def rods(mesh, stretch):
     square = np.maximum(square, 0.0)
     square[:, 0] = 0.0  # the constant
     return Rods(square, np.swapaxes(shapes[:, [0, -1]], 1, 2), length, shapes)
+
+
+def _independent(functions):
+    """Orthonormal combinations of functions by their values at the nodes, without those that vanish at all nodes."""
+    combined, sizes, _ = np.linalg.svd(functions, full_matrices=False)
+    return combined[:, sizes > WIND.dependent_functions * sizes[0]]
 
 
 def gauss(order):

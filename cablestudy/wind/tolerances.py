@@ -9,6 +9,8 @@ class WindTolerances:
     # --------------------------------------------------------------------- coherence of gusts along cables
 
     coherence_functions: int = 800  # of a cable with more nodes the smoothest ones
+    # of a combination of these functions over the largest, up to which it vanishes at all nodes but for rounding
+    dependent_functions: float = 1e-9
     # points and panels in a decade of `Coherence`, and its error: of 40 random scenes the panels added 1e-7 at most
     # where twice as many do not move the variance by more,
     coarse_coherence: tuple = (7, 4, 6e-6)

@@ -10,6 +10,7 @@ from cablestudy.cable.damping import any_grows_with_modes
 from cablestudy.cable.linear_range import linear_range
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.motion.tolerances import MOTION
+from cablestudy.scene.words import counted
 from cablestudy.statics.failure import explain
 from cablestudy.statics.rigid import cross_matrix, point_movement
 from cablestudy.statics.suspension import AXES, GROUND
@@ -288,7 +289,7 @@ class SuspensionCase:
         """
         modes = self.modes(number)
         if len(modes) < number:
-            raise NoSolutionError(f"the model has {len(modes)} modes, not {number}")
+            raise NoSolutionError(f"the model has {counted(len(modes), 'mode')}, not {number}")
         return modes.frequency[number - 1], self.mode_errors(modes)[number - 1]
 
     def mode_errors(self, modes):

@@ -143,7 +143,7 @@ def _of_wind(case):
             f"loop: judged by the modes of these elements, up to {_highest(closed_loop):.4g} Hz, and not by those "
             "of the cables above"
         )
-    kept = f"{modes} coupled modes up to {closed_loop.modes.frequency[-1]:.4g} Hz"
+    kept = f"{counted(modes, 'coupled mode')} up to {closed_loop.modes.frequency[-1]:.4g} Hz"
     yield f"motion: {kept}, {shapes} for those above, {counted(strokes, 'stroke')}"
     if wind is not None:
         state = "about the equilibrium in the mean wind" if wind.mean else "about the equilibrium without wind"
