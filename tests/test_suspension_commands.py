@@ -504,6 +504,52 @@ def test_the_number_of_cables_may_vary():
     assert rows[1]["cable_mass_kg"] == pytest.approx(1e-6 * area * (3 * LENGTH + 9), rel=1e-9)
 
 
+def test_too_few_cables_are_not_asked_to_state_less_than_nothing():
+    """Two cables that state nothing, for the six equations of two bodies."""
+    name = scene(
+        "cable: {axial_stiffness: 1 MN, mass_per_length: 1 g/m, diameter: 5 mm}\n"
+        "bodies:\n"
+        "  upper: {at: [0, 0, -5], mass: 9, free: [x, y, z], attachments: {eye: [0, 0, 0]}}\n"
+        "  lower: {at: [0, 0, -9], mass: 9, free: [x, y, z], attachments: {eye: [0, 0, 0]}}\n"
+        "cables: {one: {from: [0, 0, 0], to: upper.eye}, two: {from: upper.eye, to: lower.eye}}\n"
+        "solve_for: lengths\n"
+    )
+    (line,) = run("static", name, code=2).lines
+    assert line == (
+        "scene.yaml:6:12: solve_for: lengths: 6 equations (upper x, y, z; lower x, y, z), and 2 unknowns (lengths of "
+        "one, two): add cables, or state all lengths, with solve_for: pose"
+    )
+
+
+# Two cables in line between two walls, with the same tension.
+IN_LINE = """\
+cable: {axial_stiffness: 1e9 N, mass_per_length: 50 kg/m, diameter: 120 mm, preload: 3 MN}
+points: {p: {at: [3 m, 0, 0], free: true}}
+cables: {short: {from: [0, 0, 0], to: p}, long: {from: p, to: [100 m, 0, 0]}}
+"""
+
+
+def test_the_note_on_a_moved_point_says_what_holds_it():
+    """By a force it is a load case; without one the tensions leave the place along the cables to their weight."""
+    (note,) = run("static", scene(IN_LINE)).lines
+    assert "move p by 47 m from its place" in note
+    assert note.endswith("an unstretched_length of one of its cables, in place of a tension, decides where it is")
+    (note,) = run("static", scene(IN_LINE.replace("free: true", "free: true, force: [0, 0, -100 kN]"))).lines
+    assert note.endswith("a force in a load case (cases.NAME.forces) keeps them")
+
+
+def test_a_note_says_that_the_reference_state_of_a_suspension_is_without_loads_on_cables():
+    text = IN_LINE.replace("to: p}", "to: p, unstretched_length: 3 m, loads: [{fraction: 0.5, mass: 1 t}]}")
+    (note,) = run("static", scene(text)).lines
+    assert note == (
+        "note: what cables state is without the point loads of short; reference.loads: true of these cables states it "
+        "with them, and false silences this note"
+    )
+    for quiet in ("cable.reference.loads=false", "cables.short.reference.loads=true"):
+        assert not run("static", scene(text), "--set", quiet).lines
+    assert not run("static", scene(text), "--set", "cables.long.unstretched_length=97 m").lines
+
+
 def test_bounds_of_tensions_vary_within_each_other():
     text = TRIFILAR.replace(f", unstretched_length: {LENGTH!r} m", "")
     text += "solve_for: lengths\ntensions: {min: 1 N, max: 1 kN}\n"

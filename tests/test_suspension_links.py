@@ -712,4 +712,6 @@ def test_commands_explain_and_report_a_scene_without_cables(folder):
     assert "weight per length" not in modes.err
     assert "motion: 1 coupled mode up to 0.7118 Hz, 0 static shapes" in run("windrms", path, "--explain").err
     run("report", path, "--out", folder / "spring.html")
-    assert "Shapes of the lowest modes" in (folder / "spring.html").read_text(encoding="utf-8")
+    page = (folder / "spring.html").read_text(encoding="utf-8")
+    for text in ("1 body, 1 link, 1 fixed point.", "<caption>Connections", "Shapes of the lowest modes"):
+        assert text in page

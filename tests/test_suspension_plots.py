@@ -298,6 +298,29 @@ def test_load_cases_in_space_are_drawn_from_three_sides(tmp_path):
     assert ["ground" in lines(axes) for axes in figure.axes] == [True, True, False]
 
 
+def test_links_have_an_entry_in_the_legend_and_of_several_load_cases_the_colour_of_each(tmp_path):
+    text = """
+cable: {axial_stiffness: 10 MN, mass_per_length: 1 kg/m, diameter: 20 mm}
+points: {knot: {at: [50, 0, 8], free: true, mass: 60}}
+cables:
+  west: {from: [0, 0, 10], to: knot, unstretched_length: 51}
+  east: {from: knot, to: [100, 0, 10], unstretched_length: 51}
+links: {hanger: {from: [50, 0, 12], to: knot, stiffness: 1 MN/m, length: 3 m}}
+cases:
+  calm: {forces: {knot: [0, 0, -1 kN]}}
+  storm: {wind: {speed: 30 m/s, direction: 90 deg}}
+"""
+    one = whole(plots.static_form(case_of(tmp_path, text)))
+    assert "link" in [entry.get_text() for entry in one.legends[0].get_texts()]
+    both = whole(plots.case_forms(cases_of(tmp_path, text, "calm", "storm")))
+    assert both.axes[-1].get_title(loc="left").startswith("From above, scale across enlarged ")
+    lines = [line for line in both.axes[-1].collections if line.get_linestyle()[0][1] == [3.7 * 1.4, 1.6 * 1.4]]
+    calm, storm = (line.get_colors()[0] for line in lines if len(line.get_segments()[0]) == 2)
+    labels = {line.get_label().partition(":")[0]: line.get_colors()[0] for line in both.axes[-1].collections}
+    assert (tuple(calm), tuple(storm)) == (tuple(labels["calm"]), tuple(labels["storm"]))
+    assert "link" not in [entry.get_text() for entry in both.legends[0].get_texts()]
+
+
 def test_the_command_draws_all_load_cases(tmp_path):
     path, picture = tmp_path / "section.yaml", tmp_path / "cases.svg"
     path.write_text(SECTION, encoding="utf-8")

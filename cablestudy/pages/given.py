@@ -12,7 +12,7 @@ from cablestudy.study.table import Field, Table, short
 
 MOST_LINES = 200  # of a resolved file
 MOST_VALUES = 8  # of what varies, that are listed
-BY_NAME = ("points", "cables", "winches", "cases", "materials")  # tables that are not among the main numbers
+BY_NAME = ("points", "cables", "links", "winches", "cases", "materials")  # tables that are not among the main numbers
 ATTACHED = ("attachments", "markers")  # of a body: places, which the file below has
 
 
@@ -87,7 +87,7 @@ def change_table(changes):
 
 
 def numbers_table(document):
-    """The keys of a scene with their meaning and value, without points and cables of a suspension, as HTML."""
+    """The keys of a scene with their meaning and value, without points, cables and links of a suspension, as HTML."""
     rows = []
     for key, value in flat(document.value).items():
         table, *names = key.split(".")
@@ -128,13 +128,13 @@ def _on_one_line(mapping):
 
 
 def cables_table(scene, document):
-    """Table of the cables of a suspension with their ends and own keys, as HTML; empty for a scene of one cable."""
+    """Table of the cables and links of a suspension with ends and own keys, as HTML; empty for a scene of one cable."""
     if "cables" not in document.value:
         return ""
     rows = []
-    for name, cable in document.value["cables"].items():
-        own = {key: value for key, value in cable.items() if key not in ("from", "to")}
-        row = {"name": name, "from": written(cable["from"]), "to": written(cable["to"])}
+    for name, connection in {**document.value["cables"], **document.value.get("links", {})}.items():
+        own = {key: value for key, value in connection.items() if key not in ("from", "to")}
+        row = {"name": name, "from": written(connection["from"]), "to": written(connection["to"])}
         rows.append({**row, "own": _on_one_line(own)})
     fields = [Field(name, name) for name in ("name", "from", "to")]
     if any(row["own"] for row in rows):
@@ -144,9 +144,9 @@ def cables_table(scene, document):
 
 
 def _contents(scene):
-    """Numbers of the bodies, cables, winches and points of a suspension: `1 body, 6 cables, 3 winches`."""
+    """Numbers of the bodies, cables, links, winches and points of a suspension: `1 body, 6 cables, 3 winches`."""
     fixed = sum(not point.free for point in scene.points.values())
-    numbers = {"cable": len(scene.cables), "winch": len(scene.winches), "fixed point": fixed}
+    numbers = {"cable": len(scene.cables), "link": len(scene.links), "winch": len(scene.winches), "fixed point": fixed}
     numbers["free point"] = len(scene.points) - fixed
     bodies = ["1 body" if len(scene.bodies) == 1 else f"{len(scene.bodies)} bodies"] if scene.bodies else []
     others = [counted(number, noun).replace("chs", "ches") for noun, number in numbers.items() if number]

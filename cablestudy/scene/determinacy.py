@@ -45,7 +45,9 @@ def determinacy_mistakes(scene):
         return []
     counted_equations = _counted(equations, "equation", motions)
     counted_unknowns = _counted(unknowns, "unknown", {"lengths of": without_length, **rotations})
-    advice = f"add cables, or state nothing of {equations - unknowns} more"
+    missing, stating = equations - unknowns, len(scene.cables) - len(without_length)
+    other = f"state nothing of {missing} more" if missing <= stating else "state all lengths, with solve_for: pose"
+    advice = f"add cables, or {other}"
     return [(("solve_for",), f"lengths: {counted_equations}, and {counted_unknowns}: {advice}")]
 
 

@@ -131,7 +131,7 @@ class _Picture:
         entries = {
             label: artist for axes in marked for artist, label in zip(*axes.get_legend_handles_labels(), strict=True)
         }
-        cables_first = sorted(entries.items(), key=lambda entry: entry[0] in ("chord", "ground", "winch"))
+        cables_first = sorted(entries.items(), key=lambda entry: entry[0] in ("chord", "ground", "link", "winch"))
         legend_below(figure, [(artist, label) for label, artist in cables_first])
         title_of_several = f"Load cases: {max(self.drawings, key=lambda drawing: len(drawing.cables)).contents}"
         heading(figure, self.first.title(not (self.upright and self.loaded)) if self.alone else title_of_several)
@@ -261,7 +261,7 @@ class _Picture:
             room = room_in(axes, window, np.concatenate([lines.reshape(-1, 2), *chords]))
             self._mark_sags(axes, room, chords, window)
         axes.set(xlabel=plane.labels[0], ylabel="height above\nthe chord [m]")
-        axes.set_title(f"Vertical distance from the chord, {window.note}", loc="left", color=GREY)
+        axes.set_title(f"Vertical distance from the chord, {window.note()}", loc="left", color=GREY)
 
     def _aside(self, drawing):
         """Distances from the ends of each cable of a drawing out of the plane, shape (c, j). [m]"""
@@ -347,7 +347,8 @@ def finish_view(axes, view, window, ground, ticks=8):
     window.apply(axes, ticks)
     marks.draw_ground(axes, ground)
     axes.set(xlabel=view.labels[0], ylabel=view.labels[1])
-    axes.set_title(f"{view.title}, {window.note}" if view.labels[0] else view.title, loc="left", color=GREY)
+    scale = window.note("vertical scale" if view.axes[2, 1] else "scale across")  # seen from above
+    axes.set_title(f"{view.title}, {scale}" if view.labels[0] else view.title, loc="left", color=GREY)
     if not view.labels[0]:
         axes.set_axis_off()
         marks.scale_bar(axes, 0.75 * window.width)

@@ -116,10 +116,11 @@ def draw_parts(axes, drawing, view, colours, label="", lost="", dashes="-", own=
     dashes : str or tuple
         Line style of the cables.
     own : color, optional
-        Colour of points, bodies and loads of this load case, in a picture of several load cases.
+        Colour of links, points, bodies and loads of this load case, in a picture of several load cases.
     """
     draw_lines(axes, view(drawing.cables), colours, linestyles=[dashes], linewidths=1.4, label=label)
-    draw_lines(axes, view(drawing.links), ORANGE, linestyles="--", linewidths=1.4)
+    of_links = {"linestyles": "--", "linewidths": 1.4, "label": "link" if own is None else ""}
+    draw_lines(axes, view(drawing.links), own or ORANGE, **of_links)
     pale = (*to_rgb(own or GREY), PALE)
     draw_lines(axes, view(drawing.lost), pale, linestyles="--", linewidths=1.1, zorder=1.5, label=lost)
     draw_points(axes, view, [place for _, place in drawing.anchors], "^", color=GREY, ms=5, zorder=3)

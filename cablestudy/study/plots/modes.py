@@ -356,9 +356,9 @@ def _figure(shown, frequency, listed, peak, share, drawing, distance):
 def _scale_in_words(window, across):
     """End of a heading: the vertical scale of a `Window`, and how displacements across the paper are enlarged."""
     if across == 1.0:
-        return f"; {window.note}"
+        return f"; {window.note()}"
     times = "" if across == window.factor else f" {across:g} times"
-    return f"; {window.note}, displacements along the horizontal axis too{times}"
+    return f"; {window.note()}, displacements along the horizontal axis too{times}"
 
 
 def _window(shown, factors, share, with_inset, ratio):

@@ -149,10 +149,9 @@ class Window:
             self.x = (self.x[0] - spare / 2, self.x[1] + spare / 2)
             self.width, self.ratio = self.width + spare, tallest
 
-    @property
-    def note(self):
-        """Text that states the scale."""
-        return "true to scale" if self.factor == 1 else f"vertical scale enlarged {number(self.factor)} times"
+    def note(self, scale="vertical scale"):
+        """Text that states the scale; `scale` is what the one upwards on the paper is called."""
+        return "true to scale" if self.factor == 1 else f"{scale} enlarged {number(self.factor)} times"
 
     def apply(self, axes, along_x=8, along_y=6):
         """Set these limits and this scale on axes, with at most so many ticks."""

@@ -102,10 +102,15 @@ def wind_response(winds, at_rest=None, on=None):
     shared.set_xlim(frequency[0], high)
     if extended:
         _draw_rms_ellipses(figure, grid, states, closed_loop, point)
-    heading(
-        figure, f"Wind at {quantity_text(closed_loop.scene.wind.speed, 'm/s')} on {on or body.removesuffix(MIDSPAN)}"
-    )
+    drawn = on or f"{body.removesuffix(MIDSPAN)}{_one_of_several(closed_loop, body)}"
+    heading(figure, f"Wind at {quantity_text(closed_loop.scene.wind.speed, 'm/s')} on {drawn}")
     return figure
+
+
+def _one_of_several(closed_loop, body):
+    """End of a heading where the body that is drawn is not the only one that moves, else an empty text."""
+    moving = {name.partition(".")[0] for name in closed_loop.outputs} & set(closed_loop.scene.bodies)
+    return f" (1 of {len(moving)} bodies)" if body in moving and len(moving) > 1 else ""
 
 
 def _kinds(states, names):

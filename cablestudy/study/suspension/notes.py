@@ -64,15 +64,32 @@ def strength_warning(case):
 def warnings_of(case):
     """Warnings and notes on a case beside its results, a tuple of str.
 
-    `strength_warning`, `averaged_wind`, `lost_notes`, `moved_note`, and `notes.long_cables` for cables much longer than
-    their spans.
+    `strength_warning`, `averaged_wind`, `lost_notes`, `moved_note`, `reference_without_loads`, and `notes.long_cables`
+    for cables much longer than their spans.
     """
     reference, index = case.group.reference, case.index
     chord = np.asarray(reference.catenary.span.chord)[index]
     names, stated = reference.suspension.cable_names, reference.suspension.stated
     notes_on_length = long_cables(names, np.asarray(reference.lengths)[index].tolist(), chord.tolist(), stated)
     averaged = averaged_wind(case.scene.load_case, case.group.drag_error(case.index))
-    return (*strength_warning(case), *averaged, *lost_notes(case), *moved_note(case), *notes_on_length)
+    notes_on_state = *lost_notes(case), *moved_note(case), *reference_without_loads(case.scene)
+    return (*strength_warning(case), *averaged, *notes_on_state, *notes_on_length)
+
+
+def reference_without_loads(scene):
+    """Notes, at most one: cables have point loads, and none says whether the reference state has them; tuple of str.
+
+    Nothing depends on it where all cables state their unstretched length.
+    """
+    loaded = [name for name, cable in scene.cables.items()
+              if cable.loads and "loads" not in cable.reference.model_fields_set]  # fmt: skip
+    if not loaded or all(cable.unstretched_length is not None for cable in scene.cables.values()):
+        return ()
+    placed = ", and where bodies stand," if scene.solve_for == "lengths" else ""
+    return (
+        f"note: what cables state{placed} is without the point loads of {first_of(loaded, STUDY.listed_parts)}; "
+        "reference.loads: true of these cables states it with them, and false silences this note",
+    )
 
 
 def moved_note(case):
@@ -102,10 +119,14 @@ def moved_note(case):
             moved_bodies.append(f"{name} by {distance:.4g} m")
     if not moved_bodies:
         return ()
+    loads = [load for body in holders.values() for load in (*body.force, *getattr(body, "moment", ()))]
+    if any(load != 0 for load in loads):
+        advice = "their lengths follow with all forces on; a force in a load case (cases.NAME.forces) keeps them"
+    else:
+        advice = "an unstretched_length of one of its cables, in place of a tension, decides where it is"
     return (
         f"note: the stated tensions or sags move {first_of(moved_bodies, STUDY.listed_parts)} from its place in the "
-        "file (at), more than its cables stretch: their lengths follow with all forces on; a force in a load case "
-        "(cases.NAME.forces) keeps them",
+        f"file (at), more than its cables stretch: {advice}",
     )
 
 
