@@ -245,19 +245,19 @@ class GustResponse:
         largest = np.maximum(energy.max(axis=-1, keepdims=True), self._energy_by_cables(weights))
         value = np.where(energy > MOTION.energy_rounding * largest, value, 0.0)
         is_tension = np.array([".tension_" in name for name in self.names])
-        of_tensions = MOTION.tension_safety * _of_tensions(value, by_modes, is_tension) + self._by_ends * value
-        by_modes = np.where(is_tension, of_tensions, by_modes)
-        error = by_modes + self.integration_error * value + by_delay
+        safety = MOTION.tension_safety[0 if self.closed_loop.gusts.strips else 1]
+        of_tensions = safety * _of_tensions(value, by_modes, is_tension)
+        error = np.where(is_tension, of_tensions, by_modes) + self.integration_error * value + by_delay
         values, errors = (dict(zip(weights, arrays, strict=True)) for arrays in (value, error))
         rows = {name: row for row, name in enumerate(self.names)}
         if weights is not OWN:  # a telescope sees no tension
             return Variances(rows, values, errors)
-        return Variances(rows, values, errors, lambda: self.closed_loop.plant.change_by_waves)
+        return Variances(rows, values, errors, lambda: self._by_waves(value, by_modes))
 
-    @property
-    def _by_ends(self):
-        """Relative error of the variance of a tension since waves are looked at between ends at rest. [-]"""
-        return MOTION.moving_ends if self.closed_loop.equilibrium.suspension.free.any() else 0.0
+    def _by_waves(self, value, by_modes):
+        """Errors of the variances of tensions by waves, shape (w, o): of moving ends, and of gusts on the cables."""
+        of_ends, plant = self._left_out.of_tensions(OWN, value, by_modes, self._least), self.closed_loop.plant
+        return of_ends + plant.change_by_waves if plant.gusts.strips or self._left_out.unknown else of_ends
 
     def _energy_by_cables(self, weights):
         """Energy of displacements if all force of gusts on cables acted on them, shape (w, o); 0 of other outputs."""

@@ -8,7 +8,8 @@ their elements, in the notation of `control.loop_gain`
     H(s) = (Z(s) + g F(s) A C1(s) N(s) P)^-1,
 
 and the spectrum of each displacement, or speed of a winch, changes by the ratio of its squared responses to forces on
-the bodies, those of H over those of the model.
+the bodies, those of H over those of the model. So does that of each tension: with the displacements u of the bodies,
+and the lengths v that winches reel in, it is t^T S(s) (G u + H v), t being the tangent at that end.
 """
 
 from functools import cached_property
@@ -20,6 +21,7 @@ from cablestudy.control.loop_gain import LoopGain
 from cablestudy.control.margins_grid import distinct, near_poles
 from cablestudy.control.motion import with_strokes
 from cablestudy.motion.tolerances import MOTION
+from cablestudy.statics.suspension import outward
 from cablestudy.system.coupling_damping import compute_pole_sums
 from cablestudy.system.together import computed_together
 
@@ -83,16 +85,23 @@ class BodiesOnAllModes:
         )
 
     @cached_property
-    def resonances(self):
-        """Poles, between fixed ends, of the modes that add most to variances, upper half plane. [rad/s]"""
-        poles, added = [np.zeros(0, dtype=complex)], [np.zeros(0)]  # of no cable
+    def _resonances(self):
+        """Poles, between fixed ends, of the modes of each cable, upper half plane [rad/s], and what they add: pairs."""
+        pairs = []
         for element, by_bodies in zip(self._elements, self._moved, strict=True):
-            poles.append(1j * element.omega - element.decay)
             decay = np.maximum(element.decay, MOTION.undamped_motion * element.omega)
             of_cable = _added(element.omega, element.coupling @ by_bodies, decay)
-            added.append(np.where(element.omega > MOTION.left_out_from * self.highest, of_cable, 0.0))
-        poles, added = np.concatenate(poles), np.concatenate(added)
-        return poles[added > MOTION.left_out_resonances * added.max(initial=0.0)]
+            above = element.omega > MOTION.left_out_from * self.highest
+            pairs.append((1j * element.omega - element.decay, np.where(above, of_cable, 0.0)))
+        return pairs
+
+    def resonances(self, of_each):
+        """Poles of the modes that add most, of all cables together or, with `of_each`, of each cable by itself."""
+        largest = [added.max(initial=0.0) for _, added in self._resonances]
+        largest = largest if of_each else [max(largest, default=0.0)] * len(largest)
+        pairs = zip(self._resonances, largest, strict=True)
+        chosen = [poles[added > MOTION.left_out_resonances * most] for (poles, added), most in pairs]
+        return np.concatenate([np.zeros(0, dtype=complex), *chosen])  # none of no cable
 
     @cached_property
     def displacements(self):
@@ -109,6 +118,36 @@ class BodiesOnAllModes:
         """Displacements of bodies by forces on them, by the model of the plant: function of s, see `_Responses`."""
         plant = self._plant
         return plant.at_rest.response_to_forces(plant.loads_on_bodies, plant.displacements[0])
+
+    @cached_property
+    def tensions(self):
+        """`_Responses` at the tensions of cables, winches at rest: also of loops that only integrate."""
+        plant, free = self._plant, len(self._plant.layout.free)
+        model = plant.at_rest.response_to_forces(plant.loads_on_bodies, plant.tension_rows)
+
+        def by_forces(s):
+            return self.tensions_by(self.loop_gain, s, self.loop_gain.receptance(s)[:, :free, :free]), model(s)
+
+        return _Responses(plant, plant.at_rest, by_forces, of_each=True)
+
+    def tensions_by(self, loop_gain, s, displacements, released=None):
+        """Tensions at both ends of all cables, shape (f, 2 c, j), by all modes of the elements of a `LoopGain`.
+
+        By free displacements of the bodies, shape (f, d, j), and lengths that winches let out, (f, i, j), None of none.
+        """
+        tensions = []
+        for cable, element in enumerate(loop_gain.elements):
+            ends = self._moved[cable] @ displacements
+            if released is not None:
+                ends = ends - loop_gain.reeling[cable] @ released
+            forces = (element.dynamic_stiffness(s) @ ends).reshape(len(s), 2, 3, -1)
+            tensions.append((self._outward[cable, :, None] @ forces)[:, :, 0])
+        return np.concatenate(tensions, axis=1)
+
+    @cached_property
+    def _outward(self):
+        """Unit tangents at the ends of the cables that point out of them, shape (c, 2, 3)."""
+        return outward(self._plant.equilibrium)[0]
 
 
 def _added(omega, coupling, decay):
@@ -151,9 +190,17 @@ class LeftOutModes:
             change[:, rows] = self._changes(self._displacements, weights, variances[:, rows], stated[:, rows], least)
         return change
 
+    def of_tensions(self, weights, variances, stated, least):
+        """Changes of the variances of tensions, shape (w, o); 0 of others; arguments as of `of_displacements`."""
+        rows, change = self._plant.tension_rows, np.zeros(variances.shape)
+        if not (len(self._plant.layout.free) and np.isfinite(least)):
+            return change
+        change[:, rows] = self._changes(self._tensions, weights, variances[:, rows], stated[:, rows], least)
+        return change
+
     def of_winch_speeds(self, weights, variances, stated, least):
         """Changes of the variances of the speeds of winches, shape (w, i); arguments as of `of_displacements`."""
-        if not (self._beyond_integrator and np.isfinite(least)):
+        if not (self._moves_winches and np.isfinite(least)):
             return np.zeros(variances.shape)
         return self._changes(self._winch_speeds, weights, variances, stated, least)
 
@@ -172,22 +219,61 @@ class LeftOutModes:
         return _Spectra(responses, turbulence.residues.of_outputs(rows), plant.gusts)
 
     @cached_property
+    def _tensions(self):
+        """`_Spectra` of the tensions of cables."""
+        plant, turbulence, rows = self._plant, self._turbulence, self._plant.tension_rows
+        responses = plant.all_modes.tensions
+        if self._beyond_integrator:
+            model = turbulence.response_to_forces(plant.loads_on_bodies, rows)
+
+            def by_forces(s):
+                exact, displacements = self._on_all_modes, self._receptance(s)
+                released = self._released(s, displacements)
+                return plant.all_modes.tensions_by(exact, s, displacements, released), model(s)
+
+            responses = _Responses(plant, turbulence, by_forces, of_each=True)
+        return _Spectra(responses, turbulence.residues.of_outputs(rows), plant.gusts)
+
+    @property
+    def _moves_winches(self):
+        """True if motions above the model's modes may move winches: of an integrator, where a notch passes them."""
+        loop = self._loop
+        if loop is None or self._beyond_integrator:
+            return loop is not None
+        return any(notch and notch.rolloff_omega > self._plant.all_modes.highest for notch in loop.notches)
+
+    def _released(self, s, displacements):
+        """Lengths that winches let out by forces on the bodies, by free displacements by these, both (f, ..., d)."""
+        loop = self._loop
+        moved = loop.controller(s)[:, :, None] * (self._closed_loop.stability.effects.measured @ displacements)
+        return loop.gain * (loop.allocation.matrix @ moved)
+
+    @cached_property
     def _winch_speeds(self):
-        """`_Spectra` of the speeds of winches."""
-        plant, turbulence, loop = self._plant, self._turbulence, self._loop
-        model = turbulence.response_to_forces(plant.loads_on_bodies, speeds=True)
+        """`_Spectra` of the speeds of winches; of a loop that only integrates by motions with winches at rest."""
+        plant, turbulence, loads = self._plant, self._turbulence, self._plant.loads_on_bodies
+        if self._beyond_integrator:
+            model = turbulence.response_to_forces(loads, speeds=True)
+        else:
+            at_rest = plant.at_rest.response_to_forces(loads, np.arange(loads.shape[1]))
+
+            def model(s):
+                return s[:, None, None] * self._released(s, at_rest(s))
 
         def by_forces(s):
-            exact, receptance = self._on_all_modes, self._receptance(s)
-            moved = exact.controller(s)[:, :, None] * (exact.measured[:, : receptance.shape[1]] @ receptance)
-            return s[:, None, None] * loop.gain * (exact.allocation @ moved), model(s)
+            return s[:, None, None] * self._released(s, self._receptance(s)), model(s)
 
         return _Spectra(_Responses(plant, turbulence, by_forces), turbulence.winch_speeds[-1], plant.gusts)
 
     def _receptance(self, s):
-        """Free displacements of bodies by forces on them, with the loop and all modes of cables, shape (f, d, d)."""
-        free = len(self._plant.layout.free)
-        return self._on_all_modes.receptance(s, self._loop.gain)[:, :free, :free]
+        """Free displacements of bodies by forces on them, by the `LoopGain` `_on_all_modes`, shape (f, d, d)."""
+        free, gain = len(self._plant.layout.free), self._loop.gain if self._beyond_integrator else 0.0
+        return self._on_all_modes.receptance(s, gain)[:, :free, :free]
+
+    @property
+    def unknown(self):
+        """True if rounding spoils the response of a cable, so that no change is known."""
+        return self._on_all_modes is None
 
     @cached_property
     def _on_all_modes(self):
@@ -212,7 +298,7 @@ class LeftOutModes:
 
     def _changes(self, spectra, weights, variances, stated, least):
         """Changes of the variances of the r outputs of `_Spectra`, shape (w, r); others as of `of_displacements`."""
-        if not self._may_change(spectra, weights, variances, least) or self._on_all_modes is None:
+        if not self._may_change(spectra, weights, variances, least) or self.unknown:
             return np.zeros(variances.shape)
         smallest = np.maximum(_least_changes(variances, least), stated)
 
@@ -252,6 +338,8 @@ class _Responses:
         Of this plant: by its poles, and its range of frequencies.
     by_forces : callable
         s, shape (f,) -> responses of r outputs to forces on the free displacements, by all modes and by the model.
+    of_each : bool
+        True if resonances of each cable are looked at, not only those that add most to the motion of bodies.
 
     Attributes
     ----------
@@ -259,10 +347,11 @@ class _Responses:
         Frequencies, ascending, at which the response of the model shows how it falls. [rad/s]
     """
 
-    def __init__(self, plant, turbulence, by_forces):
+    def __init__(self, plant, turbulence, by_forces, of_each=False):
         low, high = MOTION.left_out_from * plant.all_modes.highest, TURN * turbulence.range[1]
         self.coarse = np.geomspace(low, max(high, low), MOTION.left_out_points)
         self._plant, self._turbulence, self._by_forces = plant, turbulence, by_forces
+        self._of_each = of_each
 
     def squares(self, omega):
         """Squared responses to forces, by all modes and by the model, shape (f, 2, r)."""
@@ -278,7 +367,7 @@ class _Responses:
     def first(self):
         """Frequencies that are looked at first, beside poles of the model and resonances of cables, and `squares`."""
         poles = (self._turbulence.loop or self._plant.motion).eigen.poles
-        poles = np.concatenate([self._plant.all_modes.resonances, poles[poles.imag > 0]])
+        poles = np.concatenate([self._plant.all_modes.resonances(self._of_each), poles[poles.imag > 0]])
         omega = distinct(np.append(self.coarse, near_poles(poles)))
         omega = omega[(omega >= self.coarse[0]) & (omega <= self.coarse[-1])]
         return _with_values(omega, self.squares(omega))

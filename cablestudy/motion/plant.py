@@ -449,6 +449,12 @@ class Plant:
         return np.array(rows, dtype=int), self._full_system.c[0].real[rows, -len(self.layout.free) :]
 
     @property
+    def tension_rows(self):
+        """Outputs that are tensions, the last ones: two of each cable, shape (2 c,)."""
+        outputs = len(self.outputs)
+        return np.arange(outputs - 2 * len(self.equilibrium.suspension.cable_names), outputs)
+
+    @property
     def loads_on_bodies(self):
         """Forces on the coordinates of `motion` by unit forces on the free displacements of bodies, shape (m, d)."""
         shapes = self.layout.bodies(self._basis[1])
