@@ -63,6 +63,10 @@ class RefinedMode:
                 break
         return value, np.maximum(error, self._rounding)
 
+    def error_by_mixing(self, error):
+        """Relative error of the share by one of the frequencies of all modes that the models do not know of. [-]"""
+        return self.mode.error_by_mixing(error)
+
     @property
     def damping_ratio(self):
         """Damping ratio of its pole, the winches at rest: 1 without oscillation. [-]"""
@@ -174,17 +178,28 @@ class BodyMode:
         The error is the change to the finer model, or what the errors of the frequencies of that allow
         (`error_by_mixing`) where this is larger; not a number for an exact choice of elements.
         """
-        (fine, number), run = self.damped, self.modes.run_of(self.number)
-        shares = fine.compliance_shares(self.body, self.axis)
-        share = shares[run].sum()
+        fine, run = self.damped[0], self.modes.run_of(self.number)
+        share = fine.compliance_shares(self.body, self.axis)[run].sum()
         if self.exact:
             return float(share), np.nan
+        by_mixing = self.error_by_mixing()
+        return float(share), float(max(MOTION.rounding, abs(share - self.share_with_coincident) / share, by_mixing))
+
+    def error_by_mixing(self, error=None):
+        """Relative error of the share by the errors of the frequencies of all modes. [-]
+
+        `error` is one of all of them that takes the place of those of the modes. [-]
+        """
+        (fine, number), run = self.damped, self.modes.run_of(self.number)
+        shares, errors = fine.compliance_shares(self.body, self.axis), fine.error
+        if error is not None:
+            errors = np.full(len(errors), error)
+        share = shares[run].sum()
         shares[run], shares[number] = 0.0, share
         # modes above those computed count as one, at the frequency of the highest, with the error of this mode
         rest, above = max(1 - shares.sum(), 0.0), max(fine.frequency[-1], MOTION.next_mode * fine.frequency[number])
-        every = np.append(shares, rest), np.append(fine.frequency, above), np.append(fine.error, fine.error[number])
-        by_mixing = error_by_mixing(number, *every)
-        return float(share), float(max(MOTION.rounding, abs(share - self.share_with_coincident) / share, by_mixing))
+        every = np.append(shares, rest), np.append(fine.frequency, above), np.append(errors, errors[number])
+        return error_by_mixing(number, *every)
 
     @property
     def exact(self):

@@ -51,6 +51,8 @@ class StudyTolerances:
     pressure_change: float = 1e-7  # and what change of it is left
     # of a cable that does not exist: taut, so that arrays hold a solvable cable in its place
     stand_in_strain: float = 1e-3
+    # degrees of freedom up to which the change of a stiffness by actual drag is that of the whole matrix
+    dense_stiffness: int = 300
     stiffness_rounding: float = 1e-12  # of an entry over the geometric mean of those on the diagonal
 
     # ----------------------------------------------------- modes, and models of a fixed number of elements

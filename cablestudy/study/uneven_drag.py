@@ -43,8 +43,10 @@ def changes(drag, catenary, stretched=False):
         Change of the tension vector at both ends, global axes. [N]
     displacement : ndarray, shape (n, j, 3)
         Movement of j points along each cable. [m]
-    points : ndarray, shape (n, j)
-        These points, shares of the unstretched length. [-]
+    tensions : ndarray, shape (n, j, 3)
+        Tension vectors at these points under the actual drag, global axes. [N]
+    pieces : Pieces
+        With these points.
 
     Notes
     -----
@@ -81,7 +83,8 @@ def changes(drag, catenary, stretched=False):
     force_error = ((size(change) + size(step)) / np.maximum(size(force), np.finfo(float).tiny)).max(axis=-1)
     offset = size(span.in_frame(catenary.at(np.array([0.5]))[0], "global"))
     shape_error = (size(at_middle) + size(at_middle - previous)) / np.maximum(offset, np.finfo(float).tiny)
-    return np.maximum(force_error, shape_error[:, 0]), ends, length * displacement, pieces.points
+    error = np.maximum(force_error, shape_error[:, 0])
+    return error, ends, length * displacement, without_constant + constant, pieces
 
 
 @dataclass(frozen=True)
@@ -132,11 +135,15 @@ def _newton_step(slope_change, tension, tangent, pieces, stiffness):
     `slope_change`, shape (n, j, 3), is r' less r' under the uniform drag: its integral is the displacement of end 2.
     Tension and tangent are size [N] and direction of the tension vector.
     """
-    # derivative of the integral of r' with c: that of (I - t t^T)/T + I/EA
-    weights = pieces.weights / tension
-    jacobian = (weights.sum(axis=1, keepdims=True) + 1 / stiffness) * np.eye(3)
-    jacobian = jacobian - np.swapaxes(weights * tangent, -1, -2) @ tangent
+    jacobian = _flexibility(tension, tangent, pieces.weights, stiffness)
     return np.linalg.solve(jacobian, pieces.integral(slope_change)[:, 0, :, None])[:, None, :, 0]
+
+
+def _flexibility(tension, tangent, weights, stiffness):
+    """Integral of I/EA + (I - t t^T)/T, the derivative of that of r' with a constant vector, shape (n, 3, 3). [1/N]"""
+    weights = weights / tension
+    of_tension = (weights.sum(axis=1, keepdims=True) + 1 / stiffness) * np.eye(3)
+    return of_tension - np.swapaxes(weights * tangent, -1, -2) @ tangent
 
 
 def _slope(force, stiffness):
@@ -175,6 +182,10 @@ class DragErrors:
         These points, shares of the unstretched length. [-]
     ends : ndarray, shape (n, 2, 3)
         Movement of the two ends of each cable: zero where they are held. [m]
+    tensions : ndarray, shape (n, j, 3)
+        Tension vectors at the points under the actual drag, global axes. [N]
+    weights : ndarray, shape (n, j, 1)
+        Of the points in an integral along each cable; they add up to 1. [-]
     """
 
     error: np.ndarray
@@ -182,6 +193,44 @@ class DragErrors:
     displacement: np.ndarray
     points: np.ndarray
     ends: np.ndarray
+    tensions: np.ndarray
+    weights: np.ndarray
+
+    @classmethod
+    def none(cls, catenary):
+        """`DragErrors` of n equilibria in which no drag is left out."""
+        pieces = Pieces.of(catenary)
+        tensions = catenary.span.in_frame(catenary.tension_at(pieces.points), "global")
+        at_ends = np.zeros((len(tensions), 2, 3))
+        no_movement = np.zeros(tensions.shape)
+        return cls(at_ends[:, 0, 0], at_ends, no_movement, pieces.points, at_ends, tensions, pieces.weights)
+
+    def form_error(self, catenary):
+        """Largest movement of a point over the distance of mid-length from the chord, shape (n,). [-]
+
+        Modes depend on the form everywhere, and drag that grows from one end to the other does not move mid-length.
+        `catenary` are the equilibria under the uniform drag.
+        """
+        span = catenary.span
+        offset = np.asarray(span.unstretched_length) * size(catenary.at(np.array([0.5]))[0])[..., 0]
+        largest = size(self.from_chord).max(axis=-1)
+        of_offset = np.divide(largest, offset, out=np.where(largest > 0, np.inf, 0.0), where=offset > 0)
+        return bounded_errors(STUDY.second_order * of_offset)
+
+    def stiffness_change(self, catenary):
+        """Change of the static stiffness of end 2, end 1 held, by the actual drag, shape (n, 3, 3). [N/m]
+
+        Global axes. The drag counts as a dead load: the flexibility of a cable is the integral of I/EA + (I - t t^T)/T.
+        `catenary` are the equilibria under the uniform drag.
+        """
+        span = catenary.span
+        before = span.in_frame(catenary.tension_at(self.points), "global")
+        stiffness = np.asarray(span.axial_stiffness)[:, None, None]
+        actual, uniform = (
+            np.linalg.inv(_flexibility(tension, tangent, self.weights, stiffness))
+            for _, tension, tangent in (_slope(vectors, stiffness) for vectors in (self.tensions, before))
+        )
+        return (actual - uniform) / np.asarray(span.unstretched_length)[:, None, None]
 
     @property
     def from_chord(self):
@@ -217,6 +266,8 @@ class DragErrors:
             self.displacement + from_end + self.points[..., None] * (to_end - from_end),
             self.points,
             ends,
+            self.tensions + force_change,
+            self.weights,
         )
 
 
@@ -238,12 +289,44 @@ def uneven_drag_errors(drag, catenary, stretched=False):
     the uniform one: `changes`. The error is the larger one of the change of the tension vector over the tension and
     of the movement at mid-length over its distance from the chord.
     """
-    error, end_changes, displacement, points = changes(drag, catenary, stretched)
+    error, end_changes, displacement, tensions, pieces = changes(drag, catenary, stretched)
     windy = drag.normal_drag > 0
     error = np.where(windy, STUDY.second_order * bounded_errors(error), 0.0)
     end_forces = np.where(windy[:, None, None], end_changes * np.array([1.0, -1.0])[:, None], 0.0)
     displacement = np.where(windy[:, None, None], displacement, 0.0)
-    return DragErrors(error, end_forces, displacement, points, np.zeros(end_forces.shape))
+    without = DragErrors.none(catenary)
+    tensions = np.where(windy[:, None, None], tensions, without.tensions)
+    return DragErrors(error, end_forces, displacement, pieces.points, without.ends, tensions, pieces.weights)
+
+
+def errors_of_modes(error, of_form, of_stiffness):
+    """Relative errors of frequencies by drag taken as uniform. [-]
+
+    The square of a frequency is a sum of parts that grow with the tension and with the square of the curvature, or with
+    the stiffness of cables at their ends.
+
+    Parameters
+    ----------
+    error, of_form, of_stiffness : ndarray or float
+        `DragErrors.error` and `form_error`, and the `largest_ratio` of the change of the stiffness.
+    """
+    return np.maximum(np.maximum(error, error / 2 + of_form), of_stiffness / 2)
+
+
+def largest_ratio(change, matrices):
+    """Largest size of x^T D x over x^T K x of changes D and matrices K, shapes (..., d, d): shape (...). [-]
+
+    Not a number where K is not positive definite.
+    """
+    scale = np.sqrt(np.abs(np.diagonal(matrices, axis1=-2, axis2=-1)))
+    scale = np.where(scale > 0, scale, 1.0)
+    scale = scale[..., :, None] * scale[..., None, :]
+    change, matrices = ((array + np.swapaxes(array, -1, -2)) / (2 * scale) for array in (change, matrices))
+    values, vectors = np.linalg.eigh(matrices)
+    positive = (values > 0).all(axis=-1)
+    root = vectors / np.sqrt(np.where(positive[..., None], values, 1.0))[..., None, :]
+    ratios = np.abs(np.linalg.eigvalsh(np.swapaxes(root, -1, -2) @ change @ root)).max(axis=-1)
+    return np.where(positive, ratios, np.nan)
 
 
 def relative_change(change, number):

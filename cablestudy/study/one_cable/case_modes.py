@@ -140,7 +140,7 @@ def frequency_errors(case, modes_of_case):
 
 def stated_errors(case, modes_of_case):
     """Relative errors of frequencies about the closed form: of elements and rounding, and of the form itself. List."""
-    return (np.maximum(modes_of_case.errors, STUDY.rounding) + case.results.model_error[case.index]).tolist()
+    return (np.maximum(modes_of_case.errors, STUDY.rounding) + case.results.mode_error[case.index]).tolist()
 
 
 def notes_on_errors(case, modes_of_case):

@@ -153,7 +153,9 @@ class OneCableGroup(Group):
         self.cable_indices, self.body_indices = {CABLE: 0}, {GONDOLA: 0}
         self._rounding_errors = [case.statics_error]
         self._rounding_movement = np.zeros((1, 1, 6))
-        self._drag_change = self._drag_change_in_wind = DragChange(np.zeros(1), self._rounding_movement)
+        self._drag_change = self._drag_change_in_wind = DragChange(
+            np.zeros(1), self._rounding_movement, np.zeros(1), np.zeros((1, 0))
+        )
 
     def failure(self, _):
         """None, since the case has an equilibrium."""

@@ -20,7 +20,7 @@ from cablestudy.study.one_cable import conductors
 from cablestudy.study.one_cable.reference_length import chord_strain
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.tolerances import STUDY
-from cablestudy.study.uneven_drag import uneven_drag_errors
+from cablestudy.study.uneven_drag import bounded_errors, errors_of_modes, largest_ratio, uneven_drag_errors
 
 UNPUSHED = "the force of the load case on end 2 leads to no equilibrium"
 NO_MOTION = "the cable hangs folded: somewhere it has no tension, and no stiffness about it"
@@ -288,6 +288,16 @@ class Results:
         """Relative error of all results: by the drag, and by conductors that are no linear cables, shape (n,). [-]"""
         stretched = self.equivalent_cables is not None
         return self.drag_error + conductors.uneven_stretch_errors(self) if stretched else self.drag_error
+
+    @cached_property
+    def mode_error(self):
+        """Relative error of all frequencies: of form and stiffness too, by the drag, beside `model_error`; (n,). [-]"""
+        if self.drag_errors is None:
+            return self.model_error
+        change, uniform = self.drag_errors.stiffness_change(self.catenary), self.catenary.global_end_stiffness
+        of_stiffness = bounded_errors(STUDY.second_order * largest_ratio(change, uniform))
+        of_modes = errors_of_modes(self.drag_error, self.drag_errors.form_error(self.catenary), of_stiffness)
+        return np.where(self.drag.normal_drag > 0, of_modes - self.drag_error, 0.0) + self.model_error
 
     @cached_property
     def sag_rounding(self):

@@ -240,7 +240,7 @@ def _solve_systems(rows, required):
 def _judge_system(row, required):
     """Refuse the columns of a row of `_solve_systems` whose error is above the accuracy, and add its notes."""
     case = row.case
-    model_error, accuracy = case.results.model_error[case.index], case.scene.model.accuracy
+    mode_error, accuracy = float(case.results.mode_error[case.index]), case.scene.model.accuracy
     for column in required.system:
         name = column.header
         if name not in row.values or row.errors.get(name) is None:
@@ -250,7 +250,9 @@ def _judge_system(row, required):
             text = f"{name}: estimated error {row.errors[name]:.1e}, asked for {accuracy:g}"
             row.failures[name] = ConvergenceError(text)
             del row.values[name]
-        row.errors[name] += float(model_error)  # which a finer model has too
+        row.errors[name] += mode_error  # which a finer model has too
+        if mode_error and column.needs == "gondola" and column.name != "gondola_frequency":  # of the mode's shape
+            row.errors[name] += case.gondola_mode.error_by_mixing(mode_error)
     row.dof = case.system_size
     gondola = any(column.needs == "gondola" and column.header in row.values for column in required.system)
     row.notes = _system_notes(row, gondola, required.damped)
@@ -276,12 +278,12 @@ def _gondola_notes(row):
 def _add_frequencies(row, required, search):
     """Add the frequencies, errors, failures and notes of a `Refinement` to a row."""
     row.dof = max(search.used.dof, row.dof)
-    model_error = float(search.used.results.model_error[search.used.index])
+    mode_error = float(search.used.results.mode_error[search.used.index])
     for column in required.modes:
         name = column.header
         if name in search.values:
             row.values[name] = search.values[name]
-            row.errors[name] = search.errors[name] + model_error
+            row.errors[name] = search.errors[name] + mode_error
         else:
             row.failures[name] = search.failures.get(name, search.failures.get(None))
     if search.values:

@@ -207,7 +207,7 @@ class SuspensionCase:
         """Modes of single cables with both ends held where they are in the equilibrium: `CableModes`; as `group`."""
         from cablestudy.study.suspension.cable_modes import CableModes
 
-        about = self.equilibrium.catenary, self.group.steady_drag(self.index), self.group.drag_error(self.index)
+        about = self.equilibrium.catenary, self.group.steady_drag(self.index), self.group.mode_error(self.index)
         return CableModes(self.scene, *about)
 
     def hanging(self, name):
@@ -237,15 +237,27 @@ class SuspensionCase:
         """Force along a link, positive in tension, 0 where it is rounding [N], its relative error, its length [m]."""
         equilibrium, link = self.group.equilibrium, list(self.scene.links).index(name)
         arrays = equilibrium.links.force, equilibrium.uncertainty.force, equilibrium.links.distance
-        force, uncertainty, length = (float(array[self.index, link]) for array in arrays)
-        zero, error = abs(force) <= uncertainty, self.statics_error(None)
+        force, rounding, length = (float(array[self.index, link]) for array in arrays)
+        zero, error = abs(force) <= rounding, self.statics_error(None)
+        uncertainty = float(self.group.link_uncertainty(self.index)[link])
         return 0.0 if zero else force, error if zero else max(error, uncertainty / abs(force)), length
 
     def body_stiffness(self, name):
         """Stiffness of a body, shape (6, 6), zero where it is rounding; see `Equilibrium.body_stiffness`."""
+        matrix, size = self._body_stiffness(name)
+        return np.where(np.abs(matrix) > STUDY.stiffness_rounding * size, matrix, 0.0)
+
+    def stiffness_entry(self, name, row, column):
+        """An entry of `body_stiffness`, and its estimated relative error: that beside the diagonal by its own size."""
+        entry, size = self.body_stiffness(name)[row, column], self._body_stiffness(name)[1][row, column]
+        error = self.statics_error(None)
+        return entry, max(error, self.group.stiffness_error(self.index) * size / abs(entry)) if entry else error
+
+    def _body_stiffness(self, name):
+        """Stiffness of a body, and the geometric means of the two entries on its diagonal, shape (6, 6) each."""
         matrix = self.group.equilibrium.body_stiffness[self.index, self.body(name)]
         size = np.sqrt(np.abs(np.diagonal(matrix)))
-        return np.where(np.abs(matrix) > STUDY.stiffness_rounding * np.outer(size, size), matrix, 0.0)
+        return matrix, np.outer(size, size)
 
     def linear_range(self, name, axis):
         """Movement of a body or free point along x, y or z (0, 1, 2) up to which its cables restore it linearly. [m]
@@ -294,7 +306,7 @@ class SuspensionCase:
 
     def mode_errors(self, modes):
         """Estimated relative errors of the frequencies of `CoupledModes`, with that by the drag, shape (k,). [-]"""
-        return modes.error + self.group.drag_error(self.index)
+        return modes.error + self.group.mode_error(self.index)
 
     def statics_error(self, column, number=None):
         """Estimated relative error of a column that needs no motion; zero of one that the scene states. [-]

@@ -27,7 +27,7 @@ from cablestudy.study.suspension.load_cases import (
 )
 from cablestudy.study.suspension.numbers import CableValues, distribution_of, loads_of
 from cablestudy.study.tolerances import STUDY
-from cablestudy.study.uneven_drag import bounded_errors, relative_change
+from cablestudy.study.uneven_drag import bounded_errors, errors_of_modes, relative_change
 from cablestudy.wind.mean import equilibrium_in_wind
 
 # zero but for rounding where the load is along the chord
@@ -307,8 +307,28 @@ class Group:
         The error by conductors whose stress-strain relation is taken as linear along each cable is added. With
         `in_wind` about the equilibrium in the mean wind, else about that in the steady wind of its load case.
         """
-        stretch = 0.0 if self._conductors is None else self._stretch_errors[index]
-        return float((self._drag_change_in_wind if in_wind else self._drag_change).error[index] + stretch)
+        change = self._drag_change_in_wind if in_wind else self._drag_change
+        return float(change.error[index]) + self._stretch_error(index)
+
+    def stiffness_error(self, index):
+        """Relative error of the energy of static displacements of a case, by rounding and by drag. [-]"""
+        rounding = max(STUDY.rounding, self._rounding_errors[index])
+        return rounding + float(self._drag_change.stiffness_error[index])
+
+    def link_uncertainty(self, index):
+        """Errors of the forces of links by rounding and by drag as of `drag_error`, shape (l,). [N]"""
+        by_drag = STUDY.second_order * self._drag_change.links[index]
+        return self.equilibrium.uncertainty.force[index] + by_drag
+
+    def mode_error(self, index):
+        """Relative error of the frequencies of a case by drag, see `drag_error`. [-]"""
+        change, stretch = self._drag_change, self._stretch_error(index)
+        of_modes = errors_of_modes(change.error[index], change.form_error[index], change.stiffness_error[index])
+        return float(of_modes) + stretch
+
+    def _stretch_error(self, index):
+        """Relative error of a case by conductors taken as linear along each cable. [-]"""
+        return 0.0 if self._conductors is None else float(self._stretch_errors[index])
 
     @cached_property
     def _stretch_errors(self):

@@ -16,6 +16,7 @@ from cablestudy.motion.airflow import drag_areas_of_bodies
 from cablestudy.statics import stated, tangent
 from cablestudy.statics.equilibria import pose
 from cablestudy.statics.pose_state import assign_rows
+from cablestudy.statics.rigid import turn
 from cablestudy.statics.suspension import Equilibrium
 from cablestudy.study.load_cases import (
     drag_width,
@@ -28,7 +29,7 @@ from cablestudy.study.load_cases import (
 )
 from cablestudy.study.suspension.numbers import CableValues, loads_of, numbers_of
 from cablestudy.study.tolerances import STUDY
-from cablestudy.study.uneven_drag import DragErrors, bounded_errors, uneven_drag_errors
+from cablestudy.study.uneven_drag import DragErrors, bounded_errors, largest_ratio, uneven_drag_errors
 from cablestudy.wind.mean import Drag, equilibrium_in_wind
 
 
@@ -88,12 +89,21 @@ class DragChange:
     displacement : ndarray, shape (n, b, 6)
         Changes of the positions of bodies and points along x, y, z [m], and of their attitudes about these axes [rad],
         to first order.
+    form_error : ndarray, shape (n,)
+        Largest `DragErrors.form_error` of any cable. [-]
+    stiffness_error : ndarray, shape (n,)
+        Largest relative change of the energy of a static displacement, by the tangent stiffness. [-]
+    links : ndarray, shape (n, l)
+        Changes of the forces of links, to first order. [N]
     cables : DragErrors or None
         Of each cable, fields of shape (n, c, ...), with what the movement of its ends adds; None without drag.
     """
 
     error: np.ndarray
     displacement: np.ndarray
+    form_error: np.ndarray
+    stiffness_error: np.ndarray
+    links: np.ndarray
     cables: DragErrors | None = None
 
     @property
@@ -116,29 +126,76 @@ def drag_change(equilibrium, drag):
         The wind; without it all errors are 0.
     """
     shape = equilibrium.lengths.shape
-    largest_error, displacement = np.zeros(shape[0]), np.zeros((*equilibrium.position.shape[:2], 6))
+    displacement = np.zeros((*equilibrium.position.shape[:2], 6))
+    links = np.zeros((shape[0], equilibrium.suspension.owner.shape[0] - shape[1]))
+    none = DragChange(np.zeros(shape[0]), displacement, *np.zeros((2, shape[0])), links)
     if drag is None:
-        return DragChange(largest_error, displacement)
+        return none
     drag_of_cables = drag_on_cables(drag, equilibrium)
-    case, cable = np.nonzero((drag_of_cables.normal_drag > 0) & equilibrium.record.converged[:, None])
+    windy = (drag_of_cables.normal_drag > 0) & equilibrium.record.converged[:, None]
+    case, cable = np.nonzero(windy)
     if not len(case):
-        return DragChange(largest_error, displacement)
+        return none
     cables_in_wind = drag_of_cables.take((case, cable)), equilibrium.catenary.take((case, cable)), drag.stretched
     between_held_ends = uneven_drag_errors(*cables_in_wind)
     cables = DragErrors(
         *(np.zeros(shape + getattr(between_held_ends, field.name).shape[1:]) for field in fields(DragErrors))
     )
     assign_rows(cables, (case, cable), between_held_ends)
+    calm = np.nonzero(windy.any(axis=1)[:, None] & ~windy)
+    if len(calm[0]):
+        assign_rows(cables, calm, DragErrors.none(equilibrium.catenary.take(calm)))
+    form_error, stiffness_error = np.zeros((2, shape[0]))
     for row in np.unique(case).tolist():
         displacement[row], ends = _movement_of_bodies(equilibrium, row, cables.end_forces[row])
+        ends, of_links = ends[: shape[1]], ends[shape[1] :]
+        stiffness_of_links = equilibrium.end_stiffness[row, shape[1] :]
+        links[row] = size((stiffness_of_links @ (of_links[:, 1] - of_links[:, 0])[..., None])[..., 0])
         of_cables = row, equilibrium.suspension.of_cables
         moved = ends, equilibrium.end_stiffness[of_cables], equilibrium.end_forces[of_cables]
         assign_rows(cables, row, cables.take(row).with_moved_ends(*moved))
-    return DragChange(cables.error.max(axis=-1), displacement, cables)
+        form_error[row] = cables.take(row).form_error(equilibrium.catenary.take(row)).max()
+        change = stiffness_change(equilibrium, row, displacement[row], cables.take(row))
+        stiffness_error[row] = STUDY.second_order * change
+    stiffness_error = bounded_errors(stiffness_error)
+    return DragChange(cables.error.max(axis=-1), displacement, form_error, stiffness_error, links, cables)
+
+
+def stiffness_change(equilibrium, row, displacement, cables):
+    """Largest relative change of the energy u^T K u of a static displacement u by actual drag. [-]
+
+    K has the cables' stiffness and forces, and the attitudes, of the equilibrium that the actual drag leads to, to
+    first order. Links keep theirs. Of many bodies it is the largest change of a single cable, which is no smaller where
+    no body turns.
+
+    Parameters
+    ----------
+    equilibrium : Equilibrium
+        Of several cases.
+    row : int
+        Index of the case.
+    displacement : ndarray, shape (b, 6)
+        Of bodies and points.
+    cables : DragErrors
+        Of the c cables, with moved ends.
+    """
+    suspension, of_cables = equilibrium.suspension.take(row), equilibrium.suspension.of_cables
+    change = cables.stiffness_change(equilibrium.catenary.take(row))
+    count = int(suspension.free.sum())
+    if not 0 < count <= STUDY.dense_stiffness:
+        return largest_ratio(change, equilibrium.end_stiffness[row][of_cables]).max()
+    stiffness, forces = (np.array(array[row]) for array in (equilibrium.end_stiffness, equilibrium.end_forces))
+    stiffness[of_cables] += change
+    forces[of_cables] += cables.end_forces
+    rotation = equilibrium.rotation[row]
+    rotation = rotation + turn(displacement[:, 3:]) @ rotation
+    blocks = tangent.blocks(suspension, rotation, suspension.arms(rotation), forces, stiffness)
+    before = tangent.dense(equilibrium.blocks.of(row), suspension)
+    return largest_ratio(tangent.dense(blocks, suspension) - before, before)
 
 
 def _movement_of_bodies(equilibrium, row, forces):
-    """Compute the movement of the bodies of one case, and of the ends of its cables, by changed forces of its cables.
+    """Compute the movement of the bodies of one case, and of all ends, by changed forces of its cables.
 
     The bodies move by u = K^-1 f, with the tangent stiffness K and the changes f of the forces on them.
 
@@ -155,18 +212,18 @@ def _movement_of_bodies(equilibrium, row, forces):
     -------
     movement : ndarray, shape (b, 6)
         Displacements [m] and rotations [rad].
-    ends : ndarray, shape (c, 2, 3)
-        Displacements of the ends of the cables. [m]
+    ends : ndarray, shape (c + l, 2, 3)
+        Displacements of the ends of cables and links. [m]
     """
-    suspension, arms = equilibrium.suspension.take(row), equilibrium.arms[row, equilibrium.suspension.of_cables]
-    owner = suspension.owner[suspension.of_cables]  # body that holds each end, shape (c, 2)
+    suspension, arms = equilibrium.suspension.take(row), equilibrium.arms[row]
+    owner = suspension.owner  # body that holds each end, shape (c + l, 2)
     cables, movement = np.arange(len(forces)), np.zeros((len(suspension.body_names), 6))
     factors = None
     if suspension.free.any():
         factors = tangent.factorised(tangent.sparse(equilibrium.blocks.of(row), suspension))
     if factors is None:  # nothing moves, or the equilibrium is not stable and no answer
-        return movement, np.zeros(forces.shape)
-    wrenches = tangent.wrenches(arms, forces)[None]
+        return movement, np.zeros(arms.shape)
+    wrenches = tangent.wrenches(arms[suspension.of_cables], forces)[None]
     movement[suspension.free] = factors.solve(tangent.by_body(suspension, cables, wrenches)[0].sum(axis=0))
     end_movements = movement[owner, :3] + np.cross(movement[owner, 3:], arms)
     return movement, np.where((owner == tangent.GROUND)[..., None], 0.0, end_movements)

@@ -159,7 +159,7 @@ def stiffness_column(name, row, column):
     indices, unit = (AXES.index(row), AXES.index(column)), UNITS[len(row) == 2, len(column) == 2]
     meaning = f"force or moment {row} per movement {column} of its reference point, all loads counted"
     return Column(f"{name}.stiffness_{row}{column}", unit, meaning, "stiffness",
-                  lambda case: case.body_stiffness(name)[indices])  # fmt: skip
+                  lambda case: case.stiffness_entry(name, *indices))  # fmt: skip
 
 
 def body_frequency_column(name, number):
@@ -198,14 +198,19 @@ def _mode_along(name, axis):
     """Yield the columns of the mode with most of the static compliance of a body or point along an axis."""
     axis_index = AXES.index(axis)
 
-    def with_drag(case, number_and_error):
-        """A number, and its relative error increased by that of the modes by uneven drag (`Group.drag_error`)."""
-        number, error = number_and_error
-        return number, error + case.group.drag_error(case.index)
+    def with_drag(case, number_and_error, mixed=True):
+        """A number, and its relative error increased by that by uneven drag (`Group.mode_error`).
+
+        `mixed` numbers are those of the shape of the mode, which that drag mixes with others.
+        """
+        (number, error), by_drag = number_and_error, case.group.mode_error(case.index)
+        if mixed and by_drag:
+            by_drag += case.mode_along(name, axis_index).error_by_mixing(by_drag)
+        return number, error + by_drag
 
     of_compliance = f"of its static compliance {f'about {axis[1]}' if axis_index > 2 else f'along {axis}'}"
     yield Column(f"{name}.frequency_{axis}", "Hz", f"coupled mode with the largest share {of_compliance}", "modes",
-                 lambda case: with_drag(case, case.mode_along(name, axis_index).frequency))  # fmt: skip
+                 lambda case: with_drag(case, case.mode_along(name, axis_index).frequency, mixed=False))  # fmt: skip
     yield Column(f"{name}.share_{axis}", "", f"share {of_compliance} in that mode, phi^2/w^2 over 1/k", "modes",
                  lambda case: with_drag(case, case.mode_along(name, axis_index).share))  # fmt: skip
     yield Column(f"{name}.damping_ratio_{axis}", "", "damping ratio of that mode, winches at rest, with the air where "

@@ -283,7 +283,7 @@ def _errors_of_cable_modes(case, name, modes):
     for kind, frequency, error in zip(modes.kind, modes.frequency.tolist(), modes.errors.tolist(), strict=True):
         numbers[kind] += 1
         if case.model is None:
-            yield {"frequency_Hz": max(error, STUDY.rounding) + case.group.drag_error(case.index)}
+            yield {"frequency_Hz": max(error, STUDY.rounding) + case.group.mode_error(case.index)}
             continue
         try:
             column = find(f"{kind.replace('-', '')}_frequency_{numbers[kind]}")
