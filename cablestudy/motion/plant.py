@@ -12,10 +12,11 @@ import numpy as np
 
 from cablestudy.cable.matrices import dense
 from cablestudy.control.loop_state_space import ExactResponse
-from cablestudy.control.motion import Actuator, actuated, basis_of_rows, motion_of_rows, with_actuators
+from cablestudy.control.motion import Actuator, actuated, motion_of_rows, with_actuators
 from cablestudy.control.suspension import FROM, TO, Marker, Winch, check_size, second_order_of_rows, signature
 from cablestudy.errors import NoSolutionError, outcome_of
 from cablestudy.motion.left_out_modes import BodiesOnAllModes
+from cablestudy.motion.reduction_basis import MIDSPAN, applied_loads, loads_and_bases, space_with_fewer_modes
 from cablestudy.motion.tension_waves import change_by_waves
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.motion.turbulence import OWN, Turbulence
@@ -29,7 +30,6 @@ from cablestudy.system.together import batches, computed_together
 from cablestudy.wind.strips import midspan_shapes
 
 TURN = 2 * np.pi
-MIDSPAN = ".midspan."  # in names of outputs
 
 
 def winches_of(scene, cable_names):
@@ -137,7 +137,7 @@ class Plant:
     @cached_property
     def outputs(self):
         """Name of each output -> its row: displacements of bodies, markers, and perhaps mid-spans; tensions."""
-        return {name: row for row, (name, _unit) in enumerate(self._full_system.outputs)}
+        return {name: row for row, (name, _unit) in enumerate(self.full_system.outputs)}
 
     @computed_together
     def _system_and_observed(plants):
@@ -151,7 +151,7 @@ class Plant:
                 yield plant, (systems.take(row), mask)
 
     @property
-    def _full_system(self):
+    def full_system(self):
         """`LinearSystem` with all coordinates of the cables, see `control.suspension.second_order`."""
         return self._system_and_observed[0]
 
@@ -169,77 +169,15 @@ class Plant:
         check_size(*parts[:2])
         return parts
 
-    @property
-    def _moving_loads(self):
-        """Forces on the coordinates by inertia and damping of moving bodies and winches, shape (n, r)."""
-        system, winches = self._full_system, len(self.winches)
-        of_bodies = np.s_[:, len(system) - system.bodies :]
-        moving = [part[of_bodies] for part in (system.mass, system.damping, system.stiffness.imag)]
-        moving += [part[:, :winches] for part in (system.b[0].imag, system.b[1].real, system.b[2].real)]
-        moving = np.concatenate(moving, axis=1)
-        return moving[:, moving.any(axis=0)]
-
     @computed_together
     def _loads_and_basis(plants):
-        """Static loads and reduction basis of each plant, `_loads` and `_basis`; raises as `_parts_of_system`."""
+        """Loads whose static responses are coordinates, and the `basis`, see `reduction_basis.loads_and_bases`."""
         Plant._system_and_observed.compute(plants)
-        loads = {plant: plant._first_loads for plant in plants}
-
-        def numbers(plant):
-            """Numbers that plants have in common whose bases are computed together."""
-            return plant._full_system.signature, plant.modes.shapes.shape, *(part.shape for part in loads[plant])
-
-        for members in batches(plants, numbers, _size):
-            systems = LinearSystem.stack([plant._full_system for plant in members])
-            first, moving = map(np.stack, zip(*(loads[plant] for plant in members), strict=True))
-            inertia = systems.mass @ systems.compliance(moving)
-            all_loads = np.concatenate([first, moving, inertia], axis=-1)
-            responses = systems.compliance(all_loads)
-            omega, shapes = zip(*((plant.modes.solution.omega, plant.modes.shapes) for plant in members), strict=True)
-            bases = basis_of_rows(systems, omega, np.stack(shapes), responses)
-            for plant, of_row, (frequencies, vectors) in zip(members, all_loads, bases, strict=True):
-                kept = np.concatenate([plant.kept, np.arange(len(plant.modes), len(frequencies))])
-                yield plant, (of_row, (frequencies[kept], vectors[:, kept]))
+        yield from loads_and_bases(plants, _size)
 
     @property
-    def _loads(self):
-        """Forces on the coordinates of the suspension whose static responses are coordinates of the model, (n, r).
-
-        First `_applied_loads`. Then, for mid-spans of cables without a mode in the model, the inertia of the static
-        response, else the frequency would be that of a string under one force, a tenth too high. Last, with
-        `responses`, the inertia and damping forces of moving bodies and winches, and the inertia of the response to
-        these: the effect of modes left out on the motion and the damping of the others.
-        """
-        return self._loads_and_basis[0]
-
-    @property
-    def _first_loads(self):
-        """`_loads` without the inertia of responses to moving bodies: applied ones, and `_moving_loads`; two (n, r)."""
-        system, applied = self._full_system, self._applied_loads
-        if self.midspans:
-            without_modes = self.modes.solution.models.lowest_omega > TURN * self.modes.frequency[-1]
-            loads = self._midspan_loads[:, np.repeat(without_modes, 3)]
-            applied = np.concatenate([applied, system.mass @ system.compliance(loads)], axis=1)
-        return applied, self._moving_loads if self.responses else np.zeros((len(system), 0))
-
-    @cached_property
-    def _applied_loads(self):
-        """Forces on the coordinates by winches, by loads on bodies, and at `points` and `midspans`, shape (n, r)."""
-        winches, system = len(self.winches), self._full_system
-        loaded = self.points | (self.layout.free < 6 * self.equilibrium.suspension.bodies)
-        of_bodies = winches + np.flatnonzero(loaded)
-        loads = system.b[0].real[:, [*range(winches), *of_bodies.tolist()]], self._midspan_loads
-        return np.concatenate(loads, axis=1)
-
-    @property
-    def _midspan_loads(self):
-        """Forces on the coordinates by unit forces at mid-spans that are outputs, shape (n, r)."""
-        at_midspan = [row for name, row in self.outputs.items() if MIDSPAN in name]
-        return self._full_system.c[0][at_midspan].real.T
-
-    @property
-    def _basis(self):
-        """Frequencies, shape (m,), and shapes, (n, m), of the coordinates: modes, then static responses to `_loads`."""
+    def basis(self):
+        """Frequencies, shape (m,), and shapes, (n, m), of the coordinates: modes, then static responses to loads."""
         return self._loads_and_basis[1]
 
     @cached_property
@@ -256,7 +194,7 @@ class Plant:
         if (coordinates := self._system_and_observed[1]).all():
             return np.ones(shapes.shape[1], dtype=bool)
         shapes = shapes[coordinates]
-        mass = self._full_system.mass[np.ix_(coordinates, coordinates)]
+        mass = self.full_system.mass[np.ix_(coordinates, coordinates)]
         return (shapes * (mass @ shapes)).sum(axis=0) > MOTION.unseen_energy
 
     @property
@@ -265,7 +203,7 @@ class Plant:
 
         s = i W - (c + h/W)/2, c and h being the viscous and hysteretic damping of the shape.
         """
-        computed, count, system = self.modes.solution.with_all_modes, len(self.modes), self._full_system
+        computed, count, system = self.modes.solution.with_all_modes, len(self.modes), self.full_system
         if len(computed.omega) <= count:
             return np.zeros(0, dtype=complex)
         omega, shapes = computed.omega[count:], computed.shapes[:, count:]
@@ -285,7 +223,7 @@ class Plant:
         bodies matter, what they leave out may too (3e-5 of an RMS without them, 1.5e-3 in truth). Of exact elements all
         of them are kept.
         """
-        return self._space_with_fewer_modes(self._applied_loads if self.model is None else self._loads)
+        return space_with_fewer_modes(self, applied_loads(self) if self.model is None else self._loads_and_basis[0])
 
     @cached_property
     def coarse_space_in_time(self):
@@ -294,23 +232,7 @@ class Plant:
         A step excites waves in the cables of all frequencies, which static responses alone represent: those to moving
         bodies are left out here, to see what they change.
         """
-        return self.coarse_space if self.model is None else self._space_with_fewer_modes(self._applied_loads)
-
-    def _space_with_fewer_modes(self, loads):
-        """Basis of a space of the coordinates, shape (m, r): fewer modes, static responses to `loads`, all strokes.
-
-        The highest of the lowest modes are left out; modes that the loop could drive stay.
-        """
-        (omega, shapes), count = self._basis, len(self.kept)
-        modes = np.count_nonzero(self.kept < len(self.modes) - self.driven)
-        lowest = int(MOTION.fewer_modes * modes)
-        replaced = np.concatenate([np.arange(lowest, modes), np.arange(count, len(omega))])
-        static = (shapes.T @ loads / omega[:, None] ** 2)[replaced]
-        static, sizes, _ = np.linalg.svd(static, full_matrices=False)
-        static = static[:, sizes > MOTION.dependent_response * sizes.max(initial=0.0)]
-        unit = np.eye(len(self.motion))
-        driven, strokes = unit[:, modes:count], unit[:, len(omega) :]
-        return np.concatenate([unit[:, :lowest], driven, unit[:, replaced] @ static, strokes], axis=1)
+        return self.coarse_space if self.model is None else space_with_fewer_modes(self, applied_loads(self))
 
     @property
     def lacked_compliance(self):
@@ -386,7 +308,7 @@ class Plant:
     @cached_property
     def gusts(self):
         """`Gusts` on the coordinates; None without wind."""
-        return self.airflow and self.airflow.gusts(self.modes.solution, self.layout, self._basis[1])
+        return self.airflow and self.airflow.gusts(self.modes.solution, self.layout, self.basis[1])
 
     @cached_property
     def all_modes(self):
@@ -446,7 +368,7 @@ class Plant:
     def displacements(self):
         """Outputs that are displacements of bodies and markers: rows, shape (r,), by the free displacements, (r, d)."""
         rows = [row for name, row in self.outputs.items() if name.endswith((".x", ".y", ".z")) and MIDSPAN not in name]
-        return np.array(rows, dtype=int), self._full_system.c[0].real[rows, -len(self.layout.free) :]
+        return np.array(rows, dtype=int), self.full_system.c[0].real[rows, -len(self.layout.free) :]
 
     @property
     def tension_rows(self):
@@ -457,7 +379,7 @@ class Plant:
     @property
     def loads_on_bodies(self):
         """Forces on the coordinates of `motion` by unit forces on the free displacements of bodies, shape (m, d)."""
-        shapes = self.layout.bodies(self._basis[1])
+        shapes = self.layout.bodies(self.basis[1])
         return np.pad(shapes.T, ((0, len(self.motion) - shapes.shape[1]), (0, 0)))
 
     @computed_together
@@ -467,9 +389,9 @@ class Plant:
         Raises NoSolutionError where the plant has too many coordinates for a linear system.
         """
         Plant._loads_and_basis.compute(plants)
-        for members in batches(plants, lambda plant: (plant._full_system.signature, plant._basis[1].shape), _size):
-            systems = LinearSystem.stack([plant._full_system for plant in members])
-            omega, shapes = map(np.stack, zip(*(plant._basis for plant in members), strict=True))
+        for members in batches(plants, lambda plant: (plant.full_system.signature, plant.basis[1].shape), _size):
+            systems = LinearSystem.stack([plant.full_system for plant in members])
+            omega, shapes = map(np.stack, zip(*(plant.basis for plant in members), strict=True))
             air = np.stack([np.broadcast_to(plant._winches_and_air[1], (omega.shape[-1],) * 2) for plant in members])
             motions = motion_of_rows(systems, omega, shapes, len(members[0].winches), air)
             for row, plant in enumerate(members):
@@ -478,17 +400,17 @@ class Plant:
     @cached_property
     def viscous_motion(self):
         """`motion` for a state space: with viscous damping in place of hysteretic, see `LinearSystem.viscous`."""
-        viscous = self._full_system.viscous()
-        if viscous is self._full_system:
+        viscous = self.full_system.viscous()
+        if viscous is self.full_system:
             return self.motion
-        omega, shapes = self._basis
+        omega, shapes = self.basis
         reduced = motion_of_rows(viscous.stack([viscous]), omega[None], shapes[None], *self._winches_and_air)
         return with_actuators(self.layout, reduced.take(0), self.actuators)
 
     @property
     def _winches_and_air(self):
         """Number of winches, and aerodynamic damping of the coordinates of the model."""
-        return len(self.winches), self.air_on_bodies(self._basis[1])
+        return len(self.winches), self.air_on_bodies(self.basis[1])
 
 
 def _size(plant):

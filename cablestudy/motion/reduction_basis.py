@@ -1,0 +1,109 @@
+"""Coordinates of the model of a `Plant`: its modes, and the static responses to loads on the suspension.
+
+Static responses stand for the modes that the model leaves out. They are those to
+
+* winches, and forces on bodies, which act on the suspension (`applied_loads`); on free points where their motion is
+  asked for, and at mid-spans of cables where these are outputs;
+* the inertia of the response to forces at the mid-span of a cable without a mode in the model: else its frequency
+  would be that of a string under one force, a tenth too high;
+* the inertia and damping of moving bodies and winches, and the inertia of the response to these, where
+  `Plant.responses` asks for them: the effect of modes left out on the motion and the damping of the others.
+"""
+
+import numpy as np
+
+from cablestudy.control.motion import basis_of_rows
+from cablestudy.motion.tolerances import MOTION
+from cablestudy.system.linear import LinearSystem
+from cablestudy.system.together import batches
+
+MIDSPAN, TURN = ".midspan.", 2 * np.pi  # in names of outputs; [rad]
+
+
+def applied_loads(plant):
+    """Forces on the coordinates by winches, loads on bodies, and on free points and mid-spans, shape (n, r)."""
+    winches, system = len(plant.winches), plant.full_system
+    loaded = plant.points | (plant.layout.free < 6 * plant.equilibrium.suspension.bodies)
+    of_bodies = winches + np.flatnonzero(loaded)
+    loads = system.b[0].real[:, [*range(winches), *of_bodies.tolist()]], _midspan_loads(plant)
+    return np.concatenate(loads, axis=1)
+
+
+def _midspan_loads(plant):
+    """Forces on the coordinates by unit forces at mid-spans that are outputs, shape (n, r)."""
+    at_midspan = [row for name, row in plant.outputs.items() if MIDSPAN in name]
+    return plant.full_system.c[0][at_midspan].real.T
+
+
+def _applied_and_midspan_loads(plant):
+    """`applied_loads`, and inertia of responses at mid-spans of cables without a mode in the model, shape (n, r)."""
+    system, applied = plant.full_system, applied_loads(plant)
+    if not plant.midspans:
+        return applied
+    without_modes = plant.modes.solution.models.lowest_omega > TURN * plant.modes.frequency[-1]
+    loads = _midspan_loads(plant)[:, np.repeat(without_modes, 3)]
+    return np.concatenate([applied, system.mass @ system.compliance(loads)], axis=1)
+
+
+def _moving_loads(plant):
+    """Forces on the coordinates by inertia and damping of moving bodies and winches, if asked for, shape (n, r)."""
+    system, winches = plant.full_system, len(plant.winches)
+    if not plant.responses:
+        return np.zeros((len(system), 0))
+    of_bodies = np.s_[:, len(system) - system.bodies :]
+    moving = [part[of_bodies] for part in (system.mass, system.damping, system.stiffness.imag)]
+    moving += [part[:, :winches] for part in (system.b[0].imag, system.b[1].real, system.b[2].real)]
+    moving = np.concatenate(moving, axis=1)
+    return moving[:, moving.any(axis=0)]
+
+
+def loads_and_bases(plants, size):
+    """Yield each plant, and its loads and basis; those whose arrays have equal sizes are computed together.
+
+    Parameters
+    ----------
+    plants : list of Plant
+    size : callable
+        Plant -> number n of coordinates of its full system.
+
+    Yields
+    ------
+    plant : Plant
+    loads, basis : ndarray, shape (n, r); (ndarray, ndarray), shapes (m,) and (n, m)
+        Forces on the coordinates whose static responses are in the basis; its frequencies [rad/s] and shapes, of modes
+        and then of static responses.
+    """
+    loads = {plant: (_applied_and_midspan_loads(plant), _moving_loads(plant)) for plant in plants}
+
+    def sizes(plant):
+        """Sizes that plants have in common whose bases are computed together."""
+        return plant.full_system.signature, plant.modes.shapes.shape, *(part.shape for part in loads[plant])
+
+    for members in batches(plants, sizes, size):
+        systems = LinearSystem.stack([plant.full_system for plant in members])
+        applied, moving = map(np.stack, zip(*(loads[plant] for plant in members), strict=True))
+        inertia = systems.mass @ systems.compliance(moving)
+        all_loads = np.concatenate([applied, moving, inertia], axis=-1)
+        responses = systems.compliance(all_loads)
+        omega, shapes = zip(*((plant.modes.solution.omega, plant.modes.shapes) for plant in members), strict=True)
+        bases = basis_of_rows(systems, omega, np.stack(shapes), responses)
+        for plant, of_row, (frequencies, vectors) in zip(members, all_loads, bases, strict=True):
+            kept = np.concatenate([plant.kept, np.arange(len(plant.modes), len(frequencies))])
+            yield plant, (of_row, (frequencies[kept], vectors[:, kept]))
+
+
+def space_with_fewer_modes(plant, loads):
+    """Basis of a space of the coordinates, shape (m, r): fewer modes, static responses to `loads`, all strokes.
+
+    The highest of the lowest modes are left out; modes that the loop could drive stay.
+    """
+    (omega, shapes), count = plant.basis, len(plant.kept)
+    modes = np.count_nonzero(plant.kept < len(plant.modes) - plant.driven)
+    lowest = int(MOTION.fewer_modes * modes)
+    replaced = np.concatenate([np.arange(lowest, modes), np.arange(count, len(omega))])
+    static = (shapes.T @ loads / omega[:, None] ** 2)[replaced]
+    static, sizes, _ = np.linalg.svd(static, full_matrices=False)
+    static = static[:, sizes > MOTION.dependent_response * sizes.max(initial=0.0)]
+    unit = np.eye(len(plant.motion))
+    driven, strokes = unit[:, modes:count], unit[:, len(omega) :]
+    return np.concatenate([unit[:, :lowest], driven, unit[:, replaced] @ static, strokes], axis=1)
