@@ -13,6 +13,15 @@ loop gain of finer elements, near where it was found.
 A control law other than an integrator may make the loop gain large far above the frequencies of the bodies. All modes
 are then needed up to the frequency above which the loop gain on cables that reflect no wave is below
 `broad_loop_gain`.
+
+Step by step:
+
+1. meshes that resolve the waves which the gain could drive (`_models`), those of the coupled modes if fine enough;
+2. the modes that enter the loop gain by themselves (`modes_in_loop`); six vectors represent the others;
+3. the loop gain of bodies and cables (`loop_gain_of`);
+4. the poles beside which it is computed (`poles_outcome`), and the gains at which poles cross (`gains`);
+5. where the first of these is beyond what the meshes resolve, finer meshes, in which it is located again
+   (`_limit_and_resolving`).
 """
 
 from functools import cached_property, partial

@@ -3,6 +3,7 @@
 With all modes of the cables that a gain could drive (`DrivenCables`), which are more than the model of the loop has.
 """
 
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 from math import ceil, log2
 
@@ -31,6 +32,24 @@ def _solve_trials(trials):
     StableGains.limits.compute(gains.values())
 
 
+@dataclass(frozen=True)
+class GainTrials:
+    """Results of the search for the largest gain, shared by loops that differ in the gain alone.
+
+    Attributes
+    ----------
+    effects : Effects
+    driven_cables : dict
+        Exponent of a gain tried, a power of two in rad/s -> `DrivenCables`.
+    first_gains : dict
+        Gain of a loop -> the gain that its search tries first. [rad/s]
+    """
+
+    effects: Effects
+    driven_cables: dict = field(default_factory=dict)
+    first_gains: dict = field(default_factory=dict)
+
+
 class LoopStability:
     """Stable gains and margins of a `ClosedLoop`, each computed when asked for.
 
@@ -43,22 +62,18 @@ class LoopStability:
         self._closed_loop = closed_loop
 
     @cached_property
-    def _shared_by_gains(self):
-        """Results shared by loops that differ in the gain alone, and by models with other numbers of modes: three.
-
-        The bound `Effects`; the exponent of a gain that is a power of two -> `DrivenCables`; gain of a loop -> the gain
-        that the search for its largest gain tries first.
-        """
+    def _trials(self):
+        """`GainTrials`, which models with other numbers of modes share too."""
         closed_loop, loops = self._closed_loop, self._closed_loop.plant.loops
         control = repr((closed_loop.scene.control.model_copy(update={"gain": None}), closed_loop.untuned_loop.law))
         if control not in loops:
-            loops[control] = Effects(closed_loop), {}, {}
+            loops[control] = GainTrials(Effects(closed_loop))
         return loops[control]
 
     @property
     def effects(self):
         """`Effects` of the gain on the modes of single cables."""
-        return self._shared_by_gains[0]
+        return self._trials.effects
 
     def _effects_if_stable(self):
         """`effects` of a loop that is stable without gain; raises as `check_open`."""
@@ -105,7 +120,7 @@ class LoopStability:
         `MOTION.unlimited_gain` times the lowest frequency stands for the largest one. Each trial is yielded before its
         `limit` is asked for. Raises as `driven`.
         """
-        _, driven_cables, first_gains = self._shared_by_gains
+        driven_cables, first_gains = self._trials.driven_cables, self._trials.first_gains
         self._closed_loop.check_open()
         gain = self._closed_loop.untuned_loop.gain
         if gain not in first_gains:
@@ -160,7 +175,7 @@ class LoopStability:
 
     def _driven_cables_of(self, gain):
         """`DrivenCables` of a gain [rad/s] raised to the next power of two, shared by loops of other gains."""
-        power, driven_cables = ceil(log2(gain)), self._shared_by_gains[1]
+        power, driven_cables = ceil(log2(gain)), self._trials.driven_cables
         if power not in driven_cables:
             driven_cables[power] = DrivenCables(self._closed_loop, 2.0**power, list(driven_cables.values()))
         return driven_cables[power]
