@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cablestudy.study.roots import Effort, points_between, ranges_about, zeros
+from cablestudy.study.roots import Effort, find_zeros, points_between, ranges_about
 
 CHEAP, COSTLY = Effort(40, 40), Effort(8, 10, 1e-7, parts=8, costly=True)
 
 
 def found(function, start, low, high, effort=CHEAP):
     with np.errstate(all="ignore"):
-        return zeros(function, ranges_about(start, low, high, effort.points), effort)
+        return find_zeros(function, ranges_about(start, low, high, effort.points), effort)
 
 
 @pytest.mark.parametrize("effort", [CHEAP, COSTLY])
@@ -36,7 +36,7 @@ def test_zeros(function, start, low, high, places, effort):
 
 
 def test_all_zeros_of_a_given_range():
-    between = zeros(np.cos, [[points_between(1.0, 12.0, 40)]], CHEAP)
+    between = find_zeros(np.cos, [[points_between(1.0, 12.0, 40)]], CHEAP)
     assert between.roots == pytest.approx(np.pi * (np.arange(4) + 0.5), rel=1e-12)
     assert (between.low, between.high) == (1, 12)
 
@@ -93,7 +93,7 @@ def test_each_place_is_evaluated_once():
 
 
 def test_a_function_that_stays_at_zero_has_one_zero_there():
-    found = zeros(
+    found = find_zeros(
         lambda x: np.minimum(x - 3.0, 0.0) * (1 + 1e-17), [[np.linspace(0.0, 8.0, 33)]], Effort(16, 20, scale=1.0)
     )
     assert found.roots == [3.0]
@@ -148,7 +148,7 @@ def test_no_value_about_the_place_nearest_to_zero():
         return np.where(abs(x - 1.3) < 0.1, np.nan, (x - 1.3) ** 2 + 0.02 + 0.01 * x)
 
     with np.errstate(all="raise"):
-        assert zeros(dip, [[points_between(0.5, 3.0, 12)]], CHEAP).roots == []
+        assert find_zeros(dip, [[points_between(0.5, 3.0, 12)]], CHEAP).roots == []
 
 
 @pytest.mark.parametrize(
@@ -168,7 +168,7 @@ def test_a_cheaper_function_between_two_places_is_held_against_the_whole(part, c
         return np.minimum(8.0 - x**3, np.minimum(9 - x**2, x + 5))
 
     places = [[points_between(0.1, 2.9, 4)]]
-    expected = zeros(least, places, CHEAP).roots
+    expected = find_zeros(least, places, CHEAP).roots
     without, whole[:] = len(whole), []
-    assert zeros(least, places, CHEAP, cheaper=lambda low, high: part).roots == expected == pytest.approx([2.0])
+    assert find_zeros(least, places, CHEAP, cheaper=lambda low, high: part).roots == expected == pytest.approx([2.0])
     assert (len(whole) < without) == (calls == 1)

@@ -6,7 +6,7 @@ from campaign import campaign
 from mpmath import mp
 from references import catenary_mp
 
-from cablestudy.cable.segment import evaluate, extension, flexibility, solve_symmetric
+from cablestudy.cable.segment import extension, flexibility, segment_terms, solve_symmetric
 from cablestudy.cable.tolerances import CABLE
 
 EPS = np.finfo(float).eps
@@ -52,12 +52,12 @@ CASES = list(cases())
 def test_extension_and_flexibility():
     assert {w < 0.1 for _, w, *_ in CASES} == {True, False}
     for tension, weight, stiffness, cosine, sine in CASES:
-        parts, kernel = extension(tension, weight, stiffness, cosine, sine)
+        parts, terms = extension(tension, weight, stiffness, cosine, sine)
         expected, flexible = exact(tension, weight, stiffness, cosine, sine)
         # a digit of the input tension moves the segment's end by its flexibility: no formula can do better
         bound = 50 * EPS * (np.abs(flexible) @ (np.abs(tension) + weight) + np.abs(expected))
         assert (np.abs(np.array(parts) - expected) <= bound).all(), (tension, weight)
-        found = matrix(flexibility(tension, weight, stiffness, cosine, sine, kernel))
+        found = matrix(flexibility(tension, weight, stiffness, cosine, sine, terms))
         d = np.sqrt(np.diag(flexible))
         assert np.max(np.abs(found - flexible) / np.outer(d, d)) < 1e-9, (tension, weight)
 
@@ -76,22 +76,22 @@ def test_a_taut_segment_keeps_the_digits_of_a_strain_of_1e_12():
 def test_series_and_closed_form_meet(side):
     """Just below and above CABLE.series_below the two branches are both exact."""
     weight = 2 * CABLE.series_below / np.sqrt(1 - CABLE.series_below**2) * side  # beta = W / (2 hypot(1, W/2))
-    kernel = evaluate((1.0, 0.0, 0.0), weight, 1.0, 0.0)
-    assert (kernel.beta < CABLE.series_below) == (side < 1)
-    assert kernel.excess == pytest.approx(np.arctanh(kernel.beta) / kernel.beta - 1, rel=2e-13)
-    parts, kernel = extension((1.0, 0.0, 0.0), weight, 1e3, 1.0, 0.0)
+    terms = segment_terms((1.0, 0.0, 0.0), weight, 1.0, 0.0)
+    assert (terms.beta < CABLE.series_below) == (side < 1)
+    assert terms.excess == pytest.approx(np.arctanh(terms.beta) / terms.beta - 1, rel=2e-13)
+    parts, terms = extension((1.0, 0.0, 0.0), weight, 1e3, 1.0, 0.0)
     expected, flexible = exact((1.0, 0.0, 0.0), weight, 1e3, 1.0, 0.0)
     assert np.allclose(parts, expected, rtol=2e-13, atol=1e-16)
     assert np.allclose(
-        matrix(flexibility((1.0, 0.0, 0.0), weight, 1e3, 1.0, 0.0, kernel)), flexible, rtol=1e-13, atol=1e-18
+        matrix(flexibility((1.0, 0.0, 0.0), weight, 1e3, 1.0, 0.0, terms)), flexible, rtol=1e-13, atol=1e-18
     )
 
 
 def test_arrays_equal_single_calls():
     columns = [np.array(column) for column in zip(*CASES, strict=True)]
     tension = tuple(columns[0].T)
-    parts, kernel = extension(tension, *columns[1:])
-    flexible = flexibility(tension, *columns[1:], kernel)
+    parts, terms = extension(tension, *columns[1:])
+    flexible = flexibility(tension, *columns[1:], terms)
     for i, case in enumerate(CASES):
         one, k = extension(*case)
         assert np.allclose([p[i] for p in parts], one, rtol=1e-15, atol=0)

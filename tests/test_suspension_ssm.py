@@ -10,7 +10,7 @@ from suspension_scenes import hung, platform, suspension
 
 from cablestudy.cable.damping import Damping
 from cablestudy.control import export, statespace
-from cablestudy.control.suspension import FROM, TO, Marker, Winch, second_order
+from cablestudy.control.suspension import FROM, TO, Marker, Winch, suspension_system
 from cablestudy.errors import NoSolutionError
 from cablestudy.statics.suspension import GROUND, outward
 from cablestudy.system.cables import Models
@@ -24,7 +24,7 @@ MARKERS = (Marker("focus", 0, (0.1, 0.2, -0.5)),)
 
 def state_space(layout, kept, winches=(), markers=()):
     """`StateSpace` with all coordinates."""
-    system = second_order(layout, kept, winches, markers).viscous()
+    system = suspension_system(layout, kept, winches, markers).viscous()
     return statespace.state_space_of(system, system)
 
 

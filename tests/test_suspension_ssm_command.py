@@ -15,7 +15,7 @@ from test_suspension_ssm import MARKERS, WINCHES, by_bars, model
 
 from cablestudy.cable.damping import Damping
 from cablestudy.control.statespace import state_space_of
-from cablestudy.control.suspension import second_order
+from cablestudy.control.suspension import suspension_system
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import load_scene
 from cablestudy.statics.suspension import outward
@@ -109,7 +109,7 @@ def table(*arguments):
 def test_all_modes_are_the_whole_system():
     state = platform()
     damping = Damping("modal", viscous=0.02)
-    whole = second_order(*model(state, damping), WINCHES, MARKERS)
+    whole = suspension_system(*model(state, damping), WINCHES, MARKERS)
     every = whole.keep(np.arange(len(whole.mass)))
     for frequency in (0.7, 2.0, 15.0):
         expected = by_bars(state, frequency, 0.02, 0.0)
@@ -128,7 +128,7 @@ def vars_of(system):
 
 def test_modes_left_out_keep_their_static_part():
     state = platform()
-    whole = second_order(*model(state, Damping("modal", viscous=0.02)), WINCHES, MARKERS)
+    whole = suspension_system(*model(state, Damping("modal", viscous=0.02)), WINCHES, MARKERS)
     few = state_space_of(whole.keep(np.array([0, 2, 5, 9])))
     assert len(few.a) == 8
     expected = by_bars(state, 1e-9, 0.02, 0.0)
@@ -143,7 +143,7 @@ def test_without_the_static_part_all_nodes_move_as_the_modes_that_are_kept(time)
     state, kept, inputs = platform(), [0, 1, 4, 7, 12], np.delete(np.arange(9), 2)
     outputs = [*range(9), *range(9, 25, 2)]
     damping = Damping("kelvin_voigt" if time else "modal", time=time, viscous=0.02)
-    whole = second_order(*model(state, damping), WINCHES, MARKERS)
+    whole = suspension_system(*model(state, damping), WINCHES, MARKERS)
     few = state_space_of(whole.truncate(np.array(kept)), whole)
     frequencies = (1e-3, 0.7, 2.0, 15.0)
     expected = np.array([by_bars(state, one, 0.02, time, kept) for one in frequencies])[:, outputs][:, :, inputs]
@@ -155,7 +155,7 @@ def test_without_the_static_part_all_nodes_move_as_the_modes_that_are_kept(time)
 def test_without_the_static_part_only_the_dynamics_of_other_modes_are_missing():
     """Each c g/(W^2 + s^2) by an own sum over the modes of dense matrices; of all inputs."""
     state = platform()
-    whole = second_order(*model(state), WINCHES, MARKERS)
+    whole = suspension_system(*model(state), WINCHES, MARKERS)
     square, shapes = scipy.linalg.eigh(whole.stiffness, whole.mass)
     for frequency in (1e-3, 0.7, 15.0):
         s = 2j * np.pi * frequency
@@ -177,7 +177,7 @@ def test_forces_on_nodes_of_cables_are_those_on_the_nodes_of_bars(residual):
     cables = Cables(state.catenary, Damping("modal", viscous=viscous))
     models = Models(cables, fixed_meshes(cables, FixedModel(8)), fixed=True)
     layout, kept = Layout(state), models.coordinates(np.full(cables.count, np.inf)).kept
-    whole = with_node_forces(second_order(layout, kept), layout, models, kept)
+    whole = with_node_forces(suspension_system(layout, kept), layout, models, kept)
     names = [name for name, _ in whole.inputs]
     chosen = [names.index(f"c{cable}.force_node_1_x") + np.arange(21) for cable in (2, 7)]
     chosen = np.concatenate(chosen)
@@ -210,7 +210,7 @@ def test_few_modes_are_reciprocal(damping):
     """A load moves another place as much as a load there moves this one (Maxwell, Betti), where damping couples modes
     that are kept with others too.
     """
-    whole = second_order(*model(platform(), damping))
+    whole = suspension_system(*model(platform(), damping))
     assert [name for name, _ in whole.inputs] == [f"gondola.{load}" for load in LOADS]
     assert [name for name, _ in whole.outputs[:6]] == [f"gondola.{axis}" for axis in GONDOLA]
     few = state_space_of(whole.keep(np.arange(12))).response(2j * np.pi * np.array([0.7, 15.0]))[:, :6]
@@ -221,7 +221,7 @@ def test_few_modes_are_reciprocal(damping):
 
 def test_fewer_modes_err_by_the_square_of_the_frequency():
     state = platform()
-    whole = second_order(*model(state, Damping()), WINCHES, MARKERS)
+    whole = suspension_system(*model(state, Damping()), WINCHES, MARKERS)
     omega = 1 / np.sqrt(whole.strain_modes[0])
     kept = whole.keep(np.arange(30))
     for output, input_ in ((0, 0), (8, 4), (20, 1)):
@@ -233,7 +233,7 @@ def test_fewer_modes_err_by_the_square_of_the_frequency():
 @pytest.mark.parametrize(("output", "input_"), [(0, 0), (2, 5), (5, 8), (7, 2)])
 def test_the_share_of_a_mode_in_the_inertia_is_what_leaving_it_out_changes(output, input_):
     """At low frequencies the response without a mode misses w^2 times a number that is in proportion to its share."""
-    whole = second_order(*model(platform(), Damping(ratio=0.0)), WINCHES, MARKERS)
+    whole = suspension_system(*model(platform(), Damping(ratio=0.0)), WINCHES, MARKERS)
     share = whole.inertia_share(output, input_)
     assert share.sum() == pytest.approx(1, abs=1e-12)
     omega = 1 / np.sqrt(whole.strain_modes[0])
@@ -476,7 +476,7 @@ def test_without_mass_there_is_no_hysteretic_state_space():
     cables = Cables(state.catenary, Damping("hysteretic", loss_factor=0.01))
     kept = Models(cables, [None] * 3).coordinates(np.zeros(3)).kept
     with pytest.raises(NoSolutionError, match="needs a mass"):
-        second_order(Layout(state), kept).viscous()
+        suspension_system(Layout(state), kept).viscous()
 
 
 def test_a_cable_between_fixed_ends(folder):

@@ -17,7 +17,7 @@ from cablestudy.control.loop import Loop, allocate, moved_by_winches
 from cablestudy.control.motion import Actuator, motion_of_rows, with_actuators
 from cablestudy.control.notch import Notch
 from cablestudy.control.statespace import state_space_of
-from cablestudy.control.suspension import labels, second_order
+from cablestudy.control.suspension import labels, suspension_system
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.ssm import StateSpaceOptions
 from cablestudy.study.suspension import ssm
@@ -40,7 +40,7 @@ NET = str(CONFIGS / "suspensions" / "carlina-net.yaml")
 def whole_motion(state, actuators=()):
     """Motion of all modes of eight bars for each cable."""
     layout, kept = model(state, Damping("modal", viscous=VISCOUS))
-    whole = second_order(layout, kept, WINCHES, MARKERS)
+    whole = suspension_system(layout, kept, WINCHES, MARKERS)
     compliance, shapes = whole.strain_modes
     omega = 1 / np.sqrt(compliance)
     reduced = motion_of_rows(whole.stack([whole]), omega[None], (shapes * omega)[None], len(WINCHES), 0.0)

@@ -14,7 +14,14 @@ from cablestudy.cable.equilibrium_residual import EquilibriumResidual
 from cablestudy.cable.geometry import midspan, sag_and_swing
 from cablestudy.cable.midspan import arc_length_at_midspan
 from cablestudy.cable.newton import CONVERGED, STALLED, UNDETERMINED, Record, newton
-from cablestudy.cable.segment import SegmentedCable, SegmentTerms, evaluate, extension, flexibility, inverse_symmetric
+from cablestudy.cable.segment import (
+    SegmentedCable,
+    SegmentTerms,
+    extension,
+    flexibility,
+    inverse_symmetric,
+    segment_terms,
+)
 from cablestudy.cable.span import Span
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.cable.vectors import row_keys
@@ -59,13 +66,13 @@ class Catenary(SegmentedCable):
     span: Span
     tension: tuple  # tension vector at mid-segment, chord frame, 3 arrays of shape (..., k + 1) [N]
     segments: Segments
-    kernel: SegmentTerms  # closed-form quantities of each segment
+    terms: SegmentTerms  # closed-form quantities of each segment
     record: Record
 
     def take(self, index):
         """One cable of a batch of shape (n,)."""
         tension = tuple(component[index] for component in self.tension)
-        parts = self.segments.take(index), self.kernel.take(index), self.record.of(index)
+        parts = self.segments.take(index), self.terms.take(index), self.record.of(index)
         return Catenary(self.span.take(index), tension, *parts)
 
     @cached_property
@@ -102,9 +109,9 @@ class Catenary(SegmentedCable):
     def mean_tension(self):
         """Mean over the unstretched length, shape (...). [N]"""
         vertical, horizontal = self._vertical_and_horizontal
-        total = self.kernel.sum_of_tensions
+        total = self.terms.sum_of_tensions
         # as H goes to 0 with a change of sign of V, H^2 times the logarithm goes to 0
-        mean = vertical**2 / total + total / 4 + horizontal**2 * (1 + self.kernel.excess) / total
+        mean = vertical**2 / total + total / 4 + horizontal**2 * (1 + self.terms.excess) / total
         return (mean * self.segments.fraction).sum(axis=-1)
 
     @property
@@ -155,7 +162,7 @@ class Catenary(SegmentedCable):
     def flexibility(self):
         """Movement of end 2 per force there, chord frame, as (qq, nn, yy, qn, qy, ny), shape (...). [m/N]"""
         length, weight = self.span.unstretched_length, self.segments.weight
-        per_length = flexibility(self.tension, weight, self._axial_stiffness, *self._angles, self.kernel)
+        per_length = flexibility(self.tension, weight, self._axial_stiffness, *self._angles, self.terms)
         return tuple(length * (entry * self.segments.fraction).sum(axis=-1) for entry in per_length)
 
     @cached_property
@@ -338,16 +345,16 @@ def solve(span, tension=None):
     unknown = problem.start(span) if tension is None else problem.start_near(span, tension)
     loose = (problem.load == 0) & (problem.strain <= 0)  # no tension at all: nothing to solve
     unknown[0] = np.where(loose, problem.stiffness[..., 0], unknown[0])
-    unknown, (tension, kernel), record = newton(problem, unknown, np.broadcast_to(~loose, problem.shape))
+    unknown, (tension, terms), record = newton(problem, unknown, np.broadcast_to(~loose, problem.shape))
     unknown, change = np.where(loose, 0.0, unknown), record.last_correction
     weightless = ~loose & (np.asarray(span.weight) == 0)
     if weightless.any():
         unknown, change, record = _pass_kinks(problem, unknown, change, record, weightless)
     if weightless.any() or loose.any():  # not those at which the iteration ended
         tension = problem.tension(unknown)
-        kernel = evaluate(tension, problem.segments.weight, *problem.angles)
+        terms = segment_terms(tension, problem.segments.weight, *problem.angles)
     reason = np.where(loose, UNDETERMINED, np.where(change < CABLE.last_tension_step, CONVERGED, STALLED))
-    return Catenary(span, tension, problem.segments, kernel, replace(record, reason=reason))
+    return Catenary(span, tension, problem.segments, terms, replace(record, reason=reason))
 
 
 def solve_each_once(span):

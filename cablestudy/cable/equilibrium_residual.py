@@ -61,17 +61,17 @@ class EquilibriumResidual:
         The `point` is what `flexibility` and `step` take: tension vectors at mid-segment, and `segment.SegmentTerms`.
         """
         tension = self.tension(unknown)
-        extensions, kernel = extension(tension, self.segments.weight, self.stiffness, *self.angles)
+        extensions, terms = extension(tension, self.segments.weight, self.stiffness, *self.angles)
         gap = np.empty((3, *self.shape))
         for component, per_length in enumerate(extensions):
             gap[component] = -self._over_segments(per_length)
         gap[0] += self.strain
-        return gap, (tension, kernel)
+        return gap, (tension, terms)
 
     def flexibility(self, point):
         """Movement of the last segment's end per force, per unstretched length: qq, nn, yy, qn, qy, ny. [1/N]"""
-        tension, kernel = point
-        entries = flexibility(tension, self.segments.weight, self.stiffness, *self.angles, kernel)
+        tension, terms = point
+        entries = flexibility(tension, self.segments.weight, self.stiffness, *self.angles, terms)
         return tuple(self._over_segments(entry) for entry in entries)
 
     def _over_segments(self, per_length):
@@ -149,14 +149,14 @@ class EquilibriumResidual:
         taut_fraction = np.where(slack, 0.0, self.segments.fraction)
         slack_length = (self.segments.fraction - taut_fraction).sum(axis=-1)
         # the taut segments leave the slack ones to span the distance |slack_length e + (q, n, y)|
-        extensions, kernel = extension(tension, self.segments.weight, self.stiffness, *self.angles)
+        extensions, terms = extension(tension, self.segments.weight, self.stiffness, *self.angles)
         q, n, y = (-(per_length * taut_fraction).sum(axis=-1) for per_length in extensions)
         q = q + self.strain
         excess = 2 * slack_length * q + q * q + n * n + y * y  # distance^2 - slack_length^2
         distance = np.sqrt(np.maximum(slack_length**2 + excess, 0.0))
         # a tension along that distance stretches the slack segments, and takes the taut ones with it
         u = np.stack([component / np.maximum(distance, CABLE.least_divisor) for component in (slack_length + q, n, y)])
-        entries = flexibility(tension, self.segments.weight, self.stiffness, *self.angles, kernel)
+        entries = flexibility(tension, self.segments.weight, self.stiffness, *self.angles, terms)
         qq, nn, yy, qn, qy, ny = ((entry * taut_fraction).sum(axis=-1) for entry in entries)
         compliance = slack_length / self.stiffness[..., 0] + qq * u[0] ** 2 + nn * u[1] ** 2 + yy * u[2] ** 2
         compliance = compliance + 2 * (qn * u[0] * u[1] + qy * u[0] * u[2] + ny * u[1] * u[2])

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from cablestudy.cable.segment import evaluate
+from cablestudy.cable.segment import segment_terms
 from cablestudy.cable.tolerances import CABLE
 
 EPSILON = float(np.finfo(float).eps)
@@ -21,11 +21,11 @@ def arc_length_at_midspan(catenary):
     cancels, so that a vertical cable has the limit of an inclined one. The root finders of scipy.optimize.elementwise
     give the same digits in four times the time.
     """
-    span, kernel, fraction = catenary.span, catenary.kernel, catenary.segments.fraction
+    span, terms, fraction = catenary.span, catenary.terms, catenary.segments.fraction
     stiffness = np.asarray(span.axial_stiffness, dtype=float)[..., None]
-    scale = np.maximum(np.abs(kernel.horizontal).max(axis=-1, keepdims=True), CABLE.least_divisor)
-    relative_horizontal = kernel.horizontal / scale
-    distance = relative_horizontal * fraction * (1 / stiffness + 2 * (1 + kernel.excess) / kernel.sum_of_tensions)
+    scale = np.maximum(np.abs(terms.horizontal).max(axis=-1, keepdims=True), CABLE.least_divisor)
+    relative_horizontal = terms.horizontal / scale
+    distance = relative_horizontal * fraction * (1 / stiffness + 2 * (1 + terms.excess) / terms.sum_of_tensions)
     segment_ends = np.cumsum(distance, axis=-1)  # horizontal distances from end 1, to a common factor
     half = segment_ends[..., -1:] / 2
     segment = np.minimum((segment_ends < half).sum(axis=-1, keepdims=True), segment_ends.shape[-1] - 1)
@@ -62,7 +62,7 @@ def _arc_length_at(target, rounding, length, *segment):
     for _ in range(CABLE.midspan_steps):
         target, rounding, length, rate, stiffness, weight, cosine, sine, q, n, y = arguments
         shift = weight * (x - length) / 2  # of the tension vector, from mid-segment to the middle of the piece up to x
-        piece = evaluate((q + shift * sine, n + shift * cosine, y), weight * x, cosine, sine)
+        piece = segment_terms((q + shift * sine, n + shift * cosine, y), weight * x, cosine, sine)
         gap = target - rate * x * (1 / stiffness + 2 * (1 + piece.excess) / piece.sum_of_tensions)
         low, high = np.where(gap > 0, x, low), np.where(gap > 0, high, x)
         slope = np.maximum(rate, CABLE.least_divisor) * (

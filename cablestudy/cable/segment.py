@@ -45,7 +45,7 @@ class SegmentTerms:
         return SegmentTerms(*(array[index] for array in arrays), tuple(tension[index] for tension in self.tensions))
 
 
-def evaluate(tension, weight, cosine, sine):
+def segment_terms(tension, weight, cosine, sine):
     """Terms S, beta, atanh(beta)/beta - 1, T0 and T1 of the module's equations for segments of cables: `SegmentTerms`.
 
     Parameters
@@ -100,20 +100,20 @@ def _excess_by_series(beta):
 def extension(tension, weight, axial_stiffness, cosine, sine):
     """End 2 minus end 1 of a segment, less its unstretched length along the chord, per that length; and its terms.
 
-    Arguments as for `evaluate`, and EA [N]. The extension is a tuple of 3 ndarrays: along the chord, across it in the
-    plane, out of the plane. [-]
+    Arguments as for `segment_terms`, and EA [N]. The extension is a tuple of 3 ndarrays: along the chord, across it in
+    the plane, out of the plane. [-]
     """
     q, n, y = tension
-    kernel = evaluate(tension, weight, cosine, sine)
-    t0, t1 = kernel.tensions
-    total, by_sag = kernel.sum_of_tensions, 2 * kernel.excess / kernel.sum_of_tensions
-    half_weight, by_lean = weight / 2, by_sag * kernel.horizontal
+    terms = segment_terms(tension, weight, cosine, sine)
+    t0, t1 = terms.tensions
+    total, by_sag = terms.sum_of_tensions, 2 * terms.excess / terms.sum_of_tensions
+    half_weight, by_lean = weight / 2, by_sag * terms.horizontal
     half_q, half_n = half_weight * sine, half_weight * cosine  # of the weight along the chord and across it
     shortfall = _less_component(t0, q - half_q, n - half_n, y) + _less_component(t1, q + half_q, n + half_n, y)
     along = q / axial_stiffness - shortfall / total + by_lean * cosine
     across = n / axial_stiffness + 2 * n / total - by_lean * sine
     out = y / axial_stiffness + 2 * y / total + by_sag * y
-    return (along, across, out), kernel
+    return (along, across, out), terms
 
 
 def _less_component(tension, q, n, y):
@@ -121,31 +121,31 @@ def _less_component(tension, q, n, y):
     return np.where(q > 0, (n**2 + y**2) / np.maximum(tension + np.abs(q), CABLE.least_divisor), tension - q)
 
 
-def flexibility(tension, weight, axial_stiffness, cosine, sine, kernel):
+def flexibility(tension, weight, axial_stiffness, cosine, sine, terms):
     """Derivative of `extension` with respect to the tension vector: 6 ndarrays qq, nn, yy, qn, qy, ny. [1/N]
 
-    Arguments as for `evaluate`; `axial_stiffness` is EA [N] and `kernel` the `SegmentTerms` from `extension`.
+    Arguments as for `segment_terms`; `axial_stiffness` is EA [N] and `terms` the `SegmentTerms` from `extension`.
 
     Notes
     -----
     The mean of (T^2 I - P P^T)/T^3 over the segment is found once in terms of small deviations from the chord and once
     in horizontal and vertical components: each form is free of cancellation where the other is not.
     """
-    small = kernel.beta < CABLE.series_below
+    small = terms.beta < CABLE.series_below
     number = np.count_nonzero(small)
     if number == small.size:
-        by_turning = _flexibility_of_small_beta(tension, weight, cosine, sine, kernel)
+        by_turning = _flexibility_of_small_beta(tension, weight, cosine, sine, terms)
     else:
-        by_turning = _flexibility_of_large_beta(tension, cosine, sine, kernel)
+        by_turning = _flexibility_of_large_beta(tension, cosine, sine, terms)
         if number:
-            shallow = _flexibility_of_small_beta(tension, weight, cosine, sine, kernel)
+            shallow = _flexibility_of_small_beta(tension, weight, cosine, sine, terms)
             by_turning = tuple(np.where(small, *pair) for pair in zip(shallow, by_turning, strict=True))
     qq, nn, yy, *mixed = by_turning
     axial = 1.0 / axial_stiffness
     return (axial + qq, axial + nn, axial + yy, *mixed)
 
 
-def _flexibility_of_small_beta(tension, weight, cosine, sine, kernel):
+def _flexibility_of_small_beta(tension, weight, cosine, sine, terms):
     """Entries of `flexibility` by change of direction alone, without the axial part l/EA, of segments of small beta.
 
     The mean of (T^2 I - P P^T)/T^3, written with small deviations from the chord. Along the segment P = P_mid + w tau
@@ -153,7 +153,7 @@ def _flexibility_of_small_beta(tension, weight, cosine, sine, kernel):
     last one by quadrature. Arguments as for `flexibility`.
     """
     q, n, y = tension
-    total, product = kernel.sum_of_tensions, np.maximum(kernel.product, CABLE.least_divisor)
+    total, product = terms.sum_of_tensions, np.maximum(terms.product, CABLE.least_divisor)
     i0 = 2 * total / product
     i1 = -2 * (q * sine + n * cosine) * weight / np.maximum(total * product, CABLE.least_divisor)
     wq, wn = weight * sine, weight * cosine  # w
@@ -169,7 +169,7 @@ def _flexibility_of_small_beta(tension, weight, cosine, sine, kernel):
     return (
         nn + yy,
         qq + yy,
-        2 * (1 + kernel.excess) / total - yy,
+        2 * (1 + terms.excess) / total - yy,
         -(q * n * i0 + (q * wn + n * wq) * i1 + wq * wn * i2),
         -(q * y * i0 + y * wq * i1),
         -(n * y * i0 + y * wn * i1),
@@ -186,7 +186,7 @@ def _gauss_rule(dimensions):
     return tau, share * tau**2
 
 
-def _flexibility_of_large_beta(tension, cosine, sine, kernel):
+def _flexibility_of_large_beta(tension, cosine, sine, terms):
     """Entries of `flexibility` by change of direction alone, without the axial part l/EA, of segments of large beta.
 
     The mean of (T^2 I - P P^T)/T^3, P being the tension vector along the segment, written with horizontal and vertical
@@ -194,12 +194,12 @@ def _flexibility_of_large_beta(tension, cosine, sine, kernel):
     V^k/T^3 over the segment. Arguments as for `flexibility`.
     """
     q, n, y = tension
-    h, total, (t0, t1) = kernel.horizontal, kernel.sum_of_tensions, kernel.tensions
-    i0 = 2 * total / np.maximum(kernel.product, CABLE.least_divisor)
+    h, total, (t0, t1) = terms.horizontal, terms.sum_of_tensions, terms.tensions
+    i0 = 2 * total / np.maximum(terms.product, CABLE.least_divisor)
     i1 = 2 * (q * sine + n * cosine) / np.maximum(total * (t0 * t1), CABLE.least_divisor)
     h2, y2 = h * h, y * y
     vv = (h2 + y2) * i0
-    i2 = 2 * (1 + kernel.excess) / total - vv
+    i2 = 2 * (1 + terms.excess) / total - vv
     hh, hv = i2 + y2 * i0, -h * i1
     hy, vy = -h * y * i0, -y * i1
     cc, ss = cosine**2, sine**2

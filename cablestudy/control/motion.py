@@ -109,7 +109,7 @@ def basis_of_rows(system, omega, shapes, responses):
     Parameters
     ----------
     system : LinearSystem
-        The suspensions in all N coordinates, of n rows, see `control.suspension.second_order`.
+        The suspensions in all N coordinates, of n rows, see `control.suspension.suspension_system`.
     omega : list of ndarray, shape (k,)
         Angular frequencies of the undamped modes of each row. [rad/s]
     shapes : ndarray, shape (n, N, k)
@@ -138,7 +138,7 @@ def motion_of_rows(whole: LinearSystem, omega, shapes, winches, damping):
     Parameters
     ----------
     whole : LinearSystem
-        The suspensions in all N coordinates, of n rows, see `control.suspension.second_order`.
+        The suspensions in all N coordinates, of n rows, see `control.suspension.suspension_system`.
     omega, shapes : ndarray, shapes (n, m) and (n, N, m)
         Reduction basis, see `basis_of_rows`.
     winches : int

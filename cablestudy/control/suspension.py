@@ -122,7 +122,7 @@ def winch_loads(layout, winches):
     return layout.connection.T @ ends.lifted[0] + ends.moments[0][layout.free]
 
 
-def second_order(layout, kept, winches=(), markers=(), midspans=()):
+def suspension_system(layout, kept, winches=(), markers=(), midspans=()):
     """Assemble the `LinearSystem` of a suspension from winches and forces to displacements and tensions.
 
     Its coordinates are the modal amplitudes of all cables, then the free displacements of bodies and points.
@@ -152,11 +152,11 @@ def second_order(layout, kept, winches=(), markers=(), midspans=()):
         There are too many coordinates.
     """
     check_size(layout, kept)
-    return second_order_of_rows([layout], [kept], [winches], [markers], [midspans]).take(0)
+    return suspension_systems([layout], [kept], [winches], [markers], [midspans]).take(0)
 
 
 def check_size(layout, kept):
-    """Refuse a system with too many coordinates, arguments as of `second_order`: NoSolutionError."""
+    """Refuse a system with too many coordinates, arguments as of `suspension_system`: NoSolutionError."""
     coordinates = len(layout.free) + sum(len(cable.element.omega) for cable in kept)
     if coordinates > CONTROL.state_space_coordinates:
         raise NoSolutionError(
@@ -166,7 +166,7 @@ def check_size(layout, kept):
 
 
 def signature(layout, kept, winches, markers, midspans):
-    """Names and numbers that rows of `second_order_of_rows` have in common, arguments as of `second_order`: tuple."""
+    """Names and numbers that rows of `suspension_systems` have in common, arguments as of one of them: tuple."""
     suspension = layout.equilibrium.suspension
     of_cables = *((cable.modes, len(cable.element.omega)) for cable in kept), bool(midspans)
     hysteretic = any(cable.element.strain is not None and cable.element.strain.law == "hysteretic" for cable in kept)
@@ -177,8 +177,8 @@ def signature(layout, kept, winches, markers, midspans):
     return of_cables, of_winches, of_markers, names, layout.free.tobytes(), suspension.owner.tobytes(), alone
 
 
-def second_order_of_rows(layouts, kept, winches, markers, midspans):
-    """`second_order` of n rows with equal `signature`, arguments as lists of those of each: `LinearSystem` of rows."""
+def suspension_systems(layouts, kept, winches, markers, midspans):
+    """`suspension_system` of n rows with equal `signature`, arguments as lists of those of each: a `LinearSystem`."""
     layout, winch_count = layouts[0], len(winches[0])
     ends = _Ends(layouts, winches)
     matrices = [[cable.element.matrices() for cable in of_row] for of_row in kept]
@@ -213,7 +213,7 @@ def _of_bodies(layout, words, units):
 
 
 def labels(layout, winches=(), markers=(), midspans=False):
-    """Name and unit of each input and of each output of `second_order`, mid-spans among them or not: two tuples."""
+    """Name and unit of each input and each output of `suspension_system`, mid-spans among them or not: two tuples."""
     suspension = layout.equilibrium.suspension
     inputs = [(f"winch.{suspension.cable_names[winch.cable]}", "m") for winch in winches]
     bodies = suspension.body_names
@@ -244,7 +244,7 @@ def _outputs(layouts, matrices, connection, ends, markers, midspans):
     Parameters
     ----------
     layouts, markers, midspans
-        As for `second_order_of_rows`.
+        As for `suspension_systems`.
     matrices : list of tuple of 3 ndarray, shape (n, m + 6, m + 6)
         M, C and K of the m modes and six ends of each cable.
     connection : ndarray, shape (n, 6 c, d)

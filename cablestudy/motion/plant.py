@@ -13,7 +13,7 @@ import numpy as np
 from cablestudy.cable.matrices import dense
 from cablestudy.control.loop_state_space import ExactResponse
 from cablestudy.control.motion import Actuator, actuated, motion_of_rows, with_actuators
-from cablestudy.control.suspension import FROM, TO, Marker, Winch, check_size, second_order_of_rows, signature
+from cablestudy.control.suspension import FROM, TO, Marker, Winch, check_size, signature, suspension_systems
 from cablestudy.errors import NoSolutionError, outcome_of
 from cablestudy.motion.left_out_modes import BodiesOnAllModes
 from cablestudy.motion.reduction_basis import MIDSPAN, applied_loads, loads_and_bases, space_with_fewer_modes
@@ -146,13 +146,13 @@ class Plant:
         Plants with equal numbers of everything are computed together: no digit of one depends on the others.
         """
         for members in batches(plants, lambda plant: signature(*plant._parts_of_system), _size):
-            systems = second_order_of_rows(*map(list, zip(*(plant._parts_of_system for plant in members), strict=True)))
+            systems = suspension_systems(*map(list, zip(*(plant._parts_of_system for plant in members), strict=True)))
             for row, (plant, mask) in enumerate(zip(members, observed(systems), strict=True)):
                 yield plant, (systems.take(row), mask)
 
     @property
     def full_system(self):
-        """`LinearSystem` with all coordinates of the cables, see `control.suspension.second_order`."""
+        """`LinearSystem` with all coordinates of the cables, see `control.suspension.suspension_system`."""
         return self._system_and_observed[0]
 
     @property
@@ -162,7 +162,7 @@ class Plant:
 
     @cached_property
     def _parts_of_system(self):
-        """Arguments of `control.suspension.second_order`; raises NoSolutionError as that."""
+        """Arguments of `control.suspension.suspension_system`; raises NoSolutionError as that."""
         models, kept = self.modes.solution.models, self.modes.solution.kept
         midspans = midspan_shapes(models, kept, self.equilibrium.catenary) if self.midspans else ()
         parts = self.layout, self.in_air(models, kept), self.winches, self.markers, midspans

@@ -41,7 +41,8 @@ REASONS = (
     "converged: no step leaves less, and what is left is the rounding of lengths and places",
     "the forces of the mean wind and the attitude that they lead to do not agree",
 )
-# strains by the loads that softened cables have, in turn (`search`): cables ten times as stiff as before take few steps
+# strains by the loads that softened cables have, in turn (`least_energy_poses`): cables ten times as stiff as before
+# take few steps
 SOFTENED = (0.3, 0.1, 0.03, *(10.0**-k for k in range(2, 13)))
 
 
@@ -92,7 +93,7 @@ def newton_step(suspension, state, evaluation):
     """
     free = suspension.free
     force, end_forces = tangent.free_values(suspension, evaluation.net), evaluation.end_forces
-    blocks = tangent.blocks(suspension, state.rotation, state.arms, end_forces, evaluation.end_stiffness)
+    blocks = tangent.stiffness_blocks(suspension, state.rotation, state.arms, end_forces, evaluation.end_stiffness)
     largest_step = np.ones((len(force), *free.shape)) * STATICS.widest_turn
     largest_step[..., :3] = STATICS.farthest_step * extent(state)[:, None, None]
     # where nothing holds a degree of freedom the step is small if the force is rounding, and else as large as allowed
@@ -315,7 +316,7 @@ def _softened_links(suspension, state, strain):
     return np.minimum(suspension.link_stiffness, SOFTENED[0] / strain * limit[:, None])
 
 
-def search(suspension, state):
+def least_energy_poses(suspension, state):
     """Poses of least energy: by Newton steps from the start, or where these are many by way of softer cables.
 
     Stiff cables make a narrow, curved valley of the energy, in which Newton steps are short. Cables so soft that the

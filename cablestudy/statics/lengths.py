@@ -224,7 +224,7 @@ def linearised(suspension, state, which, moving):
     rates = stated.rates(cables, quantities)
     forces, stiffness, links = end_forces_and_stiffness(suspension, state, cables, rates.stiffness)
     net, scale = tangent.net_forces(suspension, state.rotation, state.arms, forces, cables.max_tension)
-    blocks = tangent.blocks(suspension, state.rotation, state.arms, forces, stiffness)
+    blocks = tangent.stiffness_blocks(suspension, state.rotation, state.arms, forces, stiffness)
     all_cables, arms = np.arange(len(quantities)), state.arms[:, suspension.of_cables]
     force_by_length = tangent.by_body(suspension, all_cables, tangent.wrenches(arms, rates.end_forces))
     value_by_ends = rates.by_end[..., None, :] * np.array([-1.0, 1.0])[:, None]

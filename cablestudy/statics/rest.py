@@ -8,7 +8,7 @@ from cablestudy.cable import catenary
 from cablestudy.cable.vectors import largest, size
 from cablestudy.errors import NoSolutionError
 from cablestudy.statics import stated, tangent
-from cablestudy.statics.descent import ROUNDED, UNMET, descend, search
+from cablestudy.statics.descent import ROUNDED, UNMET, descend, least_energy_poses
 from cablestudy.statics.links import Links
 from cablestudy.statics.pose_state import (
     TINY,
@@ -47,7 +47,7 @@ def pose(suspension):
 
     Notes
     -----
-    Stated preloads, sags and tensions are met by Newton's method on the lengths, about equilibria that `search` finds.
+    Stated preloads, sags and tensions are met by Newton's method on the lengths, about poses of least energy.
     Cases that do not meet them are searched again by way of softer cables; unstable equilibria are left for others.
     """
     refuse_unheld(suspension)
@@ -118,7 +118,7 @@ def perturbed(suspension, state, motion, step_size):
 
 def search_all(suspension, state):
     """Find the pose, and the lengths with which cables have their stated values: `PoseState`, `SearchRecord`."""
-    state, record = search(suspension, state)
+    state, record = least_energy_poses(suspension, state)
     if set(suspension.stated) - {"unstretched_length"}:
         state, record = satisfy_stated(suspension, state, record)
     return state, record
@@ -341,7 +341,7 @@ def coupled_step(suspension, state, cables, which, error):
     """
     rates = stated.rates(cables, suspension.stated)
     forces, stiffness, _ = end_forces_and_stiffness(suspension, state, cables, rates.stiffness)
-    blocks = tangent.blocks(suspension, state.rotation, state.arms, forces, stiffness)
+    blocks = tangent.stiffness_blocks(suspension, state.rotation, state.arms, forces, stiffness)
     measure, factor = stated.linear_measure(error, np.array(suspension.stated, dtype=object)[which])
     value = suspension.value[:, which] / np.where(np.isfinite(factor), factor, 1.0)
     end_sign = np.array([-1.0, 1.0])[:, None]

@@ -116,7 +116,7 @@ def _blocks_without_loose_cables(equilibrium):
     loose = np.pad(loose, [(0, 0)] * (loose.ndim - 1) + [(0, links)])[..., None, None]
     forces = np.where(loose, 0.0, equilibrium.end_forces)
     stiffness = np.where(loose, 0.0, equilibrium.end_stiffness)
-    return tangent.blocks(equilibrium.suspension, equilibrium.rotation, equilibrium.arms, forces, stiffness)
+    return tangent.stiffness_blocks(equilibrium.suspension, equilibrium.rotation, equilibrium.arms, forces, stiffness)
 
 
 def _least_eigenvalue(matrix):

@@ -319,7 +319,7 @@ class Equilibrium:
     @cached_property
     def blocks(self):
         """Stiffness of all degrees of freedom, held ones too, by cable, link and body: `tangent.Blocks`."""
-        return tangent.blocks(self.suspension, self.rotation, self.arms, self.end_forces, self.end_stiffness)
+        return tangent.stiffness_blocks(self.suspension, self.rotation, self.arms, self.end_forces, self.end_stiffness)
 
     @cached_property
     def stiffness(self):

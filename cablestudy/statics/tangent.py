@@ -278,7 +278,7 @@ def net_forces(suspension, rotation, arms, end_forces, tension):
     return net, by_ends[..., 6] + (size(weight) + size(suspension.force))
 
 
-def blocks(suspension, rotation, arms, end_forces, end_stiffness):
+def stiffness_blocks(suspension, rotation, arms, end_forces, end_stiffness):
     """Tangent stiffness of the bodies by the equation of the module's docstring, for held degrees of freedom too.
 
     First B_1^T K B_2 of the cables and links for each pair of bodies; then for each body the term by rotation of the

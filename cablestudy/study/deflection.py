@@ -79,8 +79,8 @@ def _by_tangent(unloaded, mesh, span):
     positions, angles = mesh.node_positions, (span.cosine, span.sine)
     shares, middles = np.diff(positions), (positions[1:] + positions[:-1]) / 2
     tension, weight = tuple(unloaded.tension_at(middles).T), span.weight * shares
-    kernel = segment.evaluate(tension, weight, *angles)
-    per_length = np.array(segment.flexibility(tension, weight, span.axial_stiffness, *angles, kernel))
+    terms = segment.segment_terms(tension, weight, *angles)
+    per_length = np.array(segment.flexibility(tension, weight, span.axial_stiffness, *angles, terms))
     entries = span.unstretched_length * shares * per_length  # qq, nn, yy, qn, qy, ny [m/N]
     pieces = entries[[[0, 3, 4], [3, 1, 5], [4, 5, 2]]]  # shape (3, 3, pieces)
     forces = np.zeros((mesh.nodes, 3))

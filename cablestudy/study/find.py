@@ -17,7 +17,7 @@ from cablestudy.scene.words import counted
 from cablestudy.study.column import CLOSED
 from cablestudy.study.columns import find
 from cablestudy.study.limits import limits_by_case, limits_of, unanswered
-from cablestudy.study.roots import Effort, points_between, ranges_about, zeros
+from cablestudy.study.roots import Effort, find_zeros, points_between, ranges_about
 from cablestudy.study.scene_kind import kind_of, why_not
 from cablestudy.study.scene_values import tables_of
 from cablestudy.study.study_rows import checks_of, evaluate, evaluate_tables
@@ -156,7 +156,7 @@ def search(goal, document, enclose=False, column_at=None):
     # a zero of the least margin is first searched with those limits alone that decide there, which costs less
     of_limits = goal.column.name == "limit_margin" and not goal.value
     cheaper = partial(_margin_function, goal, document) if of_limits else None
-    zeros_found = zeros(difference, ranges, effort, enclose, cheaper)
+    zeros_found = find_zeros(difference, ranges, effort, enclose, cheaper)
     notes = [] if goal.between else [
         f"searched: {goal.key.name} from {goal.of_key(zeros_found.low, zeros_found.high)}; {goal.elsewhere}"
     ]  # fmt: skip

@@ -169,7 +169,7 @@ def points_between(low, high, count):
 # --------------------------------------------------------------------------------------------------------- the search
 
 
-def zeros(function, ranges, effort, enclose=False, cheaper=None):
+def find_zeros(function, ranges, effort, enclose=False, cheaper=None):
     """Find all zeros of a function of one number, in growing ranges up to the first range that has any: `Zeros`.
 
     In each range the points are evaluated; gaps between points with and without a value are divided; |f| is minimised

@@ -189,7 +189,7 @@ def stiffness_change(equilibrium, row, displacement, cables):
     forces[of_cables] += cables.end_forces
     rotation = equilibrium.rotation[row]
     rotation = rotation + turn(displacement[:, 3:]) @ rotation
-    blocks = tangent.blocks(suspension, rotation, suspension.arms(rotation), forces, stiffness)
+    blocks = tangent.stiffness_blocks(suspension, rotation, suspension.arms(rotation), forces, stiffness)
     before = tangent.dense(equilibrium.blocks.of(row), suspension)
     return largest_ratio(tangent.dense(blocks, suspension) - before, before)
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from cablestudy.cable.matrices import dense
 from cablestudy.control.statespace import state_space_of
-from cablestudy.control.suspension import labels, second_order
+from cablestudy.control.suspension import labels, suspension_system
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError, refuse_options
 from cablestudy.motion.plant import markers_of, winches_of
 from cablestudy.motion.tolerances import MOTION
@@ -236,7 +236,7 @@ def linear_model(case, found, nodes=False):
         Whether forces on the nodes of the cables are inputs too.
     """
     kept = found.solution.kept
-    system = second_order(found.layout, kept, *_winches_and_markers(case)).viscous()
+    system = suspension_system(found.layout, kept, *_winches_and_markers(case)).viscous()
     return with_node_forces(system, found.layout, found.solution.models, kept) if nodes else system
 
 
@@ -246,7 +246,7 @@ def with_node_forces(system, layout, models, kept):
     Parameters
     ----------
     system : LinearSystem
-        Made by `control.suspension.second_order`; its last outputs are the tensions, two of each cable.
+        Made by `control.suspension.suspension_system`; its last outputs are the tensions, two of each cable.
     layout : Layout
     models : Models
         Elements of the c cables.
