@@ -105,6 +105,10 @@ class NoSolutionError(CablestudyError):
     """A valid scene that has no answer, for example an unstable loop."""
 
 
+class NothingToDrawError(NoSolutionError):
+    """A picture in which nothing would be seen, for example of a wind that moves nothing; its numbers are there."""
+
+
 class ConvergenceError(CablestudyError):
     """An iteration that did not converge.
 

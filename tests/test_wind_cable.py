@@ -362,11 +362,27 @@ def test_a_picture_has_the_variance_that_is_printed(on, sets):
         assert line.get_label() == f"{label}: {printed[name]:.4g} mm RMS"
 
 
-def test_a_picture_of_wind_that_moves_nothing_is_refused(tmp_path):
+def test_a_picture_of_wind_that_moves_nothing_is_refused_beside_the_numbers(tmp_path):
     picture = tmp_path / "x.svg"
-    outcome = run("windrms", CARLINA, "--set", "gravity=0", "--on", "cable", "--plot", picture, code=3)
+    command = "windrms", CARLINA, "--set", "gravity=0", "--on", "cable"
+    outcome = run(*command, "--plot", picture, code=3)
     assert "there is nothing to draw" in outcome.err
     assert not list(tmp_path.iterdir())
+    assert outcome.out == run(*command).out
+
+
+def test_a_page_leaves_out_a_picture_of_wind_that_moves_nothing(folder):
+    path = folder / "span.yaml"
+    path.write_text(
+        "cable: {material: steel, diameter: 4 mm}\n"
+        "cables: {only: {from: [0, 0, 0], to: [50 m, 0, 0], sag: 1 m}}\n"
+        "wind: {speed: 5 m/s, turbulence_intensity: 0.2, length_scale: 10 m}\n",
+        encoding="utf-8",
+    )
+    assert "written" in run("report", path, "--out", folder / "span.html").err
+    page = (folder / "span.html").read_text(encoding="utf-8")
+    assert "Left out: nothing is free to move: there is nothing to draw" in page
+    assert "No answer" not in page
 
 
 # vortices

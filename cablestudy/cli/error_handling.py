@@ -8,7 +8,7 @@ import click
 
 from cablestudy.activity import ActivityDisplay, end_display
 from cablestudy.cli.tables import ONE_TABLE, discard_output, show, show_tables, while_it_is_read
-from cablestudy.errors import CablestudyError, SceneError, one_line
+from cablestudy.errors import CablestudyError, NothingToDrawError, SceneError, one_line
 
 FAILED_CHECK, WRONG_USE, NO_ANSWER, INTERRUPTED = 1, 2, 3, 130
 
@@ -97,11 +97,16 @@ def finish(scene, answer, style, plot=None, explain=False, quiet=False):
     echo_notes((*(answer.explain() if explain else ()), *answer.warnings), quiet)
     for failure in answer.failures:
         click.echo(f"{scene}: {failure}", err=True)
+    code = NO_ANSWER if answer.failures else 0
     if plot and answer.draw:
-        answer.save_figure(plot)
-        echo_notes([f"written: {plot}"], quiet)
+        try:
+            answer.save_figure(plot)
+            echo_notes([f"written: {plot}"], quiet)
+        except NothingToDrawError as error:
+            click.echo(f"{scene}: {one_line(error)}", err=True)
+            code = NO_ANSWER
     if answer.table is not None:
         show(answer.table, style)
     elif several:
         show_tables(answer, style)
-    return NO_ANSWER if answer.failures else 0
+    return code

@@ -9,7 +9,7 @@ from base64 import b64encode
 from contextlib import contextmanager
 from html import escape
 
-from cablestudy.errors import CablestudyError, SceneError, one_line
+from cablestudy.errors import CablestudyError, NothingToDrawError, SceneError, one_line
 from cablestudy.pages.markup import document, element, listed, paragraph, picture, text, unit_text
 from cablestudy.pages.tables import error_text, table_html
 from cablestudy.study.plots.style import UNDATED, styled
@@ -120,7 +120,7 @@ class Page:
         """Context manager of a section without a heading, see `section`; `what` names it in the list of failures."""
         try:
             yield
-        except SceneError as error:
+        except (SceneError, NothingToDrawError) as error:
             self.add(paragraph(f"Left out: {short_line(error)}", class_="reason"))
             self.left_out.append(f"{what.lower()}: {short_line(error)}")
         except CablestudyError as error:

@@ -8,7 +8,7 @@ from matplotlib.ticker import MultipleLocator
 
 from cablestudy.control.response import Phase
 from cablestudy.control.tolerances import CONTROL
-from cablestudy.errors import NoSolutionError
+from cablestudy.errors import NoSolutionError, NothingToDrawError
 from cablestudy.study.loop_in_time import MILLI
 from cablestudy.study.loop_report import curves, decibels, drawn_frequencies, loop_gain, singular_values
 from cablestudy.study.plots.style import (
@@ -58,11 +58,11 @@ def loop_margins(closed_loop, span=None):
 
     Raises
     ------
-    NoSolutionError
+    NothingToDrawError
         The gain is zero.
     """
     if not closed_loop.loop.gain:
-        raise NoSolutionError(NO_LOOP)
+        raise NothingToDrawError(NO_LOOP)
     frequency = drawn_frequencies(closed_loop, span or _span(closed_loop))
     value, sensitivity, complementary = curves(closed_loop, frequency)
     alone = len(closed_loop.body.measured) == 1

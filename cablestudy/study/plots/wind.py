@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.figure import Figure
 
-from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.errors import ConvergenceError, NoSolutionError, NothingToDrawError
 from cablestudy.study.plots.style import BLUE, BOX, GREEN, GREY, LIGHT, ORANGE, RED, WIDTH, heading, plain, styled
 from cablestudy.study.plots.words import quantity_text, shortened
 from cablestudy.study.suspension.wind_columns import PLACES, TURNS
@@ -74,8 +74,10 @@ def wind_response(winds, at_rest=None, on=None):
 
     Raises
     ------
+    NothingToDrawError
+        Nothing moves.
     NoSolutionError, ConvergenceError
-        There is no response, or nothing that moves, or it is outside the range of a picture.
+        There is no response, or it is outside the range of a picture.
     """
     closed_loop = winds[0].closed_loop
     body, point = _drawn(closed_loop)
@@ -84,7 +86,7 @@ def wind_response(winds, at_rest=None, on=None):
     states = _states(winds, at_rest or winds, names, point, frequency)
     kinds = _kinds(states, names)  # displacements, rotations, or both
     if not kinds:
-        raise NoSolutionError(f"the wind does not move {body.removesuffix(MIDSPAN)}: there is nothing to draw")
+        raise NothingToDrawError(f"the wind does not move {body.removesuffix(MIDSPAN)}: there is nothing to draw")
     _check_range(states, kinds)
     extended = np.linalg.matrix_rank(states[0].covariance) > 1  # the point moves in a plane, or in space
     heights = (1.3, 2.4, 1.6, 2.8) if extended else (2, 2, 2)
@@ -151,7 +153,7 @@ def _drawn(closed_loop):
     elif owners:
         body = owners[0] if owners[0].endswith(MIDSPAN) else owners[0].partition(".")[0]
     else:
-        raise NoSolutionError("nothing is free to move: there is nothing to draw")
+        raise NothingToDrawError("nothing is free to move: there is nothing to draw")
     markers = [f"{body}.{name}" for name in (scene.bodies[body].markers if body in scene.bodies else ())]
     corrected = scene.correction.marker if scene.correction else None
     return body, corrected if corrected in markers else markers[0] if markers else body
