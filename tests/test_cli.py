@@ -318,6 +318,11 @@ def test_python_m_cablestudy_is_the_command():
     assert process("static").err == missing
 
 
+def test_an_option_without_its_value_names_the_command():
+    message = "Option '--locus' requires an argument ('cablestudy static --help' shows how)"
+    assert process("static", "--locus").err == f"cablestudy static: {message}\n"
+
+
 def test_the_licence_is_in_the_project_file():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert project["license"] == "BSD-3-Clause"

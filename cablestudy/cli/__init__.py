@@ -32,7 +32,9 @@ class OneLine(Grouped):
             error.show()
             code = WRONG_USE
         except click.UsageError as error:
-            command = error.ctx.command_path if error.ctx else "cablestudy"
+            # click names no command where the last option lacks its value
+            named = [word for word in options["obj"]["words"][:1] if word in self.commands]
+            command = error.ctx.command_path if error.ctx else " ".join(["cablestudy", *named])
             message = " ".join(error.format_message().split()).rstrip(".")
             message = message.replace("not a valid integer range", "not a whole number")
             click.echo(f"{command}: {message} ('{command} --help' shows how)", err=True)
