@@ -174,7 +174,7 @@ def test_a_column_of_the_gondola_needs_a_gondola(folder):
 @pytest.mark.parametrize(
     ("table", "messages"),
     [
-        ("sag_m,preload_N\n0.12,1345\n", ["1 rows, and the study has 2 cases"]),
+        ("sag_m,preload_N\n0.12,1345\n", ["1 row, and the study has 2 cases"]),
         ("sag_m,preload_N\n1,2\n3,4\n5,6\n", ["3 rows, and the study has 2 cases"]),
         ("sag_m,mass_kg\n1,2\n3,4\n", ["column 'mass_kg' is not among the study's columns"]),
         # names have units, as those of the table that it is compared with

@@ -350,6 +350,16 @@ def test_pictures_show_the_margins_within_the_figure(sets):
     assert ("unstable" in said) == ("80" in str(sets))
 
 
+def test_a_loop_without_gain_has_its_largest_gain_and_no_crossover(folder):
+    """S is I: its peak is 1, that of S - I/2 is 1/2, and no eigenvalue of L has the size 1."""
+    sets = "--set", "cable.damping={loss_factor: 0.02, viscous: 0.05}", "--set", "model={accuracy: 1e-4}"
+    (row,) = table_of("loop", CARLINA, *sets, "--set", "winch.controller.gain=0")
+    (other,) = table_of("loop", CARLINA, *sets, "--set", "winch.controller.gain=0.01")
+    assert row["largest_gain_rad_per_s"] == pytest.approx(other["largest_gain_rad_per_s"], rel=1e-4)
+    assert (row["sensitivity_peak"], row["disk_margin"], row["status"]) == (1, 2, "ok")
+    assert row["phase_margin_deg"] is row["gain_crossover_Hz"] is None
+
+
 def test_a_gain_of_zero_has_no_picture():
     done = run("loop", CARLINA, "--set", "winch.controller.gain=0", "--plot", "none.png", code=3)
     assert "the gain of the loop is zero" in done.err

@@ -36,6 +36,13 @@ def solved(*sets):
     return document, SuspensionCase(scene)
 
 
+def test_several_winches_without_gain_have_a_largest_gain_and_no_crossover():
+    (row,) = table_of("loop", NET, "--set", "control.gain=0", "--table", "loop")
+    (other,) = table_of("loop", NET, "--set", "control.gain=0.01", "--table", "loop")
+    assert row["largest_gain_rad_per_s"] == pytest.approx(other["largest_gain_rad_per_s"], rel=1e-4)
+    assert (row["sensitivity_peak"], row["disk_margin"], row["phase_margin_deg"]) == (1, 2, None)
+
+
 def in_time(document, case, options):
     return time_case(document, case.scene, case.in_wind.closed_loop, options)
 

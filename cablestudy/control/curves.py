@@ -95,6 +95,8 @@ def at_frequencies(functions, row, omega, growth=0.0):
     s = (growth + 1j) * omega
     if all(isinstance(function, LoopGain) for function in functions):
         return LoopGain.of_rows(functions, row, s)
+    if not len(s):  # of loops whose gain nowhere is one, for example
+        return functions[0](s)
     edges = np.searchsorted(row, np.arange(len(functions) + 1)).tolist()
     parts = zip(functions, edges[:-1], edges[1:], strict=True)
     return np.concatenate([by_parts(function, s[begin:end]) for function, begin, end in parts if end > begin])

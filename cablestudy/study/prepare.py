@@ -6,6 +6,8 @@ from difflib import get_close_matches
 from cablestudy.errors import Mistake, Mistakes, SceneError
 from cablestudy.scene.mistakes import at_most
 from cablestudy.scene.study import ALL_COLUMNS, CHECK_ALL
+from cablestudy.scene.words import counted
+from cablestudy.study.all_columns import column_named, find, find_header, key_column, why_not
 from cablestudy.study.columns import column_named, find, find_header, key_column
 from cablestudy.study.find import check_goal, field_of_key
 from cablestudy.study.goal import goal_of_study
@@ -166,7 +168,7 @@ def _printed_values(study, columns):
         hint = "".join(f" (did you mean {near!r}?)" for near in get_close_matches(name, headers, 1))
         messages.append(f"column {name!r} is not among the study's columns{hint}")
     if len(rows) != study.count:
-        messages.append(f"{len(rows)} rows, and the study has {study.count} cases")
+        messages.append(f"{counted(len(rows), 'row')}, and the study has {counted(study.count, 'case')}")
     numbers = [{name: number(row[name]) for name in names} for row in rows]
     messages += [
         f"row {row_number}, {name}: not a number: {row[name]!r}"
