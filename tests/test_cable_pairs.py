@@ -7,7 +7,14 @@ import pytest
 from campaign import campaign
 from references.panels import panels
 
-from cablestudy.wind.cable_pairs import Arc, coherence_of_cables, coherence_with_points, load_points
+from cablestudy.cable.element import basis
+from cablestudy.wind.cable_pairs import (
+    Arc,
+    coherence_of_cables,
+    coherence_of_chords,
+    coherence_with_points,
+    load_points,
+)
 
 KAPPA = np.array([1e-3, 1.0, 10.0, 100.0, 1000.0])
 
@@ -68,6 +75,7 @@ PAIRS = {  # with the place on the level one that is closest to the other one
     "at 1.5 degrees": (turned(0.026), 0.0),
     "at 60 degrees": (turned(1.05), 0.0),
     "almost in line": (turned(3.1), 0.0),
+    "at the same place": (LEVEL, 0.0),
     "beside it": (straight((0, 2e-3, 0), (1, 2e-3, 0)), 0.0),
     "beside it, farther at one end": (straight((0, 0, 0.002), (1, 0.03, 0.002)), 0.0),
     "across": (turned(0.6, (0.4, -0.2, 2e-3)), 0.4 + 0.2 / np.tan(0.6)),
@@ -78,7 +86,7 @@ OWN = np.minimum(1.0, 2 / KAPPA)
 ALLOWED = (np.array([1e-10, 1e-8, 1e-6, 3e-6, 3e-5]) * OWN)[:, None, None]
 
 
-@pytest.mark.parametrize("name", campaign(list(PAIRS), ["at 1.5 degrees", "beside it", "across"]))
+@pytest.mark.parametrize("name", campaign(list(PAIRS), ["at 1.5 degrees", "at the same place", "beside it", "across"]))
 def test_two_cables_that_come_close(name):
     """Three loads on each, as the first and as the second one."""
     other, about = PAIRS[name]
@@ -94,6 +102,28 @@ def test_two_sagging_cables_beside_each_other():
     first, second = (LEVEL + np.outer([0, 1, 0], SAG) + [0, y, 0] for y in (0, 0.01))
     found = by_means(coherence_of_cables(KAPPA, [Arc(first)], [Arc(second)]))
     assert (np.abs(found - by_panels(first, second, 0.0)) <= ALLOWED).all()
+
+
+def test_places_of_one_cable_by_their_distance():
+    """Against a fine rule on a parabola, whose arc length is in closed form; in one element and in two."""
+    sag = LEVEL + np.outer([0, 1, 0], 4 * SAG)
+    x, weights = np.polynomial.legendre.leggauss(400)
+    x, weights = (1 + x) / 2, weights / 2
+    slope = 16 * SAG[2] * (1 - 2 * x)
+    along = -(slope * np.hypot(1, slope) + np.arcsinh(slope)) / (64 * SAG[2])
+    distance, of_arc = np.linalg.norm(on(sag, x)[:, None] - on(sag, x), axis=-1), np.abs(along[:, None] - along)
+    assert np.abs(of_arc[0, -1] / distance[0, -1] - 1) > 0.05
+    whole = Arc(on(sag, basis(12).nodes))
+    halves = [Arc(on(sag, (half + basis(12).nodes) / 2)) for half in (0, 1)]
+    points, of_points = load_points(12)
+    of_whole = of_points[:, None] * loads(points)
+    of_halves = np.concatenate([of_points[:, None] / 2 * loads((half + points) / 2) for half in (0, 1)])
+    for kappa, own in zip(KAPPA, OWN, strict=True):
+        change = np.exp(-kappa * distance) - np.exp(-kappa * of_arc)
+        expected = (weights[:, None] * loads(x)).T @ change @ (weights[:, None] * loads(x))
+        for arcs, work in (([whole], of_whole), (halves, of_halves)):
+            found = work.T @ coherence_of_chords(np.array([kappa]), arcs)[0] @ work
+            assert np.abs(found - expected).max() <= (2e-6 if kappa < 50 else 1e-5) * own, kappa
 
 
 def test_points_near_a_cable():

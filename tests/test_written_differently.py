@@ -8,12 +8,14 @@ from functools import partial
 
 import numpy as np
 import pytest
+from cablestudy.study.all_columns import find
 from command import CONFIGS
 
 from cablestudy.cable.geometry import places
 from cablestudy.scene.control_tables import AllocationTable
 from cablestudy.scene.load_tables import Load
 from cablestudy.scene.scene import load_scene
+from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.columns import find
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.rows import evaluate_suspensions
@@ -125,3 +127,36 @@ def test_the_motion_of_a_junction_takes_modes_only_where_it_is_asked_for(scene):
     motion = SuspensionCase(cut(scene, 1e-9, 1e-2)).in_wind
     modes, with_points = (len(one.closed_loop.modes) for one in (motion, motion.with_points))
     assert modes == len(SuspensionCase(scene).in_wind.closed_loop.modes) < with_points
+
+
+# a body on three cables that sag by some metres
+HUNG = {
+    "cable": {"damping": {"loss_factor": 0.02}},
+    "bodies": {"eye": {"at": [0, 0, 0], "mass": 17.0, "free": ["x", "y", "z"], "attachments": {"ring": [0, 0, 0]}}},
+    "cables": {
+        name: {"from": end, "to": "eye.ring", "unstretched_length": length}
+        for name, end, length in (("a", [-17.6, 6.5, 7.2], 20.9), ("b", [12.4, 13.1, 6.1], 19.4),
+                                  ("c", [2.4, -16.0, 8.5], 18.9))
+    },
+    "wind": {"speed": 3.0, "direction": 0.3, "turbulence_intensity": [0.15, 0.12, 0.08], "length_scale": 25.0,
+             "coherence_decay": 20.0, "on": "cables", "mean": False, "aerodynamic_damping": False},
+    "model": {"accuracy": 1e-4},
+}  # fmt: skip
+
+
+def hung(strands):
+    """That scene with each cable as several ones side by side, each with its share of everything."""
+    section = {"axial_stiffness": 6e6, "mass_per_length": 1.3, "diameter": 0.012}
+    shared = HUNG["cable"] | {key: value / strands for key, value in section.items()}
+    cables = {f"{name}{k}": cable for name, cable in HUNG["cables"].items() for k in range(strands)}
+    return SuspensionScene.model_validate(HUNG | {"cable": shared, "cables": cables})
+
+
+def test_gusts_along_a_cable_that_sags_are_those_between_two_at_the_same_place():
+    """The coherence is that of the distance of two places, along a cable and between two."""
+    columns = [find(f"eye.{name}") for name in ("rms_x", "rms_y", "rms_z", "rms", "rms_velocity")]
+    one, two = evaluate_suspensions([hung(1)], columns) + evaluate_suspensions([hung(2)], columns)
+    for header in (column.header for column in columns):
+        error = one.errors[header] + two.errors[header]
+        assert error < 3e-4
+        assert two.cells[header] == pytest.approx(one.cells[header], rel=error), header

@@ -64,6 +64,21 @@ class Arc:
         weights = load_points(self.order)[1]
         return float(size(self.slopes) @ weights) / len(weights)
 
+    def functions(self, positions):
+        """The n functions l_i/w_i at positions on [0, 1], shape (...): shape (..., n)."""
+        return self._along(positions)[0] @ _over_weights(self.order)
+
+    def places(self, positions):
+        """Places at positions on [0, 1], shape (..., 3). [m]"""
+        return self._along(positions)[1]
+
+    def arc_lengths(self, positions):
+        """Arc lengths from the first node to positions on [0, 1], shape (p,). [m]"""
+        points, _ = load_points(self.order)
+        inner, weights = gauss(len(points))
+        speed = lagrange(points, positions[:, None] * inner) @ size(self.slopes)
+        return positions * (speed @ weights)
+
     def _along(self, positions):
         """Legendre's polynomials at positions on [0, 1], shape (...), and the places there: (..., n) and (..., 3)."""
         _, weights = load_points(self.order)
@@ -90,9 +105,9 @@ class Arc:
         # the tangents at the two closest points as straight cables
         own, its, offset = self.slopes[i], other.slopes[j], self.points[i] - other.points[j]
         offset, across = (part - (part @ its) / (its @ its) * its for part in (offset, own))
-        square = max(across @ across, WIND.parallel_cables**2 * (own @ own))
-        along = -(offset @ across) / square
-        distance = size(offset + along * across) / np.sqrt(square)
+        square, least = across @ across, WIND.parallel_cables**2 * (own @ own)
+        along = -(offset @ across) / max(square, least)
+        distance = size(offset + along * across) / np.sqrt(square) if square > least else WIND.broad_peak
         s, weights = _sinh_rule(len(self.points), load_points(self.order)[0][i] + along, distance)
         polynomials, places = self._along(s)
         by_function = (polynomials * weights[:, None]) @ _over_weights(self.order)
@@ -124,6 +139,31 @@ def coherence_of_cables(kappa, cable, other):
     return coherence
 
 
+def coherence_of_chords(kappa, cable):
+    """Coherence between places of one cable by their distances, less that by their distances along it, (f, q, q).
+
+    Of the functions of all elements; smooth, since both distances are nearly equal where they are short.
+
+    Parameters
+    ----------
+    kappa : ndarray, shape (f,)
+        [1/m]
+    cable : list of Arc
+    """
+    count = len(cable[0].points)
+    positions, weights = gauss(WIND.chord_points * count - 1)
+    by_function = cable[0].functions(positions) * weights[:, None]
+    places = np.concatenate([arc.places(positions) for arc in cable])
+    lengths = np.array([arc.arc_lengths(np.append(positions, 1.0)) for arc in cable])
+    along = (np.cumsum(lengths[:, -1]) - lengths[:, -1])[:, None] + lengths[:, :-1]
+    of_chords, of_arcs = size(places[:, None] - places), np.abs(along.ravel()[:, None] - along.ravel())
+    # exp(-b) - exp(-a) = -exp(-b) (exp(b - a) - 1), with the digits of a small difference
+    change = -np.exp(-kappa[:, None, None] * of_chords) * np.expm1(kappa[:, None, None] * (of_chords - of_arcs))
+    blocks = change.reshape(len(kappa), len(cable), len(positions), len(cable), len(positions))
+    means = by_function.T @ (blocks.swapaxes(2, 3) @ by_function)
+    return means.swapaxes(2, 3).reshape(len(kappa), len(cable) * count, len(cable) * count)
+
+
 def coherence_with_points(kappa, places, cable):
     """Mean coherence of points at `places`, shape (b, 3), and functions of a cable, list of Arc: shape (f, b, q)."""
     return np.concatenate([arc.mean_with_points(kappa, places) for arc in cable], axis=-1)
@@ -135,10 +175,24 @@ def _sinh_rule(count, center, scale):
     `count` is the number of points of the polynomials that the peak multiplies.
     """
     points, weights = _ends_refined(max(count + WIND.load_points, WIND.peak_points))
+    kinked = np.any(scale < WIND.narrow_peak)
     scale = np.clip(scale, WIND.narrow_peak, WIND.broad_peak)
+    if kinked:
+        return _on_both_sides(points, weights, np.clip(center, 0, 1), scale)
     low, high = np.arcsinh(-center / scale), np.arcsinh((1 - center) / scale)
     u, width = low[..., None] + (high - low)[..., None] * points, (high - low)[..., None]
     return center[..., None] + scale[..., None] * np.sinh(u), scale[..., None] * np.cosh(u) * width * weights
+
+
+def _on_both_sides(points, weights, center, scale):
+    """`_sinh_rule` of a peak that is a kink, at a centre within [0, 1], with all points on either side of it."""
+    sides = []
+    for side in (-center, 1 - center):
+        reach = np.arcsinh(side / scale)[..., None]
+        u = reach * points
+        along = scale[..., None] * np.sinh(u)
+        sides.append((center[..., None] + along, np.abs(reach) * scale[..., None] * np.cosh(u) * weights))
+    return tuple(np.concatenate(both, axis=-1) for both in zip(*sides, strict=True))
 
 
 @cache

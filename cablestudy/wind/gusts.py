@@ -15,7 +15,7 @@ import numpy as np
 
 from cablestudy.cable.vectors import size
 from cablestudy.statics.rigid import cross_matrix
-from cablestudy.wind.cable_pairs import coherence_of_cables, coherence_with_points
+from cablestudy.wind.cable_pairs import coherence_of_cables, coherence_of_chords, coherence_with_points
 from cablestudy.wind.coherence import Coherence
 from cablestudy.wind.mean import body_forces
 from cablestudy.wind.spectrum import admittance, speed_spectrum
@@ -244,9 +244,10 @@ class Gusts:
         components = (rms[:, None] * self.directions)[nonzero]
         for group, amplitudes in zip(self.strips, self.amplitudes, strict=True):
             work = components @ np.moveaxis(group.point_forces, 1, 2)
-            yield from zip(
-                group.arcs, work, amplitudes @ inputs[:count], group.gust_covariance(components, kappa), strict=True
-            )
+            along_cables = group.gust_covariance(components, kappa)
+            for arcs, of_cable, coordinates, along in zip(group.arcs, work, amplitudes, along_cables, strict=True):
+                by_chords = _covariance(coherence_of_chords(kappa, arcs), of_cable, of_cable)
+                yield arcs, of_cable, coordinates @ inputs[:count], along + by_chords
         if len(bodies):
             speeds = np.zeros((len(bodies), len(nonzero), 3 * len(bodies)))
             speeds[bodies[:, None], np.arange(len(nonzero)), 3 * bodies[:, None] + nonzero] = rms[nonzero]

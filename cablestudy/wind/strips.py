@@ -1,9 +1,10 @@
 """Cables in turbulent wind: the drag along each, and the covariance of its work along one cable and between two.
 
 The drag on a cable is linear in the turbulence and in the motion against it, see `drag`; integrals along the cable give
-the forces on the coordinates of a suspension and the aerodynamic damping. The coherence exp(-kappa r) of two places of
-one cable is Green's function of a rod, see `coherence.Rods`: the covariance follows from the forces by a turbulence
-that has the form of each shape function of the rod's elements. Cables on equal meshes are one stack of arrays.
+the forces on the coordinates of a suspension and the aerodynamic damping. With the distance r along the cable the
+coherence exp(-kappa r) is Green's function of a rod, see `coherence.Rods`: the covariance follows from the forces by a
+turbulence that has the form of each shape function of the rod's elements. Cables on equal meshes are one stack of
+arrays.
 
 Where a cable comes closest to the direction of the wind its drag, by |u_n|, has a kink, or nearly one: integrals over
 an element are sums over both sides of that point.
@@ -154,6 +155,8 @@ class Strips:
 
     def gust_covariance(self, components, kappa):
         """Covariance of the generalised gust forces on `shapes`, for turbulence with the coherence exp(-kappa r).
+
+        r is the distance along the cable: `cable_pairs.coherence_of_chords` has what that of the places adds.
 
         Parameters
         ----------

@@ -23,6 +23,7 @@ class WindTolerances:
     # points for that, at least: an error of 3e-8 of an RMS on cables that meet at 1.5 degrees, of 1e-6 of an RMS
     # velocity on cables 0.4 m apart over 300 m
     peak_points: int = 28
+    chord_points: int = 2  # times as many points as of the loads for the coherence by chords in place of arcs
     narrow_peak: float = 1e-3  # width of a peak in the coherence over the element along which it is: at least,
     broad_peak: float = 10.0  # and at most
     parallel_cables: float = 1e-3  # angle of two cables at least [rad]

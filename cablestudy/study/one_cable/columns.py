@@ -153,9 +153,9 @@ class OneCableGroup(Group):
         self.cable_indices, self.body_indices = {CABLE: 0}, {GONDOLA: 0}
         self._rounding_errors = [case.statics_error]
         self._rounding_movement = np.zeros((1, 1, 6))
-        self._drag_change = self._drag_change_in_wind = DragChange(
-            np.zeros(1), self._rounding_movement, np.zeros(1), np.zeros((1, 0))
-        )
+        zero, no_links = np.zeros(1), np.zeros((1, 0))
+        none = DragChange(zero, self._rounding_movement, zero, zero, no_links)
+        self._drag_change = self._drag_change_in_wind = none
 
     def failure(self, _):
         """None, since the case has an equilibrium."""
