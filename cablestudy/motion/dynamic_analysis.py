@@ -450,18 +450,6 @@ class DynamicAnalysis:
         """Largest RMS of some outputs, each by itself, and its estimated relative error, see `rms`."""
         return max((self.rms([name], variance, open_loop) for name in names), key=lambda value: value[0])
 
-    def mean_displacement(self, name):
-        """Displacement of a body, or of a marker BODY.MARKER, by the mean wind, winches at rest, shape (3,). [m]"""
-        owner, _, marker = name.partition(".")
-        if not self.scene.wind.mean and self.scene.load_case.wind is None:
-            return np.zeros(3)
-        body = self.without_wind.suspension.body_names.index(owner)
-        arm = np.array(self.scene.bodies[owner].markers[marker] if marker else (0.0, 0.0, 0.0))
-        before, after = self.without_wind, self.equilibrium
-        by_rotation = (after.rotation[body] - before.rotation[body]) @ arm
-        displacement = after.position[body] - before.position[body] + by_rotation
-        return np.where(np.abs(displacement) > MOTION.mean_wind_rounding * before.longest, displacement, 0.0)
-
     def mean_tensions(self, name):
         """Tension at both ends of a cable in the mean wind, shape (2,). [N]"""
         cable = self.equilibrium.suspension.cable_names.index(name)

@@ -41,6 +41,10 @@ class StudyTolerances:
     # share of its part of a cable at which an entry without a load is put: no load is likely there
     place_without_load: float = 0.6180339887
     drag_steps: int = 3  # in which c and d settle; what is left in the last one is added to the error
+    following_drag_steps: int = 10  # the same where the changes are no errors but loads
+    # error of the pose that these lead to, by Gauss's rule, over the movement that they cause; of cables twice as long
+    # as their chord it is 2e-6
+    following_drag: float = 1e-5
     push_steps: int = 200  # of the search for the position of a pushed end
     epsilon: float = 4e-16  # rounding of one number
     form_rounding: float = 5e-14  # of a place on a cable in closed form, over the largest distance from the chord

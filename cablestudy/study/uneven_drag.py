@@ -20,7 +20,7 @@ from cablestudy.cable.vectors import size
 from cablestudy.study.tolerances import STUDY
 
 
-def changes(drag, catenary, stretched=False):
+def changes(drag, catenary, stretched=False, steps=STUDY.drag_steps):
     """Compute how n equilibria change if drag that varies along each cable takes the place of uniform drag.
 
     The changes are the errors of results with uniform drag.
@@ -33,6 +33,8 @@ def changes(drag, catenary, stretched=False):
         Equilibria of the n cables under the uniform drag, between fixed ends.
     stretched : bool
         Whether the uniform drag was computed for the stretched length, not for the unstretched one.
+    steps : int
+        Number of turns in which c and d settle.
 
     Returns
     -------
@@ -64,7 +66,7 @@ def changes(drag, catenary, stretched=False):
     constant, displacement = np.zeros((len(at_points), 1, 3)), np.zeros_like(at_points)
     start, tension, tangent = _slope(at_points, stiffness)
     at_middle, before_middle = np.zeros_like(constant), (pieces.points < 0.5)[..., None]
-    for _ in range(STUDY.drag_steps):
+    for _ in range(steps):
         # the drag where the cable hangs now, then one Newton step of c for it, then the new form
         actual_drag, shift = (1 + tension / stiffness) * across(drag.direction[:, None], tangent), length * displacement
         actual_drag = drag.times_local_pressure(actual_drag, lambda shift=shift: positions + shift)

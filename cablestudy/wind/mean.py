@@ -111,7 +111,7 @@ def _where_case(mask, values, others):
     return np.where(mask.reshape(mask.shape + (1,) * (np.ndim(others) - mask.ndim)), values, others)
 
 
-def equilibrium_in_wind(without_wind, drag):
+def equilibrium_in_wind(without_wind, drag, end_forces=None):
     """Find the equilibrium in the mean wind, with the unstretched lengths of the equilibrium without wind.
 
     The forces of the wind are computed at one equilibrium, the next equilibrium is found under them, and so on until
@@ -123,6 +123,9 @@ def equilibrium_in_wind(without_wind, drag):
         With any axes of cases.
     drag : Drag
         With the same axes.
+    end_forces : callable, optional
+        Equilibrium -> further forces on what holds the ends of the cables, shape (..., c, 2, 3), found again with the
+        others. [N]
 
     Returns
     -------
@@ -150,7 +153,7 @@ def equilibrium_in_wind(without_wind, drag):
     tried = deque(maxlen=WIND.combined_equilibria)
     least_change, reason = np.full(shape, np.inf), np.full(shape, DISAGREED)
     for _ in range(WIND.mean_wind_equilibria):
-        new_inputs = _inputs_in_wind(suspension, equilibrium, drag)
+        new_inputs = _inputs_in_wind(suspension, equilibrium, drag, end_forces)
         if ended.any():  # a case that has ended keeps its digits while others go on
             new_inputs = {name: _where_case(ended, inputs[name], new) for name, new in new_inputs.items()}
         if inputs:
@@ -179,19 +182,38 @@ def equilibrium_in_wind(without_wind, drag):
     return replace(equilibrium, record=replace(equilibrium.record, reason=reason[()]))
 
 
-def _inputs_in_wind(suspension, equilibrium, drag):
+def _inputs_in_wind(suspension, equilibrium, drag, end_forces):
     """Fields of the `SuspendedSystem` for the next search: loads by the wind on an equilibrium, and the start; dict."""
     force, arm = body_forces(drag, equilibrium.rotation)
     if drag.profile is not None:
         force = force * drag.profile.pressure(equilibrium.position + arm)[..., None]
-    others = 0.0 if suspension.eccentric_loads is None else suspension.eccentric_loads
+    eccentric = drag.centers[..., :, None] * force[..., None, :]
+    if suspension.eccentric_loads is not None:
+        eccentric = eccentric + suspension.eccentric_loads
+    if end_forces is not None:
+        by_cables = _on_bodies(suspension, end_forces(equilibrium))
+        force, eccentric = force + by_cables[0], eccentric + by_cables[1]
     return {
         "force": suspension.force + force,
-        "eccentric_loads": others + drag.centers[..., :, None] * force[..., None, :],
+        "eccentric_loads": eccentric,
         "cable_wind": _cable_loads_at(equilibrium, drag),
         "position": equilibrium.position,
         "rotation": equilibrium.rotation,
     }
+
+
+def _on_bodies(suspension, forces):
+    """Sum of forces at the ends of cables on each body, (..., b, 3), and of their eccentric loads, (..., b, 3, 3)."""
+    owner = suspension.owner[suspension.of_cables]
+    cable, end = np.nonzero(owner != GROUND)
+    places = suspension.place[..., suspension.of_cables, :, :][..., cable, end, :]  # body axes
+    forces, bodies = forces[..., cable, end, :], suspension.position.shape[-2]
+    total = np.zeros((*forces.shape[:-2], bodies, 3))
+    eccentric = np.zeros((*total.shape, 3))
+    np.add.at(total, (..., owner[cable, end], slice(None)), forces)
+    by_arms = places[..., :, None] * forces[..., None, :]
+    np.add.at(eccentric, (..., owner[cable, end], slice(None), slice(None)), by_arms)
+    return total, eccentric
 
 
 def _combined_loads(tried):

@@ -335,14 +335,26 @@ class SuspensionCase:
 
     def mean_displacement(self, name, axis):
         """Displacement of a body or marker by the mean wind along x, y or z (0, 1, 2) [m], and its relative error."""
-        displacement, error = self.in_wind.mean_displacement(name)[axis], self.statics_error(None)
-        owner, _, marker = name.partition(".")
-        uncertainty = self.group.mean_wind_uncertainty(self.index)[self.body(owner)]
-        if marker:
-            arm = self.pose_of(owner)[1] @ self.scene.bodies[owner].markers[marker]
-            uncertainty = uncertainty[:3] + np.abs(cross_matrix(arm)) @ uncertainty[3:]
-        uncertainty = uncertainty[axis]
+        displacement, uncertainty = (part[axis] for part in self._displacement_by_mean_wind(name))
+        error = self.statics_error(None)
         return displacement, max(error, uncertainty / abs(displacement)) if displacement else error
+
+    def _displacement_by_mean_wind(self, name):
+        """Displacement of a body, or of a marker BODY.MARKER, by the mean wind, winches at rest, and its error. [m]"""
+        before = self.in_wind.without_wind
+        if not self.scene.wind.mean and self.scene.load_case.wind is None:
+            return np.zeros((2, 3))
+        owner, _, marker = name.partition(".")
+        body, poses = self.body(owner), self.group.poses_in_mean_wind
+        arm = np.array(self.scene.bodies[owner].markers[marker] if marker else (0.0, 0.0, 0.0))
+        rotation, uncertainty = poses.rotation[self.index, body], self.group.mean_wind_uncertainty(self.index)[body]
+        displacement = (
+            poses.position[self.index, body] - before.position[body] + (rotation - before.rotation[body]) @ arm
+        )
+        uncertainty = uncertainty[:3] + np.abs(cross_matrix(rotation @ arm)) @ uncertainty[3:]
+        return np.where(
+            np.abs(displacement) > MOTION.mean_wind_rounding * before.longest, displacement, 0.0
+        ), uncertainty
 
     def force_displacement(self, name, axis):
         """Displacement of a body or free point along x, y or z (0, 1, 2) by the forces of the load case [m].

@@ -17,6 +17,7 @@ from cablestudy.statics.rigid import to_angles
 from cablestudy.study.cable_columns import utilisation_of
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.suspension.conductors import conductors_of
+from cablestudy.study.suspension.following_drag import Poses, poses_in_following_drag
 from cablestudy.study.suspension.load_cases import (
     cables_left,
     drag_change,
@@ -335,11 +336,19 @@ class Group:
         """Relative errors by conductors taken as linear along each cable, shape (n,). [-]"""
         return self._conductors.uneven_errors(self.equilibrium)
 
+    @cached_property
+    def poses_in_mean_wind(self):
+        """`Poses` of all cases in the wind about which they move: of a mean wind whose drag follows the cables."""
+        (equilibrium, drag), uncertainty = self.in_mean_wind, self._drag_change_in_wind.uncertainty
+        if equilibrium is self.equilibrium:
+            return Poses(equilibrium.position, equilibrium.rotation, uncertainty)
+        return poses_in_following_drag(self.equilibrium, equilibrium, drag, uncertainty)
+
     def mean_wind_uncertainty(self, index):
-        """Errors of movements by the mean wind [m], [rad], by drag as of `drag_error` and by rounding, shape (b, 6)."""
+        """Errors of movements by the mean wind [m], [rad], by drag and by rounding, shape (b, 6)."""
         states = self.without_wind, self.in_mean_wind[0]
         by_rounding = sum(state.uncertainty.place[index] for state in states)
-        return self._drag_change_in_wind.uncertainty[index] + by_rounding
+        return self.poses_in_mean_wind.uncertainty[index] + by_rounding
 
     def error_by_drag(self, index, cable, column, number):
         """Relative error of a number of a cable by drag that is taken as uniform, of a `Column` that states its own.

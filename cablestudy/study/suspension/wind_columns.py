@@ -96,7 +96,7 @@ def place_columns(name):
 
 def peak_along(case, name, axis):
     """Largest expected displacement of a body along x, y or z (0, 1, 2), the mean one included. [mm]"""
-    return MM * peaks.peak(case.in_wind, [f"{name}.{PLACES[axis]}"], case.in_wind.mean_displacement(name)[axis])[0]
+    return MM * peaks.peak(case.in_wind, [f"{name}.{PLACES[axis]}"], case.mean_displacement(name, axis)[0])[0]
 
 
 def turn_columns(name):

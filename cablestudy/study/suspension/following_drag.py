@@ -1,0 +1,71 @@
+"""Places of bodies in a mean wind whose drag follows the cables where they hang, in place of uniform drag on each.
+
+Between fixed ends the drag that follows a cable changes the forces on its ends (`uneven_drag.changes`). With these
+changes as loads on the bodies, found again where these move, the equilibrium under uniform drag is that in drag which
+follows the cables.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cablestudy.study.suspension.load_cases import drag_on_cables
+from cablestudy.study.tolerances import STUDY
+from cablestudy.study.uneven_drag import changes
+from cablestudy.wind.mean import equilibrium_in_wind
+
+
+@dataclass(frozen=True)
+class Poses:
+    """Poses of the b bodies and free points of n cases.
+
+    Attributes
+    ----------
+    position : ndarray, shape (n, b, 3)
+        [m]
+    rotation : ndarray, shape (n, b, 3, 3)
+    uncertainty : ndarray, shape (n, b, 6)
+        Errors of positions [m] and attitudes [rad] by the drag.
+    """
+
+    position: np.ndarray
+    rotation: np.ndarray
+    uncertainty: np.ndarray
+
+
+def poses_in_following_drag(without_wind, equilibrium, drag, uncertainty):
+    """Find the `Poses` of suspensions in a mean wind whose drag follows the cables.
+
+    Cases for which none is found keep the pose in uniform drag, and its uncertainty.
+
+    Parameters
+    ----------
+    without_wind, equilibrium : Equilibrium
+        Of n cases: without wind, and in the wind under uniform drag.
+    drag : Drag
+        The wind.
+    uncertainty : ndarray, shape (n, b, 6)
+        Errors of the poses of `equilibrium` by its uniform drag. [m], [rad]
+    """
+    poses = Poses(equilibrium.position.copy(), equilibrium.rotation.copy(), uncertainty.copy())
+    in_wind = (drag_on_cables(drag, equilibrium).normal_drag > 0).any(axis=-1)
+    rows = np.flatnonzero(in_wind & equilibrium.record.converged)
+    if not (len(rows) and equilibrium.suspension.free.any()):
+        return poses
+    drag, start = drag.take(rows), replace(equilibrium.take(rows), suspension=without_wind.suspension.take(rows))
+    found = equilibrium_in_wind(start, drag, lambda state: _changes_of_end_forces(state, drag))
+    converged = found.record.converged
+    uncertainty = STUDY.following_drag * uncertainty[rows]
+    for name, values in (("position", found.position), ("rotation", found.rotation), ("uncertainty", uncertainty)):
+        getattr(poses, name)[rows[converged]] = values[converged]
+    return poses
+
+
+def _changes_of_end_forces(equilibrium, drag):
+    """Changes of the forces of cables on what holds their ends by drag that follows them, shape (n, c, 2, 3). [N]"""
+    forces, drag_of_cables = np.zeros((*equilibrium.lengths.shape, 2, 3)), drag_on_cables(drag, equilibrium)
+    windy = np.nonzero((drag_of_cables.normal_drag > 0) & equilibrium.record.converged[:, None])
+    cables = drag_of_cables.take(windy), equilibrium.catenary.take(windy)
+    _, ends, *_ = changes(*cables, drag.stretched, STUDY.following_drag_steps)
+    forces[windy] = ends * np.array([1.0, -1.0])[:, None]
+    return forces
