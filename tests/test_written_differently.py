@@ -8,7 +8,6 @@ from functools import partial
 
 import numpy as np
 import pytest
-from cablestudy.study.all_columns import find
 from command import CONFIGS
 
 from cablestudy.cable.geometry import places

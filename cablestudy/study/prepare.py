@@ -7,7 +7,6 @@ from cablestudy.errors import Mistake, Mistakes, SceneError
 from cablestudy.scene.mistakes import at_most
 from cablestudy.scene.study import ALL_COLUMNS, CHECK_ALL
 from cablestudy.scene.words import counted
-from cablestudy.study.all_columns import column_named, find, find_header, key_column, why_not
 from cablestudy.study.columns import column_named, find, find_header, key_column
 from cablestudy.study.find import check_goal, field_of_key
 from cablestudy.study.goal import goal_of_study
