@@ -123,7 +123,7 @@ REFUSED = {  # what has no answer, and why
     "folded": "the cable hangs folded",
     "shapeless": "a slack cable without weight has no definite form",
     "one bar": "the model has 0 in-plane modes, not 1",
-    "beyond rounding": "accuracy 1e-15 cannot be had: the error reached is about 1",
+    "beyond rounding": "accuracy 1e-15 cannot be reached: the error reached is about 1",
 }
 
 

@@ -248,7 +248,7 @@ class DynamicAnalysis:
         Raises
         ------
         NoSolutionError, ConvergenceError
-            What moves is unstable, or the variances cannot be had.
+            What moves is unstable, or the variances cannot be computed.
         """
         return self._loop_and_response[1]
 
@@ -321,7 +321,7 @@ class DynamicAnalysis:
         others = [analysis._with_scene(control=None, exposure=None, correction=None) for analysis in controlled]
         for analysis, other in zip(controlled, others, strict=True):
             other.sizes, counts = analysis.sizes, outcome_of(lambda a=analysis: a.sizes_to_try)
-            if not isinstance(counts, Exception):  # a loop that cannot be had has none
+            if not isinstance(counts, Exception):  # a loop that cannot be computed has none
                 other.sizes_to_try = counts
             other.together = others
             yield analysis, other

@@ -72,7 +72,7 @@ def short_line(error):
 
 
 class Page:
-    """Sections in their order; what cannot be had is told in its place, and the rest goes on.
+    """Sections in their order; what cannot be computed is told in its place, and the rest goes on.
 
     Parameters
     ----------

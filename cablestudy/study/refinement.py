@@ -254,7 +254,7 @@ class Refinement:
         self.finer = None
         missing = {header: error for header, (error, _) in self._last_failures.items()}
         remaining = self._values_of_level.keys() - self.values.keys()
-        error = ConvergenceError(f"accuracy {self._accuracy:g} cannot be had: {reached}")
+        error = ConvergenceError(f"accuracy {self._accuracy:g} cannot be reached: {reached}")
         self.failures |= missing | dict.fromkeys(remaining, error)
         if not (self.failures or self.values):
             self.failures[None] = error

@@ -54,7 +54,7 @@ class Search:
         """`CoupledModes` of each row, or why it has none: list of (CoupledModes or Exception).
 
         NoSolutionError: the equilibrium is not stable; a cable with mass hangs folded, or slack without weight.
-        ConvergenceError: the search for the equilibrium found none; the accuracy cannot be had.
+        ConvergenceError: the search for the equilibrium found none; the accuracy cannot be reached.
         """
         outcomes = self.refused
         rows = np.array([row for row, refused in enumerate(outcomes) if refused is None], dtype=int)
@@ -369,8 +369,8 @@ class Search:
         return np.where(has_modes, np.maximum(wider, self._margin * highest[:, None]), wider)
 
     def _accuracy_error(self, why):
-        """`ConvergenceError` of an accuracy that cannot be had, with the reason."""
-        return ConvergenceError(f"accuracy {self.accuracy:g} of the coupled modes cannot be had: {why}")
+        """`ConvergenceError` of an accuracy that cannot be reached, with the reason."""
+        return ConvergenceError(f"accuracy {self.accuracy:g} of the coupled modes cannot be reached: {why}")
 
     def _trial(self, models, limits, rows, count=None):
         """`Trial` of some rows, with the modes of their cables up to limits."""

@@ -103,7 +103,7 @@ def _span(closed_loop):
 
 
 def _has_limit(closed_loop):
-    """True if the loop has a largest gain, and it can be had."""
+    """True if the loop has a largest gain, and it can be computed."""
     try:
         return closed_loop.stability.largest_gain is not None
     except NoSolutionError:

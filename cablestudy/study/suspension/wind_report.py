@@ -83,7 +83,7 @@ def make_tables(case, makers):
     Raises
     ------
     NoSolutionError, ConvergenceError
-        The motion, or the loop, cannot be had, stable or not.
+        The motion, or the loop, cannot be computed, stable or not.
     """
     _, failures = case.in_wind.controlled.stability.stable, []
     tables = {name: make(case, failures) for name, make in makers.items()}
