@@ -59,7 +59,7 @@ def test_a_step_of_a_reference_is_that_of_scipy():
 
 
 def step_by_frequency(closed_loop, reference, output, time, highest):
-    """A measured coordinate after a step of one by a reference, from the loop gain with all modes of the cables.
+    """A measured coordinate and all winches after a step of a reference, from the loop gain with all modes of cables.
 
     The inverse Laplace transform as a Fourier series to the `highest` frequency [Hz], with Lanczos' factors.
     """
@@ -67,8 +67,11 @@ def step_by_frequency(closed_loop, reference, output, time, highest):
     shift, harmonics = np.log(1e7) / period, np.arange(int(highest * period))
     s = shift + 2j * np.pi * harmonics / period
     loop_gain = closed_loop.loop.gain * closed_loop.stability.gains.loop_gain(s)
-    closed = np.linalg.solve(np.eye(loop_gain.shape[1]) + loop_gain, loop_gain)[:, output, reference]
-    terms = closed / s * np.sinc(harmonics / len(harmonics)) * np.where(harmonics, 2.0, 1.0)
+    loop = closed_loop.loop
+    left = np.linalg.inv(np.eye(loop_gain.shape[1]) + loop_gain)[:, :, reference]  # of the step, which the law takes
+    winches = (loop.gain * loop.controller(s) * left) @ loop.allocation.matrix.T
+    closed = np.concatenate([(loop_gain @ left[..., None])[:, [output], 0], winches], axis=1)
+    terms = closed * (np.sinc(harmonics / len(harmonics)) * np.where(harmonics, 2.0, 1.0) / s)[:, None]
     return (np.exp(np.outer(time, s)) @ terms).real / period
 
 
@@ -86,8 +89,10 @@ def test_the_error_of_a_step_response_with_a_controller_of_three_parts_is_true(s
     driving = closed_loop.body.measured_outputs[0], f"reference.{measured[-1]}", time_response.step(1.0), time
     found = response_in_time(closed_loop, *driving)
     expected = step_by_frequency(closed_loop, len(measured) - 1, 0, time[1:], 3000 * corner)
-    error = np.abs(found.measured[1:] - expected).max() / np.abs(found.measured).max()
-    assert 1e-4 < error < found.error < 5 * error
+    pairs = (found.measured[1:], expected[:, 0]), (found.winch[1:], expected[:, 1:])
+    error, of_winches = (np.abs(own - true).max() / np.abs(own).max() for own, true in pairs)
+    assert 1e-4 < error < found.errors[0] < 5 * error
+    assert of_winches < found.errors[1] < max(20 * of_winches, 1e-4)
 
 
 def test_a_step_of_a_winch_is_taken_back_as_far_as_the_pose_is_measured():

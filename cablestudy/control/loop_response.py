@@ -17,8 +17,9 @@ class TimeResponse:
         Displacement with the loop closed, and without the loop; None where only the loop has the input. [m] or [rad]
     winch, winch_speed : ndarray, shape (m, i)
         Movement of each winch by the loop, without the step of a winch that is the input. [m], [m/s]
-    error : float
-        Estimated relative error of the largest displacement by modes that are left out, and by approximated delays. [-]
+    errors : ndarray, shape (3,)
+        Estimated errors by modes that are left out, and by approximated delays: of the displacement, over the largest
+        one, and of movements and of speeds of winches, over the largest of all winches. [-]
     final : float
         The measured displacement after a long time of a constant input of one; nan without a loop. [m] or [rad]
     """
@@ -27,7 +28,7 @@ class TimeResponse:
     open_loop: np.ndarray | None
     winch: np.ndarray
     winch_speed: np.ndarray
-    error: float
+    errors: np.ndarray
     final: float
 
     def times(self, factor):
@@ -39,7 +40,7 @@ class TimeResponse:
 def responses(closed, alone, output, winches, input_, components, time):
     """Compute the `TimeResponse` of one displacement and of the winches to one input.
 
-    Its attribute `error` is left at 0; `with_error` sets it.
+    Its `errors` are left at 0; they follow from `differences`.
 
     Parameters
     ----------
@@ -69,7 +70,7 @@ def responses(closed, alone, output, winches, input_, components, time):
         displacement_and_winches[:, 0],
         open_loop,
         *np.split(displacement_and_winches[:, 1:], 2, axis=1),
-        0.0,
+        np.zeros(3),
         float(final),
     )
 
@@ -82,7 +83,11 @@ def _solved(a, b):
         return np.full(len(a), np.nan)
 
 
-def with_error(response, fewer):
-    """A `TimeResponse` with its error, which is the difference from another one with fewer modes."""
-    difference = np.abs(response.measured - fewer.measured).max()
-    return replace(response, error=float(difference / (np.abs(response.measured).max() or 1.0)))
+def differences(response, other):
+    """Differences of a `TimeResponse` from another one, over its own largest values, as `errors`: shape (3,)."""
+
+    def difference(own, its):
+        return np.abs(own - its).max(initial=0.0) / (np.abs(own).max(initial=0.0) or 1.0)
+
+    names = "measured", "winch", "winch_speed"
+    return np.array([difference(getattr(response, name), getattr(other, name)) for name in names])

@@ -47,15 +47,15 @@ def in_time(closed_loop, output, input_, components, times):
     coarse_motion = all_coordinates.within(coarse_space)
     full = _response_in_space(closed_loop, loop, all_coordinates, None, *driving)
     coarse = _response_in_space(closed_loop, loop, coarse_motion, coarse_space, *driving)
-    response, errors = loop_response.with_error(full, coarse), []
+    errors = loop_response.differences(full, coarse)
     if finer := closed_loop.with_twice_the_modes:
         same_loop = replace(loop, allocation=finer.body.allocation, notches=finer.body.notches)
         of_finer = _response_in_space(finer, same_loop, finer.plant.viscous_motion, None, *driving)
-        errors.append(2 * loop_response.with_error(full, of_finer).error)
+        errors = errors + 2 * loop_response.differences(full, of_finer)
     if finer_delay := loop.law_states_of_finer_delay:
         of_finer = _response_in_space(closed_loop, loop, coarse_motion, coarse_space, *driving, finer_delay)
-        errors.append(2 * loop_response.with_error(coarse, of_finer).error)
-    response = replace(response, error=sum(errors, response.error))
+        errors = errors + 2 * loop_response.differences(coarse, of_finer)
+    response = replace(full, errors=errors)
     if loop.gain:
         return response
     return replace(response, winch=np.zeros_like(response.winch), winch_speed=np.zeros_like(response.winch_speed))

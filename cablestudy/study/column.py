@@ -51,6 +51,7 @@ class Column:
     of_reference: bool = False  # by the reference state alone, in which no steady wind blows
     # Results -> its error, shape (n,), by drag that is taken as uniform: beside the relative one of all results
     by_drag: Callable | None = None
+    follows_drag: bool = False  # whether its error counts what drag that is taken as uniform leaves, if anything
 
     @property
     def least_error(self):

@@ -184,13 +184,15 @@ class TimeCase:
         if response.open_loop is not None:
             largest_displacement += f"; without the loop {self._largest(response.open_loop)}"
         speed = MILLI * np.abs(response.winch_speed[:, winch]).max()
+        displacement, movement, speed_error = response.errors.tolist()
         causes = "modes left out" + (" and the approximated delay" if self.delayed else "")
         return [
             f"input: {self.input.what}",
             largest_displacement,
             *([] if self.step is None else [f"{self.name}: {step_words(self.step, self.options.times)}"]),
             f"{self.winches[winch]}: at most {self._largest(response.winch[:, winch], 'mm')}, and {speed:.4g} mm/s",
-            f"estimated error by {causes}: {response.error:.1e} of the largest displacement",
+            f"estimated error by {causes}: {displacement:.1e} of the largest displacement, {movement:.1e} of that "
+            f"of a winch, {speed_error:.1e} of its speed",
             *self.remarks,
         ]
 

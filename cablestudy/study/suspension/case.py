@@ -336,8 +336,10 @@ class SuspensionCase:
     def mean_displacement(self, name, axis):
         """Displacement of a body or marker by the mean wind along x, y or z (0, 1, 2) [m], and its relative error."""
         displacement, uncertainty = (part[axis] for part in self._displacement_by_mean_wind(name))
-        error = self.statics_error(None)
-        return displacement, max(error, uncertainty / abs(displacement)) if displacement else error
+        least = self.statics_error(None)
+        error = max(least, uncertainty / abs(displacement)) if displacement else least
+        followed = not displacement or self.group.poses_in_mean_wind.followed[self.index]
+        return displacement, error if followed else error + self.group.drag_error(self.index, in_wind=True)
 
     def _displacement_by_mean_wind(self, name):
         """Displacement of a body, or of a marker BODY.MARKER, by the mean wind, winches at rest, and its error. [m]"""

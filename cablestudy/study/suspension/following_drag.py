@@ -26,11 +26,14 @@ class Poses:
     rotation : ndarray, shape (n, b, 3, 3)
     uncertainty : ndarray, shape (n, b, 6)
         Errors of positions [m] and attitudes [rad] by the drag.
+    followed : ndarray of bool, shape (n,)
+        False where the drag is uniform along each cable: `uncertainty` is to first order then.
     """
 
     position: np.ndarray
     rotation: np.ndarray
     uncertainty: np.ndarray
+    followed: np.ndarray
 
 
 def poses_in_following_drag(without_wind, equilibrium, drag, uncertainty):
@@ -47,7 +50,8 @@ def poses_in_following_drag(without_wind, equilibrium, drag, uncertainty):
     uncertainty : ndarray, shape (n, b, 6)
         Errors of the poses of `equilibrium` by its uniform drag. [m], [rad]
     """
-    poses = Poses(equilibrium.position.copy(), equilibrium.rotation.copy(), uncertainty.copy())
+    none = np.zeros(len(uncertainty), dtype=bool)
+    poses = Poses(equilibrium.position.copy(), equilibrium.rotation.copy(), uncertainty.copy(), none)
     in_wind = (drag_on_cables(drag, equilibrium).normal_drag > 0).any(axis=-1)
     rows = np.flatnonzero(in_wind & equilibrium.record.converged)
     if not (len(rows) and equilibrium.suspension.free.any()):
@@ -56,6 +60,7 @@ def poses_in_following_drag(without_wind, equilibrium, drag, uncertainty):
     found = equilibrium_in_wind(start, drag, lambda state: _changes_of_end_forces(state, drag))
     converged = found.record.converged
     uncertainty = STUDY.following_drag * uncertainty[rows]
+    poses.followed[rows[converged]] = True
     for name, values in (("position", found.position), ("rotation", found.rotation), ("uncertainty", uncertainty)):
         getattr(poses, name)[rows[converged]] = values[converged]
     return poses

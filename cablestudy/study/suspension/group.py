@@ -341,7 +341,8 @@ class Group:
         """`Poses` of all cases in the wind about which they move: of a mean wind whose drag follows the cables."""
         (equilibrium, drag), uncertainty = self.in_mean_wind, self._drag_change_in_wind.uncertainty
         if equilibrium is self.equilibrium:
-            return Poses(equilibrium.position, equilibrium.rotation, uncertainty)
+            not_followed = np.zeros(len(uncertainty), dtype=bool)
+            return Poses(equilibrium.position, equilibrium.rotation, uncertainty, not_followed)
         return poses_in_following_drag(self.equilibrium, equilibrium, drag, uncertainty)
 
     def mean_wind_uncertainty(self, index):

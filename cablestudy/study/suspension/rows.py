@@ -222,8 +222,7 @@ def value(column, case):
     case.refuse_lost(column.name.partition(".")[0])
     result = column.compute(case)
     number, error = result if isinstance(result, tuple) else (result, case.statics_error(column, result))
-    if column.needs in ("loop", "wind") and error:
-        # mean displacements have an error by the drag already, which is of first order and by itself too small
+    if column.needs in ("loop", "wind") and error and not column.follows_drag:
         error += case.group.drag_error(case.index, in_wind=True)
     if case.estimate and column.needs in DISCRETE:
         error = _difference(case, column, number)

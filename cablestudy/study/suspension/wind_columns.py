@@ -67,7 +67,7 @@ def place_columns(name):
 
     columns = [
         Column(f"{name}.mean_{axis}", "mm", f"displacement by the mean wind along {axis}, the winches at rest", "wind",
-               mean(number), "wind")
+               mean(number), "wind", follows_drag=True)
         for number, axis in enumerate(PLACES)
     ]  # fmt: skip
     for state, words in STATES.items():
