@@ -318,12 +318,16 @@ def errors_of_modes(error, of_form, of_stiffness):
 def largest_ratio(change, matrices):
     """Largest size of x^T D x over x^T K x of changes D and matrices K, shapes (..., d, d): shape (...). [-]
 
-    Not a number where K is not positive definite.
+    Not a number where K is not positive definite, or one of them has entries that are no numbers.
     """
     scale = np.sqrt(np.abs(np.diagonal(matrices, axis1=-2, axis2=-1)))
     scale = np.where(scale > 0, scale, 1.0)
     scale = scale[..., :, None] * scale[..., None, :]
-    change, matrices = ((array + np.swapaxes(array, -1, -2)) / (2 * scale) for array in (change, matrices))
+    known = np.isfinite(change + matrices).all(axis=(-2, -1))
+    change, matrices = (
+        np.where(known[..., None, None], (array + np.swapaxes(array, -1, -2)) / (2 * scale), 0.0)
+        for array in (change, matrices)
+    )
     values, vectors = np.linalg.eigh(matrices)
     positive = (values > 0).all(axis=-1)
     root = vectors / np.sqrt(np.where(positive[..., None], values, 1.0))[..., None, :]

@@ -250,7 +250,8 @@ def _judge_system(row, required):
             text = f"{name}: estimated error {row.errors[name]:.1e}, asked for {accuracy:g}"
             row.failures[name] = ConvergenceError(text)
             del row.values[name]
-        row.errors[name] += mode_error  # which a finer model has too
+        # the error of the form a finer model has too; all but a gain that is stated have rounding
+        row.errors[name] = max(row.errors[name] + mode_error, STUDY.rounding if column.name != "gain" else 0.0)
         if mode_error and column.needs == "gondola" and column.name != "gondola_frequency":  # of the mode's shape
             row.errors[name] += case.gondola_mode.error_by_mixing(mode_error)
     row.dof = case.system_size

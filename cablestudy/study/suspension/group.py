@@ -312,9 +312,9 @@ class Group:
         return float(change.error[index]) + self._stretch_error(index)
 
     def stiffness_error(self, index):
-        """Relative error of the energy of static displacements of a case, by rounding and by drag. [-]"""
+        """Relative error of the energy of static displacements of a case, by rounding, conductors and drag. [-]"""
         rounding = max(STUDY.rounding, self._rounding_errors[index])
-        return rounding + float(self._drag_change.stiffness_error[index])
+        return rounding + self._stretch_error(index) + float(self._drag_change.stiffness_error[index])
 
     def link_uncertainty(self, index):
         """Errors of the forces of links by rounding and by drag as of `drag_error`, shape (l,). [N]"""

@@ -233,7 +233,8 @@ def value(column, case):
         if column.key:
             raise NoSolutionError(f"{column.name} needs the key {column.key}, which this case does not have")
         raise not_finite(column)
-    return float(number) + 0.0, float(error) if isnan(error) else max(float(error), STUDY.rounding if error else 0.0)
+    stated = not error and (column.needs not in ("loop", "wind") or column.name == "gain")
+    return float(number) + 0.0, float(error) if isnan(error) else max(float(error), 0.0 if stated else STUDY.rounding)
 
 
 def _difference(case, column, number):
