@@ -93,6 +93,15 @@ def test_what_is_stated_stays_and_places_are_those_found():
     assert kind_of(stated.model).freeze(stated.document, stated.model)["cable"]["unstretched_length"] == "184.4883 m"
 
 
+def test_angles_that_are_rounding_are_zero():
+    robot = cs.load(CONFIGS / "suspensions" / "cable-robot.yaml")
+    assert "attitude: [0.0, 0.0, 0.0]" in robot.freeze()
+    net = cs.load(CONFIGS / "suspensions" / "carlina-net.yaml")
+    roll, pitch, yaw = kind_of(net.model).freeze(net.document, net.model)["bodies"]["gondola"]["attitude"]
+    assert (roll, yaw) == (0.0, 0.0)
+    assert np.degrees(pitch) == pytest.approx(net.static()["bodies"].iloc[0]["pitch_deg"], rel=1e-12)
+
+
 def test_standard_output_and_python_have_the_same_text():
     scene = CONFIGS / "zipline.yaml"
     printed = run("freeze", scene, "--quiet")

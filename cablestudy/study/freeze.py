@@ -78,7 +78,9 @@ def _tables_of_bodies(contents, scene, equilibrium):
     position = equilibrium.position[0]
     position = np.where(np.abs(position) > STUDY.dust * equilibrium.longest[0], position, 0.0)
     positions = dict(zip(equilibrium.suspension.body_names, position.tolist(), strict=True))
-    attitudes = dict(zip(equilibrium.suspension.body_names, to_angles(equilibrium.rotation[0]).tolist(), strict=True))
+    angles = to_angles(equilibrium.rotation[0])
+    angles = np.where(np.abs(angles) > STUDY.dust, angles, 0.0)
+    attitudes = dict(zip(equilibrium.suspension.body_names, angles.tolist(), strict=True))
     points, bodies = dict(contents.get("points", {})), dict(contents.get("bodies", {}))
     for name, point in scene.points.items():
         if point.free:
