@@ -18,6 +18,7 @@ from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import plots, trade
 from cablestudy.study.columns import find
+from cablestudy.study.markdown import fitted
 from cablestudy.study.one_cable import case as case_module
 from cablestudy.study.one_cable import results
 from cablestudy.study.one_cable import trade as trade_models
@@ -327,6 +328,15 @@ def test_a_stress_above_the_strength_is_told():
     stress = 70.3e3 * (185.8 / 170 - 1)  # MPa
     assert outcome.lines == [f"warning: the stress of {stress:.4g} MPa is above the strength of 3000 MPa"]
     assert all(row["sag_error"] is not None for row in rows_of(outcome.out, "json"))
+
+
+def test_a_narrow_terminal_shows_time_and_largest_error_of_each_model():
+    models = named("catenary", "40 lumped bars", "20 lumped bars", "accuracy 1e-[246]")
+    found = trade.compare(scene(), columns("end_stiffness", "cable_frequency"), 1, models)
+    text, left_out = fitted(trade.table_of(found, for_markdown=True), 80)
+    heads = [" ".join(name.split()[:1]) for name in text.partition("\n")[0].split("|")]
+    assert {"family", "model", "time", "largest"} <= set(heads)
+    assert {"end_stiffness_error", "cable_frequency_error"} <= set(left_out)
 
 
 def test_small_errors_drown_in_the_reference():

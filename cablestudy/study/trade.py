@@ -8,7 +8,7 @@ time from the scene to the numbers, statics included, on one thread, after all i
 import os
 import platform
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from importlib.metadata import version
 
@@ -343,13 +343,15 @@ def table_of(trade, for_markdown=False):
 
     With `for_markdown` errors and times are rounded, and errors below the reference's own are `< 1e-12`.
     """
-    fields = [Field("family", "family"), Field("model", "model"), Field("dof", "dof"), Field("time_ms", "time", "ms")]
+    fields = [Field("family", "family"), Field("model", "model"), Field("dof", "dof", secondary=True)]
+    fields.append(Field("time_ms", "time", "ms"))
     for column in trade.columns:
-        fields.append(Field(f"{column.name}_error", f"{column.name.replace('_', ' ')} error"))
+        fields.append(Field(f"{column.name}_error", f"{column.name.replace('_', ' ')} error", secondary=True))
         fields.append(Field(f"{column.name}_stated_error", f"{column.name} stated error", hidden=True))
         fields.append(Field(f"{column.name}_time_ms", f"{column.name} time", "ms", hidden=True))
-    fields += [Field("largest_error", "largest error"), Field("largest_stated_error", "stated error")]
-    fields += [Field("pareto", "pareto"), STATUS]
+    fields.append(Field("largest_error", "largest error"))
+    fields.append(Field("largest_stated_error", "stated error", secondary=True))
+    fields += [Field("pareto", "pareto", secondary=True), replace(STATUS, secondary=True)]
     limits = {f"{column.name}_error": trade.reference.errors[column.name] for column in trade.columns}
     limits["largest_error"] = max(limits.values())
     rows = [{"family": "reference", "model": CONTINUOUS, **limits, "status": "ok"}]
