@@ -55,7 +55,7 @@ def in_wind():
 
     one = scene()
     wanted, case = columns(one), SuspensionCase(one)
-    variances, closed_loop = case.in_wind.response.variances, case.in_wind.closed_loop
+    variances, closed_loop = case.analysis.response.variances, case.analysis.closed_loop
     places = [variances.rows[f"gondola.{axis}"] for axis in "xyz"]
     own = np.sqrt(variances.weighted["value"][places])
     apart = np.abs(direct(closed_loop)[places] / own - 1).max()

@@ -247,12 +247,12 @@ def poles_between_fixed_ends(element):
 
 
 def excited(case):
-    """The free vibration of a `Case` that moving end 2 along x excites: `Dynamics`."""
+    """The free vibration of a `CableCase` that moving end 2 along x excites: `Dynamics`."""
     return case.dynamics if case.results.across_x[case.index] else case.in_plane
 
 
 def along_x(case):
-    """`Superelement` of a `Case` with the motion that moving its ends along x excites, and with all modes of that."""
+    """`Superelement` of a `CableCase` with the motion that moving its ends along x excites, and all modes of that."""
     return case.model.end_model(excited(case).planes, case.scene.cable.damping)
 
 

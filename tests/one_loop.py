@@ -12,7 +12,7 @@ from cablestudy.control.margins_grid import frequencies
 from cablestudy.control.notched_law import NotchedLaw
 from cablestudy.motion.dynamic_analysis import DynamicAnalysis
 from cablestudy.scene.one_cable import as_suspension
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.system.coupling_damping import Strain
 from cablestudy.system.linear import LinearSystem
 from cablestudy.system.superelement import Superelement
@@ -24,8 +24,8 @@ class OneLoop:
     """The loop of a scene; loops that differ in the gain alone share its models."""
 
     def __init__(self, scene, in_wind=None):
-        self.scene, self.case = scene, Case(scene)
-        self.in_wind = in_wind or self.case.in_wind
+        self.scene, self.case = scene, CableCase(scene)
+        self.analysis = in_wind or self.case.analysis
 
     def with_gain(self, gain):
         """The same loop with another gain [rad/s], and the other gains of a law in proportion."""
@@ -46,14 +46,14 @@ class OneLoop:
     def _with(self, changed):
         winch = self.scene.winch
         winch = winch.model_copy(update={"controller": changed(winch.controller)})
-        scene, own = self.scene.model_copy(update={"winch": winch}), self.in_wind
+        scene, own = self.scene.model_copy(update={"winch": winch}), self.analysis
         known = own.without_wind, own.equilibrium, own.airflow, own.model, own.plants_and_loops
         return OneLoop(scene, DynamicAnalysis(as_suspension(scene), *known))
 
     @property
     def closed_loop(self):
         """`ClosedLoop`, stable or not with the loop."""
-        return self.in_wind.controlled
+        return self.analysis.loop_for_margins
 
     @property
     def gain(self):
@@ -108,7 +108,7 @@ class OneLoop:
     @property
     def gain_margin(self):
         """[dB], or None."""
-        return self.in_wind.gain_margin[0]
+        return self.analysis.gain_margin[0]
 
     @property
     def margins(self):
@@ -122,7 +122,7 @@ class OneLoop:
 
     def check_stable(self):
         """NoSolutionError where something grows."""
-        self.in_wind.check_stable()
+        self.analysis.check_stable()
 
     def unstable(self, gain):
         """How many poles with a gain [rad/s] are to the right."""
@@ -139,7 +139,7 @@ class OneLoop:
 
     def closed_poles(self, gain):
         """The same with a gain. [rad/s]"""
-        return self.with_gain(float(gain)).in_wind.closed_loop_of(EVERY).loop.poles
+        return self.with_gain(float(gain)).analysis.closed_loop_of(EVERY).loop.poles
 
 
 def encirclements(loop, gain):

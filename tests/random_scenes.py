@@ -16,7 +16,7 @@ from references.scene_truth import Cable, Truth, Unknown
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import CableScene
 from cablestudy.study.columns import find
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.rows import evaluate
 
 ACCURACIES = (1e-2, 1e-4, 1e-6, 1e-8)
@@ -243,7 +243,7 @@ def examine(seed, every=(), limit=60, in_turn=()):
     cells, names, accuracy, begin = [], ["preload"], 1e-4, time.process_time()
     try:
         with limited(limit):
-            truth = truth_of(data, Case(scene_of(data, 1e-4)).span)
+            truth = truth_of(data, CableCase(scene_of(data, 1e-4)).span)
             known = {}
             try:
                 wanted = columns_for(data, truth)

@@ -12,7 +12,7 @@ from references import bars, continuous_cable
 from cablestudy.errors import SceneError
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.columns import find
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.rows import evaluate
 from cablestudy.study.prepare import prepare
 from cablestudy.sweeps.chunks import Chunks
@@ -33,7 +33,7 @@ def scene(*sets, base=CARLINA):
 @cache
 def case_of(*sets):
     """The case of Carlina with changes."""
-    return Case(scene(*sets))
+    return CableCase(scene(*sets))
 
 
 def scene_of(text, *sets):

@@ -12,7 +12,7 @@ import cablestudy as cs
 from cablestudy.scene.study import read_study
 from cablestudy.study.column import lacks
 from cablestudy.study.columns import find
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.study_rows import evaluate
 
 TURN = 2 * np.pi
@@ -109,4 +109,4 @@ def end_force(scene, end=2):
     NoSolutionError, ConvergenceError
         The cable has no equilibrium.
     """
-    return np.array(Case(cs.load({**scene, "model": {}}).model).catenary.end_forces("global")[end - 1])
+    return np.array(CableCase(cs.load({**scene, "model": {}}).model).catenary.end_forces("global")[end - 1])

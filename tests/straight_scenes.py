@@ -32,7 +32,7 @@ def case_of(text):
 
 def closed_loop_of(text):
     """`ClosedLoop` of a case, unstable or not, with at most 40 modes."""
-    return case_of(text).in_wind.closed_loop_of(40)
+    return case_of(text).analysis.closed_loop_of(40)
 
 
 def cable(time=0.0, stiffness=1e5):

@@ -14,7 +14,7 @@ from test_windrms import WHITE, case_with, loop_of, rms_of, white  # noqa: F401 
 from cablestudy.control.one_cable import state_space
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.columns import find
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.rows import evaluate, evaluate_cases
 from cablestudy.study.one_cable.ssm import choose
 from cablestudy.study.ssm import StateSpaceOptions
@@ -32,7 +32,7 @@ def test_a_gondola_on_a_light_cable_in_white_noise_is_the_textbook_s_oscillator(
     """Variances S/(4 c k) and S/(4 c M) of a one-sided spectrum S, which grows with the square of the drag."""
     sets = (*LIGHT, WHITE, "cable.damping={model: hysteretic, loss_factor: 0}", "model={elements: 1, order: 2}",
             "winch.controller.gain=0", "gondola.mass=50 kg", f"gondola.drag_coefficient={drag}")  # fmt: skip
-    case, level, damping = Case(scene(*sets)), 3.0 * (drag / 1.17) ** 2, C * drag / 1.17
+    case, level, damping = CableCase(scene(*sets)), 3.0 * (drag / 1.17) ** 2, C * drag / 1.17
     displacement, velocity = rms_of(case)[2:]
     assert displacement == pytest.approx(np.sqrt(level / (4 * damping * case.end_stiffness_along(0))), rel=1e-6)
     # of the velocity the range of frequencies lacks a little
@@ -82,10 +82,10 @@ def lyapunov(loop, gain, level):
 @pytest.mark.parametrize("damping", [0.3, C, 100.0])
 def test_the_loop_is_that_of_the_dense_matrix(ratio, gain, damping):
     sets = AIR, WHITE, f"gondola.drag_coefficient={1.17 * damping / C!r}"
-    case = Case(case_with(ratio, gain, *sets).scene)
+    case = CableCase(case_with(ratio, gain, *sets).scene)
     loop = loop_of(case)
     assert loop.damping == pytest.approx(damping, rel=1e-12)
-    poles, closed_loop = np.linalg.eigvals(loop_matrix.matrices(loop, loop.gain)[0]), case.in_wind.closed_loop
+    poles, closed_loop = np.linalg.eigvals(loop_matrix.matrices(loop, loop.gain)[0]), case.analysis.closed_loop
     closed = closed_loop.loop.eigen.poles if loop.gain else closed_loop.open_poles
     main = closed[np.argmin(np.abs(closed - 2j * np.pi * case.gondola_mode.frequency[0]))]
     assert np.abs(poles - main).min() < 1e-5 * abs(main)
@@ -96,7 +96,7 @@ def test_the_loop_is_that_of_the_dense_matrix(ratio, gain, damping):
 @pytest.mark.parametrize("damping", [0.3, 100.0])
 def test_the_largest_gain_is_that_of_the_dense_matrix(damping):
     case = case_with(0.01, 0.1, AIR, f"gondola.drag_coefficient={1.17 * damping / C!r}")
-    loop, limit = loop_of(case), case.in_wind.largest_gain[0]
+    loop, limit = loop_of(case), case.analysis.largest_gain[0]
     for part in (0.5, 1 - 1e-6):
         assert np.linalg.eigvals(loop_matrix.matrices(loop, part * limit)[0]).real.max() <= 0
     for part in (1 + 1e-6, 2.0):

@@ -14,7 +14,7 @@ from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import plots
 from cablestudy.study.columns import find
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.rows import evaluate, evaluate_cases
 from cablestudy.study.one_cable.system import winds_on
 
@@ -96,7 +96,7 @@ def wind_of(case, direction):
 @pytest.mark.parametrize("damping", [None, HYSTERETIC, VISCOUS, "wind.aerodynamic_damping=false"])
 @pytest.mark.parametrize("form", [None, INCLINED, VERTICAL, SAGGING, ASIDE])
 def test_spectra_are_those_of_the_dense_matrices(bare, form, damping, direction):
-    case = Case(loaded(bare, WHOLE, *filter(None, (form, damping))))
+    case = CableCase(loaded(bare, WHOLE, *filter(None, (form, damping))))
     frequency = np.array([0.01, 0.3, 1.0, 1.58, 3.2, 9.0])
     expected = dense(case, frequency, direction)
     # drag of less than 1e-9 of the largest is left out, and a floor of as much added
@@ -107,7 +107,7 @@ def test_spectra_are_those_of_the_dense_matrices(bare, form, damping, direction)
 
 @pytest.mark.parametrize("form", [None, INCLINED, SAGGING])
 def test_spectra_under_partial_coherence(bare, form):
-    case = Case(loaded(bare, "wind.coherence_length=60 m", *filter(None, (form,))))
+    case = CableCase(loaded(bare, "wind.coherence_length=60 m", *filter(None, (form,))))
     frequency = np.array([0.01, 0.3, 1.0, 1.58, 3.2, 4.7])
     expected = dense(case, frequency, "across")
     # two points to a bar see the corner of exp(-r/l) with an error (h/l)^2/6 of the sum
@@ -168,7 +168,7 @@ def test_a_slow_wind_changes_the_tension_as_statics_do(bare):
 
 
 def test_a_vertical_cable_moves_alike_in_any_wind(bare):
-    case = Case(loaded(bare, VERTICAL))
+    case = CableCase(loaded(bare, VERTICAL))
     across, along = (wind_of(case, one).response.variances.weighted["value"] for one in ("across", "along"))
     assert across[[1, 2]] == pytest.approx(along[[2, 1]], rel=1e-6)
     assert across[2] > 0
@@ -203,7 +203,7 @@ def test_accuracy_is_that_of_many_bars(bare, sets):
 def test_an_undamped_cable_without_air_is_refused(bare):
     scene = loaded(bare, "cable.damping={model: modal, ratio: 0}", "wind.aerodynamic_damping=false")
     with pytest.raises(NoSolutionError, match=r"^undamped: mode 2 \(cable in-plane, 1\.59"):
-        find("tension_rms").compute(Case(scene))
+        find("tension_rms").compute(CableCase(scene))
 
 
 def test_a_cable_with_a_gondola_is_refused(tmp_path):
@@ -233,7 +233,7 @@ def test_windrms_of_a_bare_cable(bare):
 
 
 def test_the_picture_shows_mid_span_in_the_worse_wind(bare):
-    case = Case(loaded(bare, SAGGING))
+    case = CableCase(loaded(bare, SAGGING))
     figure = plots.wind_response(winds_on(case, "cable"), on="the cable")
     speed, spectra, below, above, side = figure.axes
     legend = [text.get_text() for text in spectra.get_legend().get_texts()]

@@ -34,7 +34,7 @@ from cablestudy.cable.element import mesh_pieces, mesh_segments, pieces
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.control.one_cable import state_space
 from cablestudy.scene.scene import load_scene
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.case_modes import modes
 from cablestudy.study.one_cable.models import solve_models
 from cablestudy.study.one_cable.results import Results
@@ -256,7 +256,7 @@ ON_SAGGING = [(node / 40, mass) for node, mass in CARRIED]
 
 def loaded(*sets):
     """The case of a sagging cable with masses, and of the same cable with their weight alone."""
-    return (Case(scene(*SAGGING, *sets, loads(*ON_SAGGING))) for loads in (hung, weighing))
+    return (CableCase(scene(*SAGGING, *sets, loads(*ON_SAGGING))) for loads in (hung, weighing))
 
 
 def damped(law):
@@ -397,13 +397,13 @@ def test_cases_of_a_batch_are_as_if_they_were_alone():
     sets = (hung((0.325, one), (0.75, other)) for one, other in pairs)
     scenes = [scene(*SAGGING, "model={accuracy: 1e-7}", one) for one in sets]
     results = Results(SceneValues(scenes))
-    cases = [Case(one, results, i).refined(1, 20) for i, one in enumerate(scenes)]
+    cases = [CableCase(one, results, i).refined(1, 20) for i, one in enumerate(scenes)]
     solve_models(cases)
     assert cases[0].model.mesh is cases[1].model.mesh
     for case in cases:
         found = case.dynamics.modes(8).frequency
-        assert np.array_equal(found, Case(case.scene).refined(1, 20).dynamics.modes(8).frequency)
-        exact = modes(Case(case.scene), 8)[1]
+        assert np.array_equal(found, CableCase(case.scene).refined(1, 20).dynamics.modes(8).frequency)
+        exact = modes(CableCase(case.scene), 8)[1]
         assert exact.frequency == pytest.approx(found, rel=3e-7)
         assert exact.errors.max() <= 1e-7
 
@@ -465,7 +465,7 @@ def test_heavy_masses_leave_the_gondola_its_digits(order):
         "cable.ends=[[0, 0, 0], [185.6, 0, -8.7]]", "cable.unstretched_length=185.158 m", "cable.diameter=10.75 mm",
         "model={accuracy: 1e-4}",
     )  # fmt: skip
-    case, bare = (Case(scene(*form, loads(*on_cable))).refined(1, order) for loads in (hung, weighing))
+    case, bare = (CableCase(scene(*form, loads(*on_cable))).refined(1, order) for loads in (hung, weighing))
     nodes, places = bare.state.mesh.nodes, bare.state.mesh.node_positions
     turn = np.kron(np.eye(nodes), bare.span.frame)
     K, _, M = (turn.T @ matrix @ turn for matrix in matrices_of_all_nodes(bare))
@@ -493,7 +493,7 @@ def blown(path, elements, *sets):
     """Cases of a bare cable in the wind, with masses, and with their weight alone."""
     more = "wind.coherence_length=1e12 m", f"model.elements={elements}", *sets
     shares = [(node / 40, mass) for node, mass in ON_CABLE]
-    return (Case(load_scene(path, (*more, loads(*shares)))[1]) for loads in (hung, weighing))
+    return (CableCase(load_scene(path, (*more, loads(*shares)))[1]) for loads in (hung, weighing))
 
 
 @pytest.mark.crossed

@@ -122,7 +122,7 @@ def test_modes_beside_coordinates_that_move_no_body_are_those_of_the_whole():
 def test_modes_that_no_output_depends_on_change_nothing(damping):
     """Poles and responses of the model without them, and of all modes by dense matrices of its own."""
     case = case_of(one_cable(damping))
-    some = case.in_wind.closed_loop_of(40)
+    some = case.analysis.closed_loop_of(40)
     every = some.with_all_modes
     assert len(some.plant.kept) < 0.6 * len(some.modes)
     assert len(every.plant.kept) == len(every.modes) == len(some.modes) == 40
@@ -139,7 +139,7 @@ def test_modes_that_no_output_depends_on_change_nothing(damping):
         found.append(sum(s[:, None, None] ** order * (part @ moved) for order, part in enumerate(motion.c)))
     size = np.abs(found[1]).max(axis=0)
     assert (np.abs(found[0] - found[1]) <= 1e-9 * size).all()
-    at_rest = case.in_wind.at_rest.closed_loop_of(40)
+    at_rest = case.analysis.at_rest.closed_loop_of(40)
     for pair in ((some, every), (at_rest, at_rest.with_all_modes)):
         own, other = (GustResponse(closed_loop, case.scene).variances.weighted["value"] for closed_loop in pair)
         assert own == pytest.approx(other, rel=1e-9)
@@ -147,7 +147,7 @@ def test_modes_that_no_output_depends_on_change_nothing(damping):
 
 def test_numbers_and_names_of_modes_are_those_of_all():
     """The k-th coordinate is the mode with its frequency: in the plane of the cable or along it."""
-    closed_loop = case_of(one_cable("hysteretic")).in_wind.closed_loop
+    closed_loop = case_of(one_cable("hysteretic")).analysis.closed_loop
     frequency = closed_loop.motion.unit[: len(closed_loop.plant.kept)] / (2 * np.pi)
     numbers = []
     for place, own in enumerate(frequency):
@@ -162,7 +162,7 @@ def test_numbers_and_names_of_modes_are_those_of_all():
 
 
 def test_a_body_that_moves_out_of_the_plane_has_all_modes():
-    closed_loop = case_of(one_cable("hysteretic", bodies__gondola__free=["x", "y"])).in_wind.closed_loop
+    closed_loop = case_of(one_cable("hysteretic", bodies__gondola__free=["x", "y"])).analysis.closed_loop
     assert len(closed_loop.plant.kept) == len(closed_loop.modes)
 
 
@@ -174,7 +174,7 @@ def test_what_moves_nothing_at_all_is_kept():
         "cables": {"c": {"from": "a", "to": "b", "unstretched_length": 29.9}},
         "wind": {"speed": 6.0, "turbulence_intensity": 0.15, "length_scale": 25.0, "on": "cables"},
     }  # fmt: skip
-    closed_loop = case_of(text).in_wind.closed_loop_of(12)
+    closed_loop = case_of(text).analysis.closed_loop_of(12)
     assert len(closed_loop.motion) >= len(closed_loop.modes) == 12
 
 
@@ -192,9 +192,9 @@ def few_and_all(wind, count):
 def test_few_modes_of_one_cable_have_the_numbers_of_many(damping, end):
     """RMS of displacement and speed of the body and speed of the winch: within the errors stated."""
     case = case_of(one_cable(damping, winches__cable__end=end))
-    found, many = few_and_all(case.in_wind, 160)
+    found, many = few_and_all(case.analysis, 160)
     assert len(found.closed_loop.modes) == 12
-    for pair, name in product(((found, many), few_and_all(case.in_wind.at_rest, 160)), ("value", "rate")):
+    for pair, name in product(((found, many), few_and_all(case.analysis.at_rest, 160)), ("value", "rate")):
         shown, true = (response.variances for response in pair)
         row = shown.rows["gondola.x"]
         own, other, error = (part[name][row] for part in (shown.weighted, true.weighted, shown.error))
@@ -209,11 +209,11 @@ def test_few_modes_of_bars_have_the_numbers_of_all(end):
     """Of 40 bars with modal damping, which the modes left out have too."""
     bars = {"elements": 40, "order": 1, "mass": "lumped"}
     case = case_of(one_cable("modal", winches__cable__end=end, model=bars))
-    found, every = few_and_all(case.in_wind, MOTION.element_modes)
+    found, every = few_and_all(case.analysis, MOTION.element_modes)
     assert len(found.closed_loop.modes) == 24
     assert len(every.closed_loop.modes) == 118
     row = found.variances.rows["gondola.x"]
-    pairs = (found, every), few_and_all(case.in_wind.at_rest, MOTION.element_modes)
+    pairs = (found, every), few_and_all(case.analysis.at_rest, MOTION.element_modes)
     for pair, (name, allowed) in product(pairs, (("value", 1e-9), ("rate", 1e-8))):
         own, other = (part.variances.weighted[name][row] for part in pair)
         assert own == pytest.approx(other, rel=allowed)
@@ -232,7 +232,7 @@ def test_what_excites_all_modes_has_many(changes):
     text = one_cable("hysteretic", **changes)
     if not text["bodies"]["gondola"]["free"]:
         text = {key: value for key, value in text.items() if key not in ("control", "winches")}
-    in_wind = case_of(text).in_wind
+    in_wind = case_of(text).analysis
     assert len(in_wind.closed_loop.modes) >= 64
 
 
@@ -242,9 +242,9 @@ def test_a_body_that_few_modes_hardly_move_has_many():
         "cable__area": 4e-5, "bodies__gondola__mass": 1.0, "cables__cable__from": [-370.0, 0.0, 0.0],
         "cables__cable__unstretched_length": 370.5, "bodies__gondola__force": [2500.0, 0.0, 0.0],
     }  # fmt: skip
-    in_wind = case_of(one_cable("hysteretic", **changes)).in_wind
+    in_wind = case_of(one_cable("hysteretic", **changes)).analysis
     few = in_wind.closed_loop_of(24, True).plant
     share = few.modes.compliance_shares(0, 0)
     assert few.lacked_compliance == pytest.approx(1 - share[:16].sum(), rel=1e-6)
     assert few.lacked_compliance > 1e-2
-    assert len(in_wind.controlled.modes) == 64
+    assert len(in_wind.loop_for_margins.modes) == 64

@@ -15,7 +15,7 @@ from test_winch import loop_gain
 from cablestudy.control.law import Law
 from cablestudy.control.notch import Notch
 from cablestudy.errors import NoSolutionError
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.system.assemble import assemble
 
 MASS, STIFFNESS = 50.0, 1025.0
@@ -228,7 +228,7 @@ def test_no_verdict_contradicts_encirclements_with_a_finer_model(seed):
     draw.random()
     damping = drawn.cable.damping.model_copy(update={"viscous": float(draw.uniform(0.01, 0.15))})
     drawn = drawn.model_copy(update={"cable": drawn.cable.model_copy(update={"damping": damping})})
-    case = Case(drawn).refined(1, 16)
+    case = CableCase(drawn).refined(1, 16)
     main = 2 * np.pi * case.gondola_mode.frequency[0]
 
     def spread(low, high):

@@ -10,7 +10,7 @@ from scenes import CHORD, LENGTH, PAPER, SAGGING, G, Twin, cells, scene
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.columns import find
 from cablestudy.study.deflection import load_deflections, nodal_deflections
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.rows import evaluate
 
 FIG_4 = str(CONFIGS / "point-load.yaml")
@@ -153,7 +153,7 @@ def test_the_larger_the_load_the_less_it_is_linear():
 
 def test_of_several_loads_each_has_its_own_movement():
     sideways = "{at: 40 m, force: [0, 2 N, 0]}"
-    case = Case(scene(f"cable.loads=[{sideways}, {{at: 120 m, force: [0, 0, -1 N]}}]"))
+    case = CableCase(scene(f"cable.loads=[{sideways}, {{at: 120 m, force: [0, 0, -1 N]}}]"))
     full, linear = load_deflections(case)
     tension = case.statics.mean_tension
     string = np.array([2 * 40 * (LENGTH - 40), 120 * (LENGTH - 120)]) / LENGTH / tension * CHORD / LENGTH
@@ -170,4 +170,4 @@ def test_a_force_of_nothing_moves_nothing():
 
 def test_without_loads_there_is_nothing_to_ask():
     with pytest.raises(NoSolutionError, match="carries no point load"):
-        load_deflections(Case(scene()))
+        load_deflections(CableCase(scene()))

@@ -14,7 +14,7 @@ from references import bars, continuous_cable, loop_matrix
 from scenes import GONDOLA, INCLINED, PAPER, SAGGING, Twin, scene
 
 from cablestudy.errors import NoSolutionError
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 
 ORDER = 24
 CABLES = {"taut": PAPER, "sagging": SAGGING, "inclined": INCLINED, "downhill": Twin(175.68, -60.49, 184.4883)}
@@ -34,19 +34,19 @@ def damped(law, amount):
 @cache
 def spectral(name, law, amount):
     """One element of high order."""
-    return Case(CABLES[name].scene("model.accuracy=1e-8", damped(law, amount))).refined(1, ORDER).end_model
+    return CableCase(CABLES[name].scene("model.accuracy=1e-8", damped(law, amount))).refined(1, ORDER).end_model
 
 
 @cache
 def of_bars(name, law, amount, elements=40):
     """The paper's model."""
-    return Case(CABLES[name].scene(f"model.elements={elements}", damped(law, amount))).end_model
+    return CableCase(CABLES[name].scene(f"model.elements={elements}", damped(law, amount))).end_model
 
 
 @cache
 def condensed_of_bars(name):
     """Static stiffness between the ends of the paper's model."""
-    return Case(CABLES[name].scene("model.elements=40")).end_stiffness
+    return CableCase(CABLES[name].scene("model.elements=40")).end_stiffness
 
 
 @cache
@@ -89,7 +89,7 @@ def test_all_modes_together_are_the_continuous_cable(name, law, amount):
 @pytest.mark.parametrize("name", ["taut", "sagging"])
 def test_up_to_two_fifths_of_the_order(name, order, mode):
     """1e-6 at transverse mode 0.4 p of an element of order p; at 0.5 p it is 1e-2 to 1e-4 for p = 32 to 48."""
-    case = Case(CABLES[name].scene("model.accuracy=1e-8", damped("hysteretic", 0.01))).refined(1, order)
+    case = CableCase(CABLES[name].scene("model.accuracy=1e-8", damped("hysteretic", 0.01))).refined(1, order)
     modes = case.dynamics.modes(1000)
     across = 2 * np.pi * modes.frequency[modes.select("out-of-plane")]
     omega = float(across[mode - 1] + 0.4 * (across[mode] - across[mode - 1]))
@@ -125,7 +125,7 @@ def test_turned_about_the_vertical(law, amount):
         damped(law, amount),
     )
     s = 1j * np.array([0.0, 2.0, 7.0])
-    found = Case(turned).refined(1, ORDER).end_model.dynamic_stiffness(s)
+    found = CableCase(turned).refined(1, ORDER).end_model.dynamic_stiffness(s)
     c, b = np.cos(angle), np.sin(angle)
     turn = np.kron(np.eye(2), [[c, -b, 0], [b, c, 0], [0, 0, 1]])
     expected = turn @ spectral("inclined", law, amount).dynamic_stiffness(s) @ turn.T
@@ -220,7 +220,7 @@ STIFF = (110003, 110006, 110040, 110041, 120017, 500000, 500040, 500045, 500048,
 def test_a_stiff_cable_is_not_refused_and_right(seed):
     """Against the continuous cable, about the frequency of the gondola, or of the cable's first mode if it is lower."""
     data = scene_data(seed)
-    case = Case(scene_of(data, 1e-6)).refined(1, 24)
+    case = CableCase(scene_of(data, 1e-6)).refined(1, 24)
     model, truth, mass = along_x(case), truth_of(data, case.span), case.scene.gondola.mass
     omega = min(2 * np.pi * case.gondola_mode.frequency[0], model.omega[0])
     s = (0.03 + 1j) * omega * np.array([0.01, 0.3, 0.99, 3.0])
@@ -239,7 +239,7 @@ def test_a_stiff_cable_is_not_refused_and_right(seed):
 )
 def test_the_sum_over_damped_modes_in_long_arithmetic(seed, amount):
     """The very modes of the model, in 50 digits: up to frequencies at which the cable's mass is all that counts."""
-    model = along_x(Case(scene_of(scene_data(seed), 1e-6)).refined(1, 12))
+    model = along_x(CableCase(scene_of(scene_data(seed), 1e-6)).refined(1, 12))
     model = replace(model, strain=replace(model.strain, amount=amount * model.strain.amount))
     s = (0.05 + 1j) * np.array([0.3 * model.omega[0], 4 * model.omega[0], np.median(model.omega)])
     found, n = model.dynamic_stiffness(s, [3], [3])[:, 0, 0], len(model.omega)
@@ -334,7 +334,8 @@ def test_the_smallest_models(law, amount, elements):
 
 def test_repeated_frequencies():
     # without weight the two planes are alike: every transverse mode is double
-    case = Case(scene("gravity=0", "cable.unstretched_length=184.4883", "model.elements=40", damped("hysteretic", 0.1)))
+    taut = "gravity=0", "cable.unstretched_length=184.4883", "model.elements=40"
+    case = CableCase(scene(*taut, damped("hysteretic", 0.1)))
     model = case.end_model
     assert (np.abs(np.diff(model.omega[:20])[::2]) < 1e-9 * model.omega[0]).all()
     found = model.dynamic_stiffness(1j * np.array([2.0, 5.0]))
@@ -390,7 +391,8 @@ def test_the_damping_trap():
 @pytest.mark.parametrize(("mass", "order"), [("lumped", 3), ("consistent", 1), ("consistent", 3), ("blended", 1)])
 def test_every_mass_is_the_dense_matrix_condensed(twin, mass, order):
     """And at the coupled frequency, undamped, the gondola and its end balance."""
-    case = Case(twin.scene("model.elements=7", f"model.order={order}", f"model.mass={mass}", "cable.damping.ratio=0"))
+    model = "model.elements=7", f"model.order={order}", f"model.mass={mass}"
+    case = CableCase(twin.scene(*model, "cable.damping.ratio=0"))
     s = np.array([2.0 + 5j, -1 + 33j, 0.3 + 90j])
     turn = np.kron(np.eye(2), case.span.frame)
     expected = np.array([turn.T @ condensed_stiffness(case.dynamics, value) @ turn for value in s])

@@ -16,7 +16,7 @@ from references.scene_truth import Cable, Truth, Unknown
 
 from cablestudy.scene.study import read_study
 from cablestudy.study.columns import find
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.rows import evaluate
 
 SCENES = campaign(range(90_000, 90_030), range(90_000, 90_008))  # never looked at while anything was tuned
@@ -72,7 +72,7 @@ def test_a_mode_that_ceases_to_oscillate_and_begins_again_has_no_truth():
         time = share * cable["damping"]["time"]
         poles[share] = np.roots([mass * own * time, mass * (own + sag), own * sag * time, own * sag])
     assert [sum(abs(pole.imag) > 0 for pole in poles[share]) for share in poles] == [2, 0, 2]
-    case = Case(random_scenes.scene_of(data, 1e-4))
+    case = CableCase(random_scenes.scene_of(data, 1e-4))
     with pytest.raises(Unknown, match="which pole continues it"):
         random_scenes.truth_of(data, case.span).gondola_damping_ratio()
     pair = poles[1.0][np.abs(poles[1.0].imag) > 0][0]
@@ -184,7 +184,7 @@ def test_modes_of_almost_inextensible_loops_have_numbers(seed, column):
     row = evaluate(random_scenes.scene_of(data, 1e-8), [find(column)])
     header = find(column).header
     truth, doubt = random_scenes.expected(
-        random_scenes.truth_of(data, Case(random_scenes.scene_of(data, 1e-4)).span), data, column
+        random_scenes.truth_of(data, CableCase(random_scenes.scene_of(data, 1e-4)).span), data, column
     )
     assert row.cells["status"] == "ok"
     assert abs(row.cells[header] - truth) <= (row.errors[header] + 3 * doubt) * truth

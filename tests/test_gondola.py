@@ -17,7 +17,7 @@ from cablestudy.scene.scene import CableScene
 from cablestudy.study.columns import find
 from cablestudy.study.notes import gondola_notes
 from cablestudy.study.one_cable import system as one_cable_system
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.rows import evaluate, evaluate_cases
 from cablestudy.system.cables import Models
 from cablestudy.system.coupled_modes import Search
@@ -103,7 +103,7 @@ def test_modes_that_share_the_gondola_are_named():
     """Tuned to the first mode of its cable, a gondola moves as much in either of two modes."""
 
     def tuned(mass):
-        return Case(scene(f"gondola.mass={mass!r}", "model.accuracy=1e-6"))
+        return CableCase(scene(f"gondola.mass={mass!r}", "model.accuracy=1e-6"))
 
     def difference(mass):
         share = tuned(mass).gondola_mode.mode.shares
@@ -118,7 +118,7 @@ def test_modes_that_share_the_gondola_are_named():
     assert f"{frequency[0]:.4g} Hz has only {share[0]:.3g} of its static compliance" in note
     assert f"{frequency[1]:.4g} Hz ({share[1]:.3g})" in note
     assert tie == f"gondola: a tie, within the error the mode of {frequency[1]:.4g} Hz has as large a share"
-    assert list(gondola_notes(Case(scene()))) == []  # a taut cable: one mode has nearly all
+    assert list(gondola_notes(CableCase(scene()))) == []  # a taut cable: one mode has nearly all
 
 
 def test_of_two_equal_shares_the_lower_mode_is_the_gondola_s():

@@ -12,7 +12,7 @@ from cablestudy.motion.gust_response import GustResponse
 from cablestudy.motion.peaks import winch_speeds
 from cablestudy.scene.scene import CableScene, load_scene
 from cablestudy.scene.suspension import SuspensionScene
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find
 from cablestudy.wind.peak import peak_factor
@@ -73,7 +73,7 @@ def integrals(spectra, height):
 @pytest.mark.parametrize(("mass", "factor"), [(30.0, 0.047), (100.0, 0.136), (200.0, 0.298), (30.0, 0.0), (45.0, 0.0)])
 def test_waves_along_the_cable_above_the_modes_are_in_the_stated_error(mass, factor, accuracy):
     """With PID gains of 0.4 of the largest, a wave of 8.4 Hz above 32 modes up to 3.5 Hz is next to undamped."""
-    analysis = Case(scene(mass, factor, accuracy)).in_wind
+    analysis = CableCase(scene(mass, factor, accuracy)).analysis
     found = [analysis.rms(["gondola.x"], name, open_loop=False) for name in ("value", "rate")]
     found.append(winch_speeds(analysis)[0])
     for (value, error), expected in zip(found, truth(mass, factor), strict=True):
@@ -84,7 +84,7 @@ def test_waves_along_the_cable_above_the_modes_are_in_the_stated_error(mass, fac
 def test_waves_along_three_bridles_above_the_modes_are_in_the_stated_error():
     """A telescope on nine cables: 100 modes up to 5.1 Hz, which show a third of what they leave out, against 200."""
     scene = load_scene(CONFIGS / "suspensions" / "carlina-balloon-wind.yaml")[1]
-    own, true = (GustResponse(SuspensionCase(scene).in_wind.closed_loop_of(count), scene, least=5e-7).variances
+    own, true = (GustResponse(SuspensionCase(scene).analysis.closed_loop_of(count), scene, least=5e-7).variances
                  for count in (100, 200))  # fmt: skip
     for axis in "xy":
         row = own.rows[f"gondola.focus.{axis}"]
@@ -196,7 +196,7 @@ def test_waves_along_cables_between_moving_bodies_are_in_the_stated_error_of_ten
 def test_the_peak_of_a_winch_behind_a_notch_that_passes_waves(accuracy):
     """The notch passes a hundred times as much of what is above the modes of the model as of what is below."""
     *_, speed, acceleration = variances_of_row([60.0], [30.0, 45.0], NOTCHED)
-    analysis = row_of_bodies([60.0], [30.0, 45.0], NOTCHED, accuracy).in_wind
+    analysis = row_of_bodies([60.0], [30.0, 45.0], NOTCHED, accuracy).analysis
     assert analysis.response.closed_loop.modes.frequency[-1] < NOTCH["rolloff_frequency"]
     expected = np.sqrt(speed) * peak_factor(np.sqrt(acceleration / speed) / TURN, analysis.scene.wind.duration)
     _, (found, error), _ = winch_speeds(analysis)

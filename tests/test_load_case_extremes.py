@@ -13,7 +13,7 @@ from random_load_cases import scene_data, truth
 from cablestudy.scene.scene import CableScene
 from cablestudy.scene.study import read_study
 from cablestudy.study.columns import find
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.rows import evaluate
 
 ASKED = (
@@ -51,7 +51,7 @@ def compared(seed):
     if not is_an_answer(cells["status"]) or cells["max_tension_N"] > data["cable"]["axial_stiffness"]:
         return None  # no answer, or a cable that is pulled to more than twice its length
     expected = truth(data)
-    stated = max(1e-12, float(Case(scene).results.statics_rounding[0]))
+    stated = max(1e-12, float(CableCase(scene).results.statics_rounding[0]))
     return None if expected is None else (cells, expected, stated)
 
 

@@ -17,7 +17,7 @@ from test_suspension_load_cases import numbers
 
 from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.scene.scene import load_scene
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.suspension.case import SuspensionCase
 
 G, EA, MASS = 9.81, 1.2e6, 0.9
@@ -117,7 +117,7 @@ def test_force_temperature_and_wind_together_are_those_of_a_suspension(made):
     day = "{temperature: 273.15 K, wind: {speed: 20 m/s, direction: 50 deg}, moves: {end_1: [0, 1 m, 0]}FORCE}"
     alone = made(one("preload: 8 kN", day.replace("FORCE", ", forces: {end_2: [500 N, 0, 0]}")))
     values = cells(alone, "force_displacement", "tension_1", "tension_2", "swing", "sag", "reaction_1_vertical")
-    calm = Case(made(one("preload: 8 kN", day.replace("FORCE", ""))))
+    calm = CableCase(made(one("preload: 8 kN", day.replace("FORCE", ""))))
     held = -calm.catenary.end_forces("global")[1, 0]
     text = one("unstretched_length: LENGTH", day.replace("FORCE", ", forces: {gondola: [500 N, 0, 0]}"))
     text = text.replace("LENGTH", repr(float(calm.reference_length))).replace("  ends: [[0, 0, 20], [90, 0, 35]]\n", "")

@@ -19,7 +19,7 @@ from scenes import cells, scene
 from cablestudy.cable.catenary import solve
 from cablestudy.errors import SceneError
 from cablestudy.study.columns import find
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.rows import evaluate, evaluate_cases
 
 LINE = """
@@ -234,7 +234,7 @@ def test_the_stated_error_holds_for_drag_that_changes_along_the_cable(line, day,
 
     Elements follow it: a fixed number of them has no such error.
     """
-    case = Case(line(f"unstretched_length: {length} m", f"case={day}"))
+    case = CableCase(line(f"unstretched_length: {length} m", f"case={day}"))
     error = float(case.results.drag_error[0])
     assert 0 < error < 0.3
     _, _, thickness, pressure, degrees = DAYS[day]
@@ -261,7 +261,7 @@ def test_the_stated_error_holds_for_drag_that_changes_along_the_cable(line, day,
     for name in ("mean_tension", "max_tension"):
         stated = getattr(case.statics, name)
         assert abs(float(stated) / float(getattr(truth, name)) - 1) <= error, name
-    elements = Case(line(f"unstretched_length: {length} m", f"case={day}", "model={elements: 24, order: 6}"))
+    elements = CableCase(line(f"unstretched_length: {length} m", f"case={day}", "model={elements: 24, order: 6}"))
     half = np.linalg.norm(drag, axis=1).max() / 2  # in the truth the outer half of the last piece carries no drag
     for name, beside in (("mean_tension", 0.0), ("max_tension", half)):
         expected = float(getattr(truth, name))

@@ -19,7 +19,7 @@ from cablestudy.study import plots
 from cablestudy.study.columns import find
 from cablestudy.study.loop_in_time import TimeOptions, time_case
 from cablestudy.study.loop_report import curves
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 
 LENGTH, TIME, TURN = 99.0, 0.002, 2 * np.pi
 STIFFNESS = MODULUS * AREA / LENGTH
@@ -49,7 +49,7 @@ def spring(gain, ratio=1.1, location="ground"):
     notch = f"{{frequency: {ratio * NATURAL / TURN!r} Hz}}" if ratio else "none"
     damped = f"cable.damping={{model: kelvin_voigt, time: {TIME} s}}"
     own = (f"winch.controller={{gain: {gain!r} rad/s, notch: {notch}}}", f"winch.location={location}")
-    return Case(scene(*SPRING, damped, *own)).in_wind
+    return CableCase(scene(*SPRING, damped, *own)).analysis
 
 
 def spring_loop(gain, ratio=1.1):
@@ -92,7 +92,7 @@ def loop_gain(case, omega):
         filtered = (zero**2 + 2 * loop.notch.damping_ratio * zero + 1) / (
             pole**2 + 2 * loop.notch.rolloff_damping_ratio * pole + 1
         )
-    return sign * case.in_wind.gain[0] * filtered / s * moved
+    return sign * case.analysis.gain[0] * filtered / s * moved
 
 
 @pytest.mark.crossed
@@ -104,7 +104,7 @@ def test_margins_are_those_of_python_control(gain, ratio):
     if found.largest_gain[0] < gain:
         assert min(gains) == pytest.approx(found.largest_gain[0] / gain, rel=1e-6)
         return
-    margins, least = found.controlled.stability.margins, np.argmin(np.abs(phases))
+    margins, least = found.loop_for_margins.stability.margins, np.argmin(np.abs(phases))
     assert margins.phase_margin == pytest.approx(abs(phases[least]), abs=1e-5)
     assert TURN * margins.gain_crossover == pytest.approx(at_phase[least], rel=1e-6)
     above = gains[gains > 1]
@@ -120,7 +120,7 @@ def test_margins_are_those_of_python_control(gain, ratio):
 def test_delay_and_phase_margin_of_an_integrator_in_closed_form(location):
     """Far below the gondola's frequency the loop is K/s: it crosses at K with 90 degrees, a delay of pi/(2 K)."""
     gain = 1e-5 * NATURAL
-    margins = spring(gain, None, location).controlled.stability.margins
+    margins = spring(gain, None, location).loop_for_margins.stability.margins
     assert TURN * margins.gain_crossover == pytest.approx(gain, rel=1e-9)
     assert margins.phase_margin == pytest.approx(90, abs=1e-3)
     assert margins.delay_margin == pytest.approx(np.pi / (2 * gain), rel=1e-4)
@@ -130,7 +130,7 @@ def test_delay_and_phase_margin_of_an_integrator_in_closed_form(location):
 def test_curves_are_those_of_the_stiffness_of_the_cable_at_its_ends(name):
     case, frequency = case_of(*BARS[name]), np.geomspace(1e-3, 30, 200)
     value = loop_gain(case, TURN * frequency)
-    found = curves(case.in_wind.controlled, frequency)[..., 0, 0]
+    found = curves(case.analysis.loop_for_margins, frequency)[..., 0, 0]
     for own, expected in zip(found, (value, 1 / (1 + value), value / (1 + value)), strict=True):
         assert own == pytest.approx(expected, rel=1e-10)
 
@@ -141,7 +141,7 @@ def test_curves_are_those_of_the_stiffness_of_the_cable_at_its_ends(name):
 def in_time(case, kind, time, size):
     """The response over some uniform points of time."""
     options = TimeOptions(f"{float(time[-1])!r} s:{len(time)}", kind, size)
-    found = time_case(None, case.scene, case.in_wind.closed_loop, options, NAMES, WIND_KEYS).response
+    found = time_case(None, case.scene, case.analysis.closed_loop, options, NAMES, WIND_KEYS).response
     every = slice(None, None, options.every)
     return replace(
         found,
@@ -170,7 +170,7 @@ def test_a_step_of_the_winch_without_loop_in_closed_form():
 def test_a_gust_on_the_gondola_is_that_of_the_dense_matrix_by_its_exponential(name):
     size, length, step = 3.0, 25 / 6, 0.25  # no point of time is the end of the gust
     case = case_of(*BARS[name], automatic(10))
-    A, B = loop_matrix.matrices(bar_loop(case), case.in_wind.gain[0])
+    A, B = loop_matrix.matrices(bar_loop(case), case.analysis.gain[0])
     force = 1.2 * 1.17 * 0.6 * 6.0 * size / 2  # air density, drag coefficient, area and mean speed
     n = len(A)
     pushed = np.zeros((n + 3, n + 3))  # with 1, cosine and sine of the gust as states
@@ -194,7 +194,7 @@ def test_a_gust_on_the_gondola_is_that_of_the_dense_matrix_by_its_exponential(na
 def test_a_step_of_the_winch_has_the_stated_error_by_all_modes_of_the_dense_matrix(name):
     size, step = 1e-3, 0.05
     case = case_of(*BARS[name], automatic(10))
-    gain = case.in_wind.gain[0]
+    gain = case.analysis.gain[0]
     A, _ = loop_matrix.matrices(bar_loop(case), gain)
     states = [np.zeros(len(A))]
     states[0][-1] = -size / gain  # the integrator, which moves the winch by -gain times its value
@@ -210,7 +210,7 @@ def test_a_step_of_the_winch_has_the_stated_error_by_all_modes_of_the_dense_matr
 @pytest.mark.parametrize("name", ["ground", "gondola"])
 def test_the_reference_is_reached_and_a_step_of_the_winch_is_taken_back(name):
     case = case_of(*BARS[name], automatic(30))
-    time = np.linspace(0, 3000 / case.in_wind.gain[0], 11)
+    time = np.linspace(0, 3000 / case.analysis.gain[0], 11)
     winches = -1.0 if case.scene.winch.location == "gondola" else 1.0
     for kind, gondola, winch in (("reference", 1.0, winches), ("winch", 0.0, -1.0)):
         found = in_time(case, kind, time, "1 m")
@@ -243,7 +243,7 @@ def test_an_unstable_loop_has_no_response_in_time():
 
 def test_the_table_has_the_margins_of_the_loop():
     (row,) = table_of("loop", CARLINA)
-    found = case_of().in_wind
+    found = case_of().analysis
     assert row["gain_rad_per_s"] == 0.325
     for name, unit in (("delay_margin", "_s"), ("sensitivity_peak", ""), ("sensitivity_frequency", "_Hz")):
         assert row[name + unit] == pytest.approx(found.margin(name)[0], rel=1e-9)
@@ -262,7 +262,7 @@ def test_the_response_has_a_row_at_each_resonance():
         turns = ([row[f"{name}_phase_deg"] for row in rows] - np.degrees(np.angle(expected))) / 360
         assert turns == pytest.approx(np.round(turns), abs=1e-8)
     assert np.abs(np.geomspace(0.1, 10, 20)[:, None] - frequency).min(axis=1).max() < 1e-12
-    peak = case_of().in_wind.margin("sensitivity_peak")[0]
+    peak = case_of().analysis.margin("sensitivity_peak")[0]
     assert max(row["sensitivity_dB"] for row in rows) > 20 * np.log10(peak) - 0.2
 
 
@@ -334,7 +334,7 @@ def test_a_loop_that_no_model_is_made_for_says_why(given):
 
 @pytest.mark.parametrize("sets", [(), ("winch.controller.gain=80",), ("winch.controller.gain={auto: 6 dB}",), PID])
 def test_pictures_show_the_margins_within_the_figure(sets):
-    figure = plots.loop_margins(case_of(*sets).in_wind.controlled)
+    figure = plots.loop_margins(case_of(*sets).analysis.loop_for_margins)
     figure.canvas.draw()
     whole = figure.bbox
     for legend in [axes.get_legend() for axes in figure.axes if axes.get_legend()]:
@@ -345,7 +345,7 @@ def test_pictures_show_the_margins_within_the_figure(sets):
     lowest = min(text.get_window_extent().y0 for text in beside.texts)
     assert lowest > beside.get_legend().get_window_extent().y1
     said = " ".join(text.get_text() for axes in figure.axes for text in axes.texts)
-    limit, _ = case_of(*sets).in_wind.largest_gain
+    limit, _ = case_of(*sets).analysis.largest_gain
     assert f"{limit:.4g} rad/s" in said
     assert ("unstable" in said) == ("80" in str(sets))
 

@@ -21,8 +21,8 @@ from cablestudy.motion.driven_cables import DrivenCables
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.scene import CableScene, load_scene
 from cablestudy.scene.suspension import SuspensionScene
-from cablestudy.study.one_cable.case import Case
-from cablestudy.study.one_cable.system import in_wind_of
+from cablestudy.study.one_cable.case import CableCase
+from cablestudy.study.one_cable.system import analysis_of
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.system import pole_windows
 from cablestudy.system.coupling_damping import CouplingDamping, compute_pole_sums
@@ -42,7 +42,7 @@ def both(seed, **changes):
     case = SuspensionCase(
         SuspensionScene.model_validate({**data, "model": {"elements": BARS, "order": 1, "mass": "lumped"}})
     )
-    closed_loop = case.in_wind.closed_loop_of(250)
+    closed_loop = case.analysis.closed_loop_of(250)
     bars = BarLoop(data, SuspensionCase(SuspensionScene.model_validate(data)).equilibrium, BARS)
     return DrivenCables(closed_loop, closed_loop.loop.gain).loop_gain, bars
 
@@ -269,7 +269,7 @@ def test_the_largest_gain_to_first_order_is_that_of_little_damped_modes(seed):
         "cable": text["cable"] | {"damping": {"model": "modal", "ratio": 1e-6}},
         "model": {"elements": BARS, "order": 1, "mass": "lumped"},
     }
-    closed_loop = SuspensionCase(SuspensionScene.model_validate(text)).in_wind.closed_loop_of(250)
+    closed_loop = SuspensionCase(SuspensionScene.model_validate(text)).analysis.closed_loop_of(250)
     assert closed_loop.untuned_loop.limit_by_modes == pytest.approx(closed_loop.stability.largest_gain, rel=1e-3)
 
 
@@ -285,8 +285,8 @@ def test_vectors_for_the_highest_modes_change_the_largest_gain_and_the_margins_b
     for all_from, many in ((MOTION.all_modes_from, SYSTEM.windows_from), (1.0, 10_000)):
         monkeypatch.setattr(type(MOTION), "all_modes_from", all_from)
         monkeypatch.setattr(type(SYSTEM), "windows_from", many)
-        wind = in_wind_of(Case(scene))
-        winds.append((wind.controlled.stability.driven, wind.largest_gain, [wind.margin(name) for name in names]))
+        wind = analysis_of(CableCase(scene))
+        winds.append((wind.loop_for_margins.stability.driven, wind.largest_gain, [wind.margin(name) for name in names]))
     (few, (gain, error), margins), (every, (truth, _), true_margins) = winds
     assert few.errors.simplification > 0 == every.errors.simplification
     assert len(few.loop_gain.elements[0].omega) < 0.7 * len(every.loop_gain.elements[0].omega)
@@ -303,7 +303,7 @@ def test_an_error_of_the_poles_of_cables_counts_where_resonances_are_narrow():
     case = SuspensionCase(
         SuspensionScene.model_validate({**data, "model": {"elements": BARS, "order": 1, "mass": "lumped"}})
     )
-    closed_loop = case.in_wind.closed_loop_of(250)
+    closed_loop = case.analysis.closed_loop_of(250)
     right, moved = (DrivenCables(closed_loop, closed_loop.loop.gain) for _ in range(2))
     for cable in moved.coupling_damping:
         poles = cable.pole_sum.poles
@@ -327,9 +327,9 @@ def test_what_the_air_does_to_high_modes_changes_the_largest_gain_by_less_than_s
     viscous = per_mass * text["cable"]["density"] * text["cable"]["area"]
     text["cable"] = text["cable"] | {"damping": {"model": "modal", "ratio": 0.0, "viscous": viscous}}
     scene = SuspensionScene.model_validate(text)
-    found, error = SuspensionCase(scene).in_wind.largest_gain
+    found, error = SuspensionCase(scene).analysis.largest_gain
     monkeypatch.setattr(type(SYSTEM), "windows_from", 10_000)
-    truth, _ = SuspensionCase(scene).in_wind.largest_gain
+    truth, _ = SuspensionCase(scene).analysis.largest_gain
     assert abs(found / truth - 1) <= error <= 1e-4
 
 
@@ -337,7 +337,7 @@ def test_the_stated_error_of_the_largest_gain_is_true_and_within_the_accuracy():
     """Six winches in the wind, against two elements of order 14 a cable, and four of order 8 against these."""
     path, found = CONFIGS / "suspensions" / "carlina-net-wind.yaml", []
     for model in ("{accuracy: 1e-4}", *(f"{{elements: {n}, order: {p}, mass: consistent}}" for n, p in FINE)):
-        found.append(SuspensionCase(load_scene(path, [f"model={model}"])[1]).in_wind)
+        found.append(SuspensionCase(load_scene(path, [f"model={model}"])[1]).analysis)
     # without the error by drag, which no finer model of the same drag has
     by_models = found[0]._with_limits.stability.driven.errors.of_limit[0]
     (gain, error), (truth, _), (finer, _) = (analysis.largest_gain for analysis in found)
@@ -349,7 +349,7 @@ def test_the_stated_error_of_the_largest_gain_is_true_and_within_the_accuracy():
 @pytest.mark.parametrize("data", [scene_of(1005), lossy(1047)])
 def test_a_crossing_near_that_of_coarser_elements_is_the_first_of_all_frequencies(data):
     """Waves along the cables decide; those across them are resolved beyond their frequency by finer elements."""
-    loop = SuspensionCase(SuspensionScene.model_validate(data)).in_wind.controlled
+    loop = SuspensionCase(SuspensionScene.model_validate(data)).analysis.loop_for_margins
     driven, finer = loop.stability.driven, loop.stability.driven.resolving
     assert finer is not driven
     assert driven.resolved_to < driven.limit.omega <= finer.resolved_to
@@ -365,7 +365,7 @@ def test_ends_that_winches_move_on_board_push_the_body_as_in_the_modes_of_the_wh
     """Their moment on a body that turns, which the static gain of a state space has by neighbouring equilibria."""
     sets = ["winches.u1.end=to", "winches.u1.direction=[0.6, 0, 0.8]"]
     path = CONFIGS / "suspensions" / "carlina-net-wind.yaml"
-    loop = SuspensionCase(load_scene(path, sets)[1]).in_wind.closed_loop_of(64)
+    loop = SuspensionCase(load_scene(path, sets)[1]).analysis.closed_loop_of(64)
     s = TURN * 1j * np.array([0.02, 0.05, 0.1])
     found, expected = loop.stability.driven.loop_gain(s), loop.loop.unit_gain(s)
     assert found == pytest.approx(expected, abs=1e-7 * np.abs(expected).max())
@@ -377,9 +377,9 @@ def test_poles_of_the_model_with_errors_above_their_decay_hide_no_crossing(monke
     changes = "cable.damping={model: hysteretic, loss_factor: 1e-4, ratio: null}", "control.gain=1e-5 rad/s"
     scene = load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml", ["model.accuracy=1e-3", *changes])[1]
     scene, poles_of = scene.model_copy(update={"wind": None}), driven_cables.open_poles
-    own, _ = SuspensionCase(scene).in_wind.largest_gain
+    own, _ = SuspensionCase(scene).analysis.largest_gain
     monkeypatch.setattr(driven_cables, "open_poles", lambda closed_loop: poles_of(closed_loop) * (1 + error))
-    assert SuspensionCase(scene).in_wind.largest_gain[0] == pytest.approx(own, rel=1e-9)
+    assert SuspensionCase(scene).analysis.largest_gain[0] == pytest.approx(own, rel=1e-9)
 
 
 def cut_loop(cut):
@@ -416,7 +416,7 @@ def cut_loop(cut):
         scene["points"] = {"junction": {"at": (0.78 * anchors[1] + 0.22 * ends[1]).tolist(), "free": True}}
         cables["c1"] |= {"to": "junction", "unstretched_length": first}
         cables["second"] = {"from": "junction", "to": "b.e1", "unstretched_length": second}
-    return SuspensionCase(SuspensionScene.model_validate(scene)).in_wind.described.stability.driven
+    return SuspensionCase(SuspensionScene.model_validate(scene)).analysis.loop_for_notes.stability.driven
 
 
 def test_waves_across_a_junction_without_mass_are_seen_as_narrow_as_those_of_the_whole_cable():

@@ -17,7 +17,7 @@ from cablestudy.pages.page import Page
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.columns import find
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.study.suspension.notes import lost_notes
+from cablestudy.study.suspension.notes import notes_on_lost_cables
 from cablestudy.study.suspension.rows import evaluate_suspensions
 from cablestudy.study.table_rows import FALLEN
 
@@ -169,7 +169,7 @@ def test_slack_cables_are_named(made):
     """The rope beside the one that takes the load hangs by its own weight."""
     text = SWING.replace("1e-9 kg/m", "0.2 kg/m").replace("  right:", "  spare: {from: a, to: load, "
                          "unstretched_length: 5.5 m}\n  right:")  # fmt: skip
-    assert "; slack: spare; this is" in lost_notes(SuspensionCase(made(text, "case=torn")))[0]
+    assert "; slack: spare; this is" in notes_on_lost_cables(SuspensionCase(made(text, "case=torn")))[0]
 
 
 @pytest.mark.parametrize("command", ["loop", "windrms", "ssm"])

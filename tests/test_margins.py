@@ -263,7 +263,7 @@ def test_a_delay_turns_a_leading_eigenvalue_all_the_way_to_minus_one():
 @pytest.mark.parametrize("gain", [0.02, 0.05])
 def test_disk_margins_are_those_of_python_control(gain):
     loop, rational = spring_loop(gain)
-    found = loop.controlled.stability.margins
+    found = loop.loop_for_margins.stability.margins
     near = found.disk_frequency * TURN * np.linspace(0.99, 1.01, 20_001)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")

@@ -22,7 +22,7 @@ from cablestudy.study import plots
 from cablestudy.study.columns import find
 from cablestudy.study.deflection import nodal_deflections
 from cablestudy.study.one_cable import case_modes, report
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.columns import gondola_on_cable
 from cablestudy.study.one_cable.rows import evaluate
 from cablestudy.study.plots import style
@@ -36,7 +36,7 @@ TRIPLE = "cable.unstretched_length=557.4 m"  # three chords of the paper's cable
 
 
 def case_of(name, *sets):
-    return Case(load_scene(str(CONFIGS / f"{name}.yaml"), sets)[1])
+    return CableCase(load_scene(str(CONFIGS / f"{name}.yaml"), sets)[1])
 
 
 def draw(figure):
@@ -217,7 +217,7 @@ def test_a_load_that_pulls_up_is_above_the_chord(tmp_path):
         return 2 * 1e6 * (stretched / length - 1) * height / (stretched / 2) - 500
 
     height = brentq(net_force, 0, 50)
-    figure = draw(plots.static_form(Case(load_scene(str(path))[1])))
+    figure = draw(plots.static_form(CableCase(load_scene(str(path))[1])))
     texts = [text.get_text() for text in figure.findobj(Text)]
     assert f"cable: load {height:.4g} m above the chord" in texts
 
@@ -648,7 +648,7 @@ def test_in_the_legend_a_rider_hangs_below_the_chord(tmp_path):
     cases = {}
     for name in ("start", "arrival"):
         sets = ["cable.loads=[]", rides, f"case={name}"]
-        cases[name] = Case(load_scene(str(CONFIGS / "zipline.yaml"), sets)[1])
+        cases[name] = CableCase(load_scene(str(CONFIGS / "zipline.yaml"), sets)[1])
     figure = draw(plots.case_forms(cases))
     for name, case in cases.items():
         cable = next(one for one in figure.axes[0].collections if one.get_label().startswith(f"{name}: "))

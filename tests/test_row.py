@@ -16,7 +16,7 @@ from cablestudy.errors import ConvergenceError
 from cablestudy.scene.scene import CableScene
 from cablestudy.study.columns import find
 from cablestudy.study.notes import statics_error
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.case_modes import modes
 from cablestudy.study.one_cable.closed_form import ColumnRequirements
 from cablestudy.study.one_cable.rows import evaluate, evaluate_cases
@@ -85,7 +85,7 @@ def test_an_axial_mode_of_a_straight_cable_needs_no_transverse_waves():
 @cache
 def models(base):
     """One scene by models of rising order."""
-    return {order: Case(scene("model.accuracy=1e-3", base=base)).refined(1, order) for order in range(4, 48)}
+    return {order: CableCase(scene("model.accuracy=1e-3", base=base)).refined(1, order) for order in range(4, 48)}
 
 
 @pytest.mark.crossed
@@ -111,18 +111,18 @@ def test_the_first_model_suffices_and_hardly_a_coarser_one(base, name):
 
 
 def test_modes_of_a_fixed_model_and_of_an_accuracy():
-    _, found, notes, _ = modes(Case(scene()), 500)
+    _, found, notes, _ = modes(CableCase(scene()), 500)
     assert len(found) == 117
     assert "40 elements of order 1" in notes[0]
-    _, found, notes, _ = modes(Case(scene(base=SLACK)), 40)
+    _, found, notes, _ = modes(CableCase(scene(base=SLACK)), 40)
     inside = [found.frequency[i] for i in range(40) if found.kind[i] != "out-of-plane"]
     assert inside == pytest.approx(SAGGING.frequencies(len(inside)), rel=1e-4)
     with pytest.raises(ConvergenceError, match="5000 modes are too many"):
-        modes(Case(scene(base=SLACK)), 5000)
+        modes(CableCase(scene(base=SLACK)), 5000)
 
 
 def test_modes_up_to_a_frequency_miss_none():
-    _, found, *_ = modes(Case(scene(base=SLACK)), upto=20.0)
+    _, found, *_ = modes(CableCase(scene(base=SLACK)), upto=20.0)
     inside, out = SAGGING.frequencies(80), SAGGING.frequencies(80, "out")
     assert len(found) == (inside <= 20).sum() + (out <= 20).sum()
     assert np.all(found.frequency <= 20)

@@ -8,7 +8,7 @@ from scenes import cells, scene
 from test_windrms import brute, case_of, case_with, force, loop_of, rms_of
 
 from cablestudy.study.columns import find
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.rows import evaluate_cases
 from cablestudy.wind.peak import peak_factor
 
@@ -181,6 +181,6 @@ def test_a_case_of_the_trapezoidal_rule_has_them_too():
 
     sets = EXPOSURE, MIRROR, "winch.controller.gain=0"
     frequency = np.unique(np.concatenate([np.geomspace(1e-4, 200, 40_000), np.linspace(0.6, 0.84, 20_000)]))
-    found, expected = by_trapezoids(Case(scene(*sets)), frequency), case_of(*sets)
+    found, expected = by_trapezoids(CableCase(scene(*sets)), frequency), case_of(*sets)
     names = "exposure", "corrected", "corrected_exposure"
     assert rms_of(found, *names) == pytest.approx(rms_of(expected, *names), rel=1e-3)

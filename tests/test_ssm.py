@@ -17,7 +17,7 @@ from cablestudy.control import export, one_cable
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import plots, ssm, ssm_tables
 from cablestudy.study.one_cable import ssm as ssm_of_cable
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.system.linear import LinearSystem
 
 AXIAL = ("--kinds", "axial", "--modes", "5")
@@ -117,7 +117,7 @@ def test_python_control_takes_the_file():
     run("ssm", CARLINA, "--out", "cable.mat")
     m = loadmat("cable.mat")  # the recipe of cablestudy.control.export
     system = control.ss(m["A"], m["B"], m["C"], m["D"])
-    model = Case(load_scene(CARLINA)[1]).end_model
+    model = CableCase(load_scene(CARLINA)[1]).end_model
     np.testing.assert_allclose(system.dcgain(), model.stiffness, atol=1e-7)
     expected = one_cable.state_space(model).response([10j * np.pi])[0]
     np.testing.assert_allclose(system(10j * np.pi), expected, atol=1e-8)

@@ -257,13 +257,13 @@ def test_the_poles_of_the_model_alone_decide_only_well_below_the_largest_gain(da
 def test_modes_that_the_model_lacks_are_judged_without_the_largest_gain(gain, monkeypatch):
     """Waves along the lower cables could be driven; the largest gain is some 25 rad/s."""
     one = load_scene(CONFIGS / "suspensions" / "carlina-balloon-wind.yaml", [f"control.gain={gain} rad/s"])[1]
-    loop = SuspensionCase(one).in_wind.controlled.stability
+    loop = SuspensionCase(one).analysis.loop_for_margins.stability
     assert loop.stable
     far = loop._far_from_unstable
     assert not loop._poles_decay_up_to(2 * gain)
     assert (LoopStability.driven_outcome.known(loop) is None) == far
     assert far == (loop.largest_gain > 2 * gain)
-    known = SuspensionCase(one).in_wind.controlled.stability
+    known = SuspensionCase(one).analysis.loop_for_margins.stability
     assert known.largest_gain == pytest.approx(loop.largest_gain, rel=1e-9)
     monkeypatch.setattr(LoopStability, "_far_from_unstable", None)  # not looked at where the largest gain is known
     assert known.stable

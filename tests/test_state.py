@@ -10,7 +10,7 @@ from cablestudy.cable import catenary, equilibrium
 from cablestudy.cable.element import mesh_segments
 from cablestudy.cable.state import interpolate
 from cablestudy.study.cable_columns import over_strength
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 
 LOADS = [(8, (0.0, 0.0, 500.0)), (20, (30.0, -70.0, -400.0)), (31, (-20.0, 10.0, 0.0))]
 CHAINS = {  # chord, degrees, unstretched length, EA, mass, loads at nodes of 40 bars
@@ -78,9 +78,9 @@ def test_the_strength_check_sees_the_tension_at_the_ends():
     """Steel, 300 m: 10 bars were below a strength of 11.79 MPa in the middle of the outermost bar."""
     steel = ("cable.density=7800", "cable.area=2.69 mm^2", "cable.unstretched_length=300 m", "cable.chord=185.8 m",
              "cable.strength=11.79 MPa", "gondola=null")  # fmt: skip
-    exact = Case(scene(*steel, "model={accuracy: 1e-9}")).statics.max_tension
+    exact = CableCase(scene(*steel, "model={accuracy: 1e-9}")).statics.max_tension
     for model in ("model={elements: 10}", "model={elements: 40}", "model={accuracy: 1e-6}"):
-        case = Case(scene(*steel, model))
+        case = CableCase(scene(*steel, model))
         assert case.statics.max_tension == pytest.approx(exact, rel=2e-3), model
         assert over_strength(case), model
 

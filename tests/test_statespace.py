@@ -12,7 +12,7 @@ from cablestudy.control.one_cable import state_space
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import ssm
 from cablestudy.study.one_cable import ssm as ssm_of_cable
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 
 RATIO, GONDOLA_MASS = 0.01, 50.0
 GONDOLA = (GONDOLA_MASS, 0.0)
@@ -27,7 +27,7 @@ each_notch = pytest.mark.parametrize("notch", [NOTCH, None], ids=["notch", "none
 
 
 def case_of(path, *sets):
-    return Case(load_scene(path, sets)[1])
+    return CableCase(load_scene(path, sets)[1])
 
 
 @pytest.fixture(scope="module")

@@ -84,7 +84,7 @@ def test_a_case_without_modes_leaves_the_others(damped):
 
 @pytest.mark.parametrize(("elements", "lost"), [(2, True), (12, False)])
 def test_elements_of_cases_are_those_of_each_alone(elements, lost):
-    """Modes with an exact choice of elements; two are too few for cables that sag so much: equal bits."""
+    """Modes with stated elements; two are too few for cables that sag so much: equal bits."""
     parts = [platform(mass=50, strain=1e-3), platform(mass=1, line=1.0, strain=-0.6), platform(mass=500, strain=2e-3)]
     cases = Group([SuspensionScene.model_validate(part) for part in parts]).equilibrium
     damping, model = [Damping(ratio=0.01)] * cases.lengths.shape[1], FixedModel(elements)
@@ -117,7 +117,7 @@ def test_rows_that_share_a_motion_have_the_digits_that_they_have_alone():
     together = evaluate_suspensions(parts, columns)
     alone = [evaluate_suspensions([part], columns)[0] for part in parts]
     assert [row.cells for row in together] == [row.cells for row in alone]
-    assert together[0].case.in_wind.closed_loop.plant is together[2].case.in_wind.closed_loop.plant
+    assert together[0].case.analysis.closed_loop.plant is together[2].case.analysis.closed_loop.plant
     assert together[0].cells["gondola.rms_mm"] != together[1].cells["gondola.rms_mm"]
 
 

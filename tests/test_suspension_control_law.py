@@ -313,7 +313,7 @@ def test_a_step_of_a_reference_in_time_is_that_of_small_steps():
     text = everything(control=LOOP | law | {"notch": "none"}, actuators={})
     own, case = Straight(text), case_of(text)
     options = TimeOptions("20s:41", "reference.y", "1 mm", output="gondola.y")
-    found = time_case(None, case.scene, case.in_wind.closed_loop, options)
+    found = time_case(None, case.scene, case.analysis.closed_loop, options)
     seen = in_time(own, law, 20.0, 60, reference=1e-3 * np.eye(3)[1])
     times = np.arange(len(seen)) * law["delay"] / 60
     expected = np.interp(found.time[:: found.options.every], times, seen[:, 1])
@@ -357,16 +357,16 @@ def test_a_short_delay_changes_little(delay):
     for name in ("largest_gain", "gondola.rms_x", "winch_peak_speed"):
         found, expected = (value(find(name), case)[0] for case in (late, at_once))
         assert found == pytest.approx(expected, rel=1e-5 + 100 * delay), name
-    loop = late.in_wind.closed_loop.loop
+    loop = late.analysis.closed_loop.loop
     assert loop.slight_delay == (delay < 1e-4)
-    assert late.in_wind.closed_loop.stability.limit.omega < 100
+    assert late.analysis.closed_loop.stability.limit.omega < 100
 
 
 def test_a_derivative_part_is_judged_with_the_modes_that_it_drives():
     """Waves along the cables near 19 Hz decide, above the 64 modes of the model; one of 250 has them."""
     sets = "derivative_gain=5 ms", "derivative_filter=50 Hz", "bandwidth=25 Hz", "notch=none", "gain=0.03"
     case = SuspensionCase(load_scene(NET, [f"control.{one}" for one in sets])[1])
-    few, many = (case.in_wind.closed_loop_of(count) for count in (64, 250))
+    few, many = (case.analysis.closed_loop_of(count) for count in (64, 250))
     assert few.modes.frequency[-1] < 10
     of_modes = [gains_of_modes(one).limits[0].factor for one in (few, many)]
     assert of_modes[0] > 1.2 * of_modes[1]

@@ -468,7 +468,7 @@ def test_a_body_and_links_in_the_wind_against_dense_bars():
     data = {**data, "wind": {**wind, "on": "bodies"}, "model": {"elements": 4, "order": 1, "mass": "lumped"}}
     columns = {"b.rms_x": 1e3, "b.rms_z": 1e3, "s.rms_force": 1.0, "d.rms_force": 1.0}
     found = solve(data, *columns).values
-    state = case_of(data).in_wind.equilibrium
+    state = case_of(data).analysis.equilibrium
     given = {**wind, "turbulence": 8.0 * np.array([0.15, 0.12, 0.08]), "density": 1.2, "coherence_decay": 10.0}
     of_body = {"b": ([0.55] * 3, [0.5] * 3, [0, 0, 0])}
     bars = BarsInWind(state, 4, given, bodies=of_body, damping=data["cable"]["damping"])

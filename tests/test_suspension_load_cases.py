@@ -495,11 +495,11 @@ def test_turbulence_acts_about_the_state_of_the_case(made):
     for axis in "xyz":
         shift = 1e3 * (after[f"gondola.{axis}"] - before[f"gondola.{axis}"])
         assert moved[f"gondola.mean_{axis}"] == pytest.approx(shift, abs=1e-8)
-    in_wind = SuspensionCase(storm).in_wind
+    in_wind = SuspensionCase(storm).analysis
     assert in_wind.mean_tensions("a")[1] == pytest.approx(after["a.tension_to"], rel=1e-12)
     # without a steady wind the mean one acts on the cables of the day
-    mean = SuspensionCase(made(*body("case=ice", wind))).in_wind
-    thick = SuspensionCase(made(*body("case=ice", wind, "cases.ice.ice.thickness=20 mm"))).in_wind
+    mean = SuspensionCase(made(*body("case=ice", wind))).analysis
+    thick = SuspensionCase(made(*body("case=ice", wind, "cases.ice.ice.thickness=20 mm"))).analysis
     ratio = thick.closed_loop.drag.cables / mean.closed_loop.drag.cables
     assert ratio == pytest.approx((D + 0.04) / (D + 0.02))
 
@@ -586,14 +586,14 @@ def test_mean_displacements_are_those_in_drag_that_follows_the_cables(made, leng
     found, error = np.transpose([case.mean_displacement("gondola", axis) for axis in range(3)])
     moved = []
     for pieces in (8, 16, 32):
-        analysis = SuspensionCase(made(in_pieces(case, length, pieces), wind)).in_wind
+        analysis = SuspensionCase(made(in_pieces(case, length, pieces), wind)).analysis
         moved.append(analysis.equilibrium.position[0] - analysis.without_wind.position[0])
     halved = [fine + (fine - coarse) / 3 for coarse, fine in pairwise(moved)]  # their errors fall with 1/pieces^2
     expected, unknown = halved[1], np.abs(halved[1] - halved[0])
     assert (np.abs(found - expected) <= np.abs(error * found) + unknown + 1e-12).all()
     assert (unknown < 2e-6 * np.linalg.norm(expected)).all()
     assert (error < 1e-5).all()
-    in_uniform_drag = case.in_wind.equilibrium.position[0] - case.in_wind.without_wind.position[0]
+    in_uniform_drag = case.analysis.equilibrium.position[0] - case.analysis.without_wind.position[0]
     assert np.linalg.norm(in_uniform_drag - expected) > 1e-3 * np.linalg.norm(expected)
 
 

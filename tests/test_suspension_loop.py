@@ -21,7 +21,7 @@ from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.columns import find
 from cablestudy.study.motion_columns import SENSITIVITY
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.rows import evaluate_suspensions
 from cablestudy.system.tolerances import SYSTEM
@@ -214,7 +214,7 @@ def test_what_grows_is_refused_by_name(changes, words):
     place = np.argmax(values.real)
     assert values[place].real > 0
     with pytest.raises(NoSolutionError) as caught:
-        case_of(text).in_wind.closed_loop  # noqa: B018
+        case_of(text).analysis.closed_loop  # noqa: B018
     message = str(caught.value)
     assert message.startswith(words)
     assert f"grows by {values[place].real:.3g}/s at {abs(values[place].imag) / TURN:.4g} Hz" in message
@@ -341,7 +341,7 @@ def test_the_loop_is_judged_with_the_modes_that_it_drives():
     names = ("u1", "u2", "u3", "d1", "d2", "d3")
     sets = [f"winches.{name}.end=to" for name in names]
     path = CONFIGS / "suspensions" / "carlina-net-wind.yaml"
-    found = SuspensionCase(load_scene(path, sets)[1]).in_wind
+    found = SuspensionCase(load_scene(path, sets)[1]).analysis
     limit, error = found.closed_loop.stability.limit, found._with_limits.stability.driven.errors.of_limit[0]
     assert limit.omega / TURN > 18 > found.closed_loop.modes.frequency[-1]
     assert error < 0.03
@@ -351,7 +351,7 @@ def test_the_loop_is_judged_with_the_modes_that_it_drives():
 def test_the_damping_of_modes_by_the_air_counts_once():
     """Half of the diagonal of the damping matrix of each cable in the wind, which the loop gain has."""
     path = CONFIGS / "suspensions" / "carlina-net-wind.yaml"
-    closed_loop = SuspensionCase(load_scene(path, [])[1]).in_wind.controlled
+    closed_loop = SuspensionCase(load_scene(path, [])[1]).analysis.loop_for_margins
     for cable, element in enumerate(closed_loop.stability.driven.loop_gain.elements):
         _, damping, _ = element.matrices()
         modes = np.arange(len(element.omega))
@@ -369,7 +369,7 @@ def assert_limit_of_modes(closed_loop, limit):
 def test_waves_along_the_cables_far_above_the_roll_off_are_found():
     """Thin cables with little tension: the second wave along them, near 38 Hz, decides; a model of 450 modes has it."""
     changes = ["cable.diameter=3 mm", "tensions.min=1345 N"]
-    found = SuspensionCase(load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml", changes)[1]).in_wind
+    found = SuspensionCase(load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml", changes)[1]).analysis
     limit = found.closed_loop.stability.limit
     assert 37 < limit.omega / TURN < 39
     assert found._with_limits.stability.driven.errors.of_limit[0] < 0.1
@@ -385,7 +385,7 @@ def test_exact_elements_are_judged_with_all_of_their_modes(elements):
     sets = ["cable.diameter=1.85 mm", "cable.damping={model: modal, ratio: 0.01}", "wind=null", "actuators=null",
             "control.measured=[x, y, z]", EXACT, f"model={{elements: {elements}, order: 1}}"]  # fmt: skip
     case = SuspensionCase(load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml", sets)[1])
-    closed_loop = case.in_wind.closed_loop
+    closed_loop = case.analysis.closed_loop
     notch = {"frequency": "coupled", "damping_ratio": 0.05, "rolloff_frequency": 10.0, "rolloff_damping_ratio": 1.0}
     own = BarLoop({
         "gravity": 9.81, "cable": {"damping": {"model": "modal", "ratio": 0.01}}, "bodies": {"b": {"free": list(AXES)}},
@@ -409,7 +409,7 @@ def test_each_column_of_the_loop_states_its_own_error():
     path = CONFIGS / "suspensions" / "carlina-net-wind.yaml"
     case = SuspensionCase(load_scene(path, [*winches, "control.gain=2", "wind.mean=false"])[1])
     found = {name: find(name).compute(case) for name in names}
-    truth = _numbers(gains_of_modes(case.in_wind.closed_loop_of(450)), margins)
+    truth = _numbers(gains_of_modes(case.analysis.closed_loop_of(450)), margins)
     assert found["gain"] == (2.0, 0.0)
     for name in names[1:]:
         value, error = found[name]
@@ -440,9 +440,9 @@ def test_waves_that_damped_strain_couples_are_all_in_the_loop_gain(monkeypatch):
     _, scene = load_scene(
         str(CONFIGS / "slack.yaml"), [damping, "winch.controller.gain=0.05", "model={accuracy: 1e-4}"]
     )
-    found, error = Case(scene).in_wind.largest_gain
+    found, error = CableCase(scene).analysis.largest_gain
     monkeypatch.setattr(type(SYSTEM), "windows_from", 10_000)
-    every, _ = Case(scene).in_wind.largest_gain
+    every, _ = CableCase(scene).analysis.largest_gain
     assert error < 1e-5
     assert found == pytest.approx(every, rel=error)
 

@@ -79,7 +79,7 @@ def test_closed_loop_poles_are_those_of_dense_bars(seed):
     data = scene_of(seed)
     data["control"]["gain"] *= 1e5
     case = SuspensionCase(SuspensionScene.model_validate({**data, "model": MODEL}))
-    found = case.in_wind.closed_loop_of(250).loop.poles
+    found = case.analysis.closed_loop_of(250).loop.poles
     expected = BarLoop(data, case.equilibrium, BARS).poles(data["control"]["gain"])
     assert len(found) == len(expected)
     apart = np.abs(found[:, None] - expected) / np.maximum(np.abs(expected), 1e-9 * np.abs(expected).max())

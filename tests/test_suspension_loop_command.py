@@ -44,7 +44,7 @@ def test_several_winches_without_gain_have_a_largest_gain_and_no_crossover():
 
 
 def in_time(document, case, options):
-    return time_case(document, case.scene, case.in_wind.closed_loop, options)
+    return time_case(document, case.scene, case.analysis.closed_loop, options)
 
 
 def test_a_step_of_a_reference_is_that_of_scipy():
@@ -84,7 +84,7 @@ def test_the_error_of_a_step_response_with_a_controller_of_three_parts_is_true(s
     parts = {"gain": 0.02 * corner, "proportional_gain": 0.01, "derivative_gain": 0.01 / corner}
     drive = {"derivative_filter": corner, "bandwidth": corner, "delay": 0.2 / corner, "notch": "none"}
     data["control"] |= parts | drive
-    closed_loop = SuspensionCase(SuspensionScene.model_validate(data)).in_wind.closed_loop
+    closed_loop = SuspensionCase(SuspensionScene.model_validate(data)).analysis.closed_loop
     measured, time = closed_loop.body.measured, np.linspace(0, 2 / corner, 201)
     driving = closed_loop.body.measured_outputs[0], f"reference.{measured[-1]}", time_response.step(1.0), time
     found = response_in_time(closed_loop, *driving)
@@ -118,7 +118,7 @@ def test_a_small_rise_of_the_wind_moves_the_suspension_to_its_equilibrium_in_tha
     speed = 6.0
     cases = [solved(f"wind.speed={part * speed}")[1] for part in (0.995, 1.005)]
     places = np.array([[case.mean_displacement("gondola", axis)[0] for axis in range(3)] for case in cases])
-    closed_loop = solved()[1].in_wind.closed_loop
+    closed_loop = solved()[1].analysis.closed_loop
     stiffness = closed_loop.motion.dynamic_stiffness(np.zeros(1))[0].real
     moved = np.linalg.solve(stiffness, uniform_gust(closed_loop.gusts))
     rows = [closed_loop.outputs[f"gondola.{axis}"] for axis in "xyz"]
@@ -129,7 +129,7 @@ def test_a_small_rise_of_the_wind_moves_the_suspension_to_its_equilibrium_in_tha
 
 def test_singular_values_are_those_of_the_loop():
     rows = table_of("loop", NET, "--response", "0.05Hz:2Hz:4")
-    closed_loop = solved()[1].in_wind.closed_loop
+    closed_loop = solved()[1].analysis.closed_loop
     frequency = np.array([row["frequency_Hz"] for row in rows])
     gain = closed_loop.loop.gain * closed_loop.stability.gains.loop_gain(2j * np.pi * frequency)
     expected = 1 / np.linalg.svd(np.eye(gain.shape[-1]) + gain, compute_uv=False)
@@ -213,7 +213,7 @@ def test_a_loop_that_needs_too_large_a_model_says_what_for(monkeypatch):
     def refused(self, count):
         raise ConvergenceError(f"{count} modes of a model")
 
-    closed_loop = SuspensionCase(load_scene(NET, ["control.gain=8"])[1]).in_wind.closed_loop_of(64)
+    closed_loop = SuspensionCase(load_scene(NET, ["control.gain=8"])[1]).analysis.closed_loop_of(64)
     closed_loop.check_open()
     monkeypatch.setattr(Dynamics, "modes", refused)
     with pytest.raises(ConvergenceError, match=r"a gain of 8 rad/s, which needs modes of a cable up to .* Hz: \d"):

@@ -64,7 +64,7 @@ def legend(axes):
 
 
 @pytest.fixture(scope="module")
-def controlled(tmp_path_factory):
+def loop_for_margins(tmp_path_factory):
     return case_of(tmp_path_factory.mktemp("controlled"), CONTROLLED)
 
 
@@ -72,10 +72,10 @@ def controlled(tmp_path_factory):
 
 
 def test_spectra_and_variances_are_those_computed(controlled):
-    figure = whole(plots.wind_response([controlled.in_wind]))
+    figure = whole(plots.wind_response([controlled.analysis]))
     speed, places, below, turns, below_turns, above, side = figure.axes
     assert any(tick.label1.get_visible() for tick in speed.xaxis.get_major_ticks())
-    responses = [controlled.in_wind.response_of(open_loop) for open_loop in (False, True)]
+    responses = [controlled.analysis.response_of(open_loop) for open_loop in (False, True)]
     response = responses[0]
     drawn = lines(places)
     assert legend(places) == ["x", "y", "z"]
@@ -93,7 +93,7 @@ def test_spectra_and_variances_are_those_computed(controlled):
         scale = 1e3 if unit == "mm" else 1e6
         texts = []
         for label, open_loop in (("winches at rest", True), ("winch loop closed", False)):
-            rms = controlled.in_wind.rms([f"gondola.{axis}" for axis in names], "value", open_loop)[0]
+            rms = controlled.analysis.rms([f"gondola.{axis}" for axis in names], "value", open_loop)[0]
             texts.append(f"{label}: {scale * rms:.4g} {unit} RMS")
         assert legend(axes) == texts
         for line in axes.lines:
@@ -107,8 +107,8 @@ def test_spectra_and_variances_are_those_computed(controlled):
 
 
 def test_the_ellipse_reaches_the_rms_in_each_direction(controlled):
-    *_, above, side = plots.wind_response([controlled.in_wind]).axes
-    in_wind = controlled.in_wind
+    *_, above, side = plots.wind_response([controlled.analysis]).axes
+    in_wind = controlled.analysis
     for state, open_loop in (("winches at rest", True), ("winch loop closed", False)):
         x, y, z = (1e3 * in_wind.rms([f"gondola.focus.{axis}"], "value", open_loop)[0] for axis in "xyz")
         points = lines(above)[state].get_xydata()
@@ -132,11 +132,11 @@ def test_an_ellipse_is_that_of_its_covariance():
 
 def test_actuators_are_drawn_with_and_without(tmp_path, controlled):
     case = case_of(tmp_path, CONTROLLED + DAMPED)
-    figure = whole(plots.wind_response([case.in_wind]))
+    figure = whole(plots.wind_response([case.analysis]))
     names = [f"gondola.{axis}" for axis in "xyz"]
 
     def rms(one, open_loop):
-        return f"{1e3 * one.in_wind.rms(names, 'value', open_loop)[0]:.4g} mm RMS"
+        return f"{1e3 * one.analysis.rms(names, 'value', open_loop)[0]:.4g} mm RMS"
 
     assert legend(figure.axes[2]) == [
         f"winches at rest, no actuators: {rms(controlled, True)}",
@@ -146,7 +146,7 @@ def test_actuators_are_drawn_with_and_without(tmp_path, controlled):
 
 
 def test_a_body_with_one_motion_has_one_panel(tmp_path):
-    figure = whole(plots.wind_response([case_of(tmp_path, SLIDER).in_wind]))
+    figure = whole(plots.wind_response([case_of(tmp_path, SLIDER).analysis]))
     speed, spectra, below = figure.axes
     assert not any(tick.label1.get_visible() for tick in speed.xaxis.get_major_ticks())
     assert legend(speed)[0] == "wind speed"
@@ -157,14 +157,14 @@ def test_a_body_with_one_motion_has_one_panel(tmp_path):
 def test_what_the_wind_does_not_move_is_not_drawn(tmp_path):
     case = case_of(tmp_path, SLIDER, "bodies.mass.free=[]")
     with pytest.raises(NoSolutionError, match="nothing"):
-        plots.wind_response([case.in_wind])
+        plots.wind_response([case.analysis])
 
 
 # ------------------------------------------------------------------------------------------------------- the loop
 
 
 def test_the_loop_over_frequency_with_its_margins(controlled):
-    closed_loop = controlled.in_wind.closed_loop
+    closed_loop = controlled.analysis.closed_loop
     loop = closed_loop.loop
     figure = whole(plots.loop_margins(closed_loop))
     gains, sensitivity, eigenvalues, numbers = figure.axes
@@ -195,7 +195,7 @@ def test_the_loop_over_frequency_with_its_margins(controlled):
 
 def test_the_loop_of_an_unstable_gain_is_drawn_too(tmp_path):
     case = case_of(tmp_path, CONTROLLED, "control.gain=300 rad/s", "control.notch=none")
-    closed_loop = case.in_wind.closed_loop_of(20)
+    closed_loop = case.analysis.closed_loop_of(20)
     figure = whole(plots.loop_margins(closed_loop))
     assert any("gain margin −" in text for text in legend(figure.axes[-1]))
 

@@ -62,7 +62,7 @@ def value(case, column):
 
 def variance(case, output, state=0, kind="value"):
     """Of an output; with the loop (0) or with the winches at rest (1)."""
-    found = case.in_wind.response_of(open_loop=bool(state)).variances
+    found = case.analysis.response_of(open_loop=bool(state)).variances
     return found.weighted[kind][found.rows[output]]
 
 
@@ -81,7 +81,7 @@ def test_a_body_on_straight_cables_in_the_mean_wind():
     for name, expected in (("gondola", shift), ("gondola.focus", focus)):
         found = [value(case, f"{name}.mean_{axis}") for axis in "xyz"]
         assert found == pytest.approx(1e3 * expected, abs=1e-6 * 1e3 * np.linalg.norm(shift))
-    tensions = [case.in_wind.mean_tensions(name)[1] for name in text["cables"]]
+    tensions = [case.analysis.mean_tensions(name)[1] for name in text["cables"]]
     assert tensions == pytest.approx(own.tensions, rel=1e-6)
 
 
@@ -100,7 +100,7 @@ def test_a_pendulum_in_the_mean_wind():
     aside, below = hangs * drag / pull, hangs * mass * G / pull - length * (1 + mass * G / EA)
     found = [value(case, f"bob.mean_{axis}") for axis in "xyz"]
     assert found == pytest.approx([0, 1e3 * aside, -1e3 * below], abs=1e-4)
-    assert case.in_wind.mean_tensions("c") == pytest.approx([pull, pull], rel=1e-8)
+    assert case.analysis.mean_tensions("c") == pytest.approx([pull, pull], rel=1e-8)
 
 
 @pytest.mark.parametrize("speed", [0.003, 0.01, 0.05, 0.2])
@@ -163,7 +163,7 @@ def test_a_mean_wind_whose_forces_do_not_settle_is_refused_without_a_force_that_
     """The last search, under forces of the wind that are fixed, leaves but rounding, which says nothing."""
     monkeypatch.setattr(type(TOLERANCES), "mean_wind_equilibria", 1)
     with pytest.raises(ConvergenceError, match=r"forces of the mean wind and the attitude .* do not agree$"):
-        _ = case_of(everything(wind=STRONG)).in_wind
+        _ = case_of(everything(wind=STRONG)).analysis
 
 
 def test_a_light_body_with_a_large_area_in_a_strong_wind():
@@ -172,7 +172,7 @@ def test_a_light_body_with_a_large_area_in_a_strong_wind():
     text = ", ".join(f"{area} m^2" for area in areas)
     sets = [f"bodies.gondola.mass={mass} kg", f"bodies.gondola.wind.area=[{text}]", f"wind.speed={speed} m/s"]
     scene = load_scene(CONFIGS / "suspensions" / "carlina-balloon-wind.yaml", [*sets, "wind.direction=24 deg"])[1]
-    found = SuspensionCase(scene).in_wind.equilibrium
+    found = SuspensionCase(scene).analysis.equilibrium
     suspension = found.suspension
     turn = found.rotation[suspension.body_names.index("gondola")]
     wind = turn.T @ [speed * np.cos(direction), speed * np.sin(direction), 0.0]
@@ -194,9 +194,9 @@ def test_the_mean_wind_can_be_left_out():
     text = everything(wind=STRONG | {"mean": False})
     case = case_of(text)
     assert [value(case, f"gondola.mean_{axis}") for axis in "xyz"] == [0, 0, 0]
-    assert case.in_wind.equilibrium.position == pytest.approx(case.equilibrium.position, abs=1e-12)
+    assert case.analysis.equilibrium.position == pytest.approx(case.equilibrium.position, abs=1e-12)
     # the gusts keep the mean speed: the same damping as Straight, whose equilibrium is the calm one
-    own, motion = Straight({k: v for k, v in text.items() if k != "control"}), case.in_wind.closed_loop_of(40).motion
+    own, motion = Straight({k: v for k, v in text.items() if k != "control"}), case.analysis.closed_loop_of(40).motion
     found = Loop(motion, None, 0.0, ()).poles
     expected = np.linalg.eigvals(own.closed())
     assert np.sort(found.real[np.abs(found) < 1e4]).sum() == pytest.approx(expected.real.sum(), rel=1e-6)
@@ -244,7 +244,7 @@ def test_the_drag_of_a_cable_by_hand():
     """rho/2 C d |U_n| U_n per stretched length, U_n across the chord; both ends together carry it and the weight."""
     text = heavy(wind__direction=0.4, free=["z"])
     case = case_of(text)
-    found = case.in_wind.equilibrium
+    found = case.analysis.equilibrium
     ends = found.suspension.ends(found.position, found.rotation)
     wind = 25.0 * np.array([np.cos(0.4), np.sin(0.4), 0.0])
     diameter = np.sqrt(4 * 1e-4 / np.pi)
@@ -331,7 +331,7 @@ def test_a_taut_cable_is_damped_by_its_drag(direction, shares):
 
 def gusts_of(text, count=12):
     """With the motions of cables that move no body and change no tension."""
-    return case_of(text).in_wind.closed_loop_of(count).with_all_modes
+    return case_of(text).analysis.closed_loop_of(count).with_all_modes
 
 
 def force_spectra(gusts_, frequency, response_):
@@ -424,7 +424,7 @@ def test_the_stated_error_of_rotations_and_their_rates_is_true(count, monkeypatc
     for modes, orders in ((count, TOLERANCES.rod_orders), (160, 150)):
         monkeypatch.setattr(type(MOTION), "model_modes", (modes,))
         monkeypatch.setattr(type(TOLERANCES), "rod_orders", orders)
-        wind = SuspensionCase(scene).in_wind
+        wind = SuspensionCase(scene).analysis
         found.append([wind.rms([name], kind, bool(at_rest)) for name, kind, at_rest in about])
         moved.append([wind.rms([f"gondola.{axis}"], "value", False)[0] for axis in "xyz"])
         assert len(wind.closed_loop.modes) == modes
@@ -439,7 +439,7 @@ def test_the_rms_depends_neither_on_points_of_close_cables_nor_on_parts(monkeypa
     for points, at_once in ((TOLERANCES.peak_points, TOLERANCES.coherence_entries), (90, 30_000)):
         monkeypatch.setattr(type(TOLERANCES), "peak_points", points)
         monkeypatch.setattr(type(TOLERANCES), "coherence_entries", at_once)
-        found.append(SuspensionCase(scene).in_wind.closed_loop_of(64).plant.at_rest.variances[0])
+        found.append(SuspensionCase(scene).analysis.closed_loop_of(64).plant.at_rest.variances[0])
     assert found[0] == pytest.approx(found[1], rel=1e-6)
 
 
@@ -701,7 +701,7 @@ def integral(spectrum):
 def test_few_panels_of_frequency_resolve_gusts_on_cables(spectrum):
     """Beside eight times as many; and so does the stated error, which is larger."""
     path = CONFIGS / "suspensions" / "carlina-net-wind.yaml"
-    response = SuspensionCase(load_scene(path, [f"wind.spectrum={spectrum}"])[1]).in_wind.response
+    response = SuspensionCase(load_scene(path, [f"wind.spectrum={spectrum}"])[1]).analysis.response
     turbulence, (low, high) = response.turbulence, response.turbulence.range
     edges = np.geomspace(low, high, 1 + round(32 * np.log10(high / low)))
     expected = Integrals.on(edges, turbulence.plant.gusts, OWN, turbulence.least).variances(turbulence.residues)
@@ -785,8 +785,8 @@ def test_modes_suffice_for_what_a_telescope_sees():
         "model": {"accuracy": 1e-3},
     })  # fmt: skip
     names, kind = [f"b.{axis}" for axis in "xyz"], "corrected_exposure"
-    found, error = case.in_wind.rms(names, kind, open_loop=False)
-    of_many = gust_response.GustResponse(case.in_wind.closed_loop_of(220), case.scene).seen
+    found, error = case.analysis.rms(names, kind, open_loop=False)
+    of_many = gust_response.GustResponse(case.analysis.closed_loop_of(220), case.scene).seen
     expected = np.sqrt(of_many.weighted[kind][[of_many.rows[name] for name in names]].sum())
     assert error <= 1e-3
     assert found == pytest.approx(expected, rel=error)
@@ -856,7 +856,7 @@ def body_on_bars(mean, loss, decay, **more):
     case = case_of(text)
     areas = np.array(BODY_WIND["area"])
     return case, BarsInWind(
-        case.in_wind.closed_loop.equilibrium,
+        case.analysis.closed_loop.equilibrium,
         n,
         {"speed": speed, "direction": 0.5, "turbulence": turbulence * speed, "length_scale": 25.0,
          "coherence_decay": decay, "density": RHO},
@@ -898,7 +898,7 @@ def test_the_motion_of_a_junction_against_dense_bars():
     case = case_of(text)
     wind = {"speed": 12.0, "direction": 0.5, "turbulence": turbulence * 12.0, "length_scale": 25.0,
             "coherence_decay": 0.0, "density": RHO}  # fmt: skip
-    equilibrium, widths = case.in_wind.closed_loop.equilibrium, [3.0 * np.sqrt(4e-4 / np.pi)] * 2
+    equilibrium, widths = case.analysis.closed_loop.equilibrium, [3.0 * np.sqrt(4e-4 / np.pi)] * 2
     bars = BarsInWind(equilibrium, n, wind, cables=widths, damping={"viscous": viscous})
     both = bars.variances(np.geomspace(1e-5, 60.0, 6000))
     variances, rates = (np.array([both[f"knot.{axis}"][kind] for axis in "xyz"]) for kind in (0, 1))
@@ -916,7 +916,7 @@ def test_the_motion_of_a_junction_against_dense_bars():
 def test_mid_spans_of_cables_with_a_body_against_dense_bars(loss):
     """In a wind that is the same everywhere: two points to a bar do not see the corner of exp(-C f d/U)."""
     case, bars = body_on_bars(True, loss, decay=0.0, midspans=True)
-    response, frequency = case.in_wind.with_midspans.response, np.array([1e-3, 0.05, 0.4, 1.0, 3.0])
+    response, frequency = case.analysis.with_midspans.response, np.array([1e-3, 0.05, 0.4, 1.0, 3.0])
     expected, found = bars.spectra(frequency), response.spectra(frequency)
     for name, spectrum in zip(response.names, found, strict=True):
         assert spectrum == pytest.approx(expected[name], rel=1e-6), name
@@ -976,7 +976,7 @@ def by_statics(text, step=1e-3):
     found = []
     for sign in (-1, 1):
         case = case_of(with_changes(text, wind__speed=text["wind"]["speed"] * (1 + sign * step)))
-        found.append(np.concatenate([case.in_wind.mean_tensions(name) for name in text["cables"]]))
+        found.append(np.concatenate([case.analysis.mean_tensions(name) for name in text["cables"]]))
     return np.abs(found[1] - found[0]) / (2 * step) * text["wind"]["turbulence_intensity"]
 
 
@@ -993,7 +993,7 @@ def test_the_tension_in_slow_gusts_is_the_change_of_the_mean_tension(seed, on):
     case, wind, scene = case_of(text), text["wind"], text["cable"]
     areas, offered = np.array(BODY_WIND["area"]), 1.2 * np.sqrt(4 * scene["area"] / np.pi)
     bars = BarsInWind(
-        case.in_wind.closed_loop.equilibrium,
+        case.analysis.closed_loop.equilibrium,
         8,
         {"speed": wind["speed"], "direction": wind["direction"], "turbulence": [0.02 * wind["speed"], 0.0, 0.0],
          "length_scale": wind["length_scale"], "coherence_decay": 0.0, "density": RHO},
@@ -1035,7 +1035,7 @@ def test_the_stated_error_of_a_tension_is_true(seed):
     gusty = {"length_scale": 25.0, "coherence_decay": 10.0, "turbulence_intensity": [0.15, 0.12, 0.08]}
     text = hung(seed)
     text["wind"] |= gusty
-    in_wind = case_of(text).in_wind
+    in_wind = case_of(text).analysis
     few, many = (
         gust_response.GustResponse(in_wind.closed_loop_of(count), in_wind.scene).variances for count in (64, 160)
     )
@@ -1061,8 +1061,8 @@ def test_the_stated_error_of_the_tension_of_one_cable_is_true_and_small(length, 
         "cables": {"c": {"from": "a", "to": "b", "unstretched_length": length}},
         "wind": gusts | wind,
     }
-    in_wind = case_of(text | {"model": {"accuracy": 1e-6}}).in_wind
-    every = case_of(text | {"model": {"elements": 8, "order": 12}}).in_wind.closed_loop_of(1000)
+    in_wind = case_of(text | {"model": {"accuracy": 1e-6}}).analysis
+    every = case_of(text | {"model": {"elements": 8, "order": 12}}).analysis.closed_loop_of(1000)
     found, true = in_wind.response.variances, gust_response.GustResponse(every, in_wind.scene).variances
     for kind in ("value", "rate"):
         own, other, error = (part[kind] for part in (found.weighted, true.weighted, found.error))
@@ -1089,12 +1089,12 @@ def test_the_stated_error_of_the_least_tension_is_true_where_fast_waves_cross_it
     }
     case = case_of(text)
     found, error = find("c.least_tension").compute(case)
-    every = case_of(text | {"model": {"elements": 12, "order": 12}}).in_wind.closed_loop_of(1000)
+    every = case_of(text | {"model": {"elements": 12, "order": 12}}).analysis.closed_loop_of(1000)
     true, least = gust_response.GustResponse(every, case.scene).variances, []
-    for end, mean in zip(TENSIONS, case.in_wind.mean_tensions("c"), strict=True):
+    for end, mean in zip(TENSIONS, case.analysis.mean_tensions("c"), strict=True):
         own, rate = (np.sqrt(true.weighted[kind][true.rows[f"c.{end}"]]) for kind in ("value", "rate"))
         least.append(mean - factor(rate / own / TURN, 600.0) * own)
-    shown = case.in_wind.rms(["c.tension_from"], "rate", open_loop=False)[0]
+    shown = case.analysis.rms(["c.tension_from"], "rate", open_loop=False)[0]
     hastened = np.sqrt(true.weighted["rate"][true.rows["c.tension_from"]]) / shown - 1
     assert hastened > 0.02  # the model has next to nothing of these waves
     assert abs(found / min(least) - 1) < error < 0.03
@@ -1149,7 +1149,7 @@ def drag_by_hand(to, direction, points=400):
                                                ((40.0, 0.0, 1.0), 0.003)])  # fmt: skip
 def test_the_drag_of_a_cable_whose_lowest_point_lies_along_the_wind(to, direction, count):
     """|u_n| has a kink there, inside an element: the force of a gust that is the same everywhere on the whole cable."""
-    strip = case_of(along_the_wind(to, direction)).in_wind.closed_loop_of(count).gusts.strips[0]
+    strip = case_of(along_the_wind(to, direction)).analysis.closed_loop_of(count).gusts.strips[0]
     rows = strip.shapes.reshape(-1, strip.shapes.shape[-1])
     moved, *_ = np.linalg.lstsq(
         rows, np.tile(np.eye(3), (strip.places.shape[1], 1))
@@ -1161,8 +1161,8 @@ def test_the_drag_of_a_cable_whose_lowest_point_lies_along_the_wind(to, directio
 
 def test_the_stated_error_in_wind_along_a_level_cable_is_true():
     """Of 100 modes on 3 elements against all of 8 elements, two of which meet at the lowest point."""
-    in_wind = case_of(along_the_wind(accuracy=1e-6)).in_wind.with_midspans
-    every = case_of(along_the_wind(elements=8, order=12)).in_wind.with_midspans.closed_loop_of(1000)
+    in_wind = case_of(along_the_wind(accuracy=1e-6)).analysis.with_midspans
+    every = case_of(along_the_wind(elements=8, order=12)).analysis.with_midspans.closed_loop_of(1000)
     closed_loop = in_wind.closed_loop_of(100)
     assert closed_loop.gusts.strips[0].mesh.elements == 3
     found, true = (gust_response.GustResponse(one, in_wind.scene).variances for one in (closed_loop, every))

@@ -129,7 +129,7 @@ def test_the_gain_margin_of_the_only_coordinate_is_that_of_the_loop(folder, axis
 def test_what_grows_is_counted_beside_a_mode_that_never_does(folder):
     """Far above the largest gain the undamped rotation crosses back: as many poles grow as of the model itself."""
     (folder / "b.yaml").write_text(SCENE + WINCHES.replace("[x, y, z]", "[y]"))
-    closed_loop = cs.load(folder / "b.yaml").case.in_wind.controlled
+    closed_loop = cs.load(folder / "b.yaml").case.analysis.loop_for_margins
     for gain in 100.0, 200.0, 3e5:
         growing = np.count_nonzero(closed_loop.loop.poles_with(gain).real > 1e-6)
         assert closed_loop.stability.gains.unstable(gain) == growing == (0 if gain < 150 else 2)
@@ -336,7 +336,7 @@ def test_with_modal_damping_the_rms_has_no_error_that_could_be_stated():
     sets = ("bodies.gondola.wind={area: 0.6 m^2, drag_coefficient: 1.2}",
             "wind={speed: 6 m/s, turbulence_intensity: 0.15, length_scale: 25 m}")  # fmt: skip
     modal = CONFIGS / "suspensions" / "carlina-net.yaml"
-    in_wind = SuspensionCase(load_scene(str(modal), sets)[1]).in_wind
+    in_wind = SuspensionCase(load_scene(str(modal), sets)[1]).analysis
     few, many = (GustResponse(in_wind.closed_loop_of(count), in_wind.scene).variances for count in (64, 160))
     rows = [few.rows[f"gondola.{axis}"] for axis in "xyz"]
     sizes = [math.sqrt(one.weighted["value"][rows].sum()) for one in (few, many)]

@@ -200,9 +200,9 @@ def test_reduced_modes_say_nothing_of_the_loop_gain():
 
 def test_trapezoids_are_trapezoids():
     """On the continuous cable, point by point."""
-    case = case_module.Case(trade_models.with_accuracy(PAPER.scene(HYSTERETIC), 1e-10))
+    case = case_module.CableCase(trade_models.with_accuracy(PAPER.scene(HYSTERETIC), 1e-10))
     frequency = np.geomspace(0.05, 5, 25)
-    found, _ = trade_models.by_trapezoids(case, frequency).in_wind.rms(["gondola.x"], "value", open_loop=True)
+    found, _ = trade_models.by_trapezoids(case, frequency).analysis.rms(["gondola.x"], "value", open_loop=True)
     assert found == pytest.approx(np.sqrt(trapezoid(response(frequency), frequency)), rel=1e-8)
 
 

@@ -21,7 +21,7 @@ from cablestudy.scene.scene import CableScene, load_scene
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.columns import find
 from cablestudy.study.columns import find as find_of_suspension
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.rows import evaluate
 from cablestudy.study.suspension import rows as rows_of_suspensions
 from cablestudy.study.suspension.case import SuspensionCase
@@ -96,7 +96,7 @@ def numbers_of(place, force, loads):
 @pytest.mark.parametrize("name", campaign(CABLES, list(CABLES)[::2]))
 def test_stated_errors_are_those_against_400_pieces_or_more(name):
     scene = scene_of(name)
-    case = Case(scene)
+    case = CableCase(scene)
     start = case.catenary.end_forces("global")[0]
     place, force = pieces_of(name, 0.0, case.reference_length, start)
     expected = numbers_of(place, force, CABLES[name][5])
@@ -128,7 +128,7 @@ def test_frequencies_of_modes_state_what_the_drag_changes(tmp_path, name):
     path = tmp_path / "scene.yaml"
     path.write_text(json.dumps(scene.model_dump(mode="json", exclude_unset=True)))
     answer = json.loads(run("modes", path, "-n", 6, "--format", "json").out)
-    case = Case(scene)
+    case = CableCase(scene)
     start = case.catenary.end_forces("global")[0]
     _, force = pieces_of(name, 0.0, case.reference_length, start)
     expected = frequencies_of_bars(name, force, case.reference_length)
@@ -153,7 +153,7 @@ def test_clearance_counts_what_moves_along_a_slope(ground):
     """Wind along a cable that sags moves its points along it."""
     ground = GROUNDS[ground]
     scene = scene_of("along").model_copy(update={"ground": ground})
-    case = Case(scene)
+    case = CableCase(scene)
     place, _ = pieces_of("along", 0.0, case.reference_length, case.catenary.end_forces("global")[0])
     curve = CubicSpline(place[:, 0], place[:, 2])
     x = np.union1d(np.linspace(0, place[-1, 0], 200_001), [160.0])
@@ -168,7 +168,7 @@ def test_a_pushed_gondola_states_what_the_drag_with_and_without_the_push_changes
     """What holds it in the wind holds against the actual drag, and moves it no more than the push does."""
     force = -74.0
     scene = scene_of("thin", forces={"end_2": [force, 0, 0]})
-    case = Case(scene)
+    case = CableCase(scene)
     start = case.catenary.end_forces("global")[0]
 
     def held(shift):
@@ -203,7 +203,7 @@ def stiffness_along_x(force, length, frequencies):
 def test_the_largest_gain_of_one_cable_states_what_its_own_drag_changes():
     """The winch on the gondola moves it by u against k x + k u = M w^2 x, and u is the integral of -gain x."""
     scene = CableScene.model_validate(LOOP)
-    case = Case(scene)
+    case = CableCase(scene)
     row = evaluate(scene, [find(name) for name in ("largest_gain", "phase_crossover", "gain_margin", "max_tension")])
     direction, width = LOOP["cases"]["storm"]["wind"]["direction"], 1.2 * LOOP["cable"]["diameter"]
     end, weight = np.array(LOOP["cable"]["ends"][1]), LOOP["cable"]["mass_per_length"] * G

@@ -9,7 +9,7 @@ from test_windrms import loop_of
 
 from cablestudy.control.loop import Loop
 from cablestudy.control.one_cable import state_space
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 
 VISCOUS = 0.016  # N s/m^2, about what wind of 6 m/s gives the paper's cable across
 RATE = VISCOUS / MASS
@@ -37,7 +37,7 @@ def test_the_dynamic_stiffness_of_the_ends_is_that_of_dense_bars(law):
     square, psi = np.linalg.eigh(K[inner, inner] / np.outer(root, root))
     modal = root[:, None] * psi
     modal = modal * (2 * 0.02 * np.sqrt(square)) @ modal.T  # damping matrix of a ratio for each mode with fixed ends
-    model = Case(scene(damped(law))).end_model
+    model = CableCase(scene(damped(law))).end_model
     for s in (0.7j, 10j, 3 + 60j, 400j):
         whole = K + np.diag(M * (s**2 + RATE * s)).astype(complex)
         whole = whole + {"loss_factor: 0.02": 0.02j, "time: 1 ms": 1e-3 * s}.get(law, 0.0) * elastic
@@ -51,7 +51,7 @@ def test_the_dynamic_stiffness_of_the_ends_is_that_of_dense_bars(law):
 
 
 def test_every_mode_of_the_bare_cable_decays_alike():
-    poles = poles_between_fixed_ends(Case(scene(damped("ratio: 0.0"))).end_model)
+    poles = poles_between_fixed_ends(CableCase(scene(damped("ratio: 0.0"))).end_model)
     assert poles.real == pytest.approx(np.full(len(poles), -RATE / 2), rel=1e-9)
     assert -poles.real[0] / np.abs(poles[0]) == pytest.approx(0.2, abs=0.02)  # the first mode: docs/physics.md
 
@@ -77,7 +77,7 @@ def test_the_gondola_on_a_light_straight_cable_in_closed_form():
 @pytest.mark.parametrize("law", LAWS[2:])
 @pytest.mark.parametrize("sets", [(), ("cable.area=24.2 mm^2", "cable.unstretched_length=186 m")])
 def test_the_damping_ratio_of_the_gondola_is_that_of_its_pole(law, sets):
-    case = Case(scene(damped(law, 1e-3), *sets, "model.accuracy=1e-8")).refined(1, 40)
+    case = CableCase(scene(damped(law, 1e-3), *sets, "model.accuracy=1e-8")).refined(1, 40)
     pole = pole_of_mass(along_x(case), 50.0, 0.0, 2 * np.pi * case.gondola_mode.frequency[0])
     assert case.gondola_mode.damping_ratio[0] == pytest.approx(-pole.real / abs(pole), rel=1e-8)
 
@@ -87,7 +87,7 @@ def test_the_damping_ratio_of_the_gondola_is_that_of_its_pole(law, sets):
 @pytest.mark.parametrize("where", ["ground", "gondola"])
 def test_the_state_space_has_the_poles_of_the_loop(law, where):
     sets = damped(law), f"winch.location={where}", "model.elements=20", "winch.controller.gain=0.1"
-    case = Case(SAGGING.scene(*sets))
-    found = case.in_wind.closed_loop_of(250).loop.eigen.values
+    case = CableCase(SAGGING.scene(*sets))
+    found = case.analysis.closed_loop_of(250).loop.eigen.values
     for pole in np.linalg.eigvals(closed(case).a):
         assert np.abs(found - pole).min() < 1e-7 * np.abs(pole) + 1e-11 * np.abs(found).max()

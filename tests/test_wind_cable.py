@@ -16,7 +16,7 @@ from cablestudy.scene.scene import quantity_of
 from cablestudy.study import plots
 from cablestudy.study.one_cable import system as one_cable_system
 from cablestudy.study.one_cable import wind_report
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.tolerances import STUDY
 from cablestudy.wind.coherence import along_cable, gauss, rods
 from cablestudy.wind.drag import drag_matrices, shedding_frequencies
@@ -268,7 +268,7 @@ def test_whole_coherence_is_the_dense_matrices_to_rounding(form, more):
 def test_the_rms_is_that_of_the_dense_matrices_over_many_frequencies(sets):
     case = case_of("winch.controller.gain=0", SMOOTH, "model.elements=16", *sets)
     grid = [np.geomspace(1e-5, 60, 400)]
-    for pole in case.in_wind.closed_loop.open_poles:
+    for pole in case.analysis.closed_loop.open_poles:
         c, w = abs(pole) / (2 * np.pi), abs(pole.real) / (2 * np.pi)
         if c < 5:
             grid.append(c + w * np.sinh(np.linspace(-np.arcsinh(0.2 * c / w), np.arcsinh(0.2 * c / w), 201)))
@@ -345,7 +345,7 @@ def test_what_the_wind_acts_on():
 @pytest.mark.parametrize("sets", [(), ("winch.controller.gain=0", "wind.admittance=none")], ids=["loop", "at rest"])
 @pytest.mark.parametrize("on", ["gondola", "cable", "both"])
 def test_a_picture_has_the_variance_that_is_printed(on, sets):
-    case = Case(scene(*sets))
+    case = CableCase(scene(*sets))
     winds = (one_cable_system.winds_on(case, on, open_loop) for open_loop in (False, True))
     _, gondola, share = plots.wind_response(*winds, on).axes
     curves = {line.get_label(): line.get_xydata().T for line in gondola.lines}

@@ -23,7 +23,7 @@ from cablestudy.errors import SceneError
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.columns import find
 from cablestudy.study.columns import find as of_suspensions
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.rows import evaluate, evaluate_cases
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.rows import evaluate_suspensions
@@ -98,7 +98,7 @@ def _truth(name, start, stretched, wind):
 def test_the_stated_error_is_that_against_400_pieces_or_more(made, name):
     """Of tensions at the ends, as vectors, and of the place at mid-length; no more than half as large again."""
     scene = made(one(name))
-    case = Case(scene)
+    case = CableCase(scene)
     catenary = case.catenary
     start, end = catenary.span.in_frame(catenary.at(np.array([0.0, 1.0]))[1], "global")
     place, force = truth(name, catenary)
@@ -114,7 +114,7 @@ def test_the_stated_error_is_that_against_400_pieces_or_more(made, name):
 def test_the_stated_error_of_the_sag_is_that_against_400_pieces(made, name):
     """A leeward guy is carried aside more than it hangs: its sag is 5.5 % off, its tension 1 %."""
     scene, (end_1, end_2) = made(one(name)), np.array(SCENES[name][0])
-    place, _ = truth(name, Case(scene).catenary)
+    place, _ = truth(name, CableCase(scene).catenary)
     level = (end_2 - end_1)[:2]
     passed = (place - end_1)[:, :2] @ level / (level @ level)
     expected = (end_1 + end_2)[2] / 2 - np.interp(0.5, passed, place[:, 2])
@@ -134,7 +134,7 @@ def test_stated_errors_of_supports_and_heights_are_those_against_400_pieces(made
     """What is small beside the tension, or the sag, is less well known: each such column states an error of its own."""
     wind = SCENES[name][2] if grows else re.sub("exponent: [0-9.]+", "exponent: 0", SCENES[name][2])
     scene, (end_1, end_2) = made(one(name, wind)), np.array(SCENES[name][0])
-    place, force = truth(name, Case(scene).catenary, wind=wind)
+    place, force = truth(name, CableCase(scene).catenary, wind=wind)
     expected = {"lowest_point": place[:, 2].min()}
     for end, on_cable in ((1, -force[0]), (2, force[-1])):
         level = math.hypot(*on_cable[:2])
@@ -160,7 +160,7 @@ def test_stated_errors_of_supports_and_heights_are_those_against_400_pieces(made
 @pytest.mark.parametrize("name", campaign(SCENES, PART))
 def test_elements_follow_the_wind(made, name):
     """400 bars, and a few of high order, are the cable of 400 pieces."""
-    catenary = Case(made(one(name))).catenary
+    catenary = CableCase(made(one(name))).catenary
     _, force = truth(name, catenary)
     expected = np.linalg.norm(force[[0, -1]], axis=1)
     for elements, order, near in ((400, 1, 4e-6), (40, 5, 3e-5)):
@@ -201,7 +201,7 @@ def test_a_cable_of_a_suspension_is_that_cable(made):
 def test_a_guy_in_pieces_with_their_own_winds_is_the_guy(made):
     """Cables from point to point up the slope, each with the mean of its own heights, drag without strain."""
     (end_1, end_2), share, wind, _ = SCENES["guy"]
-    place, force = truth("guy", Case(made(one("guy"))).catenary, stretched=False)
+    place, force = truth("guy", CableCase(made(one("guy"))).catenary, stretched=False)
     errors = []
     for count in (8, 16):
         points = {k: f"p{k}" for k in range(1, count)} | {0: f"{list(end_1)}", count: f"{list(end_2)}"}

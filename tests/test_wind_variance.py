@@ -9,8 +9,8 @@ from random_twins import random_scene
 from scipy.integrate import quad
 
 from cablestudy.scene.scene import CableScene
-from cablestudy.study.one_cable.case import Case
-from cablestudy.study.one_cable.system import in_wind_of
+from cablestudy.study.one_cable.case import CableCase
+from cablestudy.study.one_cable.system import analysis_of
 from cablestudy.system.residues import eigen, residues, stack
 from cablestudy.wind.variance import Noise, Panels, smooth_on, variances
 
@@ -111,7 +111,7 @@ def test_a_matrix_without_eigenvectors():
 @pytest.mark.parametrize("count", [24, 64, 100])
 def test_more_modes_of_a_hysteretic_cable_do_not_change_the_rms_with_a_loop(count):
     """The notch of a slow loop has a double pole, and hysteretic damping many poles that are damped alike."""
-    wind = in_wind_of(Case(CableScene.model_validate(random_scene(48))))
+    wind = analysis_of(CableCase(CableScene.model_validate(random_scene(48))))
     found = wind.closed_loop_of(count).turbulence.variances[0][0]
     few = wind.closed_loop_of(32).turbulence.variances[0][0]
     assert found[0] == pytest.approx(few[0], rel=1e-7)
@@ -120,7 +120,7 @@ def test_more_modes_of_a_hysteretic_cable_do_not_change_the_rms_with_a_loop(coun
 @pytest.mark.parametrize("seed", [16, 49])
 def test_the_error_of_few_modes_counts_what_they_leave_out_of_damping(seed):
     """Loss factors of 0.2, cables that hang or carry masses, against 200 modes; 24 are up to 0.15 % off."""
-    wind = in_wind_of(Case(CableScene.model_validate(random_scene(seed, model={"accuracy": 1e-4}))))
+    wind = analysis_of(CableCase(CableScene.model_validate(random_scene(seed, model={"accuracy": 1e-4}))))
     (found, changed, _), (truth, *_) = (
         wind.closed_loop_of(count, responses=True).plant.at_rest.variances for count in (24, 200)
     )
@@ -132,7 +132,7 @@ def test_the_error_of_models_that_are_compared_is_not_below_the_true_one(seed):
     """To 1e-9, which one model alone does not state: against 100 modes."""
     scene = random_scene(seed, model={"accuracy": 1e-9})
     del scene["winch"]
-    wind = in_wind_of(Case(CableScene.model_validate(scene)))
+    wind = analysis_of(CableCase(CableScene.model_validate(scene)))
     truth = wind.closed_loop_of(100, responses=True).plant.at_rest.variances[0][0, 0]
     found, error = wind.rms(["gondola.x"], "value", open_loop=True)
     assert len(wind.closed_loop.modes) == 64

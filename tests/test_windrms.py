@@ -15,7 +15,7 @@ from references import loop_matrix
 from scenes import case_of, cells, scene
 
 from cablestudy.errors import NoSolutionError
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.wind_report import BELOW
 from cablestudy.study.table_rows import SLACK
 from cablestudy.wind import gusts
@@ -58,12 +58,12 @@ def rms_of(case, *variances):
     own = "value", "rate"
     wanted = [(name, False) for name in variances or own]
     wanted += [(name, True) for name in variances or own if name in own]
-    return [case.in_wind.rms(["gondola.x"], *one)[0] for one in wanted]
+    return [case.analysis.rms(["gondola.x"], *one)[0] for one in wanted]
 
 
 def loop_of(case):
     """The loop of a case, with modal damping, and every mode of its cable, for `loop_matrix`."""
-    notch, damping = case.in_wind.controlled.body.notches[0], case.gondola_air_damping
+    notch, damping = case.analysis.loop_for_margins.body.notches[0], case.gondola_air_damping
     parts = {"mass": case.scene.gondola.mass, "location": case.scene.winch.location, "notch": notch}
     gain = case.scene.winch.controller.gain
     return SimpleNamespace(cable=along_x(case), damping=damping, gain=gain, **parts)
@@ -73,7 +73,7 @@ def loop_of(case):
 def case_with(ratio, share, *sets):
     """The paper's scene with 12 bars, another modal damping, and the gain a share of the largest one."""
     sets = "model.elements=12", f"cable.damping.ratio={ratio!r}", *sets
-    gain = share * case_of("winch.controller.gain=1e-3", *sets).in_wind.largest_gain[0] if share else 0.0
+    gain = share * case_of("winch.controller.gain=1e-3", *sets).analysis.largest_gain[0] if share else 0.0
     return case_of(*sets, f"winch.controller.gain={gain!r}")
 
 
@@ -82,10 +82,10 @@ def case_with(ratio, share, *sets):
 @pytest.mark.parametrize("gain", [0.0, 0.01, 0.5])
 def test_the_rms_is_that_of_a_fine_integration(ratio, gain):
     case = case_with(ratio, gain)
-    case.in_wind.check_stable()
+    case.analysis.check_stable()
     loop = loop_of(case)
     assert rms_of(case) == pytest.approx([*brute(loop, loop.gain, force), *brute(loop, 0.0, force)], rel=1e-5)
-    assert case.in_wind.response.integration_error < 1e-9
+    assert case.analysis.response.integration_error < 1e-9
 
 
 @pytest.mark.parametrize("sets", [(), ("cable.diameter=7.4 mm",), ("winch.location=gondola",), ("gondola.mass=5 kg",)])
@@ -116,7 +116,7 @@ def test_white_noise_on_a_spring_without_modes_is_the_textbook_s():
     # one degree of freedom: variance S/(8 zeta w^3 M^2) of a one-sided spectrum S
     mass, time = 50.0, 0.002
     damping = f"cable.damping={{model: kelvin_voigt, time: {time}}}"
-    case = Case(scene(*LIGHT, damping, WHITE, "winch.controller.gain=0"))
+    case = CableCase(scene(*LIGHT, damping, WHITE, "winch.controller.gain=0"))
     natural = np.sqrt(70.3e9 * 2.69e-6 / 184.4883 / mass)
     closed, at_rest = rms_of(case, "value")
     assert at_rest == pytest.approx(np.sqrt(3.0 / (8 * (time * natural / 2) * natural**3 * mass**2)), rel=1e-6)
@@ -145,7 +145,7 @@ def test_the_rms_is_proportional_to_turbulence_drag_and_air(change, factor):
 @pytest.mark.parametrize("sets", [(), ("cable.diameter=7.4 mm",), ("wind.speed=20 m/s",), ("gondola.mass=1e4 kg",)])
 def test_shares_of_the_variance(sets):
     case = case_of(*sets)
-    shares = case.in_wind.response.shares_below("gondola.x", BELOW)
+    shares = case.analysis.response.shares_below("gondola.x", BELOW)
     assert all(0 <= below <= above <= 1 for below, above in pairwise(shares))
     loop = loop_of(case)
     spectrum = partial(force, speed=case.scene.wind.speed)
@@ -155,7 +155,7 @@ def test_shares_of_the_variance(sets):
 
 
 @pytest.mark.crossed
-@pytest.mark.parametrize("on", ["in_wind", "in_cable_wind"])
+@pytest.mark.parametrize("on", ["analysis", "in_cable_wind"])
 @pytest.mark.parametrize(
     "damping", ["{loss_factor: 0.02, viscous: 1e-3}", "{model: kelvin_voigt, time: 2 ms, viscous: 1e-3}"]
 )
@@ -164,7 +164,7 @@ def test_the_estimated_error_is_not_smaller_than_the_true_one(on, damping):
     rms = [(variance, open_loop) for variance in ("value", "rate") for open_loop in (False, True)]
 
     def solved(model):
-        wind = getattr(Case(scene(*sets, f"model={model}")), on)
+        wind = getattr(CableCase(scene(*sets, f"model={model}")), on)
         return [wind.rms(["gondola.x"], *one) for one in rms]
 
     truth = solved("{elements: 2, order: 30}")  # six of order 40 differ by 2e-11
@@ -182,7 +182,7 @@ def test_without_a_gain_closed_is_open():
 def damping_ratios(model, elements):
     """Of the gondola, for a damping model of configs/damping.yaml."""
     scenes = [scene(f"cable.damping={model}", f"model.elements={n}") for n in elements]
-    return [Case(one).gondola_mode.damping_ratio[0] for one in scenes]
+    return [CableCase(one).gondola_mode.damping_ratio[0] for one in scenes]
 
 
 def test_modal_damping_of_the_gondola_grows_with_the_bars():
@@ -209,14 +209,14 @@ def test_damped_strain_gives_the_gondola_what_a_spring_would_have_whatever_the_b
 
 @pytest.mark.parametrize("time", ["1 us", "1 ms", "1 s", "100 s"])
 def test_kelvin_and_voigt_s_damping_of_the_gondola_is_positive(time):
-    case = Case(scene(f"cable.damping={{model: kelvin_voigt, time: {time}}}"))
+    case = CableCase(scene(f"cable.damping={{model: kelvin_voigt, time: {time}}}"))
     assert 0 < case.gondola_mode.damping_ratio[0] <= 1
-    poles = case.in_wind.controlled.open_poles
+    poles = case.analysis.loop_for_margins.open_poles
     assert (poles.real < 1e-15 * np.abs(poles).max()).all()
 
 
 def test_so_much_damping_that_a_mode_does_not_strain_is_refused():
-    case = Case(scene("cable.damping={model: kelvin_voigt, time: 1e6 s}"))
+    case = CableCase(scene("cable.damping={model: kelvin_voigt, time: 1e6 s}"))
     with pytest.raises(NoSolutionError, match="undamped"):
         rms_of(case)
     assert case.gondola_mode.damping_ratio[0] == 1.0  # which needs no response
@@ -234,7 +234,7 @@ def test_so_much_damping_that_a_mode_does_not_strain_is_refused():
 @pytest.mark.parametrize("gain", ["0.325", "0", "{auto: {gain_margin: 6}}"])
 def test_an_undamped_cable_has_no_rms(damping, gain):
     with pytest.raises(NoSolutionError, match=r"(undamped|damping ratio).*cable\.damping"):
-        rms_of(Case(scene(f"cable.damping={damping}", f"winch.controller.gain={gain}")))
+        rms_of(CableCase(scene(f"cable.damping={damping}", f"winch.controller.gain={gain}")))
 
 
 EXTREME = [
@@ -299,7 +299,7 @@ def test_the_command_prints_one_row_in_every_format():
     found = rms_of(case_of())
     assert row["gondola_rms_mm"] == pytest.approx(1e3 * found[0], rel=1e-12)
     assert row["gondola_rms_velocity_open_loop_mm_per_s"] == pytest.approx(1e3 * found[3], rel=1e-12)
-    share = case_of().in_wind.response.shares_below("gondola.x", [1.0])
+    share = case_of().analysis.response.shares_below("gondola.x", [1.0])
     assert row["variance_share_below_1_Hz"] == pytest.approx(share[0], rel=1e-12)
     for style in ("csv", "jsonl"):
         assert rows_of(run("windrms", CARLINA, "--format", style).out, style) == [row]
@@ -336,7 +336,7 @@ def test_the_utilisation_is_that_of_the_cable_at_rest():
 def test_set_and_explain():
     row = table_of("windrms", CARLINA, "--set", "winch.location=gondola", "--set", AUTO)[0]
     assert row["gain_margin_dB"] == pytest.approx(6, abs=1e-9)
-    assert row["largest_gain_rad_per_s"] == pytest.approx(case_of("winch.location=gondola").in_wind.largest_gain[0])
+    assert row["largest_gain_rad_per_s"] == pytest.approx(case_of("winch.location=gondola").analysis.largest_gain[0])
     assert "40 elements of order 1" in run("windrms", CARLINA, "--explain").err
     assert run("windrms", CARLINA, "--explain", "--quiet").err == ""
 

@@ -123,9 +123,9 @@ def test_what_is_written_differently_is_the_same(scene, own, one, other):
 
 
 def test_the_motion_of_a_junction_takes_modes_only_where_it_is_asked_for(scene):
-    motion = SuspensionCase(cut(scene, 1e-9, 1e-2)).in_wind
+    motion = SuspensionCase(cut(scene, 1e-9, 1e-2)).analysis
     modes, with_points = (len(one.closed_loop.modes) for one in (motion, motion.with_points))
-    assert modes == len(SuspensionCase(scene).in_wind.closed_loop.modes) < with_points
+    assert modes == len(SuspensionCase(scene).analysis.closed_loop.modes) < with_points
 
 
 # a body on three cables that sag by some metres

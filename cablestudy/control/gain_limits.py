@@ -21,7 +21,7 @@ from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.together import batches, computed_together
 
-# distances from the frequency of a mode as good as undamped, over its width, at which its growth is looked for
+# distances from the frequency of a mode nearly undamped, over its width, at which its growth is looked for
 ASIDE = np.geomspace(0.05, 1e4, 80)
 
 
@@ -46,7 +46,7 @@ class Limit:
 
     @property
     def undamped(self):
-        """True if the mode whose pole crosses is as good as undamped: its damping ratio is below `CONTROL.undamped`."""
+        """True if the mode whose pole crosses is nearly undamped: its damping ratio is below `CONTROL.undamped`."""
         return self.rate < CONTROL.undamped
 
     def resembles(self, other):
@@ -89,7 +89,7 @@ class StableGains:
 
     @property
     def _signature(self):
-        """Numbers of everything, by which loops are found whose loop gains are computed together: tuple."""
+        """Sizes of all arrays, by which loops are found whose loop gains are computed together: tuple."""
         return self.measured, getattr(self.loop_gain, "signature", None)
 
     @cached_property
@@ -176,7 +176,7 @@ class StableGains:
         return Margins(self.loop_gain, curve.omega, gain, self._check_peak, curve.matrices)
 
     def _check_peak(self, omega):
-        """Refuse a peak of the sensitivity, at a frequency [rad/s], of a mode as good as undamped: NoSolutionError."""
+        """Refuse a peak of the sensitivity, at a frequency [rad/s], of a mode nearly undamped: NoSolutionError."""
         pole = self.poles[np.argmin(np.abs(self.poles - 1j * omega))] if len(self.poles) else np.inf
         at_pole, ratio = abs(pole - 1j * omega) < CONTROL.peak_at_pole * omega, self.open_ratio(omega)
         if at_pole and ratio < CONTROL.undamped:
@@ -304,7 +304,7 @@ def _destabilising_limits(loops):
 def _limits_at(functions, crossings):
     """Each of some `Crossings` of n loop gains as a `Limit`: list of (number of the loop, Limit, bool).
 
-    The last tells whether its pole crosses to the right. For a mode as good as undamped the limit is where the mode
+    The last tells whether its pole crosses to the right. For a mode nearly undamped the limit is where the mode
     grows by `CONTROL.negligible_growth` times its frequency; the factor is infinite if the mode never does, so that its
     crossing back to the left is left out.
     """
@@ -320,7 +320,7 @@ def _limits_at(functions, crossings):
 
 
 def _undamped_factors(functions, row, limits):
-    """Gain from which on each of some modes as good as undamped grows by `negligible_growth`, shape (l,). [rad/s]
+    """Gain from which on each of some modes nearly undamped grows by `negligible_growth`, shape (l,). [rad/s]
 
     Parameters
     ----------
@@ -425,7 +425,7 @@ def _along_one_eigenvalue(needed_gains, first):
 
 
 def undamped(pole, ratio, begin=""):
-    """The error for a loop whose stability depends on a mode as good as undamped, the message beginning with a text."""
+    """The error for a loop whose stability depends on a mode nearly undamped, the message beginning with a text."""
     return NoSolutionError(
         f"{begin}the loop drives a mode of {abs(pole.imag) / (2 * np.pi):.4g} Hz, whose damping ratio is "
         f"{ratio:.1e}: damped strain leaves it as good as undamped (below {CONTROL.undamped:g}); "

@@ -87,7 +87,7 @@ class LoopGain:
 
     @property
     def signature(self):
-        """Numbers of everything but the cables, by which loop gains are found that `of_rows` puts together: tuple."""
+        """Sizes of arrays but those of cables, by which loop gains are found that `of_rows` puts together: tuple."""
         bodies, shapes = self.bodies, (self.measured.shape, self.allocation.shape)
         return len(bodies), bodies.stiffness.dtype, *(one.filtered for one in bodies.feedback), *shapes
 

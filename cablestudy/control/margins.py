@@ -83,7 +83,7 @@ class Margins:
 
     @property
     def _signature(self):
-        """Numbers of everything, by which loops are found whose loop gains are computed together: tuple."""
+        """Sizes of all arrays, by which loops are found whose loop gains are computed together: tuple."""
         return self._measured, getattr(self.unit_gain, "signature", None)
 
     @computed_together

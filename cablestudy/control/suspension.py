@@ -130,7 +130,7 @@ def suspension_system(layout, kept, winches=(), markers=(), midspans=()):
     Parameters
     ----------
     layout : Layout
-    kept : list of Kept
+    kept : list of ReducedCable
         Modes and residual vectors of each cable.
     winches : sequence of Winch
     markers : sequence of Marker

@@ -148,7 +148,7 @@ def loop(
     return scene.solve_loop(scene, span, time_options, table, estimate)
 
 
-def loop_answer(answer, scene, in_wind, span, time_options, **named):
+def finished_loop_answer(answer, scene, analysis, span, time_options, **named):
     """Finish the answer of the command `loop`, which has the table of margins.
 
     By default the picture of the margins is added. With `time_options` the response in time takes the place of the
@@ -159,7 +159,7 @@ def loop_answer(answer, scene, in_wind, span, time_options, **named):
     answer : Answer
         With the table of margins.
     scene : Scene
-    in_wind : DynamicAnalysis
+    analysis : DynamicAnalysis
         Of the scene, with its closed loop.
     span : (float, float, int) or None
         Lowest and highest frequency [Hz] and number of frequencies, if the response over frequency is asked for.
@@ -176,10 +176,10 @@ def loop_answer(answer, scene, in_wind, span, time_options, **named):
     if time_options:
         from cablestudy.study.loop_in_time import time_case, time_table
 
-        response = time_case(scene.document, scene.model, in_wind.closed_loop, time_options, **named)
+        response = time_case(scene.document, scene.model, analysis.closed_loop, time_options, **named)
         warnings, draw = (*answer.warnings, *response.notes), lambda plots: plots.loop_in_time(response)
         return replace(answer, tables=only(time_table(response)), warnings=warnings, draw=draw)
-    closed_loop = in_wind.controlled
+    closed_loop = analysis.loop_for_margins
     answer = replace(answer, draw=lambda plots: plots.loop_margins(closed_loop, span))
     if not span:
         return answer

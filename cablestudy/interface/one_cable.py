@@ -5,7 +5,14 @@ from itertools import chain
 
 from cablestudy.errors import SceneError
 from cablestudy.interface.answer import Answer, only
-from cablestudy.interface.answers import DEFAULT_MODES, SHARED, coupled_modes, fewer_modes, frequency_limit, loop_answer
+from cablestudy.interface.answers import (
+    DEFAULT_MODES,
+    SHARED,
+    coupled_modes,
+    fewer_modes,
+    finished_loop_answer,
+    frequency_limit,
+)
 from cablestudy.interface.kinds import Frequency, Modes, WindOn
 
 WIND_ON = {"gondola": "gondola", "cable": "the cable of the gondola", "both": "gondola and cable"}  # in titles
@@ -47,13 +54,13 @@ def modes(
         return _modes_with_gondola(scene, count, upto)
     from cablestudy.study.notes import fixed_gondola, long_cable, reference_without_loads
     from cablestudy.study.one_cable import case_modes
-    from cablestudy.study.one_cable.case import Case
+    from cablestudy.study.one_cable.case import CableCase
     from cablestudy.study.one_cable.report import mode_table
     from cablestudy.study.vibration import diameters_of_modes, galloping_notes, tension_notes, with_lock_in
 
     limit = frequency_limit(count, upto)
     asked = count or DEFAULT_MODES
-    case, cable_modes, notes, warnings = case_modes.modes(Case(scene.model), asked, limit, estimate=estimate)
+    case, cable_modes, notes, warnings = case_modes.modes(CableCase(scene.model), asked, limit, estimate=estimate)
     table = mode_table(case, cable_modes)
     return Answer(
         tables=only(with_lock_in(table, diameters_of_modes(table, scene.model.wind_diameter))),
@@ -75,13 +82,13 @@ def _modes_with_gondola(scene, count, upto):
     """The coupled modes of gondola and cable, without winch and wind."""
     from cablestudy.scene.scene import missing
     from cablestudy.study.notes import reference_without_loads
-    from cablestudy.study.one_cable.case import Case
+    from cablestudy.study.one_cable.case import CableCase
     from cablestudy.study.one_cable.columns import gondola_on_cable
     from cablestudy.study.suspension.notes import mode_notes
 
     if scene.model.gondola is None:
         raise missing(scene.document, "gondola", "modes --coupled")
-    answer = coupled_modes(gondola_on_cable(Case(scene.model)), count, upto)
+    answer = coupled_modes(gondola_on_cable(CableCase(scene.model)), count, upto)
     return replace(
         answer,
         explain=lambda: (*chain.from_iterable(map(mode_notes, answer.case.largest_modes)), *answer.explain()),
@@ -128,7 +135,9 @@ def solve_loop(scene, span, time_options, table, estimate):
     answer = _of_row(scene, *loop_report.loop_table(scene.document, scene.model, estimate), draw=None)
     if (time_options and answer.failures) or not loop_report.has_loop(answer.case):
         return replace(answer, tables={}) if time_options or span else answer
-    return loop_answer(answer, scene, answer.case.in_wind, span, time_options, names=NAMES, wind_keys=WIND_KEYS)
+    return finished_loop_answer(
+        answer, scene, answer.case.analysis, span, time_options, names=NAMES, wind_keys=WIND_KEYS
+    )
 
 
 def _of_row(scene, table, row, draw, remarks=()):

@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.interface.answer import Answer, Tables, only
-from cablestudy.interface.answers import DEFAULT_MODES, SHARED, coupled_modes, fewer_modes, frequency_limit, loop_answer
+from cablestudy.interface.answers import (
+    DEFAULT_MODES,
+    SHARED,
+    coupled_modes,
+    fewer_modes,
+    finished_loop_answer,
+    frequency_limit,
+)
 from cablestudy.interface.arguments import checked
 from cablestudy.interface.kinds import Frequency, Modes, Text, WindOn
 from cablestudy.interface.scene import Scene
@@ -104,7 +111,7 @@ def windrms(scene, table: Text | None = None, estimate: bool = False):
 
     case = scene.estimated if estimate else scene.case
     tables, failures = wind_tables(scene.document, case, table)
-    draw = None if failures else lambda plots: plots.wind_response([case.in_wind])
+    draw = None if failures else lambda plots: plots.wind_response([case.analysis])
     remarks = () if failures else remarks_of(case, tables)
     return _of_case(case, failures, remarks, tables=_named(table, tables), draw=draw)
 
@@ -119,9 +126,9 @@ def solve_loop(scene, span, time_options, table, estimate):
         raise missing(scene.document, "control", "loop")
     case = scene.estimated if estimate else scene.case
     tables, failures = ({}, ()) if span or time_options else loop_tables(case, table)
-    failures = unstable(case.in_wind.controlled) if span else failures
+    failures = unstable(case.analysis.loop_for_margins) if span else failures
     answer = _of_case(case, failures, tables=_named(table, tables))
-    return loop_answer(answer, scene, case.in_wind, span, time_options)
+    return finished_loop_answer(answer, scene, case.analysis, span, time_options)
 
 
 def _named(name, tables):

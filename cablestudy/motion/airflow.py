@@ -103,13 +103,14 @@ class Airflow:
     def damping_of_cables(self, models, kept, equilibrium):
         """Yield index and aerodynamic damping of each of the cables of some `Models` that the air damps.
 
-        Of its coordinates `kept` (a `Kept` of each cable), or with None of all modes and ends, shape (n + 6, n + 6).
+        Of its coordinates `kept` (a `ReducedCable` of each cable), or with None of all modes and ends, shape
+        (n + 6, n + 6).
         """
         for group in strips(models, kept, equilibrium, self.drag) if self.damps else []:
             yield from zip(group.cables.tolist(), group.damping, strict=True)
 
     def damped(self, models, kept, equilibrium):
-        """Superelements of the cables of some `Models` with their aerodynamic damping: list of Kept."""
+        """Superelements of the cables of some `Models` with their aerodynamic damping: list of ReducedCable."""
         damped = list(kept)
         for cable, air in self.damping_of_cables(models, kept, equilibrium):
             damped[cable] = replace(kept[cable], element=replace(kept[cable].element, air=air))

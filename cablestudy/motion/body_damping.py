@@ -17,9 +17,9 @@ from cablestudy.system.tolerances import SYSTEM
 def damping_ratios(modes):
     """Damping ratios of the poles of modes, each to the accuracy of its row: of many rows at once.
 
-    All modes of the cables are in the models of the poles; with an exact choice of elements, those of the coupled
+    All modes of the cables are in the models of the poles; with stated elements, those of the coupled
     modes. A mode that does not oscillate has the ratio 1, and a ratio of no more than rounding is zero. The error is
-    the change from coarser meshes; it is not a number for an exact choice of elements and without oscillation. Ever
+    the change from coarser meshes; it is not a number for stated elements and without oscillation. Ever
     finer models are tried until the error is within the accuracy, or the mesh has as many unknowns as may be. No digit
     of a row depends on the others.
 

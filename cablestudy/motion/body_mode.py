@@ -21,7 +21,7 @@ from cablestudy.system.together import computed_together
 class RefinedMode:
     """Mode of a body along one of its coordinates, and its numbers to the accuracy of a scene by ever finer models.
 
-    Each number comes with its estimated relative error, which is not a number for an exact choice of elements.
+    Each number comes with its estimated relative error, which is not a number for stated elements.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ class RefinedMode:
     sharper : callable
         Factor -> `BodyMode` with the accuracy of the scene times this factor; raises likewise.
     accuracy : float or None
-        Of the scene; None for an exact choice of elements.
+        Of the scene; None for stated elements.
     airflow : callable
         Returns the `Airflow` whose aerodynamic damping counts, or None.
     together : callable
@@ -152,7 +152,7 @@ class BodyMode:
 
     @property
     def frequency(self):
-        """Undamped frequency [Hz] and its estimated relative error, not a number for an exact choice of elements."""
+        """Undamped frequency [Hz] and its estimated relative error, not a number for stated elements."""
         return float(self.modes.frequency[self.number]), float(self.modes.error[self.number])
 
     @cached_property
@@ -176,7 +176,7 @@ class BodyMode:
         """Share in the static compliance, by a finer model, and its estimated relative error. [-]
 
         The error is the change to the finer model, or what the errors of the frequencies of that allow
-        (`error_by_mixing`) where this is larger; not a number for an exact choice of elements.
+        (`error_by_mixing`) where this is larger; not a number for stated elements.
         """
         fine, run = self.damped[0], self.modes.run_of(self.number)
         share = fine.compliance_shares(self.body, self.axis)[run].sum()
@@ -203,7 +203,7 @@ class BodyMode:
 
     @property
     def exact(self):
-        """True for an exact choice of elements."""
+        """True for stated elements."""
         return bool(np.isnan(self.modes.error[self.number]))
 
     @property

@@ -143,7 +143,7 @@ class ClosedLoop:
 
     @cached_property
     def with_twice_the_modes(self):
-        """Copy with twice as many modes; None of exact elements, or where these are too many or cannot be computed."""
+        """Copy with twice as many modes; None of stated elements, or where these are too many or cannot be computed."""
         plant, count, cables = self.plant, 2 * len(self.modes), self.modes.solution.models.cables
         if plant.model is not None or count > MOTION.more_modes[-1]:
             return None

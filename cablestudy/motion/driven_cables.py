@@ -118,7 +118,7 @@ class DrivenCables:
 
     @property
     def kept(self):
-        """Modes of each cable in the loop gain, and vectors that stand for its others: list of Kept."""
+        """Modes of each cable in the loop gain, and vectors that stand for its others: list of ReducedCable."""
         return self._kept_and_loop_gain[0]
 
     @property
@@ -296,7 +296,7 @@ class DrivenCables:
         multiples = [share * multiple for multiple in MOTION.kept_multiples]
         for cable, element in enumerate(models.elements):
             low = self.modes_below(cable, element, *multiples)
-            coupled = plant.braked or element.strain is not None or element.uneven
+            coupled = plant.has_air_damping or element.strain is not None or element.uneven
             if coupled and np.count_nonzero(low) + MOTION.vectors < MOTION.worth * len(low):
                 in_loop[cable] = low
         return in_loop
@@ -331,7 +331,7 @@ class DrivenCables:
         """Loop gain over the gain, from the bodies without cables and the kept modes of each cable: `LoopGain`.
 
         Where rounding spoils the response of a cable, the loop gain of the coupled modes is returned, a function of s.
-        `kept` is a list of Kept, one for each cable, of some `models`: by default those of this object.
+        `kept` is a list of ReducedCable, one for each cable, of some `models`: by default those of this object.
         """
         closed_loop, effects = self.closed_loop, self._effects
         layout, plant = closed_loop.layout, closed_loop.plant

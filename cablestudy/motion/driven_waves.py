@@ -46,7 +46,7 @@ RANGE = np.geomspace(1.0, 1e8, 481)  # frequencies at which the bound is compute
 ACROSS, ALONG = 0, 1  # directions of waves, across a cable and along it: rows of arrays
 
 
-class Effects:
+class DrivingBounds:
     """Effects of the gain on the modes of single cables: the bound of the module's docstring, and what follows from it.
 
     Shapes: c cables, i winches, k measured coordinates, d free displacements of bodies, f frequencies.
@@ -84,7 +84,7 @@ class Effects:
     def air(self):
         """Lower bound of the rate at which waves across each cable decay by the air, shape (c,). [1/s]"""
         plant, span = self.closed_loop.plant, self.cables.catenary.span
-        if not plant.braked:
+        if not plant.has_air_damping:
             return np.zeros(self.cables.count)
         chord, velocity = span.frame[:, 0], plant.drag.velocity
         speed = np.linalg.norm(velocity - (chord @ velocity)[:, None] * chord, axis=-1)
@@ -114,7 +114,7 @@ class Effects:
 
     @property
     def _signature(self):
-        """Numbers of everything, by which effects are found that are computed together: tuple."""
+        """Sizes of all arrays, by which effects are found that are computed together: tuple."""
         return self.reeling.shape, self.measured.shape, self.connection.shape
 
     @property
@@ -166,7 +166,7 @@ class Effects:
     @computed_together
     def driving_gain(effects):
         """Gain above which waves across and along each cable could be driven, shape (2, c, f). [rad/s]"""
-        Effects._responses.compute(effects)
+        DrivingBounds._responses.compute(effects)
         for members in batches(effects, attrgetter("_signature"), attrgetter("_size")):
             yield from zip(members, _driving_gains_of_rows(members), strict=True)
 
@@ -214,7 +214,7 @@ def driven_modes(effects, loop_gains, gains):
 
     Parameters
     ----------
-    effects : list of Effects
+    effects : list of DrivingBounds
     loop_gains : list of LoopGain
         Their `elements` have the n modes of each cable that are judged.
     gains : list of float
@@ -244,7 +244,7 @@ def _stacked(owners, *names):
 
 
 def _responses_of_rows(effects):
-    """`Effects._responses` of n rows with equal numbers of everything: four arrays with the row first."""
+    """`DrivingBounds._responses` of n rows with arrays of equal sizes: four arrays with the row first."""
     bodies = [[dense(matrix) for matrix in one.closed_loop.layout.body_matrices] for one in effects]
     body_stiffness, mass = map(np.stack, zip(*bodies, strict=True))
     connection, reeling, measured, omega = _stacked(effects, "connection", "reeling", "measured", "omega")
@@ -284,7 +284,7 @@ def _impedance_of_rows(effects):
 
 
 def _driving_gains_of_rows(effects):
-    """`Effects.driving_gain` of n rows with equal numbers of everything, shape (n, 2, c, f). [rad/s]"""
+    """`DrivingBounds.driving_gain` of n rows with arrays of equal sizes, shape (n, 2, c, f). [rad/s]"""
     of_rows = (np.stack([one._responses[part] for one in effects]) for part in (0, 1, 3))
     responses = [np.ascontiguousarray(part.transpose(0, 3, 2, 1)) for part in of_rows]
     heavy = np.stack([one.cables.heavy for one in effects])
@@ -297,7 +297,7 @@ def _driving_gains_of_rows(effects):
 
 
 def _driving_gain_of_cable(effects, cable, of_measured, of_winches, winch_gain):
-    """`Effects.driving_gain` of one cable of n rows, (n, 2, f), by `_responses` with their last axis second."""
+    """`DrivingBounds.driving_gain` of one cable of n rows, (n, 2, f), by `_responses` with their last axis second."""
     forces, decay, *sizes = _waves(effects, cable)
     connection, reeling, omega = _stacked(effects, "connection", "reeling", "omega")
 

@@ -35,7 +35,7 @@ class DynamicAnalysis:
     airflow : Airflow or None
         None without turbulent wind.
     model : FixedModel or None
-        Exact choice of elements; None where the scene states an accuracy.
+        Elements that the scene states; None where the scene states an accuracy.
     plants_and_loops : dict
         `Plant` and `ClosedLoop` by keys, to be filled; cases of this equilibrium whose winds damp it alike share it.
     cables : Cables, optional
@@ -220,7 +220,7 @@ class DynamicAnalysis:
     @property
     def solved(self):
         """True if the motion was computed, that of an unstable loop with its winches at rest too."""
-        outcomes = DynamicAnalysis._search_outcome.known(self), DynamicAnalysis._controlled_outcome.known(self)
+        outcomes = DynamicAnalysis._search_outcome.known(self), DynamicAnalysis._outcome_of_loop_for_margins.known(self)
         at_rest = DynamicAnalysis._without_control.known(self)
         found = any(not isinstance(outcome, Exception | None) for outcome in outcomes)
         return found or (at_rest is not None and at_rest.solved)
@@ -236,10 +236,10 @@ class DynamicAnalysis:
         return self._loop_and_response[0]
 
     @property
-    def described(self):
-        """The `ClosedLoop` that notes describe: `closed_loop` where its response was computed, else `controlled`."""
+    def loop_for_notes(self):
+        """The `ClosedLoop` that notes describe: `closed_loop` if its response was computed, else `loop_for_margins`."""
         outcome = DynamicAnalysis._search_outcome.known(self)
-        return self.controlled if isinstance(outcome, Exception | None) else self.closed_loop
+        return self.loop_for_margins if isinstance(outcome, Exception | None) else self.closed_loop
 
     @property
     def response(self):
@@ -253,14 +253,14 @@ class DynamicAnalysis:
         return self._loop_and_response[1]
 
     @computed_together
-    def _controlled_outcome(analyses):
-        """`controlled`, or the error that says why there is none."""
+    def _outcome_of_loop_for_margins(analyses):
+        """`loop_for_margins`, or the error that says why there is none."""
         sizes = {analysis: outcome_of(lambda a=analysis: a.sizes_to_try) for analysis in analyses}
         for analysis, closed_loop in closed_loops_of(sizes).items():
             yield analysis, outcome_of(partial(stable_without_loop, closed_loop))
 
     @property
-    def controlled(self):
+    def loop_for_margins(self):
         """`ClosedLoop` with the fewest modes, for numbers of the loop: its loop gain has all modes of the cables.
 
         With the loop it may be unstable.
@@ -270,20 +270,21 @@ class DynamicAnalysis:
         NoSolutionError, ConvergenceError
             It is unstable with the winches at rest, or there are no modes to the accuracy.
         """
-        return result_of(self._controlled_outcome)
+        return result_of(self._outcome_of_loop_for_margins)
 
     @computed_together
     def _limits_begun(analyses):
         """True: the search for the largest gain has begun, if there is a loop."""
-        outcomes = [analysis._controlled_outcome for analysis in analyses if analysis.scene.control is not None]
+        controlled = [analysis for analysis in analyses if analysis.scene.control is not None]
+        outcomes = [analysis._outcome_of_loop_for_margins for analysis in controlled]
         LoopStability.driven_outcome.compute(one.stability for one in outcomes if isinstance(one, ClosedLoop))
         return dict.fromkeys(analyses, True).items()
 
     @property
     def _with_limits(self):
-        """`controlled` for its largest gain, whose search begins in one call for many rows; raises as `controlled`."""
+        """`loop_for_margins` for its largest gain, whose search begins in one call for many rows; raises as that."""
         _ = self._limits_begun
-        return self.controlled
+        return self.loop_for_margins
 
     @computed_together
     def _margins_begun(analyses):
@@ -300,11 +301,11 @@ class DynamicAnalysis:
         """`Margins` of the loop; raises as `check_stable`."""
         _ = self._with_limits.stability.driven  # which then decides on stability too
         self.check_stable()
-        return self.controlled.stability.margins
+        return self.loop_for_margins.stability.margins
 
     def check_stable(self):
-        """Refuse an unstable loop: NoSolutionError; raises as `controlled` too."""
-        self._check(self.controlled)
+        """Refuse an unstable loop: NoSolutionError; raises as `loop_for_margins` too."""
+        self._check(self.loop_for_margins)
 
     @property
     def at_rest(self):
@@ -369,17 +370,17 @@ class DynamicAnalysis:
     def margin(self, name):
         """A number of `Margins` by its name, and its estimated relative error by the models of the cables."""
         _ = self._margins_begun
-        margin, perturbed = getattr(self._margins, name), self.controlled.stability.perturbed_margins
+        margin, perturbed = getattr(self._margins, name), self.loop_for_margins.stability.perturbed_margins
         if not perturbed:
             return margin, np.nan
         error = MOTION.margin_safety * sum(relative(margin, getattr(margins, name)) for margins in perturbed)
-        return margin, error + self.controlled.stability.least_margin_error
+        return margin, error + self.loop_for_margins.stability.least_margin_error
 
     @property
     def gain(self):
         """Gain of the loop [rad/s], and its estimated relative error: 0 of one that the scene states."""
         if isinstance(self.scene.control.gain, int | float):
-            return self.controlled.loop.gain, 0.0
+            return self.loop_for_margins.loop.gain, 0.0
         gain = self._with_limits.loop.gain
         return gain, max(self._limit_errors[0], self.margin("sensitivity_peak")[1])
 
@@ -391,7 +392,7 @@ class DynamicAnalysis:
     @property
     def gain_margin(self):
         """Largest over stated gain [dB], None where there is no limit; and its estimated relative error."""
-        gain = self.controlled.loop.gain
+        gain = self.loop_for_margins.loop.gain
         limit = self._with_limits.stability.largest_gain if gain else None
         if not limit:
             return None, self._limit_errors[0] if gain else 0.0
@@ -401,7 +402,7 @@ class DynamicAnalysis:
     @property
     def phase_crossover(self):
         """Frequency of the pole that the largest gain puts on the axis [Hz], None without limit; its relative error."""
-        gain = self.controlled.loop.gain
+        gain = self.loop_for_margins.loop.gain
         limit = self._with_limits.stability.limit if gain else None
         if limit is None:
             return None, self._limit_errors[0] if gain else 0.0

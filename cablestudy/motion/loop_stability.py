@@ -15,7 +15,7 @@ from cablestudy.control.loop import clearly_stable
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of, result_of, without_errors
 from cablestudy.motion.driven_cables import DrivenCables
-from cablestudy.motion.driven_waves import Effects
+from cablestudy.motion.driven_waves import DrivingBounds
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.system.cables import Models
 from cablestudy.system.coupling_damping import compute_pole_sums
@@ -38,14 +38,14 @@ class GainTrials:
 
     Attributes
     ----------
-    effects : Effects
+    effects : DrivingBounds
     driven_cables : dict
         Exponent of a gain tried, a power of two in rad/s -> `DrivenCables`.
     first_gains : dict
         Gain of a loop -> the gain that its search tries first. [rad/s]
     """
 
-    effects: Effects
+    effects: DrivingBounds
     driven_cables: dict = field(default_factory=dict)
     first_gains: dict = field(default_factory=dict)
 
@@ -67,12 +67,12 @@ class LoopStability:
         closed_loop, loops = self._closed_loop, self._closed_loop.plant.loops
         control = repr((closed_loop.scene.control.model_copy(update={"gain": None}), closed_loop.untuned_loop.law))
         if control not in loops:
-            loops[control] = GainTrials(Effects(closed_loop))
+            loops[control] = GainTrials(DrivingBounds(closed_loop))
         return loops[control]
 
     @property
     def effects(self):
-        """`Effects` of the gain on the modes of single cables."""
+        """`DrivingBounds` of the gain on the modes of single cables."""
         return self._trials.effects
 
     def _effects_if_stable(self):
@@ -95,7 +95,7 @@ class LoopStability:
     def driven_outcome(loops):
         """`driven`, or the error that says why there is none; the trials of many loops are computed together."""
         effects = without_errors({one: outcome_of(one._effects_if_stable) for one in loops})
-        Effects.driving_gain.compute(effects.values())
+        DrivingBounds.driving_gain.compute(effects.values())
         searches = {one: one._driven_cables_tried() for one in loops}
         while searches:
             trials = {}
@@ -160,7 +160,7 @@ class LoopStability:
         """Gains with which the search for the largest stable one may begin: list, best first. [rad/s]
 
         One near the largest stable gain, if it is larger than that of the loop and drives few waves, which spares a
-        second trial; and the one up to which `_far_from_unstable` judges the loop. Of an exact choice of elements,
+        second trial; and the one up to which `_far_from_unstable` judges the loop. Of stated elements,
         whose modes are all there, rather one far above the largest.
         """
         loop, effects, safety = self._closed_loop.untuned_loop, self.effects, MOTION.first_gain_safety
@@ -289,7 +289,7 @@ class LoopStability:
     def _poles_decay_up_to(self, gain):
         """True if all poles of the model decay, with a gain [rad/s] and with that of the loop, and no other mode grows.
 
-        No mode of the cables above those of the model could be driven by the gain (`Effects`).
+        No mode of the cables above those of the model could be driven by the gain (`DrivingBounds`).
         """
         loop = self._closed_loop.untuned_loop
         if not loop.law.integrates_only or not self._drives_no_other_modes(gain):

@@ -21,7 +21,7 @@ class ModelSizes:
     suspension : SuspendedSystem
         Of this case.
     fixed : bool
-        True of an exact choice of elements, for which `accuracy` is that of its modes.
+        True of stated elements, for which `accuracy` is that of its modes.
     in_planes : bool
         True if the modes of the cables are those of some planes.
     wind_on_cables : bool
@@ -45,7 +45,7 @@ class ModelSizes:
         """Numbers of modes of models, ascending, from the fewest that may do: tuple.
 
         Small models come first where cables are few and few modes are excited: by wind on free bodies alone, and a loop
-        that only integrates. Modal damping, unless of an exact choice of elements, depends on the number of modes: it
+        that only integrates. Modal damping, unless of stated elements, depends on the number of modes: it
         is then one of the usual numbers.
         """
         control, usual = self._scene.control, self.usual
@@ -87,7 +87,7 @@ class ModelSizes:
 
     @property
     def error_known(self):
-        """True if errors of RMS are known: not for an exact choice of elements, nor with modal damping."""
+        """True if errors of RMS are known: not for stated elements, nor with modal damping."""
         return not (self._fixed or self.damping_grows)
 
     def least_error(self, modes):

@@ -88,7 +88,7 @@ class Plant:
     accuracy : float
         Relative accuracy of their frequencies. [-]
     model : FixedModel or None
-        Exact choice of elements; where it is None the accuracy decides.
+        Elements that the scene states; where it is None the accuracy decides.
     driven : int
         How many of the modes, the last ones, were added to the lowest ones because a mode near their frequencies would
         grow first if the gain were raised (`DrivenCables.with_critical_modes`).
@@ -143,7 +143,7 @@ class Plant:
     def _system_and_observed(plants):
         """`LinearSystem` with all coordinates, and which of these outputs depend on; raises as `_parts_of_system`.
 
-        Plants with equal numbers of everything are computed together: no digit of one depends on the others.
+        Plants with arrays of equal sizes are computed together: no digit of one depends on the others.
         """
         for members in batches(plants, lambda plant: signature(*plant._parts_of_system), _size):
             systems = suspension_systems(*map(list, zip(*(plant._parts_of_system for plant in members), strict=True)))
@@ -220,14 +220,14 @@ class Plant:
         """Basis of a space of the coordinates with fewer modes, static responses and all strokes, shape (m, r).
 
         To an accuracy the static responses are those to winches and loads alone: where those to the forces of moving
-        bodies matter, what they leave out may too (3e-5 of an RMS without them, 1.5e-3 in truth). Of exact elements all
-        of them are kept.
+        bodies matter, what they leave out may too (3e-5 of an RMS without them, 1.5e-3 in truth). Of stated elements
+        all of them are kept.
         """
         return space_with_fewer_modes(self, applied_loads(self) if self.model is None else self._loads_and_basis[0])
 
     @cached_property
     def coarse_space_in_time(self):
-        """Basis as of `coarse_space`, with static responses to winches and loads alone of exact elements too.
+        """Basis as of `coarse_space`, with static responses to winches and loads alone of stated elements too.
 
         A step excites waves in the cables of all frequencies, which static responses alone represent: those to moving
         bodies are left out here, to see what they change.
@@ -343,12 +343,12 @@ class Plant:
             yield from zip(members, 1 / np.maximum(compliance, np.finfo(float).tiny), strict=True)
 
     @property
-    def braked(self):
+    def has_air_damping(self):
         """True if the air damps what moves."""
         return self.airflow is not None and self.airflow.damps
 
     def in_air(self, models, kept):
-        """Superelements of the cables of some `Models` with their aerodynamic damping: list of Kept."""
+        """Superelements of the cables of some `Models` with their aerodynamic damping: list of ReducedCable."""
         return self.airflow.damped(models, kept, self.equilibrium) if self.airflow else kept
 
     def air_on_bodies(self, shapes):

@@ -85,7 +85,7 @@ def _first_waves(plant):
         np.array([getattr(damping, name) or 0.0 for damping in dampings])[heavy]
         for name in ("ratio", "loss_factor", "time", "viscous")
     )
-    air = wind.air_density * wind.speed * drag_width / 2 if plant.braked else 0.0  # across wind and cable
+    air = wind.air_density * wind.speed * drag_width / 2 if plant.has_air_damping else 0.0  # across wind and cable
     poles = []  # a wave across strains the cable by a share of its energy alone, and loses less by strain
     for force, strain_share, rate in ((stiffness, 1.0, viscous), (tension, MOTION.strained_share, viscous + air)):
         lowest = np.pi / length * np.sqrt(force / mass)

@@ -37,7 +37,7 @@ class MotionTolerances:
     # where notches are at frequencies that those have not; the first one where those do not suffice for the accuracy,
     # unless damping is modal, and for tensions of a bare cable
     more_modes: tuple = (300, 600)
-    # of a model with an exact choice of elements, where fewer change the RMS by more than the share
+    # of a model with stated elements, where fewer change the RMS by more than the share
     element_modes: int = 250
     element_modes_change: float = 1e-9  # that share
     margin_safety: float = 2.0  # on the change of a margin by fewer modes
@@ -108,7 +108,7 @@ class MotionTolerances:
     unlimited_gain: float = 1e3  # up to which a loop that seems to have no limit is examined, over its lowest frequency
     gain_trials: int = 4  # of the gain that decides which modes of cables are looked at
     first_gain_safety: float = 3.0  # of the first one, over the largest gain to first order,
-    element_gain_safety: float = 200.0  # or, of an exact choice of elements, all modes there, so far above it,
+    element_gain_safety: float = 200.0  # or, of stated elements, all modes there, so far above it,
     # where that could drive at most so many half-waves along a cable: more cost more than a second trial
     first_gain_waves: int = 40
     single_mode_errors: float = 1.5  # multiples of frequencies up to which errors of the mesh are those of single modes

@@ -41,7 +41,7 @@ class Turbulence:
 
     @computed_together
     def space(turbulences):
-        """`StateSpaces` of rows with equal numbers of everything, and the index of this one; none with a delay.
+        """`StateSpaces` of rows with arrays of equal sizes, and the index of this one; none with a delay.
 
         Equations and poles are kept in the loops too.
         """
@@ -60,7 +60,7 @@ class Turbulence:
 
     @property
     def _signature(self):
-        """Numbers of everything, by which rows are found that are one `StateSpaces`: tuple."""
+        """Sizes of all arrays, by which rows are found that are one `StateSpaces`: tuple."""
         return StateSpaces.signature(self.plant.motion, self.loop), *(one.wheel for one in self.plant.actuators)
 
     @computed_together
@@ -138,7 +138,7 @@ class Turbulence:
 
     @property
     def estimates(self):
-        """True if errors by modes are computed: all modes of an exact choice of elements state no error."""
+        """True if errors by modes are computed: all modes of stated elements state no error."""
         return self.plant.model is None or self.plant.responses
 
     def delay_error(self, integrals):

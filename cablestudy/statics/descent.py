@@ -167,10 +167,10 @@ def imbalance(suspension, evaluation):
     return (largest(net) / np.maximum(evaluation.scale, TINY)).max(axis=-1)
 
 
-def _with_foretold_tensions(trial, state, evaluation):
+def _with_predicted_tensions(trial, state, evaluation):
     """State `trial` with the tensions that the end stiffness in `state` foretells, NaN where they change too much."""
     change = times(evaluation.end_stiffness[:, : state.length.shape[-1]], trial.chord - state.chord)
-    near = size(change) <= STATICS.foretold_change * size(evaluation.tension)
+    near = size(change) <= STATICS.predicted_change * size(evaluation.tension)
     return replace(trial, tension=np.where(near[..., None], evaluation.tension + change, np.nan))
 
 
@@ -196,7 +196,7 @@ def line_search(suspension, state, evaluation, step):
     for _ in range(STATICS.descent_halvings):
         shortened = step[pending] * share[pending, None, None]
         trial, work = displaced_with_work(subset, before, shortened)
-        at_trial = evaluate(subset, _with_foretold_tensions(trial, before, at_before))
+        at_trial = evaluate(subset, _with_predicted_tensions(trial, before, at_before))
         change = at_trial.energy - at_before.energy - work
         rounding = at_trial.energy_rounding + at_before.energy_rounding
         descent_at_trial = (at_trial.net * step[pending]).sum(axis=(-1, -2))

@@ -462,7 +462,7 @@ def fit_strains(span, quantities, value, strain):
         too_long = of_force & (error < 0) & ~(by_length < 0)  # so long that a longer cable would be tauter
         next_strain = np.where(too_long, highest_strain, next_strain)
         strain, last_size = np.where(ended, strain, next_strain), error_size
-        near = (error_size < STATICS.foretold_change)[..., None]
+        near = (error_size < STATICS.predicted_change)[..., None]
         tension = np.where(ended[..., None], tension, np.where(near, cables.middle_tension, np.nan))
     return strain, error, cables.middle_tension
 

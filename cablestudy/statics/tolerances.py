@@ -22,7 +22,7 @@ class StaticsTolerances:
     farthest_step: float = 0.5  # largest step: over the extent of the suspension,
     widest_turn: float = 0.7  # and in radians
     # change of a tension over its size, up to which the stiffness foretells it well enough to begin a search from there
-    foretold_change: float = 0.3
+    predicted_change: float = 0.3
     sufficient_descent: float = 1e-4  # share of the descent that the slope foretells (Armijo),
     # and by how much the slope must have changed where the descent is rounding (delta of Hager and Zhang)
     slope_change: float = 0.1

@@ -1,7 +1,7 @@
 """Result columns of one cable: name, unit, meaning, and the one function that computes each.
 
 To add a column, add a line to COLUMNS, or a family with a K in its name to FAMILIES. The function takes `Results` and
-returns an array with an axis of cases, or takes one `Case` and returns a number.
+returns an array with an axis of cases, or takes one `CableCase` and returns a number.
 """
 
 import re

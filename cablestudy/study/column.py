@@ -39,7 +39,7 @@ class Column:
     # the most expensive result that it uses: scene, statics, stiffness, modes, gondola, loop, wind or run;
     # find: a key that a study solves for; limits: what the limits of the scene compare, in all their load cases
     needs: str
-    compute: Callable  # Results -> ndarray, or Case -> float
+    compute: Callable  # Results -> ndarray, or CableCase -> float
     key: str = ""  # keys of the scene without which it has no value, separated by commas; one|another: either
     each: bool = False  # computed case by case, although it is a closed form
     mode: tuple = ()  # of a mode's frequency: number (from 1), kind, and symmetry or None

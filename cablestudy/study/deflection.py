@@ -22,7 +22,7 @@ def nodal_deflections(case):
 
     Parameters
     ----------
-    case : Case
+    case : CableCase
 
     Returns
     -------
@@ -125,7 +125,7 @@ def rounding(case, full):
 
     Parameters
     ----------
-    case : Case or HangingCable
+    case : CableCase or HangingCable
     full : float
         The deflection. [m]
     """

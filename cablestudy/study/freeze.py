@@ -4,7 +4,7 @@ import numpy as np
 
 from cablestudy.scene.determinacy import STATED
 from cablestudy.statics.rigid import to_angles
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.tolerances import STUDY
 
 OF_LENGTHS = ("solve_for", "tensions")  # keys of a suspension whose lengths are found where its bodies stand
@@ -32,7 +32,7 @@ def freeze_cable(document, scene):
     NoSolutionError, ConvergenceError
         There is no equilibrium in the reference state.
     """
-    contents, case, length = document.given, Case(_without_case(scene)), scene.cable.unstretched_length
+    contents, case, length = document.given, CableCase(_without_case(scene)), scene.cable.unstretched_length
     case.results.check(case.index)
     return {**contents, "cable": _with_length(contents["cable"], case.reference_length if length is None else length)}
 

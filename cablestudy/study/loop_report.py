@@ -59,7 +59,7 @@ def has_loop(case):
     if not case.moves:  # refused before anything was computed
         return False
     try:
-        _ = case.in_wind.controlled.stability.gains
+        _ = case.analysis.loop_for_margins.stability.gains
     except CablestudyError:
         return False
     return True

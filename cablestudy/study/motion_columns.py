@@ -68,7 +68,7 @@ def check_winch_speed(case):
     winch = case.scene.winch
     if winch is None or winch.controller is None or winch.max_speed is None:
         return
-    peak, _ = peaks.winch_speeds(case.in_wind)[1]
+    peak, _ = peaks.winch_speeds(case.analysis)[1]
     if peak > winch.max_speed:
         raise NoSolutionError(
             f"the winch would reach {1e3 * peak:.4g} mm/s in the wind, above its max_speed of "
@@ -79,7 +79,7 @@ def check_winch_speed(case):
 def peak_of_gondola(case):
     """Expected largest displacement of a gondola [mm], and its estimated relative error."""
     check_winch_speed(case)
-    return scaled(peaks.peak(case.in_wind, [GONDOLA_X], float(mean_displacement(case))), MM)
+    return scaled(peaks.peak(case.analysis, [GONDOLA_X], float(mean_displacement(case))), MM)
 
 
 def least_tension_at_peak(case):
@@ -118,9 +118,9 @@ def _change_at_peak(case):
 
 
 def goes_slack(case):
-    """True if the least tension of a `Case` in the wind is below zero; False where its RMS was not computed."""
+    """True if the least tension of a `CableCase` in the wind is below zero; False where its RMS was not computed."""
     winds = [] if case.scene.wind is None else case.solved_winds
-    solved = winds and (case.scene.gondola is None or case.__dict__.get("in_wind") in winds)
+    solved = winds and (case.scene.gondola is None or case.__dict__.get("analysis") in winds)
     try:
         tension, change, _ = _change_at_peak(case) if solved else (np.zeros(2), 0.0, 0.0)
         return bool((tension < change).any())
@@ -133,7 +133,7 @@ def imaged_column(name, meaning, keys):
 
     def compute(case):
         check_winch_speed(case)
-        return scaled(case.in_wind.rms([GONDOLA_X], name, open_loop=False), UM)
+        return scaled(case.analysis.rms([GONDOLA_X], name, open_loop=False), UM)
 
     return Column(name, "um", meaning, "wind", compute, f"{BODY}, {keys}")
 
@@ -141,7 +141,7 @@ def imaged_column(name, meaning, keys):
 def loop_columns(keys):
     """The columns of the winch loop, of one cable or of a suspension: list of Column, each with `keys` as `Column.key`.
 
-    Their functions take a case with `in_wind`, and return a number and its estimated relative error.
+    Their functions take a case with `analysis`, and return a number and its estimated relative error.
     """
     properties = {
         "gain": ("rad/s", "integral gain of the loop of the winches, as stated or as it follows from a margin"),
@@ -161,9 +161,9 @@ def loop_columns(keys):
     }  # fmt: skip
 
     return [
-        *(Column(name, unit, meaning, "loop", lambda case, name=name: getattr(case.in_wind, name), keys)
+        *(Column(name, unit, meaning, "loop", lambda case, name=name: getattr(case.analysis, name), keys)
           for name, (unit, meaning) in properties.items()),
-        *(Column(name, unit, meaning, "loop", lambda case, name=name: case.in_wind.margin(name), keys)
+        *(Column(name, unit, meaning, "loop", lambda case, name=name: case.analysis.margin(name), keys)
           for name, (unit, meaning) in margins.items()),
     ]  # fmt: skip
 
@@ -172,7 +172,7 @@ def winch_columns(keys):
     """The columns of the speed of the winches in the wind, as `loop_columns`."""
 
     def speed(case, index):
-        return scaled(peaks.winch_speeds(case.in_wind)[index], MM)
+        return scaled(peaks.winch_speeds(case.analysis)[index], MM)
 
     meanings = {
         "winch_rms_speed": "RMS of the speed of the winches in the wind, that of the fastest one",
@@ -187,8 +187,8 @@ def winch_columns(keys):
 def rms_columns(suffix, wind, key, compute):
     """Yield the columns of the gondola's RMS in one wind: of displacement and velocity, with loop and winch at rest.
 
-    `suffix` and `wind` are the parts of their names and meanings for the wind. `compute` is a function of a `Case`,
-    "value" or "rate", and whether the winch is at rest, for the RMS [m] or [m/s] and its relative error.
+    `suffix` and `wind` are the parts of their names and meanings for the wind. `compute` is a function of a
+    `CableCase`, "value" or "rate", and whether the winch is at rest, for the RMS [m] or [m/s] and its relative error.
     """
     loops = (False, "with the winch loop", f"{key}, winch.controller"), (True, "the winch at rest", key)
     for at_rest, loop, keys in loops:
@@ -206,7 +206,7 @@ def rms_columns(suffix, wind, key, compute):
 
 def by_wind_on_gondola(case, variance, at_rest):
     """RMS of the gondola along x by the wind on it, and its relative error: `compute` of `rms_columns`."""
-    return case.in_wind.rms([GONDOLA_X], variance, at_rest)
+    return case.analysis.rms([GONDOLA_X], variance, at_rest)
 
 
 def by_wind_on_cable(case, variance, at_rest):

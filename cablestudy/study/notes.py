@@ -43,7 +43,7 @@ def of_refined(case, error, tried):
 
 def of_system(case):
     """Yield notes on the linear system of gondola and cable, or of the bare cable, that was solved."""
-    closed_loop = max((wind.described for wind in case.solved_winds), key=lambda wind: len(wind.motion))
+    closed_loop = max((wind.loop_for_notes for wind in case.solved_winds), key=lambda wind: len(wind.motion))
     kept = f"{counted(len(closed_loop.modes), 'coupled mode')} up to {closed_loop.modes.frequency[-1]:.4g} Hz"
     static_shapes = len(closed_loop.motion) - len(closed_loop.modes)
     system = "the cable" if case.scene.gondola is None else "gondola and cable"
@@ -378,7 +378,7 @@ def gondola_notes(case):
 
     Parameters
     ----------
-    case : Case
+    case : CableCase
     """
     mode = case.gondola_mode.mode
     frequency, share, dominant = mode.modes.frequency, mode.shares, mode.number

@@ -82,7 +82,7 @@ class LoadedCable:
 
 
 def of_one_cable(case):
-    """The cable of a `Case` with its loads, in a list.
+    """The cable of a `CableCase` with its loads, in a list.
 
     Raises
     ------

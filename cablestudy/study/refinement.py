@@ -52,7 +52,7 @@ def needs_of(case, required):
 
     Parameters
     ----------
-    case : Case
+    case : CableCase
     required : ColumnRequirements
         Modes that the columns ask for; at least one.
 
@@ -105,7 +105,7 @@ class Refinement:
 
     Parameters
     ----------
-    case : Case
+    case : CableCase
     compute : callable
         Function that computes the columns by the model of a case; see `ColumnRequirements.frequencies`.
     waves, least : float
@@ -113,9 +113,9 @@ class Refinement:
 
     Attributes
     ----------
-    finer : Case or None
+    finer : CableCase or None
         The case at the next level to be examined; None when the search has ended.
-    used : Case
+    used : CableCase
         The case at the level whose values are taken.
     values, errors : dict
         Header -> number, and its estimated relative error: those within the accuracy.

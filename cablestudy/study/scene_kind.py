@@ -36,7 +36,7 @@ class SceneKind:
     freeze : callable
         Document, scene -> contents of its file with unstretched lengths, see `freeze.freeze_cable`.
     case : callable
-        Scene -> `Case` or `SuspensionCase`.
+        Scene -> `CableCase` or `SuspensionCase`.
     as_suspension : callable
         Scene -> `SuspensionScene` of the same points, bodies, cables and winches.
     loaded_cables : callable
@@ -74,7 +74,7 @@ def _one_cable():
     from cablestudy.study.freeze import freeze_cable
     from cablestudy.study.notes import reference_without_loads
     from cablestudy.study.one_cable import columns
-    from cablestudy.study.one_cable.case import Case
+    from cablestudy.study.one_cable.case import CableCase
     from cablestudy.study.one_cable.closed_form import evaluate_table
 
     return SceneKind(
@@ -87,7 +87,7 @@ def _one_cable():
         notes_on_stated=reference_without_loads,
         notes_on_found=lambda case: (),
         freeze=freeze_cable,
-        case=Case,
+        case=CableCase,
         as_suspension=as_suspension,
         loaded_cables=point_loads.of_one_cable,
         compared_models="cablestudy.study.one_cable.trade",

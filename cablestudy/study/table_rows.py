@@ -74,7 +74,7 @@ class Row:
     ----------
     cells : dict
         Header -> float, or None where it has no value; `status` is a text.
-    case : Case or SuspensionCase
+    case : CableCase or SuspensionCase
     notes : tuple of str
         On the model, and what it leaves out.
     errors : dict

@@ -100,15 +100,15 @@ class Chunks:
 def compute(chunk):
     """Compute the rows of a chunk, in this process or in a worker, and let go of their models: `Done`.
 
-    Raises as `_compute`.
+    Raises as `_compute_rows`.
     """
-    done = _compute(chunk)
+    done = _compute_rows(chunk)
     if done.processor > COLLECTED_AFTER:
         gc.collect()  # models of rows refer to each other in circles, and their arrays are large
     return done
 
 
-def _compute(chunk):
+def _compute_rows(chunk):
     """Compute the rows of a chunk: `Done`.
 
     Raises

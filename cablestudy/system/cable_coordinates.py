@@ -20,7 +20,7 @@ from cablestudy.system.tolerances import SYSTEM
 
 
 @dataclass(frozen=True)
-class Kept:
+class ReducedCable:
     """Coordinates of one cable in the whole system.
 
     Attributes
@@ -265,16 +265,16 @@ class Coordinates:
 
     @cached_property
     def kept(self):
-        """Coordinates of each cable with its `Superelement`: list of Kept."""
+        """Coordinates of each cable with its `Superelement`: list of ReducedCable."""
         elements = self.models.elements
-        kept = [Kept(element, 0, np.zeros((0, 0))) for element in elements]
+        kept = [ReducedCable(element, 0, np.zeros((0, 0))) for element in elements]
         for coordinates in self.of_groups:
             n, unit = coordinates.modes, np.eye(coordinates.modes)
             for row, cable in enumerate(coordinates.group.cable_indices.tolist()):
                 used, element = coordinates.used[row], elements[cable]
                 modes = int(np.count_nonzero(used[:n]))
                 shapes = np.concatenate([unit[:, used[:n]], coordinates.vectors[row][:, used[n:]]], axis=1)
-                kept[cable] = Kept(element if modes == n else element.combine(shapes), modes, shapes)
+                kept[cable] = ReducedCable(element if modes == n else element.combine(shapes), modes, shapes)
         return kept
 
 

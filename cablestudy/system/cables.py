@@ -218,7 +218,7 @@ class Models:
         return self._coordinates(kept, limits)
 
     def with_modes(self, chosen):
-        """Coordinates of each cable: some of its modes, and vectors for the others: list of Kept.
+        """Coordinates of each cable: some of its modes, and vectors for the others: list of ReducedCable.
 
         Parameters
         ----------

@@ -121,7 +121,7 @@ class Search:
         return modes_of_row(trial, 0, np.maximum(trial.mesh_error[0].sum(axis=0) / 2, SYSTEM.frequency_rounding))
 
     def of_elements(self, model):
-        """`CoupledModes` of each row with an exact choice of elements; all computed modes of cables are coordinates.
+        """`CoupledModes` of each row with stated elements; all computed modes of cables are coordinates.
 
         Parameters
         ----------
@@ -165,7 +165,7 @@ class Search:
         return [outcome_of(partial(modes_of_row, trial, row, unknown, finer)) for row in range(len(rows))]
 
     def _damped_by_all(self, rows, meshes):
-        """`CoupledModes` of one row with an exact choice of elements, with the modal damping of all modes of cables.
+        """`CoupledModes` of one row with stated elements, with the modal damping of all modes of cables.
 
         `modes_of_cable` modes of each cable are coordinates; the modal damping of the others acts as on slow movements
         of the ends, see `Superelement.combine`.
@@ -239,7 +239,7 @@ class Search:
         return np.minimum(modes, SYSTEM.modes_of_cable).astype(int)
 
     def _modes_needed(self, row):
-        """Number of modes of each cable of one row that an exact choice of elements needs: others change no digit."""
+        """Number of modes of each cable of one row that stated elements need: others change no digit."""
         highest = SYSTEM.mode_limit * SYSTEM.exact_elements ** (-1 / SYSTEM.left_out_power) * self._first_guess(row)[0]
         return 8 + ceil(2 * highest * self._travel_time[row].max(initial=0.0) / np.pi)
 
@@ -434,7 +434,7 @@ def coupled_modes(
     damping : Damping or sequence of Damping
         Of all cables, or of each.
     model : FixedModel, optional
-        An exact choice of elements, in place of an accuracy: see `Search.of_elements`.
+        Elements that the scene states, in place of an accuracy: see `Search.of_elements`.
     cables : Cables, optional
         The cables with their damping, where they are known.
 

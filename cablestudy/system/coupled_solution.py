@@ -251,7 +251,7 @@ class RowModel:
 
     @cached_property
     def kept(self):
-        """Coordinates of each cable: list of Kept."""
+        """Coordinates of each cable: list of ReducedCable."""
         return self.coordinates.kept
 
     @cached_property
@@ -310,7 +310,7 @@ class Solution:
 
     @property
     def kept(self):
-        """Coordinates of each cable: list of Kept."""
+        """Coordinates of each cable: list of ReducedCable."""
         return self.model.kept
 
     @property
@@ -328,7 +328,7 @@ class CoupledModes:
     frequency : ndarray, shape (k,)
         Undamped. [Hz]
     error : ndarray, shape (k,)
-        Estimated relative error of each; not a number for an exact choice of elements. [-]
+        Estimated relative error of each; not a number for stated elements. [-]
     coincident : tuple of (int, int)
         First and last number (from 1) of each run of modes whose frequencies agree within their errors: their motions
         may be combined at will.

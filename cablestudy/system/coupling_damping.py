@@ -276,12 +276,12 @@ class CouplingDamping:
 
     @property
     def _signature(self):
-        """Numbers of everything, by which cables are found whose poles are computed together: tuple."""
+        """Sizes of all arrays, by which cables are found whose poles are computed together: tuple."""
         return self.matrices[0].shape, len(self.omega), *(matrix.dtype for matrix in self.matrices)
 
 
 def compute_pole_sums(cables):
-    """Compute the `pole_sum` of many `CouplingDamping`, in one call for those with equal numbers of everything."""
+    """Compute the `pole_sum` of many `CouplingDamping`, in one call for those with arrays of equal sizes."""
     CouplingDamping._pole_sum_and_resolvent.compute(cables)
 
 

@@ -21,7 +21,7 @@ UNDAMPED = Damping()
 
 @dataclass(frozen=True)
 class FixedModel:
-    """An exact choice of elements, the same for each cable.
+    """Elements that the scene states, the same for each cable.
 
     Attributes
     ----------

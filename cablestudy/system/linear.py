@@ -83,7 +83,7 @@ class LinearSystem:
 
     @staticmethod
     def stack(systems):
-        """`LinearSystem` of n rows from those of each, which have equal numbers of everything."""
+        """`LinearSystem` of n rows from those of each, whose arrays have equal sizes."""
         first, names = systems[0], ("mass", "damping", "stiffness", "scale", "shapes")
         if len(systems) == 1:
             return first.with_arrays(lambda array: array[None])
@@ -116,7 +116,7 @@ class LinearSystem:
 
     @property
     def signature(self):
-        """Numbers of everything, by which rows are found that `stack` puts together: tuple."""
+        """Sizes of all arrays, by which rows are found that `stack` puts together: tuple."""
         shapes = self.mass.shape, self.b[0].shape, self.c[0].shape, None if self.shapes is None else self.shapes.shape
         return *shapes, self.stiffness.dtype, self.scale is None, *(one.filtered for one in self.feedback)
 

@@ -351,7 +351,7 @@ def residues(eigen, b, c, d):
 
 
 def stack(systems):
-    """`Residues` of many rows, shape (n, ...), from those of each, with equal numbers of everything."""
+    """`Residues` of many rows, shape (n, ...), from those of each, with arrays of equal sizes."""
     arrays = (
         np.stack([getattr(system, name) for system in systems]) for name in ("poles", "inputs", "outputs", "direct")
     )

@@ -2,7 +2,7 @@
 
     x' = A x + B f,   y = C x + D f
 
-The states x are those of `first_order`. Rows with equal numbers of everything are one `StateSpaces`, whose arrays have
+The states x are those of `first_order`. Rows with arrays of equal sizes are one `StateSpaces`, whose arrays have
 the row first: one call serves all of them, and no digit of a row depends on the others.
 """
 
@@ -48,7 +48,7 @@ class StateSpaces:
 
     @staticmethod
     def of(motions, loops=None, actuators=()):
-        """`StateSpaces` of rows with equal numbers of everything, see `signature`.
+        """`StateSpaces` of rows with arrays of equal sizes, see `signature`.
 
         Parameters
         ----------
@@ -61,7 +61,7 @@ class StateSpaces:
 
     @staticmethod
     def signature(motion, loop=None):
-        """Numbers of everything, by which rows are found that are one `StateSpaces`: tuple."""
+        """Sizes of all arrays, by which rows are found that are one `StateSpaces`: tuple."""
         if loop is None:
             return motion.signature
         notches, law = (notch is not None for notch in loop.notches), (np.shape(part) for part in loop.law_space)

@@ -1,4 +1,4 @@
-"""Rows that are computed in one call: those with equal numbers of everything, and attributes of many rows."""
+"""Rows that are computed in one call: those with arrays of equal sizes, and attributes of many rows."""
 
 from cablestudy.system.tolerances import SYSTEM
 

@@ -182,7 +182,7 @@ def strips(models, kept, equilibrium, drag):
     Parameters
     ----------
     models : Models
-    kept : list of Kept, or None
+    kept : list of ReducedCable, or None
         Coordinates of each cable; None for all modes.
     equilibrium : Equilibrium
         Of one case.
@@ -214,7 +214,7 @@ def nodal_shapes(models, kept, cables):
     Parameters
     ----------
     models : Models
-    kept : list of Kept, or None
+    kept : list of ReducedCable, or None
         Coordinates of each cable; None for all modes.
     cables : ndarray of int
         Indices of the cables.

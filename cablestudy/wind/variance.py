@@ -52,7 +52,7 @@ class Noise:
 
     @staticmethod
     def stack(noises):
-        """`Noise` of many rows, from those of each, with equal numbers of everything."""
+        """`Noise` of many rows, from those of each, with arrays of equal sizes."""
         functions = [[np.stack(of_rows) for of_rows in zip(*row, strict=True)] for row in zip(
             *(noise.functions for noise in noises), strict=True)]  # fmt: skip
         return Noise(np.stack([noise.matrices for noise in noises]), noises[0].groups, functions)

@@ -12,7 +12,7 @@ VON_KARMAN = {"von_karman": 70.7, "von_karman_exact": 70.78012763381717}
 
 
 class CableOfBars:
-    """The bars of the `Case` of a scene of one cable without masses, in the wind across or along its plane.
+    """The bars of the `CableCase` of a scene of one cable without masses, in the wind across or along its plane.
 
     Attributes
     ----------

@@ -14,7 +14,7 @@ from cablestudy.errors import CablestudyError, ConvergenceError
 from cablestudy.scene.cable_table import DampingTable
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.columns import find
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.suspension.rows import evaluate_suspensions
 from cablestudy.system.ends import Ends
 
@@ -77,7 +77,7 @@ def test_no_digit_depends_on_the_units(seed):
     data.pop("gondola", None)
     data["cable"].pop("damping", None)
     try:
-        span = Case(scene_of(data, 1e-4)).span
+        span = CableCase(scene_of(data, 1e-4)).span
     except CablestudyError:
         return
     first = numbers(span, 1, 1, 1)

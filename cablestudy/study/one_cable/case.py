@@ -18,10 +18,10 @@ MOTIONS = ("dynamics", "in_plane", "out_of_plane")
 
 
 def shared(function):
-    """Decorator that makes a method of `Case` a property which is computed once for all equal cases.
+    """Decorator that makes a method of `CableCase` a property which is computed once for all equal cases.
 
-    The result is kept in the case (`Case.computed`) and among those of its level of refinement (`Case.cache`). Where it
-    is computed for many cases at once, the property is set.
+    The result is kept in the case (`CableCase.computed`) and among those of its level of refinement
+    (`CableCase.cache`). Where it is computed for many cases at once, the property is set.
     """
     name = function.__name__
 
@@ -38,7 +38,7 @@ def shared(function):
     return property(get_result, set_result, doc=function.__doc__)
 
 
-class Case:
+class CableCase:
     """One cable in one load case: a row of `Results`, with a model of its motion at one level of refinement.
 
     Parameters
@@ -60,7 +60,7 @@ class Case:
         Name -> result, shared by equal cases at this level of refinement.
     computed : dict
         Name -> result of each `shared` property that this case was asked for.
-    together : list of Case
+    together : list of CableCase
         Cases, this one among them, whose damping ratios are computed in one call.
     """
 
@@ -77,7 +77,7 @@ class Case:
         NoSolutionError or ConvergenceError where there is no equilibrium.
         """
         self.results.check(self.index)
-        finer = Case(self.scene, self.results, self.index, (elements, order), self._cache_by_level)
+        finer = CableCase(self.scene, self.results, self.index, (elements, order), self._cache_by_level)
         finer._modes_searched = self._modes_searched
         return finer
 
@@ -321,7 +321,7 @@ class Case:
 
     @cached_property
     def cable_models(self):
-        """Viscous damping -> `Cables`, filled by `in_wind`."""
+        """Viscous damping -> `Cables`, filled by `analysis`."""
         return self._cache_of("cable_models", self.scene.cable.damping, self.scene.gondola is None)
 
     @cached_property
@@ -350,7 +350,7 @@ class Case:
         return equilibria_of([self]).take(0)
 
     @cached_property
-    def in_wind(self):
+    def analysis(self):
         """The gondola with its winch loop, and in the wind: `DynamicAnalysis`.
 
         Raises
@@ -358,16 +358,16 @@ class Case:
         NoSolutionError, ConvergenceError
             There is no equilibrium.
         """
-        from cablestudy.study.one_cable.system import in_wind_of
+        from cablestudy.study.one_cable.system import analysis_of
 
-        return in_wind_of(self)
+        return analysis_of(self)
 
     @cached_property
     def in_wind_that_damps(self):
-        """`in_wind` in a wind that damps the cable too."""
-        from cablestudy.study.one_cable.system import in_wind_of
+        """`analysis` in a wind that damps the cable too."""
+        from cablestudy.study.one_cable.system import analysis_of
 
-        return in_wind_of(self, self.cable_air_damping) if self.cable_air_damping else self.in_wind
+        return analysis_of(self, self.cable_air_damping) if self.cable_air_damping else self.analysis
 
     @cached_property
     def in_cable_wind(self):
@@ -386,7 +386,7 @@ class Case:
     def solved_winds(self):
         """Analyses of winds in which the motion was computed: list of DynamicAnalysis."""
         made = self.__dict__  # without making those that were not asked for
-        analyses = [made[name] for name in ("in_wind", "in_wind_that_damps") if name in made]
+        analyses = [made[name] for name in ("analysis", "in_wind_that_damps") if name in made]
         analyses += self.in_cable_wind.sides if "in_cable_wind" in made else []
         return [analysis for analysis in analyses if analysis.solved]
 
@@ -400,7 +400,7 @@ class Case:
         """Coordinates of the largest linear system of gondola and cable; 0 where none was made. [-]"""
         coupled_modes = (modes for by_count in self.coupled_models.values() for modes in by_count.values())
         sizes = [len(modes.shapes) for modes in coupled_modes if not isinstance(modes, Exception)]
-        return max([*sizes, *(len(wind.described.motion) for wind in self.solved_winds)], default=0)
+        return max([*sizes, *(len(wind.loop_for_notes.motion) for wind in self.solved_winds)], default=0)
 
     @cached_property
     def gondola_air_damping(self):

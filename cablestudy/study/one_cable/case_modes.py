@@ -7,7 +7,7 @@ import numpy as np
 from cablestudy.errors import CablestudyError, ConvergenceError
 from cablestudy.study import notes
 from cablestudy.study.columns import find
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.models import solve_models
 from cablestudy.study.one_cable.rows import evaluate
 from cablestudy.study.refinement import Refinement, reference_scene, refine
@@ -20,7 +20,7 @@ def modes(case, count=None, upto=None, estimate=False):
 
     Parameters
     ----------
-    case : Case
+    case : CableCase
     count : int, optional
         How many, from the lowest; fewer when a fixed model has no more.
     upto : float, optional
@@ -30,7 +30,7 @@ def modes(case, count=None, upto=None, estimate=False):
 
     Returns
     -------
-    case : Case
+    case : CableCase
         With the discretisation that was used.
     modes : Modes
     notes, warnings : tuple of str
@@ -60,7 +60,7 @@ def solved_modes(case, count=None, upto=None):
 
     Returns
     -------
-    case : Case
+    case : CableCase
         With the discretisation that was used.
     modes : Modes
     search : Refinement or None
@@ -103,7 +103,7 @@ def frequency_errors(case, modes_of_case):
 
     Parameters
     ----------
-    case : Case
+    case : CableCase
     modes_of_case : Modes
 
     Returns
@@ -118,7 +118,7 @@ def frequency_errors(case, modes_of_case):
     scene, errors, numbers = reference_scene(case.scene), [None] * len(modes_of_case), Counter()
     if not case.planar:
         try:
-            finer, finer_modes, *_ = modes(Case(scene), len(modes_of_case))
+            finer, finer_modes, *_ = modes(CableCase(scene), len(modes_of_case))
         except CablestudyError as error:
             return errors, str(error)
         difference = np.abs(modes_of_case.frequency / finer_modes.frequency - 1)

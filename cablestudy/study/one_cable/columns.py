@@ -13,7 +13,7 @@ from cablestudy.study.cable_columns import family_member, is_of_one_cable
 from cablestudy.study.column import attribute, lacks
 from cablestudy.study.columns import find
 from cablestudy.study.motion_columns import check_winch_speed
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.rows import evaluate_cases
 from cablestudy.study.one_cable.system import equilibria_of
 from cablestudy.study.refinement import reference_scene
@@ -143,7 +143,7 @@ class OneCableGroup(Group):
 
     Parameters
     ----------
-    case : Case
+    case : CableCase
         With an equilibrium.
     """
 
@@ -171,7 +171,7 @@ class OneCableGroup(Group):
 
 
 class GondolaOnCable(SuspensionCase):
-    """`SuspensionCase` of a `Case` with a gondola, for columns that only a suspension has a function for."""
+    """`SuspensionCase` of a `CableCase` with a gondola, for columns that only a suspension has a function for."""
 
     def __init__(self, case):
         case.results.check(case.index)
@@ -181,12 +181,12 @@ class GondolaOnCable(SuspensionCase):
     @cached_property
     def finer(self):
         """`GondolaOnCable` with a model to the accuracy `reference_accuracy`, for comparison."""
-        return gondola_on_cable(Case(reference_scene(self._case.scene)))
+        return gondola_on_cable(CableCase(reference_scene(self._case.scene)))
 
     @property
-    def in_wind(self):
+    def analysis(self):
         """`DynamicAnalysis` of the gondola with its winch loop, and in the wind on it."""
-        return self._case.in_wind
+        return self._case.analysis
 
 
 def gondola_on_cable(case):

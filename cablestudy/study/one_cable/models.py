@@ -217,7 +217,7 @@ def give_elements(cases, groups):
     Parameters
     ----------
     cases : dict
-        Number in the batch -> Case.
+        Number in the batch -> CableCase.
     groups : list of (ndarray of int, ElementResults)
         Numbers in the batch, and their elements.
     """
@@ -239,7 +239,7 @@ def solve_models(cases):
 
     Parameters
     ----------
-    cases : list of Case
+    cases : list of CableCase
         Cases of one batch, with the same `results`.
     """
     groups, different = {}, {id(case.cache): case for case in cases if "model" not in case.cache}

@@ -110,7 +110,7 @@ def modes_as_rows(case, modes, chosen, further_columns):
 
     Parameters
     ----------
-    case : Case
+    case : CableCase
     modes : Modes
     chosen : sequence of int
         Indices of the modes shown.

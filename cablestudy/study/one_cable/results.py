@@ -172,7 +172,7 @@ class Results:
         return ClosedStatics(self.catenary)
 
     def end_stiffness_along(self, axis, moved=None):
-        """Static stiffness of end 2, end 1 fixed, shape (n,); see `Case.end_stiffness_along`. [N/m]"""
+        """Static stiffness of end 2, end 1 fixed, shape (n,); see `CableCase.end_stiffness_along`. [N/m]"""
         key = axis, axis if moved is None else moved
         if key not in self._along:
             self._along[key] = along(self.span, self.catenary.end_stiffness, *key)

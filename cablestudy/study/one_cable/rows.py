@@ -12,7 +12,7 @@ from cablestudy.study.column import lacks
 from cablestudy.study.columns import find
 from cablestudy.study.motion_columns import DAMPING_RATIO, goes_slack
 from cablestudy.study.one_cable import models
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.closed_form import ColumnRequirements, by_elements, closed_form
 from cablestudy.study.one_cable.results import Results
 from cablestudy.study.refinement import Refinement, needs_of, reference_scene, refine
@@ -127,18 +127,18 @@ def _rows_of_batch(scenes, required, to_accuracy, estimate):
             if required.in_wind and goes_slack(row.case):
                 row.doubts += (SLACK,)
             if (required.modes or required.system) and len(scenes) > 1:  # many rows drop their modes
-                row.case = Case(scenes[index], results, index)
+                row.case = CableCase(scenes[index], results, index)
             yield row.finished(required, seconds)
 
 
 def _cases(results, indices, required):
     """Cases of a range of rows of a batch: equal ones share their elements and modes, see `Results.first_equal`."""
     if len(indices) == 1 or not required.of_models:
-        return [Case(results.values.scenes[index], results, index) for index in indices]
+        return [CableCase(results.values.scenes[index], results, index) for index in indices]
     caches, cases = {}, []  # index of the first of equal cases -> results that these share
     for index, first in zip(indices, results.first_equal[indices.start : indices.stop].tolist(), strict=True):
         cache = caches.setdefault(first, {})
-        cases.append(Case(results.values.scenes[index], results, index, cache_by_level=cache))
+        cases.append(CableCase(results.values.scenes[index], results, index, cache_by_level=cache))
     return cases
 
 

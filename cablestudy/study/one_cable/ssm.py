@@ -9,7 +9,7 @@ from cablestudy.control.one_cable import state_space
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.scene.scene import missing
 from cablestudy.study.notes import DAMPING_IN_STATE_SPACES, assumed_damping, strength_warning
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.case_modes import modes, notes_on_errors
 from cablestudy.study.one_cable.report import PARTICIPATION, modes_as_rows
 from cablestudy.study.ssm import Choice, StateSpaceOptions, fewest_modes, pairs_of
@@ -26,7 +26,7 @@ class CableChoice(Choice):
     """State space of the cable of a scene: the modes that it keeps, what is attached, its responses and notes."""
 
     options: StateSpaceOptions
-    case: Case  # with the discretisation that is used
+    case: CableCase  # with the discretisation that is used
     modes: object  # `Modes`, all of `case.end_model`
     chosen: np.ndarray  # indices of the modes to keep
     about_model: tuple  # notes on the discretisation
@@ -67,8 +67,8 @@ class CableChoice(Choice):
 
     @property
     def whole(self):
-        """The `ClosedLoop` that has the loop, stable or not; raises as `DynamicAnalysis.controlled`."""
-        return self.case.in_wind.controlled
+        """The `ClosedLoop` that has the loop, stable or not; raises as `DynamicAnalysis.loop_for_margins`."""
+        return self.case.analysis.loop_for_margins
 
     @property
     def right_up_to(self):
@@ -182,7 +182,7 @@ class CableChoice(Choice):
             )
         if self.options.attached == "loop":
             try:
-                self.case.in_wind.check_stable()
+                self.case.analysis.check_stable()
             except NoSolutionError as error:
                 warnings.append(f"warning: {error}")
         return warnings
@@ -215,7 +215,7 @@ def choose(document, scene, options):
     count = STUDY.modes_at_ends if fixed else options.count or STUDY.default_modes
     while True:
         try:
-            case, accurate_modes, notes, _ = modes(Case(scene), None if options.upto else count, options.limit)
+            case, accurate_modes, notes, _ = modes(CableCase(scene), None if options.upto else count, options.limit)
         except ConvergenceError as failure:
             raise ConvergenceError(f"{reason_for_more}{failure}") from None
         all_modes = case.dynamics.modes(min(case.dynamics.dof, STUDY.modes_at_ends))

@@ -111,12 +111,12 @@ class InCableWind:
         return self._largest(self.sides, self._moved, "value", open_loop)[1]
 
 
-def in_wind_of(case, damping=0.0, make_analysis=DynamicAnalysis):
+def analysis_of(case, damping=0.0, make_analysis=DynamicAnalysis):
     """Motion of gondola and cable with the winch loop, in wind that blows on the gondola alone: `DynamicAnalysis`.
 
     Parameters
     ----------
-    case : Case
+    case : CableCase
         A case with a gondola.
     damping : float
         Viscous damping of the cable by the air, per length, added to its own damping. [N s/m^2]
@@ -140,10 +140,10 @@ def in_cable_wind_of(case, make_analysis=DynamicAnalysis):
 
     Parameters
     ----------
-    case : Case
+    case : CableCase
         A case with wind, and a diameter of its cable.
     make_analysis : callable
-        See `in_wind_of`.
+        See `analysis_of`.
 
     Raises
     ------
@@ -183,7 +183,7 @@ def winds_on(case, on, open_loop=False):
 
     Parameters
     ----------
-    case : Case
+    case : CableCase
     on : {"gondola", "cable", "both"}
         Loaded by the wind. With both the wind on the gondola blows where the air damps the cable too.
     open_loop : bool
@@ -191,7 +191,7 @@ def winds_on(case, on, open_loop=False):
         not with its loop.
     """
     if on == "gondola":
-        return [case.in_wind]
+        return [case.analysis]
     on_gondola = [] if on == "cable" else [case.in_wind_that_damps]
     return [*on_gondola, case.in_cable_wind.side(open_loop)]
 
@@ -202,7 +202,7 @@ def _on_bodies(scene):
 
 
 def _in_airflow(case, scene, airflow, plants_and_loops, make_analysis):
-    """`DynamicAnalysis` of a scene of a case, which shares `plants_and_loops`; see `in_wind_of`."""
+    """`DynamicAnalysis` of a scene of a case, which shares `plants_and_loops`; see `analysis_of`."""
     equilibrium, damping = case.equilibrium, scene.cables[CABLE].damping
     modes, drag = case.coupled_models.setdefault(damping.viscous, {}), case.results.drag.take([case.index])
     shared = exact_model(case), plants_and_loops, cables_of(case, damping), modes, drag
@@ -218,10 +218,10 @@ def gondola_mode_of(case):
         return search(partial(coupled_modes, case.equilibrium, accuracy=accuracy, cables=cables))
 
     return RefinedMode(
-        first=lambda: search(case.in_wind.lowest_modes),
+        first=lambda: search(case.analysis.lowest_modes),
         sharper=sharper,
         accuracy=case.scene.model.accuracy,
-        airflow=lambda: case.in_wind.airflow,
+        airflow=lambda: case.analysis.airflow,
         together=lambda: [other.gondola_mode for other in case.together],
         rounding=max(STUDY.rounding, float(case.results.motion_rounding[case.index])),
     )
@@ -249,7 +249,7 @@ def prepare(cases):
 
     Parameters
     ----------
-    cases : sequence of Case
+    cases : sequence of CableCase
         Cases of one batch, all with a gondola or all without.
     """
     cases = [case for case in cases if case.index not in case.results.failures]
@@ -267,7 +267,7 @@ def prepare(cases):
 
 def _first_wind(case):
     """`DynamicAnalysis` whose modes a case needs first: of the gondola, or of the bare cable in the first wind."""
-    return case.in_wind if case.scene.gondola is not None else case.in_cable_wind.sides[0]
+    return case.analysis if case.scene.gondola is not None else case.in_cable_wind.sides[0]
 
 
 def equilibria_of(cases):

@@ -19,10 +19,10 @@ from cablestudy.study.column import DISCRETE, SYSTEM, lacks, value, value_and_er
 from cablestudy.study.columns import find
 from cablestudy.study.motion_columns import GONDOLA_X
 from cablestudy.study.notes import strength_warning as strength_warning
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.columns import column_of_one_cable
 from cablestudy.study.one_cable.rows import evaluate
-from cablestudy.study.one_cable.system import in_cable_wind_of, in_wind_of
+from cablestudy.study.one_cable.system import analysis_of, in_cable_wind_of
 from cablestudy.study.refinement import with_accuracy
 from cablestudy.study.scene_values import load_count
 from cablestudy.study.tolerances import STUDY
@@ -54,11 +54,12 @@ class ComparedModel:
 
     family: str
     name: str
-    build: Callable  # scene, columns -> Case, with nothing cached
+    build: Callable  # scene, columns -> CableCase, with nothing cached
     needs: tuple = ("statics", "stiffness", *DISCRETE)  # kinds of columns whose values depend on the model
-    compute: Callable = value  # column, Case -> float
-    count_dof: Callable = lambda case: case.dof or case.dynamics.dof  # Case -> number of free displacements
-    stated_error: Callable = lambda *_: None  # column, Case -> relative error that the model states of a value, or None
+    compute: Callable = value  # column, CableCase -> float
+    count_dof: Callable = lambda case: case.dof or case.dynamics.dof  # CableCase -> number of free displacements
+    # column, CableCase -> relative error that the model states of a value, or None
+    stated_error: Callable = lambda *_: None
     arrange: Callable = list  # columns -> the same in the order in which they are computed
 
     def solve(self, scene, columns):
@@ -66,7 +67,7 @@ class ComparedModel:
 
         Returns
         -------
-        case : Case or None
+        case : CableCase or None
             The scene with this model; None if it cannot be built.
         values, failures : dict
             Column name -> value, or -> reason why the column has none.
@@ -97,13 +98,13 @@ def reference_case(scene):
     NoSolutionError, ConvergenceError
         There is no equilibrium.
     """
-    case = Case(with_accuracy(scene, STUDY.agreed_levels))
+    case = CableCase(with_accuracy(scene, STUDY.agreed_levels))
     case.results.check(case.index)
     return case
 
 
 def reference_levels(case):
-    """Finer and finer models for a column that needs modes: a function, `Column` -> list of (name, Case)."""
+    """Finer and finer models for a column that needs modes: a function, `Column` -> list of (name, CableCase)."""
     finer = [(f"{n} x order {order} about the closed form", case.refined(n, order)) for n, order in LEVELS]
     system = "the cable" if case.scene.gondola is None else "gondola and cable"
     systems = [(f"{system} to {power(accuracy)}", fixed_to(accuracy, case.scene)) for accuracy in CLOSELY]
@@ -142,7 +143,7 @@ def models_of(scene, columns):
     def add(family, name, build, **options):
         models.append(ComparedModel(family, name, build, **options))
 
-    options_of_row = {  # of models that are computed as a `Row`, in place of a `Case`
+    options_of_row = {  # of models that are computed as a `Row`, in place of a `CableCase`
         "compute": _cell_of_row,
         "count_dof": lambda row: row.cells["dof"],
         "stated_error": lambda column, row: row.errors.get(column.header),
@@ -185,7 +186,7 @@ def power(number):
 
 def fixed_case(elements, order, mass, scene, _=()):
     """The case of a scene with `model: {elements: ..., order: ..., mass: ...}`."""
-    return Case(with_elements(scene, elements, order, mass))
+    return CableCase(with_elements(scene, elements, order, mass))
 
 
 def with_elements(scene, elements, order, mass):
@@ -196,7 +197,7 @@ def with_elements(scene, elements, order, mass):
 
 def fixed_to(accuracy, scene, _=()):
     """The case of a scene with error control."""
-    return Case(with_accuracy(scene, accuracy))
+    return CableCase(with_accuracy(scene, accuracy))
 
 
 def _spectral(elements, order, mass, scene, _):
@@ -274,7 +275,7 @@ def _with_end_model(case, model):
     if gondola is not None and gondola.mass is not None:
         system = _gondola_system(model, case)
         case.gondola_mode = ModeOfSystem(system)
-        case.in_wind = in_wind_of(case, make_analysis=partial(AnalysisOfSystem, system))
+        case.analysis = analysis_of(case, make_analysis=partial(AnalysisOfSystem, system))
     return case
 
 
@@ -380,8 +381,8 @@ def _on_grid(space, points, scene, _):
 def by_trapezoids(case, frequency):
     """A case whose RMS in the wind are by the trapezoidal rule over frequencies, ascending, shape (n,) [Hz]."""
     make_analysis = partial(OnGrid, frequency)
-    case.in_wind = in_wind_of(case, make_analysis=make_analysis)
-    case.in_wind_that_damps = in_wind_of(case, case.cable_air_damping, make_analysis)
+    case.analysis = analysis_of(case, make_analysis=make_analysis)
+    case.in_wind_that_damps = analysis_of(case, case.cable_air_damping, make_analysis)
     if case.scene.wind_diameter is not None:
         case.in_cable_wind = in_cable_wind_of(case, make_analysis)
     return case

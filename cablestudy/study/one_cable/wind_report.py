@@ -9,7 +9,7 @@ from cablestudy.errors import CablestudyError
 from cablestudy.study.columns import find
 from cablestudy.study.motion_columns import GONDOLA_X
 from cablestudy.study.notes import beyond_linear, gondola_notes, growing_damping, larger_by_loop, slack_warning
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.case_modes import modes
 from cablestudy.study.one_cable.rows import evaluate_named
 from cablestudy.study.one_cable.system import winds_on
@@ -172,7 +172,7 @@ def modes_between(case, low, high):
     time = transverse_travel_time(case)
     if 2 * high * time > STUDY.counted_modes:
         return 2 * max(floor(2 * high * time) - ceil(max(2 * low * time, 1)) + 1, 0), 1 / (2 * time)
-    computed = modes(Case(with_accuracy(case.scene, 1e-3)), upto=high)[1]
+    computed = modes(CableCase(with_accuracy(case.scene, 1e-3)), upto=high)[1]
     kinds = [kind for kind, frequency in zip(computed.kind, computed.frequency, strict=True) if frequency >= low]
     return sum(kind != "axial" for kind in kinds), None
 

@@ -26,7 +26,7 @@ def deflections(case, abscissa, label):
 
     Parameters
     ----------
-    case : Case or HangingCable
+    case : CableCase or HangingCable
     abscissa : callable
         Arc length over the unstretched length, shape (j,) [-] -> position along the horizontal axis of the panel [m].
     label : str

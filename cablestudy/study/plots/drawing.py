@@ -253,7 +253,7 @@ def drawing_of(case):
 
     Parameters
     ----------
-    case : Case or SuspensionCase
+    case : CableCase or SuspensionCase
         One cable is drawn as a suspension of a single cable.
     """
     scene, equilibrium = kind_of(case.scene).as_suspension(case.scene), case.equilibrium

@@ -58,7 +58,7 @@ def static_form(case):
 
     Parameters
     ----------
-    case : Case or SuspensionCase
+    case : CableCase or SuspensionCase
         With a stable equilibrium.
     """
     return _Picture([drawing_of(case)], case).figure()
@@ -83,7 +83,7 @@ class _Picture:
     ----------
     drawings : list of Drawing
         One for each load case.
-    case : Case or SuspensionCase, optional
+    case : CableCase or SuspensionCase, optional
         The only load case, for the deflections by its point loads.
 
     Attributes

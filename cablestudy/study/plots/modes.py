@@ -141,7 +141,7 @@ def mode_shapes(case, modes, share=None):
 
     Parameters
     ----------
-    case : Case
+    case : CableCase
         With the discretisation of the modes.
     modes : Modes
     share : float, optional

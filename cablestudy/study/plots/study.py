@@ -73,7 +73,7 @@ def study_plot(study, table, chosen=()):
         return _nothing(study, "no case has an answer")
     if study.plot and study.plot.color:
         return colour_map(study, every, rows)
-    return _curves(study, every, rows, chosen)
+    return _line_figure(study, every, rows, chosen)
 
 
 def not_drawn(study):
@@ -81,7 +81,7 @@ def not_drawn(study):
     return [] if study.plot else [find(header).name for header in _computed(study)[OTHER_COLUMNS:]]
 
 
-def _curves(study, every, rows, chosen):
+def _line_figure(study, every, rows, chosen):
     """Figure of one panel for each column, all over one x; arguments as of `colour_map`, `chosen` of `study_plot`."""
     x, columns, logx, logy = _drawn(study, every, chosen)
     if not columns:

@@ -1,7 +1,8 @@
 """Modes of single cables of a suspension between fixed ends, by the code of a scene of one cable.
 
 The ends are those of the equilibrium. A cable of the suspension has an elastic catenary there, from which `Results`,
-`Case` and `Refinement` of one cable go on: its modes by kind and symmetry, and their errors, are computed in one place.
+`CableCase` and `Refinement` of one cable go on: its modes by kind and symmetry, and their errors, are computed in one
+place.
 """
 
 from types import SimpleNamespace
@@ -9,7 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from cablestudy.cable.steady_drag import SteadyDrag
-from cablestudy.study.one_cable.case import Case
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.case_modes import solved_modes
 from cablestudy.study.one_cable.closed_form import ColumnRequirements
 from cablestudy.study.one_cable.models import solve_models
@@ -74,21 +75,21 @@ class CableModes:
         self._results = CablesAtRest(scene, catenary, drag)
 
     def _case(self, name):
-        """`Case` of the cable of a name."""
+        """`CableCase` of the cable of a name."""
         if name not in self._cases:
             index = list(self._scene.cables).index(name)
             scene = SimpleNamespace(model=self._scene.model, cable=self._scene.cables[name], gondola=None, winch=None)
-            self._cases[name] = Case(scene, self._results, index)
+            self._cases[name] = CableCase(scene, self._results, index)
         return self._cases[name]
 
     def modes(self, name, count, upto):
-        """`Case` of a cable at the level of refinement used, and its `Modes`; see `case_modes.solved_modes`."""
+        """`CableCase` of a cable at the level of refinement used, and its `Modes`; see `case_modes.solved_modes`."""
         return solved_modes(self._case(name), None if upto else count, upto)[:2]
 
     def frequency(self, name, column):
         """Frequency of one mode of a cable between fixed ends [Hz], and its estimated relative error.
 
-        The error is not a number for an exact choice of elements, which is not refined.
+        The error is not a number for stated elements, which is not refined.
 
         Parameters
         ----------

@@ -123,7 +123,7 @@ class SuspensionCase:
         return self.group.without_wind.take(self.index)
 
     @cached_property
-    def in_wind(self):
+    def analysis(self):
         """`DynamicAnalysis` of the motion in the wind or under control, about the equilibrium of `Group.in_mean_wind`.
 
         Raises
@@ -152,7 +152,7 @@ class SuspensionCase:
     @property
     def moves(self):
         """True if its motion in the wind or under control was computed."""
-        return "in_wind" in self.__dict__ and self.in_wind.solved
+        return "analysis" in self.__dict__ and self.analysis.solved
 
     @property
     def solved(self):
@@ -343,7 +343,7 @@ class SuspensionCase:
 
     def _displacement_by_mean_wind(self, name):
         """Displacement of a body, or of a marker BODY.MARKER, by the mean wind, winches at rest, and its error. [m]"""
-        before = self.in_wind.without_wind
+        before = self.analysis.without_wind
         if not self.scene.wind.mean and self.scene.load_case.wind is None:
             return np.zeros((2, 3))
         owner, _, marker = name.partition(".")

@@ -144,7 +144,7 @@ class CableResults(CableValues):
 
 @dataclass(frozen=True)
 class HangingCable:
-    """One cable of a case in equilibrium, with the attributes of `Case` that columns computed case by case need."""
+    """One cable in equilibrium, with the attributes of `CableCase` that columns computed case by case need."""
 
     scene: object
     end_1: np.ndarray  # position of its end `from`, shape (3,) [m]

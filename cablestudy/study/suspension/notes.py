@@ -64,15 +64,15 @@ def strength_warning(case):
 def warnings_of(case):
     """Warnings and notes on a case beside its results, a tuple of str.
 
-    `strength_warning`, `averaged_wind`, `lost_notes`, `moved_note`, `reference_without_loads`, and `notes.long_cables`
-    for cables much longer than their spans.
+    `strength_warning`, `averaged_wind`, `notes_on_lost_cables`, `moved_note`, `reference_without_loads`, and
+    `notes.long_cables` for cables much longer than their spans.
     """
     reference, index = case.group.reference, case.index
     chord = np.asarray(reference.catenary.span.chord)[index]
     names, stated = reference.suspension.cable_names, reference.suspension.stated
     notes_on_length = long_cables(names, np.asarray(reference.lengths)[index].tolist(), chord.tolist(), stated)
     averaged = averaged_wind(case.scene.load_case, case.group.drag_error(case.index))
-    notes_on_state = *lost_notes(case), *moved_note(case), *reference_without_loads(case.scene)
+    notes_on_state = *notes_on_lost_cables(case), *moved_note(case), *reference_without_loads(case.scene)
     return (*strength_warning(case), *averaged, *notes_on_state, *notes_on_length)
 
 
@@ -154,7 +154,7 @@ def _of_wind(case):
     """
     if not case.moves:
         return
-    closed_loop, wind = case.in_wind.described, case.scene.wind
+    closed_loop, wind = case.analysis.loop_for_notes, case.scene.wind
     modes, strokes = len(closed_loop.modes), sum(not actuator.wheel for actuator in closed_loop.actuators)
     shapes = counted(len(closed_loop.motion) - len(closed_loop.plant.kept) - strokes, "static shape")
     loop = outcome_of(lambda: closed_loop.loop)
@@ -245,7 +245,7 @@ def _of_modal_damping(models):
         )
 
 
-def lost_notes(case):
+def notes_on_lost_cables(case):
     """Notes on a load case with lost cables: what moves and which tensions change, against the case with all cables.
 
     Parameters
@@ -284,7 +284,7 @@ def lost_notes(case):
 
 
 def fallen(case):
-    """Bodies and free points that fall where cables are lost, by their names; raises as `lost_notes`: list."""
+    """Names of bodies and free points that fall where cables are lost: list; raises as `notes_on_lost_cables`."""
     try:
         return _movements(case)[1] if case.scene.load_case.lost else []
     except (NoSolutionError, ConvergenceError):

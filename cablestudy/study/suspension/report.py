@@ -265,7 +265,7 @@ def cable_mode_table(case, name, case_and_modes):
     name : str
         Of the cable.
     case_and_modes : tuple
-        `Case` of the cable and its modes, from `CableModes.modes`.
+        `CableCase` of the cable and its modes, from `CableModes.modes`.
 
     Returns
     -------

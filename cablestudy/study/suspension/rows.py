@@ -94,7 +94,7 @@ def prepare(cases):
 
     groups = {}
     for case in cases:
-        if not isinstance(wind := outcome_of(partial(getattr, case, "in_wind")), Exception):
+        if not isinstance(wind := outcome_of(partial(getattr, case, "analysis")), Exception):
             groups.setdefault(id(case.group), (case.group, []))[1].append((case.index, wind))
     for group, members in groups.values():
         indices, winds = (list(values) for values in zip(*members, strict=True))
@@ -198,7 +198,7 @@ def _doubts(case, in_wind):
     """
     try:
         if case.scene.control is not None and case.moves:
-            case.in_wind.check_stable()
+            case.analysis.check_stable()
         return {name: NoSolutionError(text) for name, text in exceeded_limits(case).items()} if in_wind else {}
     except CablestudyError as error:
         return {"limits": error}

@@ -250,7 +250,7 @@ def with_node_forces(system, layout, models, kept):
     layout : Layout
     models : Models
         Elements of the c cables.
-    kept : list of Kept
+    kept : list of ReducedCable
         Coordinates of each cable in the system.
 
     Returns

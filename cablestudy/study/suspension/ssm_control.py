@@ -182,19 +182,19 @@ def choose_controlled(document, scene, options, highest=None):
     if not getattr(scene, key):
         raise missing(document, key, f"ssm --with {options.attached}")
     case = SuspensionCase(scene)
-    full_loop = reduced_loop = case.in_wind.closed_loop_of(max(options.count or 0, MOTION.model_modes[0]))
+    full_loop = reduced_loop = case.analysis.closed_loop_of(max(options.count or 0, MOTION.model_modes[0]))
     if options.count:
         if len(full_loop.modes) < options.count:
             raise SceneError(f"--modes {options.count}: the model has {counted(len(full_loop.modes), 'mode')}")
-        reduced_loop = _with_modes(case.in_wind, full_loop, options.count)
+        reduced_loop = _with_modes(case.analysis, full_loop, options.count)
     elif options.upto:
-        full_loop = _reaching(case.in_wind, full_loop, options.limit, np.inf)
+        full_loop = _reaching(case.analysis, full_loop, options.limit, np.inf)
         frequency = full_loop.modes.frequency
         if frequency[0] > options.limit:
             raise NoSolutionError(f"no mode is below {options.limit:.4g} Hz; the lowest is at {frequency[0]:.4g} Hz")
-        reduced_loop = _with_modes(case.in_wind, full_loop, int((frequency <= options.limit).sum()))
+        reduced_loop = _with_modes(case.analysis, full_loop, int((frequency <= options.limit).sum()))
     elif highest:
-        full_loop = reduced_loop = _reaching(case.in_wind, full_loop, highest, STUDY.loop_response_modes)
+        full_loop = reduced_loop = _reaching(case.analysis, full_loop, highest, STUDY.loop_response_modes)
     loop, reduced_loop = None, reduced_loop.with_all_modes
     if options.attached == "loop":
         allocation = replace(full_loop.body.allocation, measured=reduced_loop.body.allocation.measured)
@@ -202,15 +202,15 @@ def choose_controlled(document, scene, options, highest=None):
     return ControlledChoice(options, case, full_loop, reduced_loop, loop, highest)
 
 
-def _with_modes(in_wind, whole, count):
+def _with_modes(analysis, whole, count):
     """The closed loop with so many of the modes of another one."""
-    return whole if count == len(whole.modes) else in_wind.closed_loop_of(count)
+    return whole if count == len(whole.modes) else analysis.closed_loop_of(count)
 
 
-def _reaching(in_wind, closed_loop, frequency, most):
+def _reaching(analysis, closed_loop, frequency, most):
     """A closed loop with a mode above a frequency [Hz], of at most about so many modes, or with all there are."""
     size = MOTION.model_modes[0]
     while len(closed_loop.modes) == size < most and closed_loop.modes.frequency[-1] < frequency:
         size *= 2
-        closed_loop = in_wind.closed_loop_of(size)
+        closed_loop = analysis.closed_loop_of(size)
     return closed_loop

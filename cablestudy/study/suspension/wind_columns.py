@@ -29,7 +29,7 @@ def _rms(case, names, variance="value", state=""):
 
 def _analysis(case, names):
     """`DynamicAnalysis` of a case for the motion of a body, or of a free point, of which some outputs are."""
-    return case.in_wind.with_points if names[0].partition(".")[0] in case.scene.points else case.in_wind
+    return case.analysis.with_points if names[0].partition(".")[0] in case.scene.points else case.analysis
 
 
 # ------------------------------------------------------------------------------------------- of bodies and markers
@@ -96,7 +96,7 @@ def place_columns(name):
 
 def peak_along(case, name, axis):
     """Largest expected displacement of a body along x, y or z (0, 1, 2), the mean one included. [mm]"""
-    return MM * peaks.peak(case.in_wind, [f"{name}.{PLACES[axis]}"], case.mean_displacement(name, axis)[0])[0]
+    return MM * peaks.peak(case.analysis, [f"{name}.{PLACES[axis]}"], case.mean_displacement(name, axis)[0])[0]
 
 
 def turn_columns(name):
@@ -120,7 +120,7 @@ def tension_columns(name):
     """The columns of a cable: list of Column."""
 
     def rms(case):
-        return case.in_wind.largest_rms([f"{name}.{end}" for end in ENDS])
+        return case.analysis.largest_rms([f"{name}.{end}" for end in ENDS])
 
     def utilisation(case):
         tension, error = tension_at_peak(case, name, 1)
@@ -141,8 +141,8 @@ def tension_at_peak(case, name, sign):
     The largest one of both ends with a `sign` of 1, the least one with -1.
     """
     tensions, by_statics = [], case.statics_error(None) + case.group.drag_error(case.index, in_wind=True)
-    for mean, end in zip(case.in_wind.mean_tensions(name), ENDS, strict=True):
-        change, error = peaks.peak(case.in_wind, [f"{name}.{end}"], crossings=MOTION.crossings)
+    for mean, end in zip(case.analysis.mean_tensions(name), ENDS, strict=True):
+        change, error = peaks.peak(case.analysis, [f"{name}.{end}"], crossings=MOTION.crossings)
         tension = mean + sign * change
         tensions.append((tension, (error * change + by_statics * mean) / abs(tension) if tension else error))
     return max(tensions, key=lambda pair: sign * pair[0])
@@ -152,7 +152,7 @@ def midspan_column(name):
     """The column of the RMS displacement of a cable at mid-span, which needs outputs that the others do not."""
 
     def rms(case):
-        return scaled(case.in_wind.with_midspans.largest_rms([f"{name}.midspan.{axis}" for axis in PLACES]), MM)
+        return scaled(case.analysis.with_midspans.largest_rms([f"{name}.midspan.{axis}" for axis in PLACES]), MM)
 
     meaning = "RMS displacement at mid-span, in the direction that moves most"
     return Column(f"{name}.midspan_rms", "mm", meaning, "wind", rms, "wind")
@@ -163,7 +163,7 @@ def slackened(case):
     if case.scene.wind is None:
         return []
     try:
-        return [name for name in case.scene.cables if _goes_slack(case.in_wind, name)]
+        return [name for name in case.scene.cables if _goes_slack(case.analysis, name)]
     except CablestudyError:  # the columns of the wind say why
         return []
 
@@ -201,7 +201,7 @@ def actuator_columns(name, wheel=None):
         return lambda case: scaled(_rms(case, [_directed(case, f"{name}.{quantity}")]), unit)
 
     def peak(quantity, unit):
-        return lambda case: scaled(peaks.peak(case.in_wind, [f"{name}.{quantity}"]), unit)
+        return lambda case: scaled(peaks.peak(case.analysis, [f"{name}.{quantity}"]), unit)
 
     columns = []
     for quantity in quantities:
@@ -257,7 +257,7 @@ def exceeded_limits(case):
     """
     exceeded, control = {}, case.scene.control
     if control is not None and control.max_speed is not None:
-        _, (peak, _), fastest = peaks.winch_speeds(case.in_wind)
+        _, (peak, _), fastest = peaks.winch_speeds(case.analysis)
         if peak > control.max_speed:
             name = list(case.scene.winches)[fastest]
             exceeded["control.max_speed"] = (
@@ -270,7 +270,7 @@ def exceeded_limits(case):
             if limit is None:
                 continue
             unit, scale, _ = QUANTITIES[quantity]
-            peak, _ = peaks.peak(case.in_wind, [f"{name}.{quantity}"])
+            peak, _ = peaks.peak(case.analysis, [f"{name}.{quantity}"])
             if peak > limit:
                 exceeded[f"{name}.{quantity}"] = (
                     f"{name}: its {quantity} reaches {scale * peak:.4g} {unit}, above its limit of {scale * limit:.4g}"

@@ -85,7 +85,7 @@ def make_tables(case, makers):
     NoSolutionError, ConvergenceError
         The motion, or the loop, cannot be computed, stable or not.
     """
-    _, failures = case.in_wind.controlled.stability.stable, []
+    _, failures = case.analysis.loop_for_margins.stability.stable, []
     tables = {name: make(case, failures) for name, make in makers.items()}
     return tables, tuple(dict.fromkeys(failures))
 
@@ -145,7 +145,7 @@ def loop_table(case, failures, more=()):
 
 def coordinate_table(case, _):
     """Table of measured coordinates: frequency of the notch, and gain margin alone, which an unstable loop lacks."""
-    closed_loop = case.in_wind.controlled
+    closed_loop = case.analysis.loop_for_margins
     limits = closed_loop.stability.single_limits if closed_loop.loop.gain and closed_loop.stability.stable else {}
     lines = []
     for name, notch in zip(closed_loop.body.measured, closed_loop.body.notches, strict=True):
@@ -192,7 +192,7 @@ def remarks_of(case, tables):
     lines = [f"warning: {text}: the linear numbers do not hold" for text in exceeded_limits(case).values()]
     if slack := slackened(case):
         lines.append(f"warning: {SLACK}: {first_of(slack, STUDY.listed_parts)}: the linear numbers do not hold")
-    motion = case.in_wind
+    motion = case.analysis
     if motion.model is None and motion.sizes.damping_grows:
         lines.append(f"note: {unknown_rms_error(counted(len(motion.closed_loop.modes), 'mode'))}")
     if "motion" in tables:
