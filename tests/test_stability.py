@@ -357,3 +357,19 @@ def test_the_stated_error_of_the_largest_gain_of_a_straight_rod_is_true(accuracy
     stated = row.errors["largest_gain_rad_per_s"]
     assert stated <= accuracy
     assert row.cells["largest_gain_rad_per_s"] == pytest.approx(right, rel=stated)
+
+
+def test_a_largest_gain_far_above_all_waves_that_are_resolved_is_refused():
+    """A straight cable whose strain is damped: the crossing at 5.8 kHz is that of a mesh, which other units change."""
+    scene = CableScene.model_validate({
+        "gravity": 0.0,
+        "cable": {"chord": 136.62, "diameter": 7.3245e-3, "elastic_modulus": 40.74e9, "density": 2671.0,
+                  "preload": 8553.7, "damping": {"loss_factor": 0.2}},
+        "gondola": {"mass": 247.9}, "winch": {"location": "gondola", "controller": {"gain": 0.014345}},
+        "model": {"accuracy": 1e-4},
+    })  # fmt: skip
+    names = ("largest_gain", "gain_margin", "phase_crossover", "phase_margin")
+    row = evaluate(scene, [find(name) for name in names])
+    assert "the largest gain is not known" in row.cells["status"]
+    assert [row.cells[find(name).header] for name in names[:3]] == [None] * 3
+    assert row.cells["phase_margin_deg"] > 89

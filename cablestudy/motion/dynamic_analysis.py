@@ -7,7 +7,7 @@ import numpy as np
 
 from cablestudy.cable.steady_drag import concatenate
 from cablestudy.control.margins import Margins
-from cablestudy.errors import outcome_of, result_of, without_errors
+from cablestudy.errors import ConvergenceError, outcome_of, result_of, without_errors
 from cablestudy.motion.closed_loop import ClosedLoop
 from cablestudy.motion.gust_response import GustResponse
 from cablestudy.motion.loop_stability import LoopStability
@@ -361,6 +361,17 @@ class DynamicAnalysis:
         """`DynamicAnalysis`, of a subclass too, with some attributes changed; it shares the dicts that are filled."""
         return DynamicAnalysis(**{one.name: getattr(self, one.name) for one in fields(DynamicAnalysis)} | changes)
 
+    def _check_resolved(self):
+        """Refuse a largest gain at which nothing is known of the waves that cross the cables: ConvergenceError."""
+        driven = self._with_limits.stability.driven
+        limit, resolving = driven.limit, driven.resolving
+        if limit is not None and not resolving.resolves(limit.omega):
+            frequency, resolved = limit.omega / (2 * np.pi), resolving.resolved_to / (2 * np.pi)
+            raise ConvergenceError(
+                f"the loop may become unstable at {frequency:.4g} Hz with a gain of about {limit.factor:.2g} rad/s, "
+                f"but waves of the cables are resolved up to {resolved:.4g} Hz: the largest gain is not known"
+            )
+
     @property
     def _limit_errors(self):
         """Estimated relative errors of the largest gain and of its frequency, by models and by the mean drag. [-]"""
@@ -387,6 +398,7 @@ class DynamicAnalysis:
     @property
     def largest_gain(self):
         """Gain below which the loop is stable [rad/s], None where there is none; and its estimated relative error."""
+        self._check_resolved()
         return self._with_limits.stability.largest_gain, self._limit_errors[0]
 
     @property
@@ -396,6 +408,7 @@ class DynamicAnalysis:
         limit = self._with_limits.stability.largest_gain if gain else None
         if not limit:
             return None, self._limit_errors[0] if gain else 0.0
+        self._check_resolved()
         margin, error = float(20 * np.log10(limit / gain)), self._limit_errors[0]
         return margin, 20 * np.log10(1 + error) / abs(margin) if margin else error
 
@@ -406,6 +419,7 @@ class DynamicAnalysis:
         limit = self._with_limits.stability.limit if gain else None
         if limit is None:
             return None, self._limit_errors[0] if gain else 0.0
+        self._check_resolved()
         return limit.omega / (2 * np.pi), self._limit_errors[1]
 
     def response_of(self, open_loop):
