@@ -64,7 +64,7 @@ def legend(axes):
 
 
 @pytest.fixture(scope="module")
-def loop_for_margins(tmp_path_factory):
+def controlled(tmp_path_factory):
     return case_of(tmp_path_factory.mktemp("controlled"), CONTROLLED)
 
 
