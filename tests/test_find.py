@@ -276,6 +276,12 @@ def test_what_is_refused(words, goal, options):
     assert words in outcome.err
 
 
+def test_a_key_that_lacks_a_name_is_told_with_one():
+    path = CONFIGS / "suspensions" / "fast.yaml"
+    (line,) = run("find", path, "cabin.z = 10 m", "--by", "bodies.mass", code=2).lines
+    assert line.endswith("for example bodies.cabin.mass")
+
+
 @pytest.mark.parametrize(("kind", "column"), [("one cable", "min_tension"), ("suspension", "a.max_tension")])
 def test_a_tension_as_a_share_of_the_breaking_force_is_told_in_newtons(kind, column):
     """Which solves as it is printed."""

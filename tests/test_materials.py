@@ -263,6 +263,8 @@ def test_the_command_tells_mistakes_of_all_files_and_scenes_without_materials_li
         "bad.yaml:2:4: b: missing key: one of mass_per_length, density",
         "nix.yaml: no such file",
     ]
+    (line,) = run("materials", "steel", code=2).lines
+    assert line == "steel: a material, not a file: 'cablestudy materials' lists it among all"
     assert len(table_of("materials", CONFIGS / "carlina.yaml")) == len(materials())
 
 

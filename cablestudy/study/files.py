@@ -1,5 +1,6 @@
 """Tables of the commands that compute nothing: validate, keys, materials."""
 
+import os
 from dataclasses import asdict, fields
 
 from pydantic import TypeAdapter, ValidationError
@@ -126,6 +127,8 @@ def materials_table(files=()):
     with Mistakes() as mistakes:
         for file in files:
             with mistakes.at():
+                if file in materials() and not os.path.exists(file):
+                    raise SceneError(f"{file}: a material, not a file: 'cablestudy materials' lists it among all")
                 entries |= _materials_of(read_file(file))
     entries |= {name: (material, "") for name, material in materials().items() if name not in entries}
     return Table(FIELDS, [_material_row(name, *entry) for name, entry in entries.items()])

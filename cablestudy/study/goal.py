@@ -222,8 +222,16 @@ def _quantity_of_key(key, document):
             unknown = [mistake.message for mistake in error.mistakes if mistake.message.startswith("unknown")]
             if unknown:
                 raise ValueError(unknown[0]) from None
-        raise ValueError("holds no number that varies continuously: give a quantity, for example cable.preload")
+        example = _with_a_name(path, document) or "cable.preload"
+        raise ValueError(f"holds no number that varies continuously: give a quantity, for example {example}")
     return quantity
+
+
+def _with_a_name(path, document):
+    """A key with a name that a path lacks, such as bodies.cabin.mass for bodies.mass; empty where there is none."""
+    table, rest = value_at(document.value, path[:1]), path[1:]
+    keys = (".".join((path[0], name, *rest)) for name in table) if rest and isinstance(table, dict) else ()
+    return next(filter(quantity_of, keys), "")
 
 
 def _range(ends, quantity):
