@@ -163,16 +163,16 @@ def _row_of_closed_form(case, closed, cells, required):
 # ------------------------------------------------------------------------------------------------- to an accuracy
 
 
-def _solve_to_accuracy(rows, required, _):
+def _solve_to_accuracy(rows, required, estimate):
     """Compute the columns that no closed form of many cases gives, by models refined to the accuracy of each case.
 
-    Values, errors, failures and notes are added to the rows (list of UnfinishedRow).
+    Values, errors and failures are added to the rows (list of UnfinishedRow); notes to a row alone, or with `estimate`.
     """
-    searches = []
+    searches, noted = [], estimate or len(rows) == 1
     compute_together(rows, required.single)
     for block in batched(rows, STUDY.coupled_rows_at_once) if required.system else ():
         _prepare_systems(block, required)
-        _solve_systems(block, required)
+        _solve_systems(block, required, noted)
     for row in rows:
         columns = [column for column in required.modes if column.header not in row.failures]
         if columns:
@@ -185,7 +185,7 @@ def _solve_to_accuracy(rows, required, _):
     _add_errors_by_drag(rows, required.single)
     refine([search for _, _, search in searches], models.solve_models)
     for row, needed, search in searches:
-        _add_frequencies(row, needed, search)
+        _add_frequencies(row, needed, search, noted)
 
 
 def _add_errors_by_drag(rows, columns):
@@ -222,7 +222,7 @@ def _modal_gondola(scene):
     return scene.gondola is not None and grows_with_modes(scene.cable.damping)
 
 
-def _solve_systems(rows, required):
+def _solve_systems(rows, required, noted):
     """Compute the columns of gondola and cable as one linear system, which estimates the error of each of them.
 
     A column of one cable whose error is above the accuracy fails, but in a steady wind: no finer model takes away what
@@ -234,11 +234,11 @@ def _solve_systems(rows, required):
             row.fail([c for c in columns if c.needs != "gondola" or c.name == DAMPING_RATIO], NoSolutionError(MODAL))
     compute_together(rows, columns)
     for row in rows:
-        _judge_system(row, required)
+        _judge_system(row, required, noted)
 
 
-def _judge_system(row, required):
-    """Refuse the columns of a row of `_solve_systems` whose error is above the accuracy, and add its notes."""
+def _judge_system(row, required, noted):
+    """Refuse the columns of a row of `_solve_systems` whose error is above the accuracy, and add notes if `noted`."""
     case = row.case
     mode_error, accuracy = float(case.results.mode_error[case.index]), case.scene.model.accuracy
     for column in required.system:
@@ -255,8 +255,9 @@ def _judge_system(row, required):
         if mode_error and column.needs == "gondola" and column.name != "gondola_frequency":  # of the mode's shape
             row.errors[name] += case.gondola_mode.error_by_mixing(mode_error)
     row.dof = case.system_size
-    gondola = any(column.needs == "gondola" and column.header in row.values for column in required.system)
-    row.notes = _system_notes(row, gondola, required.damped)
+    if noted:
+        gondola = any(column.needs == "gondola" and column.header in row.values for column in required.system)
+        row.notes = _system_notes(row, gondola, required.damped)
 
 
 def _system_notes(row, gondola, damped):
@@ -276,8 +277,8 @@ def _gondola_notes(row):
     return tuple(notes.gondola_notes(row.case)) if "gondola_frequency_Hz" in row.values else ()
 
 
-def _add_frequencies(row, required, search):
-    """Add the frequencies, errors, failures and notes of a `Refinement` to a row."""
+def _add_frequencies(row, required, search, noted):
+    """Add the frequencies, errors and failures of a `Refinement` to a row, and notes if `noted`."""
     row.dof = max(search.used.dof, row.dof)
     mode_error = float(search.used.results.mode_error[search.used.index])
     for column in required.modes:
@@ -287,7 +288,7 @@ def _add_frequencies(row, required, search):
             row.errors[name] = search.errors[name] + mode_error
         else:
             row.failures[name] = search.failures.get(name, search.failures.get(None))
-    if search.values:
+    if noted and search.values:
         worst = max(row.errors[name] for name in search.values)
         texts = (notes.CLOSED_FORM, *notes.of_refined(search.used, worst, search.tried))
         row.notes = texts + tuple(line for line in row.notes if line not in texts)
