@@ -232,16 +232,17 @@ class System:
         return np.linalg.eigh(gradient.swapaxes(-1, -2) @ (stiffness * gradient))[1]
 
     def tension_vectors(self, forces, shapes):
-        """Tension vectors at the Gauss points, c - S f, of displacement shapes and the forces f that hold them.
+        """Tension vectors at the Gauss points, c - S f, of displacement shapes and the nodal forces f that hold them.
 
-        EA times the strain would be the same, but of an almost inextensible cable rounding is all that is left of it.
+        c follows from the relative displacement of the ends. EA times the strain is equal in exact arithmetic, but for
+        an almost inextensible cable only rounding would be left of the strain.
 
         Parameters
         ----------
         forces : ndarray, shape (..., nodes, d, r)
-            K u at the inner nodes; what is at the ends is not used.
+            f = K u; only the values at the inner nodes are used.
         shapes : ndarray, shape (..., nodes, d, r)
-            Displacements u, those of the ends among them.
+            Displacements u of all nodes, both ends included.
 
         Returns
         -------

@@ -205,10 +205,10 @@ class Dynamics:
         return Modes(CombinedModes(planes, self), min(count, self.dof), count >= self.dof)
 
     def _solve(self, system, count):
-        """List of `PlaneModes` among which are the `count` lowest modes of one system.
+        """List of `PlaneModes` that together have at least the `count` lowest modes of one system.
 
-        Of a small system there is one for each symmetry subspace, of a large one a single one, by Lanczos iteration.
-        Raises as `lowest`.
+        A small system is solved in each symmetry subspace, which gives one `PlaneModes` for each; a large one by
+        Lanczos iteration, which gives a single one. Raises as `lowest`.
         """
         dof, lead = system.dof, np.shape(self.length)
         if count == 0:

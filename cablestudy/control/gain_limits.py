@@ -50,7 +50,7 @@ class Limit:
         return self.rate < CONTROL.undamped
 
     def resembles(self, other):
-        """True if another `Limit` of a similar loop gain may be that of the same pole."""
+        """True if a `Limit` of a similar loop gain may belong to the same pole."""
         pairs = (self.factor, other.factor), (self.omega, other.omega)
         return all(abs(theirs / own - 1) < CONTROL.same_pole for own, theirs in pairs)
 
@@ -380,9 +380,9 @@ def limit_near(loop_gain, similar):
 
 
 def limits_near(loop_gain, similar):
-    """`Limit` of each eigenvalue of a loop gain with which a pole crosses near the known one of a similar loop: list.
+    """Crossings of the imaginary axis near a known crossing of a similar loop: list of `Limit`, one per eigenvalue.
 
-    A local search in place of a whole curve over frequency: for loop gains that differ by the errors of a model.
+    A local search in place of a whole curve over frequency, for loop gains that differ by the errors of a model.
 
     Parameters
     ----------

@@ -71,7 +71,7 @@ class Law:
         return value * np.exp(np.minimum(power.real, CONTROL.followed_growth) + 1j * power.imag)
 
     def described(self, gain, digits=6):
-        """The gains of the controller in words, for what the law is multiplied by [rad/s]."""
+        """Gains of the controller in words; `gain` multiplies the law. [rad/s]"""
         if self.integrates_only:
             return f"a gain of {gain:.{digits}g} rad/s"
         units, gains = {"integral": " rad/s", "proportional": "", "derivative": " s"}, []

@@ -237,12 +237,12 @@ def unstable_pole(poles):
 
 
 def growth_rates(poles):
-    """Growth of each pole less what rounding may be. [1/s]"""
+    """Growth rate of each pole, reduced by the rounding that it may contain. [1/s]"""
     return poles.real - CONTROL.growing * np.abs(poles) - CONTROL.pole_rounding * np.abs(poles).max(initial=0.0)
 
 
 def clearly_stable(poles):
-    """True if all poles decay, by more than rounding may be, and none is that of a mode as good as undamped."""
+    """True if all poles decay faster than rounding may pretend, with damping ratios above `CONTROL.undamped`."""
     size = np.abs(poles)
     uncertain = CONTROL.undamped * size + CONTROL.pole_rounding * size.max(initial=0.0)
     return bool((poles.real < -uncertain).all())

@@ -80,9 +80,10 @@ def _arrays_of_modes(loop_gain, modes):
 
 
 def _held_and_driven(loop_gains, row, omega, decay, w, by_winches):
-    """W^-4 times what holds and what drives each of n modes, w^T Z_r^-1 w and X/W^4: shape (2, n).
+    """Terms w^T Z_r^-1 w and X/W^4 of n modes of single cables, see the module's docstring: shape (2, n).
 
-    The arrays have n rows: the number of the loop gain, ascending, then those of `_arrays_of_modes`.
+    The arrays have n rows, one per mode: `row` is the number of its loop gain, ascending; the others are from
+    `_arrays_of_modes`.
     """
     aside = CONTROL.half_widths_aside * np.maximum(decay, CONTROL.least_half_width * omega)
     s, rate = 1j * (omega + aside), 2 * decay  # beside i W, and c

@@ -131,18 +131,18 @@ def basis_of_rows(system, omega, shapes, responses):
 
 
 def motion_of_rows(whole: LinearSystem, omega, shapes, winches, damping):
-    """Reduce n suspensions to the amplitudes of m shapes each: `LinearSystem` of rows, without actuators.
+    """Reduce n suspensions to m shapes each: a `LinearSystem` of n rows, without actuators.
 
-    Its inputs are the lengths v that winches reel in.
+    Its coordinates are the amplitudes of the shapes, its inputs the lengths v that the winches reel in.
 
     Parameters
     ----------
     whole : LinearSystem
-        The suspensions in all N coordinates, of n rows, see `control.suspension.suspension_system`.
+        The n suspensions in all N coordinates, see `control.suspension.suspension_system`.
     omega, shapes : ndarray, shapes (n, m) and (n, N, m)
-        Reduction basis, see `basis_of_rows`.
+        Reduction basis, see `basis_of_rows`. [rad/s], mass-normalised
     winches : int
-        How many of the inputs of `whole`, the first ones, are winches.
+        Number of winches, which are the first inputs of `whole`.
     damping : ndarray, shape (n, m, m), or 0
         Damping of the amplitudes in addition to that of `whole`.
     """

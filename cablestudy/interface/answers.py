@@ -130,8 +130,10 @@ def loop(
     Parameters
     ----------
     scene : Scene
-    response, time, input, size, length, output : optional
-        Frequencies of a response; duration of a response in time, with its options: see `Scene.loop_response` and
+    response : optional
+        Range of frequencies of the response over frequency, see `Scene.loop_response`.
+    time : optional
+        Duration of the response in time; `input`, `size`, `length` and `output` are its options, see
         `Scene.loop_in_time`.
     table, estimate
         See `one_cable.solve_loop`.

@@ -64,7 +64,7 @@ class RefinedMode:
         return value, np.maximum(error, self._rounding)
 
     def error_by_mixing(self, error):
-        """Relative error of the share by one of the frequencies of all modes that the models do not know of. [-]"""
+        """Relative error of the share by a relative error of all frequencies that the models do not include. [-]"""
         return self.mode.error_by_mixing(error)
 
     @property
@@ -119,7 +119,10 @@ class BodyMode:
 
     @classmethod
     def search(cls, modes_of, name, body, axis):
-        """Find the mode: more of the lowest modes are computed until those left out together have less than its share.
+        """Find the mode: compute more and more of the lowest modes until no other one can have a larger share.
+
+        The shares of all modes add up to one. The search ends when the modes left out have together no more than the
+        mode found has, with modes that coincide with it, or when all modes are computed.
 
         Parameters
         ----------

@@ -302,9 +302,11 @@ class DrivenCables:
         return in_loop
 
     def modes_below(self, cable, element, driven, resolved):
-        """Modes of a cable below `driven` times what the gain could drive or `resolved` times `resolved_to`.
+        """Mask of the modes of a cable that are below a limit of frequency, array of bool, shape (n,).
 
-        Array of bool, shape (n,). Of waves along the cable what the gain could drive counts alone.
+        The limit is the larger one of `driven` times the highest frequency at which the gain could drive waves across
+        the cable, and `resolved` times `resolved_to`. Modes along the cable count also if they are below `driven` times
+        the highest frequency at which it could drive waves along the cable.
         """
         across, along = driven * self._highest_driven[:, cable]
         below = element.omega < max(across, resolved * self.resolved_to)
@@ -377,21 +379,34 @@ class DrivenCables:
 
     @property
     def _highest_surely_known(self):
-        """Frequency up to which the poles of modes are those of the model. [rad/s]"""
+        """Frequency below which the poles of all modes are certainly among those of the model. [rad/s]"""
         return (1 - MOTION.uncertain_pole) * self._highest_resolved
 
     def _modes_that_may_be_above(self, needed):
-        """Numbers of those of the needed modes of each cable whose poles the model may not have: list of ndarray."""
+        """Indices of the needed modes of each cable whose poles may lie above those of the model: list of ndarray."""
         least = MOTION.may_be_above * self._highest_surely_known
         pairs = zip(needed, self.loop_gain.elements, strict=True)
         return [np.flatnonzero(modes & (element.omega > least)) for modes, element in pairs]
 
     def _with_estimates(self, modes, estimated):
-        """Poles of the model, then those of modes above it, by the numbers and estimated poles of these. [rad/s]
+        """Poles of the model, estimated poles of modes above it, and places to search for narrow poles from.
 
-        Then places from which narrow poles are sought, and how far these may be, over their frequency: poles of the
-        model and their accuracy; these estimates, and what moves them from the frequency with fixed ends. Where that is
-        much, as where a cable goes on beyond a junction of hardly any mass, the places are on the way there.
+        Parameters
+        ----------
+        modes : list of ndarray of int
+            Numbers of modes of each cable.
+        estimated : ndarray, complex, shape (n,)
+            Their poles. [rad/s]
+
+        Returns
+        -------
+        poles : ndarray
+            Poles of the model, then estimates: each pole may be shifted from the frequency with fixed ends by 0 to 4
+            times the shift of one mode alone, as modes that nearly coincide shift together. [rad/s]
+        starts : ndarray
+            Poles of the model, then the estimates; where the shift is large, places on the way to the estimate. [rad/s]
+        errors : ndarray
+            Distance at which a pole may be from its start, over its frequency. [-]
         """
         elements, highest = self.loop_gain.elements, self._highest_surely_known
         fixed = np.concatenate([element.omega[own] for element, own in zip(elements, modes, strict=True)])

@@ -297,7 +297,19 @@ def _driving_gains_of_rows(effects):
 
 
 def _driving_gain_of_cable(effects, cable, of_measured, of_winches, winch_gain):
-    """`DrivingBounds.driving_gain` of one cable of n rows, (n, 2, f), by `_responses` with their last axis second."""
+    """Gain above which waves across and along one cable of n rows could be driven, shape (n, 2, f). [rad/s]
+
+    The bound of the module's docstring, for the four waves across and two along of `_waves`; the largest shift of the
+    four, and of the two, counts.
+
+    Parameters
+    ----------
+    effects : list of DrivingBounds
+        n of them.
+    cable : int
+    of_measured, of_winches, winch_gain : ndarray, shapes (n, d, k, f), (n, d, i, f), (n, k, i, f)
+        P Z^-1, F^T Z^-1 and |A| |C1 N| from `DrivingBounds._responses`, with the axes behind the row reversed.
+    """
     forces, decay, *sizes = _waves(effects, cable)
     connection, reeling, omega = _stacked(effects, "connection", "reeling", "omega")
 

@@ -194,8 +194,9 @@ class GustResponse:
     def displacement_truncation_error(self):
         """Largest relative error, by the modes left out, of a variance of displacements, summed over x, y and z. [-]
 
-        Of bodies, of their velocities and of what a telescope sees of both, to which high modes matter more, and of the
-        displacements of mid-spans. Of free points where the plant has their `points`, or nothing else is free.
+        It covers displacements and velocities of bodies and markers, their displacements as a telescope sees them (high
+        modes matter more to these and to velocities), and displacements of mid-spans. Free points count only where the
+        plant has static responses to loads on them (`points`), or where no body is free.
         """
         suspension, plant = self.closed_loop.equilibrium.suspension, self.closed_loop.plant
         points_count = plant.points or not suspension.free[: suspension.bodies].any()

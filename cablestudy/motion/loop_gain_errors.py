@@ -27,10 +27,11 @@ class LoopGainErrors:
 
     @cached_property
     def by_models(self):
-        """Loop gains that differ by what the models leave open: list of `LoopGain`.
+        """Loop gains changed by what the models of the cables leave open: list of `LoopGain`.
 
-        The frequencies of the modes are shifted by errors of the mesh. Modal damping of half of the modes, the highest
-        ones, is left out: it has no limit as modes are added. Vectors stand for more of them.
+        One has the frequencies of the modes lowered by the errors of the mesh. If damping is modal, one lacks it in the
+        upper half of the modes, since it grows without limit as modes are added. If vectors stand for modes, one has
+        vectors in place of more modes.
         """
         driven, loop_gain, elements = self._driven, self._driven.loop_gain, self._driven.loop_gain.elements
         mesh_errors = [np.zeros(len(element.omega)) for element in elements]
@@ -91,10 +92,10 @@ class LoopGainErrors:
         return MOTION.by_other_modes if self._vectors_used or self._driven.loop_gain.windowed else 0.0
 
     def of_pole_sums(self, omega):
-        """Relative error of the loop gain by sums over the poles of cables, where resonances are narrow; 0 elsewhere.
+        """Relative error of the loop gain from sums over poles of cables, at narrow resonances; 0 elsewhere. [-]
 
-        There a small error of a pole, by rounding or by windows, is a large one of the loop gain: it is compared with
-        that of equations which are solved at some frequencies `omega`, shape (f,) [rad/s]. [-]
+        At such a resonance a small error of a pole (by rounding, or by windows) is a large error of the loop gain. It
+        is compared with the loop gain of solved equations, at frequencies `omega` close to poles, shape (f,) [rad/s].
         """
         if not self._driven.coupling_damping:
             return 0.0

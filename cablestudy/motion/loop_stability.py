@@ -82,7 +82,9 @@ class LoopStability:
 
     @property
     def driven(self):
-        """`DrivenCables` of a gain above that of the loop and above the largest one; loops that differ in it share it.
+        """`DrivenCables` of a gain above that of the loop and above the largest stable one.
+
+        Loops that differ only in their gain share it.
 
         Raises
         ------

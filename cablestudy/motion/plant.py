@@ -219,18 +219,18 @@ class Plant:
     def coarse_space(self):
         """Basis of a space of the coordinates with fewer modes, static responses and all strokes, shape (m, r).
 
-        To an accuracy the static responses are those to winches and loads alone: where those to the forces of moving
-        bodies matter, what they leave out may too (3e-5 of an RMS without them, 1.5e-3 in truth). Of stated elements
-        all of them are kept.
+        Where an accuracy decides on the model, static responses are those to winches and loads only: where responses to
+        the forces of moving bodies matter, so may what they leave out (3e-5 of an RMS without them, 1.5e-3 in truth).
+        Where the scene states the elements, all static responses are kept.
         """
         return space_with_fewer_modes(self, applied_loads(self) if self.model is None else self._loads_and_basis[0])
 
     @cached_property
     def coarse_space_in_time(self):
-        """Basis as of `coarse_space`, with static responses to winches and loads alone of stated elements too.
+        """Basis as of `coarse_space`, but with static responses to winches and loads only, also for stated elements.
 
-        A step excites waves in the cables of all frequencies, which static responses alone represent: those to moving
-        bodies are left out here, to see what they change.
+        A step excites waves of all frequencies in the cables, which only static responses represent. Responses to
+        moving bodies are left out here to see what they change.
         """
         return self.coarse_space if self.model is None else space_with_fewer_modes(self, applied_loads(self))
 

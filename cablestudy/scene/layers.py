@@ -196,7 +196,7 @@ def _index(items, key, name):
 
 
 def unknown_name(lower, upper, path):
-    """Find a name of a cable, case, body, ... in a path that was set though it did not exist: probably a misprint.
+    """Find a name (of a cable, load case, body, ...) that setting a path has created: probably a misprint.
 
     Parameters
     ----------
@@ -208,8 +208,8 @@ def unknown_name(lower, upper, path):
     Returns
     -------
     tuple of (str, str, list of str) or None
-        What the name should stand for, the name, and the names that there are: ("cable", "north", ["left", "right"]).
-        None where all names are known, or the new one was added with a key by which NAMED lets it be added.
+        Kind of thing, new name and existing names: ("cable", "north", ["left", "right"]). None if no name is new, or if
+        NAMED allows the new entry: always (as for cases), or because it has one of the listed keys.
     """
     for table, (kind, keys) in NAMED.items():
         depth = len(table)

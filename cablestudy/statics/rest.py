@@ -421,7 +421,7 @@ class CoupledEquations:
         return matrix
 
     def _sparse(self, suspension):
-        """Yield the matrix of each case, scipy.sparse.csc_array of shape (d + s, d + s)."""
+        """Yield the matrix of each case: scaled [K, -G; M, D] of `coupled_step`, csc_array of shape (d + s, d + s)."""
         from scipy.sparse import block_array, coo_array, diags_array, eye_array
 
         d, s, free = self.scales.shape[-1], len(self.which), suspension.free

@@ -309,12 +309,12 @@ class Push:
 
 
 def pushed_ends(span_at, force):
-    """Displacements of n cable ends along x by forces F on them, from the positions of rest without F: `Push`.
+    """Displacements of n cable ends along x by forces F on them, from their positions without F: `Push`.
 
-    Solves g(u) = g(0) + F for u, with the force g(u) that holds end 2 at the displacement u. It grows with u: its
-    slope, the static end stiffness, is positive. Newton's method, kept within a bracket that each step narrows,
-    therefore finds the only solution. Far out the cable is straight and g nearly linear, so that a step that goes much
-    too far, from a soft form, comes back.
+    Solves g(u) = g(0) + F for u, g(u) being the force that holds end 2 at the displacement u. The slope of g, the
+    static end stiffness, is positive, so that there is only one solution, which Newton's method finds within a bracket
+    that each step narrows. A cable that is soft at first makes a step much too long; far out the cable is straight and
+    g nearly linear, so that the next step comes back.
 
     Parameters
     ----------

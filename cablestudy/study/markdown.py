@@ -48,9 +48,9 @@ def fitted(table, width):
     """Lay out a table as Markdown text that is no wider than a terminal.
 
     Of many rows only the first and the last are shown. A status that is ok in all rows is hidden, and long texts are
-    wrapped. Up to four rows are shown as columns if the table is too wide, and always in a table that is `single` or
-    `across`. Of more rows the heads are wrapped too, onto a line below the rule, and then columns are left out from the
-    right, values printed in a source first, then secondary ones.
+    wrapped. Tables that are `single` or `across` are turned: one line for each quantity. If another table is too wide,
+    up to four rows are turned too; of more rows first the heads are wrapped, onto a line below the rule, and then
+    columns are left out from the right: first values printed in a source, then secondary ones, then the others.
 
     Parameters
     ----------

@@ -91,25 +91,25 @@ def number_of(option, name, names):
 
 
 def pairs_of(options, inputs, outputs, first=0, prefix=""):
-    """Indices of all pairs of a named output and a named input: list of (output, input), both int.
+    """Indices of each named output combined with each named input: list of (output, input), both int.
 
     Parameters
     ----------
     options : StateSpaceOptions
-        Its `inputs` and `outputs` are the names; SceneError for an unknown one.
+        Names in `outputs` and `inputs`; SceneError for an unknown one.
     inputs, outputs : sequence of (str, str)
-        All names and units.
+        Names and units of all inputs and of all outputs.
     first : int
-        Index of the input or output where none is named.
+        Index that is taken where no output, or no input, is named.
     prefix : str
-        Part that may be written before each name.
+        Prefix that a user may write before each name.
     """
     given = ("--output", options.outputs, outputs), ("--input", options.inputs, inputs)
-    above, below = (
+    output_indices, input_indices = (
         [number_of(option, name.removeprefix(prefix), [known for known, _ in pairs]) for name in names] or [first]
         for option, names, pairs in given
     )
-    return [(output, input_) for output in above for input_ in below]
+    return [(output, input_) for output in output_indices for input_ in input_indices]
 
 
 class Choice:

@@ -299,17 +299,17 @@ def read_shard(text):
 
 
 def usable(old, new):
-    """Columns whose stored values a run with other columns can use again, since it would compute the same digits.
+    """Columns whose stored values another run can use again, because it would compute the same digits.
 
-    Closed forms do not depend on the other columns. The model of the motion is refined until all columns that need it
-    are accurate, so their values are used again only if both runs have the same such columns. A column on the
-    computation itself (dof, error estimate) depends on all columns of the row: where the new run has such a column, and
-    not exactly the stored columns, no value is used again.
+    Closed forms depend on no other column. The model of the motion is refined until all columns that need it are
+    accurate, so that values of such columns are used again only if both runs have the same columns that need the model.
+    Columns about the computation itself (`needs` is "run": dof, error estimate) depend on all columns of the row: if
+    the new run has one, stored values are used again only if both runs have the same columns throughout.
 
     Parameters
     ----------
     old, new : sequence of str
-        Headers of the columns that are stored, and of those that the run is to have.
+        Headers of the stored columns, and of the columns of the new run.
 
     Returns
     -------

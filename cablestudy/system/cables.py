@@ -378,7 +378,7 @@ def _taken(groups, indices):
 
 
 def _with_at_most(mesh, displacements, coarser):
-    """Mesh with an order less by `coarser`, and no more than so many displacements; itself if it is that."""
+    """Mesh of at most `displacements` displacements, its order then lowered by `coarser`; the mesh itself if equal."""
     highest_order = (displacements // 3 + 1) // mesh.elements
     order = max(min(mesh.order, highest_order) - coarser, 1)
     return mesh if order == mesh.order else replace(mesh, order=order)

@@ -4,7 +4,7 @@ import numpy as np
 
 
 def first_of_largest(values, apart):
-    """Index of the largest of some values, shape (m,): of those closer to it than a relative distance the first."""
+    """Index of the first of the values, shape (m,), that lies within a relative distance `apart` of the largest."""
     return int(np.argmax(values >= values.max() * (1 - apart)))
 
 

@@ -88,9 +88,20 @@ class CondensedCables:
         return replace(self, further=np.stack(further) + (0.0 if self.further is None else self.further))
 
     def at(self, s):
-        """Dynamic stiffness, its derivative by s, and all displacements by those of the ends, at s of shape (g,).
+        """Dynamic stiffness at the ends of each cable, its derivative by s, and the displacements of the cable.
 
-        Shapes (g, 6, 6), (g, 6, 6) and (g, n + 6, 6).
+        Parameters
+        ----------
+        s : ndarray, complex, shape (g,)
+            [rad/s]
+
+        Returns
+        -------
+        stiffness, derivative : ndarray, shape (g, 6, 6)
+            D(s) of the module's docstring, and D'(s) = X^T Q'(s) X: exact where `further` is symmetric, else an
+            approximation.
+        shapes : ndarray, shape (g, n + 6, 6)
+            X: all displacements, of modes and ends, per displacement of the ends.
         """
         n, s = self.omega.shape[-1], s[:, None, None]
         viscous, ratio = self.viscous[:, None, None], self.ratio[:, None, None]
@@ -115,7 +126,11 @@ class CondensedCables:
         return of_ends + of_modes @ shapes, 2 * s * inertia + damping, all_shapes
 
     def products(self, left, right):
-        """left^T M right, left^T C right and left^T Im K right of complex displacements, shapes (g, n + 6, k)."""
+        """Products left^T M right, left^T C right and left^T Im K right of displacements, shape (g, k, k) each.
+
+        `left` and `right` are complex, shape (g, n + 6, k): of the coordinates, then of the ends. C has the modal
+        damping of the absolute amplitudes q + m u.
+        """
         n = self.omega.shape[-1]
         momentum = _product(self.coupling, right[:, n:])  # of the coordinates
         moving = right[:, :n] if self.inertia_of_modes is None else _product(self.inertia_of_modes, right[:, :n])

@@ -378,10 +378,11 @@ class Search:
 
 
 def shaping_modes(accuracy):
-    """Number of modes in each plane from which on the form of a cable under any load has an accuracy.
+    """Number of modes in each plane that gives the shape of a cable under any load to an accuracy. [-]
 
-    A force at mid-span moves a string by a triangle, whose k-th sine, of odd k, is 1/k^2 of the first. As much of the
-    variance at mid-span by forces that are not coherent is that of the k-th one as 1/k^4: those above K lack 1/(6 K^3).
+    A force at mid-span moves a string in the form of a triangle: its k-th sine, k odd, is 1/k^2 of the first. Under
+    forces that are not coherent the k-th sine therefore adds 1/k^4 of the first to the variance at mid-span. All sines
+    above K add 1/(6 K^3), and change the RMS by half of that.
     """
     return (12 * accuracy) ** (-1 / 3)
 

@@ -146,15 +146,16 @@ def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
     notches : tuple of (Notch or None)
         Of each measured coordinate.
     law : tuple of 4 ndarray
-        s C1 as a state space: see `Law.state_space`.
+        s C1 as a state space a, b, c, d: see `Law.state_space`.
     forces : ndarray, shape (..., m, j), optional
         Force on each coordinate by each force; without it there are no inputs, and winches move by the loop alone.
 
     Notes
     -----
-    Of an integrator v' and v'' are sums of states: v' = -gain A e with e = N (y - r) = c n + d (y - r), and v'' = -gain
-    A (c n' + d (y' - r')). A, `Allocation.matrix`, is U R with independent columns U, so that the winches have as many
-    states as movements. Another law is between U and R: v' = U q, q = c l + d w, l' = a l + b w, w = -gain R e.
+    e = N (y - r) is the error behind the notches: with the states n of a notch e = c_n n + d_n (y - r). An integrator
+    reels in v with v' = -gain A e and v'' = -gain A (c_n n' + d_n (y' - r')), both sums of states and inputs. Since
+    A = U R (`Allocation`), one state p for each independent movement, a column of U, is enough: v = U p. Another law
+    has its states l between R and U: p' = c l + d w, l' = a l + b w, w = -gain R e, with `law` = a, b, c, d.
     """
     m, unit, leading, order = len(motion), motion.unit, motion.mass.shape[:-2], np.asarray(law[0]).shape[-1]
     filters = sum(actuator.filtered for actuator in motion.feedback)

@@ -110,8 +110,8 @@ def _eigen_of_coupled(matrices, omega):
     """`eigen` of modes that damping couples.
 
     The frequencies of the modes differ by many powers of ten, and an eigen-solution has rounding of the size of its
-    largest eigenvalue: so the inverse is taken, for W q, and W q' in s: entries no larger than they must be. Where
-    damping is weak, that of a solvent is half as large.
+    largest eigenvalue. So the inverse matrix is taken, of the states W q, and q' where x is s: its entries are as small
+    as possible. Where damping is weak, a solvent of half the size serves instead (`solvents`).
     """
     (rows, n), states = omega.shape, len(matrices) - 1
     found, size = np.zeros(rows, dtype=bool), states * n

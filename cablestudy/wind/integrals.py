@@ -66,10 +66,11 @@ class Integrals:
         return variances_of_rows([self], [response])[0]
 
     def undamped(self, response, variance, stiffness):
-        """Find, for each output, the undamped motion that makes its variance infinite: the pole that moves it most.
+        """Find, for each output, an undamped motion that makes its variance infinite: the pole that moves it most.
 
-        Motions that the gusts do not excite are left out: they leave the variance finite. A motion counts as excited
-        if it would have a visible share of the energy with the damping ratio `least_damping_ratio`.
+        A pole other than zero is undamped where `damped` is False with `least_damping_ratio`. Its motion makes a
+        variance infinite only if the gusts excite it: if, with the damping ratio `least_damping_ratio`, its energy in
+        the output would exceed the share `WIND.undamped_share` of the energy of all other motion.
 
         Parameters
         ----------

@@ -259,10 +259,25 @@ def variances_with_remainder(residues, remainder, noise_times, panels, noise, we
 
 
 def _spectral_integrals(inputs, panels, noise, weights, resolvents):
-    """Integrals of the noise for `variances`: of r_j b_j S, shape (..., w, N, i), and of S, shape (..., w, i, i).
+    """Integrals over frequency for `variances`: of r_j b_j S, and of S, each with w weights.
 
-    They are integrals over frequency, times each of w weights, with the symbols of the module's docstring: `inputs` are
-    the b_j of N poles, shape (..., N, i), `resolvents` the r_j times the weights of the quadrature, shape (..., N, n).
+    Symbols are those of the module's docstring.
+
+    Parameters
+    ----------
+    inputs : ndarray, complex, shape (..., N, i)
+        b_j of N poles.
+    panels : Panels
+    noise : Noise
+        S.
+    weights : ndarray, shape (..., w, n)
+        w functions at the n points of quadrature.
+    resolvents : ndarray, complex, shape (..., N, n)
+        r_j times the weights of the quadrature.
+
+    Returns
+    -------
+    by_pole, spectra : ndarray, shapes (..., w, N, i), (..., w, i, i)
     """
     (*leading, poles, size), (count, points) = inputs.shape, weights.shape[-2:]
     real_resolvents = np.concatenate([resolvents.real, resolvents.imag], axis=-2)
@@ -282,16 +297,16 @@ def _spectral_integrals(inputs, panels, noise, weights, resolvents):
 
 
 def _times_matrices(inputs, matrices, integrals):
-    """Sum over k of c_k b_j S_k of each pole, shape (..., N, w, l).
+    """Sum over k of c_k b_j S_k for each of N poles j and w weights, shape (..., N, w, l).
 
     Parameters
     ----------
     inputs : ndarray, complex, shape (..., N, i)
         b_j.
     matrices : ndarray, shape (..., p, i, l)
-        S_k.
+        S_k, k = 1 to p, real.
     integrals : ndarray, shape (..., 2, N, w, p)
-        Real and imaginary parts of c_k.
+        Real and imaginary parts of c_k, for each pole and weight.
     """
     *leading, functions, rows, columns = matrices.shape
     real, imag = np.moveaxis(integrals, -4, 0)

@@ -266,9 +266,17 @@ def _errors_of_column(failures, column):
 
 
 def _coarse_errors(results, required, numbers):
-    """Case -> {header: estimated relative error}, of the cases in which an error exceeds `STUDY.rounding`.
+    """Estimated relative errors in the cases where any exceeds `STUDY.rounding`: case -> {header: error}.
 
-    `numbers` are those of the columns, header -> ndarray of shape (n,).
+    The error of a column is the largest of those that apply to it:
+
+    * of the statics, by rounding and by the model (uniform drag, conductors): all columns but those of the scene alone;
+      without the part by the drag for columns `of_reference`;
+    * of the sag, by rounding: columns `determined_by` the sag;
+    * of the displacement of a pushed end: the column `force_displacement`;
+    * of the number itself, by drag that is taken as uniform: columns with `by_drag`.
+
+    `numbers` has the numbers of the columns: header -> ndarray of shape (n,).
     """
     statics_error = np.maximum(results.statics_rounding, results.model_error)
     reference_error = np.maximum(results.statics_rounding, results.model_error - results.drag_error)
@@ -297,7 +305,7 @@ def _coarse_errors(results, required, numbers):
 
 
 def evaluate_table(table, columns):
-    """Columns of statics of the cases of a `CaseTable`, without an object for each case.
+    """Compute columns of statics for all cases of a `CaseTable` at once, without an object for each case.
 
     Parameters
     ----------
@@ -308,10 +316,10 @@ def evaluate_table(table, columns):
     Returns
     -------
     list of (list, str, dict), or None
-        Of each case: numbers in the order of the columns but `status`, None where there is none; status; header ->
-        estimated relative error where it exceeds `STUDY.rounding`, or None where it is not known. None in place of all
-        where that is not possible: a column is computed case by case, is one of suspensions, or describes the
-        computation; or the cable is a conductor with stress-strain curves.
+        For each case: the numbers in the order of the columns without `status`, None where there is none; the status;
+        and header -> estimated relative error where it exceeds `STUDY.rounding`, None where it is unknown. None in
+        place of the list if a column is not one of a single cable, is computed case by case, needs a model of the motion or
+        describes the computation, or if the cable is a conductor with stress-strain curves.
     """
     if not all(map(is_of_one_cable, columns)) or table.scene.cable.stress_strain is not None:
         return None

@@ -179,10 +179,10 @@ def _of_cable(case, modes, count):
 
 @styled
 def coupled_mode_shapes(case, modes, listed=None, share=None):
-    """Figure of the first coupled modes of a suspension: a panel each, with the displaced scene over its static form.
+    """Figure of the first coupled modes of a suspension, one panel each: the displaced scene over the scene at rest.
 
-    Where all cables end in one vertical plane, that plane is seen from the side, and movement out of it is drawn
-    upwards; other scenes, and those without a width, are drawn in perspective.
+    If all cables end in one vertical plane, the panels show that plane from the side, and draw movement out of it
+    upwards. Scenes that do not lie in one plane, or have no width in it, are drawn in perspective.
 
     Parameters
     ----------
@@ -191,9 +191,9 @@ def coupled_mode_shapes(case, modes, listed=None, share=None):
     modes : CoupledModes
         Modes of the case.
     listed : int, optional
-        Number of modes that are asked for; a figure has at most PANELS. Default: all.
+        Number of modes asked for; by default all. The figure shows at most PANELS of them.
     share : float, optional
-        Displacement over the amplitude, from -1 to 1, of one of several pictures in a row; see `mode_shapes`.
+        Displacement over its largest value, from -1 to 1, for one picture of an animation; see `mode_shapes`.
     """
     listed, drawing = len(modes) if listed is None else listed, drawing_of(case)
     plane, peak = upright_plane([drawing]), nice(PEAK_OVER_SIZE * drawing.size)  # peak: largest displacement drawn [m]

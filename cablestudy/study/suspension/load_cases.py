@@ -259,23 +259,29 @@ class CablesOfCase:
 
 
 def loaded_state(reference, scenes, forced=True, cables=None):
-    """Find the `LoadedState` of suspensions in the load cases of their scenes, with the lengths of the reference state.
+    """Find the equilibria of suspensions in their load cases, with the cable lengths of the reference state.
 
     Parameters
     ----------
     reference : Equilibrium
-        In the reference state, with all cables, shape (n,).
+        Reference states with all cables, shape (n,).
     scenes : sequence of SuspensionScene
-        n of them, `without_lost`; all of their load cases have a steady wind, or none has.
+        n scenes, each from `SuspensionScene.without_lost`, all with the same cables left. The load cases of all of them
+        have a steady wind, or none has.
     forced : bool
         Whether the forces of the load cases on bodies and points act too.
     cables : CablesOfCase, optional
-        Cables as the cases change them; by default those of the reference state at the temperatures of the cases.
+        Lengths, stiffness and mass of all cables in the load cases; by default those of the reference state, with the
+        lengths changed by temperature.
+
+    Returns
+    -------
+    LoadedState
 
     Raises
     ------
-    ConvergenceError
-        Forces of the steady wind and the attitude that they lead to do not agree.
+    NoSolutionError
+        The cables that are left do not hold a body.
     """
     present, values = cables_left(reference, scenes[0]), CableValues(scenes)
     suspension, lengths = reference.suspension, reference.lengths

@@ -36,9 +36,10 @@ def _analysis(case, names):
 
 
 def place_columns(name):
-    """Columns of the motion in the wind of a body, at its reference point, a marker BODY.MARKER or a free point: list.
+    """Columns of the motion in the wind of a body (its reference point), a marker BODY.MARKER or a free point: list.
 
-    Mean displacements, RMS with the loop and with the winches at rest, expected peak, and what a telescope sees.
+    They are mean displacements; RMS with the loop and with the winches at rest; the expected peak; and RMS of what a
+    telescope sees.
     """
     outputs = [f"{name}.{axis}" for axis in PLACES]
 
