@@ -318,8 +318,8 @@ def evaluate_table(table, columns):
     list of (list, str, dict), or None
         For each case: the numbers in the order of the columns without `status`, None where there is none; the status;
         and header -> estimated relative error where it exceeds `STUDY.rounding`, None where it is unknown. None in
-        place of the list if a column is not one of a single cable, is computed case by case, needs a model of the motion or
-        describes the computation, or if the cable is a conductor with stress-strain curves.
+        place of the list if a column is not one of a single cable, is computed case by case, needs a model of the
+        motion or describes the computation, or if the cable is a conductor with stress-strain curves.
     """
     if not all(map(is_of_one_cable, columns)) or table.scene.cable.stress_strain is not None:
         return None
