@@ -101,10 +101,10 @@ def _held_and_driven(loop_gains, row, omega, decay, w, by_winches):
 
 
 def narrow_poles(loop_gains, estimates, starts, errors):
-    """Poles without gain, of the equations of L itself, near places whose error may hide their resonance.
+    """Poles without gain of the equations of L, found near places where an estimate may be too coarse to show them.
 
-    L has a resonance as wide as the pole decays, which frequencies beside an estimate miss where this is farther off.
-    Near a pole Z x = -d Z' x for the steps d from s to it and to poles close to it.
+    L has a resonance as wide as the decay of its pole. Frequencies beside an estimate miss it if the estimate is off by
+    more than this width. Near a pole Z x = -d Z' x, d being the steps from s to it and to poles close to it.
 
     Parameters
     ----------
@@ -114,13 +114,13 @@ def narrow_poles(loop_gains, estimates, starts, errors):
     starts : list of ndarray
         Places from which they are sought, complex, shape (m,): estimates, and others. [rad/s]
     errors : list of ndarray, shape (m,)
-        Relative error of each of these: of those that decay more it hides nothing. [-]
+        Relative error of each start: it is searched only if its relative decay is smaller. [-]
 
     Returns
     -------
     list of ndarray
-        Of each loop gain those poles that are farther from all estimates than half the width of the resonance, complex,
-        shape (k,). [rad/s]
+        For each loop gain the poles whose distance from all estimates exceeds half the width of their resonance,
+        complex, shape (k,). [rad/s]
     """
     found, hidden_of = [poles[:0] for poles in estimates], {}
     for index, (loop_gain, s, error) in enumerate(zip(loop_gains, starts, errors, strict=True)):

@@ -103,7 +103,7 @@ def _nearby_limit(eigenvalue, loop_gain, limit):
 
 @dataclass(frozen=True, eq=False)
 class _NearbyMargins(Margins):
-    """`Margins` of which all that others follow from is given.
+    """`Margins` that are given, not computed: `found` has the values from which all other margins follow.
 
     Attributes
     ----------
@@ -173,7 +173,10 @@ class _Eigenvalues:
 
 
 def _check_first_order(slope, curvature, shift, moved):
-    """Refuse where terms of second order count beside shifts, or what `moved` with them: _DifferenceError."""
+    """Raise `_DifferenceError` unless terms of second order are small, beside the slope and beside `moved`.
+
+    `moved` is the change of the sought value by `shift`; its part of second order is curvature times shift^2.
+    """
     bend, least = CONTROL.nearby_bend, CONTROL.nearby_rounding
     bending = np.abs(curvature * shift)
     small = (bending <= bend * np.abs(slope)) & (bending * np.abs(shift) <= np.maximum(bend * np.abs(moved), least))

@@ -181,9 +181,9 @@ class LeftOutModes:
         weights : dict
             Name -> function of frequency [Hz], as of `Turbulence.seen`.
         variances, stated : ndarray, shape (w, o)
-            Of the model, and their errors that are known without: smaller changes are not resolved.
+            Variances of the model, and their errors from other causes: changes smaller than these are not resolved.
         least : float
-            Least relative error that is stated for an RMS, infinite where none is: smaller changes are not computed.
+            Smallest relative error that an RMS is stated with, infinite if none: smaller changes are not computed.
         """
         rows, change = self._plant.displacements[0], np.zeros(variances.shape)
         if len(rows) and np.isfinite(least):

@@ -149,7 +149,7 @@ class Search:
         return row if alone else -1 - bool(np.any(loads[cables, :, 2]))
 
     def _modes_of_elements(self, rows, alone, meshes):
-        """`of_elements` of some rows: list; where those of one have no equilibrium, of one after the other."""
+        """Outcomes of `of_elements` for some rows: list; if they fail in one call, each row is solved by itself."""
         cables, meshes_of_rows = self._cables_of(rows), [meshes[cable] for cable in self._cable_indices(rows)]
         most_modes = min(self._modes_needed(rows), SYSTEM.modes_of_cable) if alone else SYSTEM.modes_of_cable
         models = Models(cables, meshes_of_rows, fixed=True, most_modes=most_modes)

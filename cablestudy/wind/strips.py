@@ -156,7 +156,7 @@ class Strips:
     def gust_covariance(self, components, kappa):
         """Covariance of the generalised gust forces on `shapes`, for turbulence with the coherence exp(-kappa r).
 
-        r is the distance along the cable: `cable_pairs.coherence_of_chords` has what that of the places adds.
+        r is the distance along the cable. `cable_pairs.coherence_of_chords` gives what the straight distance adds.
 
         Parameters
         ----------
