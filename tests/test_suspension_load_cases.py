@@ -62,6 +62,17 @@ def numbers(scene, *names):
     return {name: row.cells[column.header] for name, column in zip(names, columns, strict=True)}
 
 
+def test_a_chord_between_held_ends_needs_no_equilibrium(made):
+    """At -1e-3 of its length per degree next to nothing is left of the cable, but its ends are where they were."""
+    cable = "cable: {elastic_modulus: 70 GPa, density: 3500, diameter: 22 mm, expansion: -1e-3 1/K}\n"
+    text = cable + "cases: {fire: {temperature: 1000 degC}}\ncables: {a: {from: [0, 0, 0], to: [30, 0, 40], STATED}}\n"
+    one = made(text.replace("STATED", "unstretched_length: 50.1 m"), "case=fire")
+    row = evaluate_suspensions([one], [find("a.chord"), find("a.sag")])[0]
+    assert row.cells["a.chord_m"] == pytest.approx(50.0, rel=1e-15)
+    assert row.cells["a.sag_m"] is None
+    assert "next to nothing is left" in row.cells["status"]
+
+
 def body(*sets, stated="unstretched_length: 77 m"):
     """The text of the body on four cables, and changes."""
     return BODY.replace("STATED", stated), *sets

@@ -180,8 +180,8 @@ class SuspensionCase:
         return {name: utilisation for name, utilisation in utilisations if utilisation > 1}
 
     def cable(self, name):
-        """Index of a cable among those of the case."""
-        return self.group.cable_indices[name]
+        """Index of a cable among those of the case, which need no equilibrium."""
+        return self._solved_group.cable_indices[name]
 
     def body(self, name):
         """Index of a body or free point among all."""
