@@ -168,7 +168,7 @@ def imbalance(suspension, evaluation):
 
 
 def _with_predicted_tensions(trial, state, evaluation):
-    """State `trial` with the tensions that the end stiffness in `state` foretells, NaN where they change too much."""
+    """State `trial` with the tensions that the end stiffness in `state` predicts, NaN where they change too much."""
     change = times(evaluation.end_stiffness[:, : state.length.shape[-1]], trial.chord - state.chord)
     near = size(change) <= STATICS.predicted_change * size(evaluation.tension)
     return replace(trial, tension=np.where(near[..., None], evaluation.tension + change, np.nan))

@@ -21,6 +21,7 @@ import numpy as np
 
 from cablestudy.cable.steady_drag import Profile
 from cablestudy.cable.vectors import size
+from cablestudy.statics import tangent
 from cablestudy.statics.descent import DISAGREED, ROUNDED
 from cablestudy.statics.equilibria import pose
 from cablestudy.statics.tangent import GROUND
@@ -204,16 +205,12 @@ def _inputs_in_wind(suspension, equilibrium, drag, end_forces):
 
 def _on_bodies(suspension, forces):
     """Sum of forces at the ends of cables on each body, (..., b, 3), and of their eccentric loads, (..., b, 3, 3)."""
-    owner = suspension.owner[suspension.of_cables]
-    cable, end = np.nonzero(owner != GROUND)
-    places = suspension.place[..., suspension.of_cables, :, :][..., cable, end, :]  # body axes
-    forces, bodies = forces[..., cable, end, :], suspension.position.shape[-2]
-    total = np.zeros((*forces.shape[:-2], bodies, 3))
-    eccentric = np.zeros((*total.shape, 3))
-    np.add.at(total, (..., owner[cable, end], slice(None)), forces)
-    by_arms = places[..., :, None] * forces[..., None, :]
-    np.add.at(eccentric, (..., owner[cable, end], slice(None), slice(None)), by_arms)
-    return total, eccentric
+    ends = np.stack(tangent.held_ends(suspension))
+    cable, end, body = ends[:, ends[0] < forces.shape[-3]]  # cables come before links
+    arm, forces = suspension.place[..., cable, end, :], forces[..., cable, end, :]  # the arm in body axes
+    eccentric = (arm[..., :, None] * forces[..., None, :]).reshape(*forces.shape[:-1], 9)
+    total = tangent.on_bodies(np.concatenate([forces, eccentric], axis=-1), body, len(suspension.body_names))
+    return total[..., :3], total[..., 3:].reshape(*total.shape[:-1], 3, 3)
 
 
 def _combined_loads(tried):

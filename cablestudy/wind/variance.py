@@ -222,6 +222,9 @@ def variances(residues, panels, noise, weights):
 def variances_with_remainder(residues, remainder, noise_times, panels, noise, weights):
     """Variances of the outputs of a system with a delay, driven by noise; without a delay, use `variances`.
 
+    Its response is a sum over its sharp poles, P, and a remainder, G, that is smooth over frequency: see
+    `system.residues.DelayedResponse.split`.
+
     Parameters
     ----------
     residues : Residues

@@ -228,11 +228,6 @@ class SuspensionCase:
         """Numbers of all cables in a `Column` of single cables, shape (c,)."""
         return self.group.cables.column(column.name, column.compute)[self.index]
 
-    def pose_of(self, name):
-        """Position of a body or free point, shape (3,) [m], and its rotation matrix, shape (3, 3)."""
-        equilibrium, body = self.group.equilibrium, self.body(name)
-        return equilibrium.position[self.index, body], equilibrium.rotation[self.index, body]
-
     def link(self, name):
         """Force along a link, positive in tension, 0 where it is rounding [N], its relative error, its length [m]."""
         equilibrium, link = self.group.equilibrium, list(self.scene.links).index(name)
