@@ -18,10 +18,10 @@ from cablestudy.control.statespace import state_space_of
 from cablestudy.errors import NoSolutionError
 from cablestudy.motion.response_in_time import labelled, measured_by
 from cablestudy.scene.scene import load_scene
+from cablestudy.study.column import value_and_error
 from cablestudy.study.columns import find
 from cablestudy.study.loop_in_time import TimeOptions, time_case
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.study.suspension.rows import value
 
 TURN = 2 * np.pi
 NET = CARLINA.replace("carlina.yaml", "suspensions/carlina-net-wind.yaml")
@@ -225,10 +225,10 @@ def test_the_rms_in_the_wind_is_the_integral_of_the_exact_spectrum():
     driving = driving[:, None] * own.turbulence**2
     for name, row in (("gondola.rms_x", 0), ("gondola.rms_y", 1), ("gondola.rms_z", 2), ("mass_x.rms_stroke", 6)):
         expected = np.sqrt(integral((np.abs(moved[:, row]) ** 2 * driving).sum(axis=1)))
-        assert value(find(name), case)[0] == pytest.approx(1e3 * expected, rel=1e-4), name
+        assert value_and_error(find(name), case)[0] == pytest.approx(1e3 * expected, rel=1e-4), name
     speeds = ((np.abs(reeled @ moved) * np.abs(s)[:, None, None]) ** 2 * driving[:, None]).sum(axis=2)
     expected = max(np.sqrt(integral(spectrum)) for spectrum in speeds.T)
-    assert value(find("winch_rms_speed"), case)[0] == pytest.approx(1e3 * expected, rel=1e-4)
+    assert value_and_error(find("winch_rms_speed"), case)[0] == pytest.approx(1e3 * expected, rel=1e-4)
 
 
 ROD = {"EA": 1e5, "mass": 0.5, "body": 200.0, "span": 40.0, "strain": 2e-3, "time": 2e-5, "viscous": 0.2}
@@ -355,7 +355,7 @@ def test_a_short_delay_changes_little(delay):
     """The limit is a real eigenvalue of L with exp(-s T): to first order its change is at most the phase w T."""
     late, at_once = with_delay(delay), with_delay(0.0)
     for name in ("largest_gain", "gondola.rms_x", "winch_peak_speed"):
-        found, expected = (value(find(name), case)[0] for case in (late, at_once))
+        found, expected = (value_and_error(find(name), case)[0] for case in (late, at_once))
         assert found == pytest.approx(expected, rel=1e-5 + 100 * delay), name
     loop = late.analysis.closed_loop.loop
     assert loop.slight_delay == (delay < 1e-4)

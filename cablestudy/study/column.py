@@ -134,19 +134,32 @@ def value(column, case):
 
 
 def value_and_error(column, case):
-    """One number of a case whose scene has the keys that the column needs, and its estimated relative error.
+    """Number of a case in a column, and its estimated relative error: the one way to a cell that is computed by itself.
 
-    None where the quantity has no value, for example no limit of the gain, and where the column states no error;
-    NoSolutionError or ConvergenceError where there is no solution.
+    Parameters
+    ----------
+    column : Column
+        The scene of the case has the keys that it needs.
+    case : CableCase or SuspensionCase
+
+    Returns
+    -------
+    number : float, int or None
+        None where the case has no such number and none is missing, for example no limit of the gain.
+    error : float or None
+        None where none is stated, not a number where it is not known; see `error_of` of the case. [-]
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+        There is no value.
     """
-    if column.determined_by and case.exact_statics and case.catenary.slack:
-        raise shapeless_error(column, case.limp)
+    case.check(column)
     result = column.compute(case)
     number, error = result if isinstance(result, tuple) else (result, None)
     if not isinstance(number, float | int | None):
         number = np.asarray(number).item()
-    if number is None or isinstance(number, int):
-        return number, error
-    if not isfinite(number):
-        raise not_finite(column)
-    return float(number) + 0.0, error  # no minus before a zero
+    if isinstance(number, float) and not isfinite(number):
+        raise lacking_error(case.scene, column) if lacks(case.scene, column) else not_finite(column)
+    error = case.error_of(column, number, error)
+    return number + 0.0 if isinstance(number, float) else number, error  # no minus before a zero

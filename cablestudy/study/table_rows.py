@@ -138,17 +138,13 @@ class UnfinishedRow:
             if column.header not in self.values:
                 self.failures.setdefault(column.header, error)
 
-    def compute(self, columns, value_of=value_and_error):
-        """Compute columns of this case alone, with the errors that they state, or their failures.
-
-        `value_of` is a function: column, case -> number and its relative error: not a number where it is not known,
-        None where the column states none.
-        """
+    def compute(self, columns):
+        """Compute columns of this case alone by `value_and_error`, with the errors that are stated, or failures."""
         for column in columns:
             if column.header in self.failures:
                 continue
             try:
-                number, error = value_of(column, self.case)
+                number, error = value_and_error(column, self.case)
             except CablestudyError as failure:
                 self.failures[column.header] = failure
                 continue
@@ -176,7 +172,7 @@ class UnfinishedRow:
         return Row(cells, self.case, tuple(self.notes), errors, self.warnings)
 
 
-def compute_together(rows, columns, value_of=value_and_error):
+def compute_together(rows, columns):
     """`UnfinishedRow.compute` of many rows, one column after the other.
 
     What the first row needs for a column is computed for all rows at once; and what a row has computed before a column
@@ -184,7 +180,7 @@ def compute_together(rows, columns, value_of=value_and_error):
     """
     for column in columns:
         for row in rows:
-            row.compute([column], value_of)
+            row.compute([column])
 
 
 def batched(sequence, width):

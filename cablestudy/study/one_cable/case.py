@@ -7,6 +7,7 @@ import numpy as np
 from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL
 from cablestudy.cable.dynamics import PLANAR
 from cablestudy.cable.geometry import midspan
+from cablestudy.study.column import SYSTEM, shapeless_error
 from cablestudy.study.one_cable.models import model_of, numbers_of
 from cablestudy.study.one_cable.results import Results
 from cablestudy.study.scene_values import SceneValues
@@ -80,6 +81,29 @@ class CableCase:
         finer = CableCase(self.scene, self.results, self.index, (elements, order), self._cache_by_level)
         finer._modes_searched = self._modes_searched
         return finer
+
+    def check(self, column):
+        """Raise the NoSolutionError of a column that needs a form which the cable does not have."""
+        if column.determined_by and self.exact_statics and self.catenary.slack:
+            raise shapeless_error(column, self.limp)
+
+    def error_of(self, column, number, error):
+        """Estimated relative error of a number in a column, None where none is stated. [-]
+
+        To the `error` of gondola, loop and wind as one linear system that of the equilibrium about which they move is
+        added: one that a finer model has too. All but a gain that the scene states have rounding.
+        """
+        if error is None or column.needs not in SYSTEM:
+            return error
+        error += self.equilibrium_error(column)
+        return error if column.name == "gain" else max(error, STUDY.rounding)
+
+    def equilibrium_error(self, column):
+        """Error of a number of gondola, loop or wind by what the equilibrium leaves out: drag, conductors. [-]"""
+        mode_error = float(self.results.mode_error[self.index])
+        if mode_error and column.needs == "gondola" and column.name != "gondola_frequency":  # of the mode's shape
+            return mode_error + self.gondola_mode.error_by_mixing(mode_error)
+        return mode_error
 
     def given(self, path):
         """A number that the scene states; see `SceneValues.given`."""

@@ -239,21 +239,17 @@ def _solve_systems(rows, required, noted):
 
 def _judge_system(row, required, noted):
     """Refuse the columns of a row of `_solve_systems` whose error is above the accuracy, and add notes if `noted`."""
-    case = row.case
-    mode_error, accuracy = float(case.results.mode_error[case.index]), case.scene.model.accuracy
+    case, accuracy = row.case, row.case.scene.model.accuracy
     for column in required.system:
         name = column.header
-        if name not in row.values or row.errors.get(name) is None:
-            continue
-        # in a steady wind, and those of suspensions, state the error they reach
-        if row.errors[name] > accuracy and is_of_one_cable(column) and not case.results.drag.normal_drag[case.index]:
-            text = f"{name}: estimated error {row.errors[name]:.1e}, asked for {accuracy:g}"
+        error = row.errors.get(name) if name in row.values else None
+        if error is None or case.results.drag.normal_drag[case.index] or not is_of_one_cable(column):
+            continue  # in a steady wind, and those of suspensions, state the error they reach
+        error -= case.equilibrium_error(column)
+        if error > accuracy:
+            text = f"{name}: estimated error {error:.1e}, asked for {accuracy:g}"
             row.failures[name] = ConvergenceError(text)
             del row.values[name]
-        # the error of the form a finer model has too; all but a gain that is stated have rounding
-        row.errors[name] = max(row.errors[name] + mode_error, STUDY.rounding if column.name != "gain" else 0.0)
-        if mode_error and column.needs == "gondola" and column.name != "gondola_frequency":  # of the mode's shape
-            row.errors[name] += case.gondola_mode.error_by_mixing(mode_error)
     row.dof = case.system_size
     if noted:
         gondola = any(column.needs == "gondola" and column.header in row.values for column in required.system)

@@ -3,23 +3,27 @@
 from copy import copy
 from dataclasses import replace
 from functools import cached_property, partial
+from math import isnan
 
 import numpy as np
 
 from cablestudy.cable.damping import any_grows_with_modes
 from cablestudy.cable.linear_range import linear_range
-from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
+from cablestudy.motion.model_sizes import MODAL
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.words import counted
 from cablestudy.statics.failure import explain
 from cablestudy.statics.rigid import cross_matrix, point_movement
 from cablestudy.statics.suspension import AXES, GROUND
+from cablestudy.study.column import DISCRETE, value_and_error
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.scene_values import merged_loads
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.suspension.group import Group, HangingCable
 from cablestudy.study.suspension.numbers import CableValues
 from cablestudy.study.tolerances import STUDY
+from cablestudy.system.comparison import relative
 
 
 class SuspensionCase:
@@ -316,6 +320,39 @@ class SuspensionCase:
         within_reference = column.of_reference or column.needs == "scene"
         least = (self.group.reference_errors if within_reference else self.group.statics_errors)[self.index]
         return least if cable is None else max(least, self.group.error_by_drag(self.index, cable, column, number))
+
+    def check(self, column):
+        """Raise the NoSolutionError of a column of a cable that the load case lacks."""
+        self.refuse_lost(column.name.partition(".")[0])
+
+    def error_of(self, column, number, error=None):
+        """Estimated relative error of a number in a column; not a number where it is not known. [-]
+
+        That by drag is added for loop and wind, whose functions state an `error`; for others it is that of statics.
+        With `estimate` it is the difference from the number of the model `finer`.
+        """
+        if error is None:
+            error = self.statics_error(column, number)
+        if column.needs in ("loop", "wind") and error and not column.follows_drag:
+            error += self.group.drag_error(self.index, in_wind=True)
+        if self.estimate and column.needs in DISCRETE:
+            error = self._difference_from_finer(column, number)
+        stated = not error and (column.needs not in ("loop", "wind") or column.name == "gain")
+        return float(error) if stated or number is None or isnan(error) else max(float(error), STUDY.rounding)
+
+    def _difference_from_finer(self, column, number):
+        """Relative difference of a number from that of `finer`, plus the error of that; NaN if not known. [-]"""
+        self.differences[column.header] = None
+        if column.needs != "modes" and self.damped_by_modes:
+            self.reason = MODAL.partition(",")[0]
+            return np.nan
+        try:
+            reference, reference_error = value_and_error(column, self.finer)
+        except CablestudyError as error:
+            self.reason = str(error)
+            return np.nan
+        self.differences[column.header] = relative(number, reference) + np.nan_to_num(reference_error)
+        return self.differences[column.header]
 
     def coordinate(self, name, axis):
         """A coordinate of a body or free point, 0 where it is rounding, and its estimated relative error.

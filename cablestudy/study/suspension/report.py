@@ -9,13 +9,13 @@ import numpy as np
 from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
 from cablestudy.statics.force_density import find_form
 from cablestudy.statics.suspension import AXES
+from cablestudy.study.column import value_and_error
 from cablestudy.study.columns import find
 from cablestudy.study.notes import comparison_notes
 from cablestudy.study.one_cable.report import STATE, modes_as_rows, shapes_table
 from cablestudy.study.suspension.notes import slack_cables
 from cablestudy.study.suspension.numbers import numbers_of
 from cablestudy.study.suspension.part_columns import body_columns, cable_columns, has_key, link_columns, point_columns
-from cablestudy.study.suspension.rows import value
 from cablestudy.study.table import Field, Table
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.comparison import relative
@@ -156,7 +156,7 @@ def cells_of(case, columns, failures=None):
     cells, errors = {}, {}
     for name, column in columns.items():
         try:
-            cells[name], errors[name] = value(column, case)
+            cells[name], errors[name] = value_and_error(column, case)
         except NoSolutionError as error:
             if failures is None:
                 raise

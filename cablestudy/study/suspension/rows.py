@@ -5,14 +5,12 @@ Suspensions of equal names and connections are solved together, and those that r
 
 import time
 from functools import partial
-from math import isfinite, isnan
 
 import numpy as np
 
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError, outcome_of
-from cablestudy.motion.model_sizes import MODAL
 from cablestudy.scene.words import first_of
-from cablestudy.study.column import DISCRETE, SYSTEM, least_work_first, not_finite
+from cablestudy.study.column import DISCRETE, SYSTEM, least_work_first
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.scene_values import places_of
 from cablestudy.study.suspension.case import SuspensionCase
@@ -31,7 +29,6 @@ from cablestudy.study.table_rows import (
     compute_together,
 )
 from cablestudy.study.tolerances import STUDY
-from cablestudy.system.comparison import relative
 
 IN_MOTION = {"winches", "actuators", "control", "exposure", "correction"}  # keys that change nothing at rest
 OF_THE_WHOLE = {column.name: column for column in WHOLE}
@@ -160,7 +157,7 @@ def evaluate_suspensions(scenes, columns, estimate=False):
             if required.in_motion:
                 prepare(block)
             unfinished = [UnfinishedRow(case) for case in block]
-            compute_together(unfinished, required.computed, value)
+            compute_together(unfinished, required.computed)
             for row in unfinished:
                 _add_doubts_and_notes(row, required, estimate)
             seconds_of_row = seconds + (time.perf_counter() - start) / len(block)
@@ -202,51 +199,3 @@ def _doubts(case, in_wind):
         return {name: NoSolutionError(text) for name, text in exceeded_limits(case).items()} if in_wind else {}
     except CablestudyError as error:
         return {"limits": error}
-
-
-def value(column, case):
-    """Value of a column of a case, and its estimated relative error.
-
-    Returns
-    -------
-    number : float or None
-        None where the case has no such number and none is missing, such as a limit.
-    error : float
-        Not a number where it is not known. [-]
-
-    Raises
-    ------
-    NoSolutionError, ConvergenceError
-        There is no value.
-    """
-    case.refuse_lost(column.name.partition(".")[0])
-    result = column.compute(case)
-    number, error = result if isinstance(result, tuple) else (result, case.statics_error(column, result))
-    if column.needs in ("loop", "wind") and error and not column.follows_drag:
-        error += case.group.drag_error(case.index, in_wind=True)
-    if case.estimate and column.needs in DISCRETE:
-        error = _difference(case, column, number)
-    if number is None:
-        return None, float(error)
-    number = number if isinstance(number, float) else np.asarray(number).item()
-    if not isfinite(number):
-        if column.key:
-            raise NoSolutionError(f"{column.name} needs the key {column.key}, which this case does not have")
-        raise not_finite(column)
-    stated = not error and (column.needs not in ("loop", "wind") or column.name == "gain")
-    return float(number) + 0.0, float(error) if isnan(error) else max(float(error), 0.0 if stated else STUDY.rounding)
-
-
-def _difference(case, column, number):
-    """Relative difference of a number from that of the finer model, plus the error of that; NaN if not known."""
-    case.differences[column.header] = None
-    if column.needs != "modes" and case.damped_by_modes:
-        case.reason = MODAL.partition(",")[0]
-        return np.nan
-    try:
-        reference, reference_error = value(column, case.finer)
-    except CablestudyError as error:
-        case.reason = str(error)
-        return np.nan
-    case.differences[column.header] = relative(number, reference) + np.nan_to_num(reference_error)
-    return case.differences[column.header]

@@ -6,13 +6,13 @@ from math import isnan
 import numpy as np
 
 from cablestudy.errors import NoSolutionError
-from cablestudy.study.column import DISCRETE, least_work_first
+from cablestudy.study.column import DISCRETE, least_work_first, value_and_error
 from cablestudy.study.columns import COUPLED_MODE, find
 from cablestudy.study.one_cable.trade import ACCURACIES, LEVELS, ComparedModel, element_models, power, with_elements
 from cablestudy.study.refinement import with_accuracy
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.notes import strength_warning as strength_warning
-from cablestudy.study.suspension.rows import OF_THE_WHOLE, value
+from cablestudy.study.suspension.rows import OF_THE_WHOLE
 from cablestudy.system.coupled import Layout
 from cablestudy.system.hanging_cables import UNDAMPED, Cables
 
@@ -109,7 +109,7 @@ def _size_limit(case):
 
 def _value(column, case):
     """A number, and the relative error that its model states of it, not a number where it states none."""
-    return value(OF_THE_WHOLE.get(column.name, column), case)
+    return value_and_error(OF_THE_WHOLE.get(column.name, column), case)
 
 
 def _number(column, case):
