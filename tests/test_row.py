@@ -16,9 +16,9 @@ from cablestudy.errors import ConvergenceError
 from cablestudy.scene.scene import CableScene
 from cablestudy.study.columns import find
 from cablestudy.study.notes import statics_error
+from cablestudy.study.one_cable.asked_modes import AskedModes
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.case_modes import modes
-from cablestudy.study.one_cable.closed_form import ColumnRequirements
 from cablestudy.study.one_cable.rows import evaluate, evaluate_cases
 
 DEEP = Twin(CHORD, 0.0, 371.6)  # twice the chord
@@ -97,7 +97,7 @@ def test_the_first_model_suffices_and_hardly_a_coarser_one(base, name):
     for number in (1, 2, 5, 10):
         column = find(f"{name}_{number}")
         stated = {  # a model may be too coarse to have such a mode
-            order: ColumnRequirements([column]).frequencies(case)[1].get(column.header, np.inf)
+            order: AskedModes([column.mode]).frequencies(case)[1].get(column.mode, np.inf)
             for order, case in models(base).items()
         }
         for accuracy in (1e-3, 1e-6, 1e-10):

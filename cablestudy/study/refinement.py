@@ -53,8 +53,8 @@ def needs_of(case, required):
     Parameters
     ----------
     case : CableCase
-    required : ColumnRequirements
-        Modes that the columns ask for; at least one.
+    required : AskedModes
+        At least one.
 
     Returns
     -------
@@ -107,7 +107,7 @@ class Refinement:
     ----------
     case : CableCase
     compute : callable
-        Function that computes the columns by the model of a case; see `ColumnRequirements.frequencies`.
+        Function that computes the values by the model of a case; see `AskedModes.frequencies`.
     waves, least : float
         Half-waves [-] and frequency [Hz] that the model must resolve, from `needs_of`.
 
@@ -118,9 +118,9 @@ class Refinement:
     used : CableCase
         The case at the level whose values are taken.
     values, errors : dict
-        Header -> number, and its estimated relative error: those within the accuracy.
+        Name -> number, and its estimated relative error: those within the accuracy.
     failures : dict
-        Header -> CablestudyError of a column that reaches no accuracy.
+        Name -> CablestudyError of a number that does not reach the accuracy.
     tried : int
         Number of levels examined.
     """
@@ -144,6 +144,12 @@ class Refinement:
         self._message, self._least_error, self._levels_without_gain = "the finest model is too coarse", inf, 0
         self._levels = levels_for(self.case, self.waves)
         self.advance()
+
+    def found(self, name):
+        """The number of a name, and its estimated relative error; raises the error of one without a number."""
+        if name in self.values:
+            return self.values[name], self.errors[name]
+        raise self.failures.get(name) or self.failures[None]
 
     def advance(self):
         """Go to the next level that resolves the waves known so far."""
@@ -211,9 +217,9 @@ class Refinement:
         Parameters
         ----------
         values, estimated_errors : dict
-            Header of a column -> its number by this level; header -> relative error of this number. [-]
+            Name -> number by this level; name -> relative error of this number. [-]
         failures : dict
-            Header -> CablestudyError of a column without a number at this level; None -> that of all columns.
+            Name -> CablestudyError of what has no number at this level; None -> that of all.
         unresolved : float
             Relative error by transverse waves that are too short for the elements of this level. [-]
         """

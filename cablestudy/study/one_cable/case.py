@@ -7,12 +7,15 @@ import numpy as np
 from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL
 from cablestudy.cable.dynamics import PLANAR
 from cablestudy.cable.geometry import midspan
-from cablestudy.study.column import SYSTEM, shapeless_error
+from cablestudy.errors import result_of
+from cablestudy.study.column import DISCRETE, shapeless_error
+from cablestudy.study.one_cable.asked_modes import AskedModes, searches_of
 from cablestudy.study.one_cable.models import model_of, numbers_of
 from cablestudy.study.one_cable.results import Results
 from cablestudy.study.scene_values import SceneValues
 from cablestudy.study.statics import ClosedStatics, ElementStatics
 from cablestudy.study.tolerances import STUDY
+from cablestudy.system.together import computed_together
 from cablestudy.wind.drag import body_damping, cable_damping
 
 MOTIONS = ("dynamics", "in_plane", "out_of_plane")
@@ -55,6 +58,9 @@ class CableCase:
     cache_by_level : dict, optional
         Level -> `cache`, to be filled: one for all cases that are equal by `Results.first_equal`.
 
+    asked_modes : AskedModes, optional
+        Modes whose frequencies are searched for together, to the accuracy of the scene; others are by themselves.
+
     Attributes
     ----------
     cache : dict
@@ -62,11 +68,11 @@ class CableCase:
     computed : dict
         Name -> result of each `shared` property that this case was asked for.
     together : list of CableCase
-        Cases, this one among them, whose damping ratios are computed in one call.
+        Cases, this one among them, whose frequencies and damping ratios are computed in one call.
     """
 
-    def __init__(self, scene, results=None, index=0, level=None, cache_by_level=None):
-        self.scene, self.index, self.level = scene, index, level
+    def __init__(self, scene, results=None, index=0, level=None, cache_by_level=None, asked_modes=None):
+        self.scene, self.index, self.level, self.asked_modes = scene, index, level, asked_modes
         self.results = results or Results(SceneValues([scene]))
         self._cache_by_level, self.computed = {} if cache_by_level is None else cache_by_level, {}
         self.cache, self.together = self._cache_by_level.setdefault(level, {}), [self]
@@ -90,16 +96,16 @@ class CableCase:
     def error_of(self, column, number, error):
         """Estimated relative error of a number in a column, None where none is stated. [-]
 
-        To the `error` of gondola, loop and wind as one linear system that of the equilibrium about which they move is
-        added: one that a finer model has too. All but a gain that the scene states have rounding.
+        To the `error` of motion that of the equilibrium about which the cable moves is added: one that a finer model
+        has too. All but a gain that the scene states have rounding.
         """
-        if error is None or column.needs not in SYSTEM:
+        if error is None or column.needs not in DISCRETE:
             return error
         error += self.equilibrium_error(column)
         return error if column.name == "gain" else max(error, STUDY.rounding)
 
     def equilibrium_error(self, column):
-        """Error of a number of gondola, loop or wind by what the equilibrium leaves out: drag, conductors. [-]"""
+        """Relative error of a number of the motion by what the equilibrium leaves out: drag, conductors. [-]"""
         mode_error = float(self.results.mode_error[self.index])
         if mode_error and column.needs == "gondola" and column.name != "gondola_frequency":  # of the mode's shape
             return mode_error + self.gondola_mode.error_by_mixing(mode_error)
@@ -296,12 +302,35 @@ class CableCase:
         dynamics = self.in_plane if not z else self.dynamics if x or y else self.out_of_plane
         return self.model.end_stiffness_along(dynamics.planes, axis)
 
+    @computed_together
+    def frequency_search(cases):
+        """Search for the frequencies of `asked_modes`: a `Refinement` that has ended, or the error of its case."""
+        return searches_of(cases).items()
+
     def frequency(self, number, kind, symmetry=None):
-        """Frequency of mode `number` (from 1) of a kind and symmetry; see `Dynamics.frequencies`. [Hz]"""
+        """Frequency of mode `number` (from 1) of a kind and symmetry [Hz], and its estimated relative error.
+
+        To the accuracy of the scene; or that of the elements of this case, whose error is None, see
+        `Dynamics.frequencies`.
+
+        Raises
+        ------
+        NoSolutionError, ConvergenceError
+            There is no equilibrium, no such mode, or not to the accuracy.
+        """
+        label = number, kind, symmetry
+        if self.level is None and self.exact_statics:
+            asked = self.asked_modes is not None and label in self.asked_modes.labels
+            case = self if asked else self._asking_for(AskedModes([label]))
+            return result_of(case.frequency_search).found(label)
         dynamics = self.out_of_plane if kind == "out-of-plane" else self.in_plane
         modes_below = self._modes_below_axial(number if kind == "axial" else 0)
-        frequencies, *_ = dynamics.frequencies(((number, kind, symmetry),), estimated_count=modes_below)
-        return frequencies[0]
+        frequencies, *_ = dynamics.frequencies((label,), estimated_count=modes_below)
+        return frequencies[0], None
+
+    def _asking_for(self, asked_modes):
+        """Copy of the case with other `asked_modes`, which shares all that equal cases share."""
+        return CableCase(self.scene, self.results, self.index, self.level, self._cache_by_level, asked_modes)
 
     def _modes_below_axial(self, number):
         """Estimated count of modes below axial mode `number` in the same system; 0 for number 0, no axial mode. [-]"""

@@ -4,10 +4,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cablestudy.errors import CablestudyError
 from cablestudy.study.cable_columns import is_of_one_cable, over_strength
 from cablestudy.study.column import CLOSED, SYSTEM, least_work_first, not_finite, shapeless_error
 from cablestudy.study.motion_columns import DAMPING_RATIO
+from cablestudy.study.one_cable.asked_modes import AskedModes
 from cablestudy.study.one_cable.models import element_results
 from cablestudy.study.one_cable.results import Results
 from cablestudy.study.table_rows import OK, OVER_STRENGTH, TableColumns, status_of
@@ -32,11 +32,8 @@ class ColumnRequirements(TableColumns):
         True if any column is of the gondola's mode; its damping ratio; of the loop or the wind.
     least_errors : dict
         Header -> relative error of a closed form, by rounding. [-]
-    waves, sagging_waves : int
-        Most half-waves of the modes along a taut cable; of those in the plane of a sagging cable, where a mode has up
-        to two more; 0 without modes.
-    axial : int
-        Largest number of an axial mode; 0 without one.
+    asked_modes : AskedModes
+        Those whose frequencies are columns.
     """
 
     def __init__(self, columns):
@@ -52,62 +49,12 @@ class ColumnRequirements(TableColumns):
         self.damped = any(column.name == DAMPING_RATIO for column in self.system)
         self.driven = self.in_wind or bool(_columns_needing(self.system, "loop"))
         self.least_errors = {c.header: c.least_error for c in self.physical if c.least_error is not None}
-        self.waves = max(map(_half_waves, self.modes), default=0)
-        sagging = (_half_waves(column) + (2 if column.mode[2] else 1) for column in _in_plane(self.modes))
-        self.sagging_waves = max(sagging, default=0)
-        self.axial = max((column.mode[0] for column in self.modes if column.mode[1] == "axial"), default=0)
+        self.asked_modes = AskedModes(column.mode for column in self.modes)
 
     @property
     def of_models(self):
         """True if there is any column that the closed form of many cases does not give."""
         return bool(self.modes or self.single or self.system)
-
-    def frequencies(self, case, refused=()):
-        """Frequencies of modes at one level of refinement, without those of `refused` headers.
-
-        Returns
-        -------
-        values : dict
-            Header -> frequency. [Hz]
-        errors : dict
-            Header -> relative error, which a single model estimates. [-]
-        failures : dict
-            Header -> CablestudyError of a column without a value.
-        """
-        return _frequencies(case, [column for column in self.modes if column.header not in refused])
-
-
-def _frequencies(case, columns):
-    """Values, errors and failures of columns, as `ColumnRequirements.frequencies`.
-
-    All are computed in one call; where this fails each by itself, so that one missing mode leaves the others.
-    """
-    if not columns:
-        return {}, {}, {}
-    inside, across = _in_plane(columns), [column for column in columns if column.mode[1] == "out-of-plane"]
-    try:
-        frequencies, errors = case.frequencies([tuple(column.mode for column in plane) for plane in (inside, across)])
-    except CablestudyError as error:
-        if len(columns) == 1:
-            return {}, {}, {columns[0].header: error}
-        values, errors, failures = {}, {}, {}
-        for column in columns:
-            value, relative_error, failure = _frequencies(case, [column])
-            values, errors, failures = values | value, errors | relative_error, failures | failure
-        return values, errors, failures
-    headers = [column.header for column in (*inside, *across)]
-    return dict(zip(headers, frequencies, strict=True)), dict(zip(headers, errors, strict=True)), {}
-
-
-def _in_plane(columns):
-    """Columns of modes in the plane of the cable: list."""
-    return [column for column in columns if column.mode[1] != "out-of-plane"]
-
-
-def _half_waves(column):
-    """Half-waves of a mode along a taut cable. [-]"""
-    number, _, symmetry = column.mode
-    return 2 * number - 1 if symmetry else number
 
 
 def _columns_needing(columns, *needs):

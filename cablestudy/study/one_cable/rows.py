@@ -15,7 +15,7 @@ from cablestudy.study.one_cable import models
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.closed_form import ColumnRequirements, by_elements, closed_form
 from cablestudy.study.one_cable.results import Results
-from cablestudy.study.refinement import Refinement, needs_of, reference_scene, refine
+from cablestudy.study.refinement import reference_scene
 from cablestudy.study.scene_values import SceneValues, load_count
 from cablestudy.study.table_rows import OVER_STRENGTH, SLACK, UnfinishedRow, batched, compute_together
 from cablestudy.study.tolerances import STUDY
@@ -133,12 +133,16 @@ def _rows_of_batch(scenes, required, to_accuracy, estimate):
 
 def _cases(results, indices, required):
     """Cases of a range of rows of a batch: equal ones share their elements and modes, see `Results.first_equal`."""
+    scenes, asked_modes = results.values.scenes, required.asked_modes
     if len(indices) == 1 or not required.of_models:
-        return [CableCase(results.values.scenes[index], results, index) for index in indices]
+        return [CableCase(scenes[index], results, index, asked_modes=asked_modes) for index in indices]
     caches, cases = {}, []  # index of the first of equal cases -> results that these share
     for index, first in zip(indices, results.first_equal[indices.start : indices.stop].tolist(), strict=True):
         cache = caches.setdefault(first, {})
-        cases.append(CableCase(results.values.scenes[index], results, index, cache_by_level=cache))
+        cases.append(CableCase(scenes[index], results, index, None, cache, asked_modes))
+    for block in batched(cases, STUDY.coupled_rows_at_once if required.system else len(cases)):
+        for case in block:
+            case.together = block
     return cases
 
 
@@ -168,24 +172,15 @@ def _solve_to_accuracy(rows, required, estimate):
 
     Values, errors and failures are added to the rows (list of UnfinishedRow); notes to a row alone, or with `estimate`.
     """
-    searches, noted = [], estimate or len(rows) == 1
+    noted = estimate or len(rows) == 1
     compute_together(rows, required.single)
     for block in batched(rows, STUDY.coupled_rows_at_once) if required.system else ():
         _prepare_systems(block, required)
         _solve_systems(block, required, noted)
-    for row in rows:
-        columns = [column for column in required.modes if column.header not in row.failures]
-        if columns:
-            needed = required if len(columns) == len(required.modes) else ColumnRequirements(columns)
-            try:
-                search = Refinement(row.case, needed.frequencies, *needs_of(row.case, needed))
-                searches.append((row, needed, search))
-            except CablestudyError as error:
-                row.fail(columns, error)
+    compute_together(rows, required.modes)
     _add_errors_by_drag(rows, required.single)
-    refine([search for _, _, search in searches], models.solve_models)
-    for row, needed, search in searches:
-        _add_frequencies(row, needed, search, noted)
+    for row in rows if required.modes else ():
+        _add_search(row, required, noted)
 
 
 def _add_errors_by_drag(rows, columns):
@@ -213,8 +208,6 @@ def _prepare_systems(rows, required):
     with_gondola = [case for case in cases if case.scene.gondola is not None]
     prepare(with_gondola)
     prepare([case for case in cases if case.scene.gondola is None])
-    for case in with_gondola:
-        case.together = with_gondola
 
 
 def _modal_gondola(scene):
@@ -273,19 +266,14 @@ def _gondola_notes(row):
     return tuple(notes.gondola_notes(row.case)) if "gondola_frequency_Hz" in row.values else ()
 
 
-def _add_frequencies(row, required, search, noted):
-    """Add the frequencies, errors and failures of a `Refinement` to a row, and notes if `noted`."""
+def _add_search(row, required, noted):
+    """Add to a row the unknowns of the elements by which its frequencies were found, and notes on them if `noted`."""
+    search = row.case.frequency_search
+    if isinstance(search, Exception):
+        return
     row.dof = max(search.used.dof, row.dof)
-    mode_error = float(search.used.results.mode_error[search.used.index])
-    for column in required.modes:
-        name = column.header
-        if name in search.values:
-            row.values[name] = search.values[name]
-            row.errors[name] = search.errors[name] + mode_error
-        else:
-            row.failures[name] = search.failures.get(name, search.failures.get(None))
     if noted and search.values:
-        worst = max(row.errors[name] for name in search.values)
+        worst = max(row.errors[column.header] for column in required.modes if column.header in row.values)
         texts = (notes.CLOSED_FORM, *notes.of_refined(search.used, worst, search.tried))
         row.notes = texts + tuple(line for line in row.notes if line not in texts)
 

@@ -12,10 +12,7 @@ import numpy as np
 from cablestudy.cable.steady_drag import SteadyDrag
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.case_modes import solved_modes
-from cablestudy.study.one_cable.closed_form import ColumnRequirements
-from cablestudy.study.one_cable.models import solve_models
 from cablestudy.study.one_cable.results import Results
-from cablestudy.study.refinement import Refinement, needs_of, refine
 from cablestudy.study.scene_values import SceneValues
 
 
@@ -103,12 +100,5 @@ class CableModes:
         NoSolutionError, ConvergenceError
             There is no such mode, or not to the accuracy.
         """
-        case, required = self._case(name), ColumnRequirements([column])
-        if self._scene.model.elements is not None:
-            return case.frequency(*column.mode), np.nan
-        # finer models are made until the frequency is known to the accuracy
-        search = Refinement(case, required.frequencies, *needs_of(case, required))
-        refine([search], solve_models)
-        if column.header not in search.values:
-            raise search.failures.get(column.header) or search.failures[None]
-        return search.values[column.header], search.errors[column.header] + self._drag_error
+        frequency, error = self._case(name).frequency(*column.mode)
+        return frequency, np.nan if error is None else error + self._drag_error
