@@ -19,11 +19,11 @@ from scipy.optimize import brentq, root
 
 from cablestudy.scene.scene import CableScene, load_scene
 from cablestudy.scene.suspension import SuspensionScene
+from cablestudy.study.column import value_and_error
 from cablestudy.study.columns import find
 from cablestudy.study.columns import find as find_of_suspension
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.rows import evaluate
-from cablestudy.study.suspension import rows as rows_of_suspensions
 from cablestudy.study.suspension.case import SuspensionCase
 
 G, PIECES = 9.81, 400
@@ -368,7 +368,7 @@ def test_stiffness_links_and_shares_state_what_the_drag_changes_of_them(name):
     expected = eye_on_bars(name, case.equilibrium.end_forces[:-1, 0], case.equilibrium.position[0])
     of_tension, of_bars = case.group.drag_error(0), 3 * (np.pi / BARS) ** 2 / 24
     for column, true_value in expected.items():
-        found, stated = rows_of_suspensions.value(find_of_suspension(column), case)
+        found, stated = value_and_error(find_of_suspension(column), case)
         true = abs(found / true_value - 1)
         assert true < stated + of_bars, column
         if column in WRONG[name]:

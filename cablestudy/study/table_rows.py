@@ -3,6 +3,8 @@
 The status of a row is `ok`, `over strength` or another doubt about an answer, or why cells are empty.
 """
 
+import time
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from math import isnan
 
@@ -14,7 +16,6 @@ from cablestudy.study.tolerances import STUDY
 OK, OVER_STRENGTH, SLACK, FALLEN = "ok", "over strength", "a cable goes slack in the wind", "fallen"
 DOUBTS = OVER_STRENGTH, SLACK, FALLEN  # of rows that have an answer
 STATUS = Field("status", "status", unless="ok", text=True)  # in tables
-# reason for which there is no number to an accuracy
 
 
 def status_of(failures, *doubts):
@@ -138,19 +139,18 @@ class UnfinishedRow:
             if column.header not in self.values:
                 self.failures.setdefault(column.header, error)
 
-    def compute(self, columns):
-        """Compute columns of this case alone by `value_and_error`, with the errors that are stated, or failures."""
-        for column in columns:
-            if column.header in self.failures:
-                continue
-            try:
-                number, error = value_and_error(column, self.case)
-            except CablestudyError as failure:
-                self.failures[column.header] = failure
-                continue
-            self.values[column.header] = number
-            if error is not None:
-                self.errors[column.header] = None if isnan(error) else float(error)
+    def compute(self, column):
+        """Compute a column by `value_and_error`, with the error that is stated, or why there is no value."""
+        if column.header in self.failures:
+            return
+        try:
+            number, error = value_and_error(column, self.case)
+        except CablestudyError as failure:
+            self.failures[column.header] = failure
+            return
+        self.values[column.header] = number
+        if error is not None:
+            self.errors[column.header] = None if isnan(error) else float(error)
 
     def finished(self, required, seconds=None):
         """The `Row`.
@@ -172,15 +172,60 @@ class UnfinishedRow:
         return Row(cells, self.case, tuple(self.notes), errors, self.warnings)
 
 
-def compute_together(rows, columns):
-    """`UnfinishedRow.compute` of many rows, one column after the other.
+class RowBatch(ABC):
+    """Scenes whose statics are solved together, and their rows: the one way from scenes to rows.
 
-    What the first row needs for a column is computed for all rows at once; and what a row has computed before a column
-    does not depend on the other rows.
+    Parameters
+    ----------
+    scenes : sequence of CableScene or SuspensionScene
+    required : TableColumns
+        With the list `computed` of the columns that are computed case by case.
+    noted : bool
+        Whether rows have notes.
     """
-    for column in columns:
-        for row in rows:
-            row.compute([column])
+
+    def __init__(self, scenes, required, noted):
+        self.scenes, self.required, self.noted = scenes, required, noted
+
+    @abstractmethod
+    def solve_statics(self):
+        """Compute the statics of all scenes."""
+
+    @abstractmethod
+    def blocks(self, width):
+        """Yield the `UnfinishedRow`s in lists of at most `width`, by default of as many as memory and cache hold."""
+
+    @abstractmethod
+    def prepare(self, rows):
+        """Compute in one call what the columns of some rows need first; return the rows that can be computed."""
+
+    @abstractmethod
+    def finish(self, row):
+        """Add to a row with its columns why it is doubtful, the size of its model, and notes if `noted`."""
+
+    def rows(self):
+        """Yield the `Row`s, each as if it were alone, to the last digit.
+
+        Columns are computed one after the other for all rows of a block: what the first row needs for a column is
+        computed for all at once, and what a row has computed before does not depend on the others.
+        """
+        start = time.perf_counter()
+        self.solve_statics()
+        seconds_of_statics = (time.perf_counter() - start) / len(self.scenes)
+        for rows in self.blocks(1 if self.required.clock else None):  # the time of each row is measured alone
+            start = time.perf_counter()
+            cases = [row.case for row in rows]
+            for case in cases:
+                case.together = cases
+            solvable = self.prepare(rows)
+            for column in self.required.computed:
+                for row in solvable:
+                    row.compute(column)
+            for row in rows:
+                self.finish(row)
+            seconds = seconds_of_statics + (time.perf_counter() - start) / len(rows)
+            for row in rows:
+                yield row.finished(self.required, seconds)
 
 
 def batched(sequence, width):

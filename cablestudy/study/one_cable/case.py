@@ -5,16 +5,22 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL
+from cablestudy.cable.damping import grows_with_modes
 from cablestudy.cable.dynamics import PLANAR
 from cablestudy.cable.geometry import midspan
-from cablestudy.errors import result_of
+from cablestudy.errors import NoSolutionError, result_of
+from cablestudy.motion.model_sizes import MODAL
 from cablestudy.study.column import DISCRETE, shapeless_error
+from cablestudy.study.compared_case import ComparedCase
+from cablestudy.study.motion_columns import DAMPING_RATIO
 from cablestudy.study.one_cable.asked_modes import AskedModes, searches_of
 from cablestudy.study.one_cable.models import model_of, numbers_of
 from cablestudy.study.one_cable.results import Results
+from cablestudy.study.refinement import reference_scene
 from cablestudy.study.scene_values import SceneValues
 from cablestudy.study.statics import ClosedStatics, ElementStatics
 from cablestudy.study.tolerances import STUDY
+from cablestudy.study.uneven_drag import relative_change
 from cablestudy.system.together import computed_together
 from cablestudy.wind.drag import body_damping, cable_damping
 
@@ -42,7 +48,7 @@ def shared(function):
     return property(get_result, set_result, doc=function.__doc__)
 
 
-class CableCase:
+class CableCase(ComparedCase):
     """One cable in one load case: a row of `Results`, with a model of its motion at one level of refinement.
 
     Parameters
@@ -89,20 +95,43 @@ class CableCase:
         return finer
 
     def check(self, column):
-        """Raise the NoSolutionError of a column that needs a form which the cable does not have."""
+        """Raise the NoSolutionError of a column of a form that the cable lacks, or of damping without a limit."""
         if column.determined_by and self.exact_statics and self.catenary.slack:
             raise shapeless_error(column, self.limp)
+        decided_by_damping = column.needs in ("loop", "wind") or column.name == DAMPING_RATIO
+        if decided_by_damping and self.damped_by_modes and self.exact_statics and self.level is None:
+            raise NoSolutionError(MODAL)
+
+    @property
+    def damped_by_modes(self):
+        """True if the damping of a gondola grows with the number of modes."""
+        return self.scene.gondola is not None and grows_with_modes(self.scene.cable.damping)
 
     def error_of(self, column, number, error):
-        """Estimated relative error of a number in a column, None where none is stated. [-]
+        """Estimated relative error of a number in a column; None where none is stated, NaN where not known. [-]
 
         To the `error` of motion that of the equilibrium about which the cable moves is added: one that a finer model
-        has too. All but a gain that the scene states have rounding.
+        has too. All but a gain that the scene states have rounding. Numbers by stated elements are compared with those
+        of a finer model, with `estimate`.
         """
-        if error is None or column.needs not in DISCRETE:
+        by_elements = column.needs in DISCRETE or column.each
+        if by_elements and not self.exact_statics:
+            return self.difference_from_finer(column, number) if self.estimate else np.nan
+        if error is None:
+            return None if column.needs in DISCRETE else self._closed_form_error(column, number)
+        if column.needs in DISCRETE:
+            error += self.equilibrium_error(column)
+            return error if column.name == "gain" else max(error, STUDY.rounding)
+        return error
+
+    def _closed_form_error(self, column, number):
+        """Relative error of a number of the statics that is computed case by case, None where none is stated. [-]"""
+        if not column.least_error or number is None:
+            return column.least_error
+        error = max(column.least_error, self.statics_error)
+        if column.by_drag is None or self.results.drag_errors is None:
             return error
-        error += self.equilibrium_error(column)
-        return error if column.name == "gain" else max(error, STUDY.rounding)
+        return max(error, float(relative_change(self.results.change_by_drag(column)[self.index], number)))
 
     def equilibrium_error(self, column):
         """Relative error of a number of the motion by what the equilibrium leaves out: drag, conductors. [-]"""
@@ -114,6 +143,11 @@ class CableCase:
     def given(self, path):
         """A number that the scene states; see `SceneValues.given`."""
         return self.results.given(path)[self.index]
+
+    @cached_property
+    def finer(self):
+        """`CableCase` of the scene with a model to the accuracy `reference_accuracy`, for comparison."""
+        return CableCase(reference_scene(self.scene))
 
     @property
     def size(self):

@@ -24,6 +24,10 @@ class ColumnRequirements(TableColumns):
         Closed forms of many cases at once, and closed forms computed case by case.
     system, modes : list of Column
         Those of gondola and cable as one system, and the frequencies of the cable's own modes.
+    computed : list of Column
+        All three that are computed case by case, in this order.
+    in_motion : bool
+        True if any column is of `system` or `modes`.
     of_equilibrium : list of str
         Headers of the physical columns that need more than the keys of the scene.
     scene_only : bool
@@ -49,12 +53,8 @@ class ColumnRequirements(TableColumns):
         self.damped = any(column.name == DAMPING_RATIO for column in self.system)
         self.driven = self.in_wind or bool(_columns_needing(self.system, "loop"))
         self.least_errors = {c.header: c.least_error for c in self.physical if c.least_error is not None}
+        self.computed, self.in_motion = [*self.single, *self.system, *self.modes], bool(self.system or self.modes)
         self.asked_modes = AskedModes(column.mode for column in self.modes)
-
-    @property
-    def of_models(self):
-        """True if there is any column that the closed form of many cases does not give."""
-        return bool(self.modes or self.single or self.system)
 
 
 def _columns_needing(columns, *needs):
@@ -245,7 +245,7 @@ def _coarse_errors(results, required, numbers):
     for column in required.closed if results.drag_errors is not None else ():
         if column.by_drag is None:
             continue
-        by_drag = relative_change(column.by_drag(results), numbers[column.header])
+        by_drag = relative_change(results.change_by_drag(column), numbers[column.header])
         for case in errors:
             errors[case][column.header] = max(errors[case][column.header], float(by_drag[case]))
     return errors

@@ -40,7 +40,7 @@ class Results:
     """
 
     def __init__(self, values, equivalent_cables=None):
-        self.values, self._along, self._equivalent_cables = values, {}, equivalent_cables
+        self.values, self._along, self._changes, self._equivalent_cables = values, {}, {}, equivalent_cables
 
     def given(self, path):
         """A number that each scene states, shape (n,); see `SceneValues.given`."""
@@ -282,6 +282,12 @@ class Results:
         change, stiffness, ends = errors.end_forces[:, 1, 0] - held, self.end_stiffness_along(0), 0 * errors.ends
         np.divide(change, stiffness, out=ends[:, 1, 0], where=stiffness > 0)
         return errors.with_moved_ends(ends, self.catenary.global_end_stiffness, self.catenary.end_forces("global"))
+
+    def change_by_drag(self, column):
+        """Changes of the numbers of a column by drag that is taken as uniform, as its `by_drag` says, shape (n,)."""
+        if column.header not in self._changes:
+            self._changes[column.header] = column.by_drag(self)
+        return self._changes[column.header]
 
     @cached_property
     def model_error(self):

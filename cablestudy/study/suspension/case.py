@@ -9,24 +9,24 @@ import numpy as np
 
 from cablestudy.cable.damping import any_grows_with_modes
 from cablestudy.cable.linear_range import linear_range
-from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
+from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.motion.model_sizes import MODAL
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.words import counted
 from cablestudy.statics.failure import explain
 from cablestudy.statics.rigid import cross_matrix, point_movement
 from cablestudy.statics.suspension import AXES, GROUND
-from cablestudy.study.column import DISCRETE, value_and_error
+from cablestudy.study.column import DISCRETE
+from cablestudy.study.compared_case import ComparedCase
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.scene_values import merged_loads
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.suspension.group import Group, HangingCable
 from cablestudy.study.suspension.numbers import CableValues
 from cablestudy.study.tolerances import STUDY
-from cablestudy.system.comparison import relative
 
 
-class SuspensionCase:
+class SuspensionCase(ComparedCase):
     """One suspension in one load case, and its numbers, for the columns of tables.
 
     Parameters
@@ -39,16 +39,12 @@ class SuspensionCase:
     index : int
         Of the case in the group.
     estimate : bool
-        Whether errors of the motion are to be estimated against `finer`, where the scene states the elements.
+        Whether errors of the motion are to be estimated, see `ComparedCase`, where the scene states the elements.
 
     Attributes
     ----------
     scene : SuspensionScene
         With the cables that its load case leaves.
-    differences : dict
-        Header -> relative error of each number that was compared with `finer`, None where it is not known.
-    reason : str
-        Reason why an error in `differences` is not known.
     lost : tuple of str
         Names of the cables that the load case lacks.
     together : list of SuspensionCase
@@ -58,7 +54,7 @@ class SuspensionCase:
     def __init__(self, scene, group=None, index=0, estimate=False):
         self.scene, self.with_all_cables, self._group = scene.without_lost(), scene, group
         self.index, self._modes, self._modes_of_bodies, self.lost = index, {}, {}, scene.load_case.lost
-        self.estimate, self.differences, self.reason = estimate and self.model is not None, {}, ""
+        self.estimate = estimate and self.model is not None
         self.together = [self]
 
     @cached_property
@@ -336,23 +332,16 @@ class SuspensionCase:
         if column.needs in ("loop", "wind") and error and not column.follows_drag:
             error += self.group.drag_error(self.index, in_wind=True)
         if self.estimate and column.needs in DISCRETE:
-            error = self._difference_from_finer(column, number)
+            error = self.difference_from_finer(column, number)
         stated = not error and (column.needs not in ("loop", "wind") or column.name == "gain")
         return float(error) if stated or number is None or isnan(error) else max(float(error), STUDY.rounding)
 
-    def _difference_from_finer(self, column, number):
-        """Relative difference of a number from that of `finer`, plus the error of that; NaN if not known. [-]"""
-        self.differences[column.header] = None
-        if column.needs != "modes" and self.damped_by_modes:
-            self.reason = MODAL.partition(",")[0]
-            return np.nan
-        try:
-            reference, reference_error = value_and_error(column, self.finer)
-        except CablestudyError as error:
-            self.reason = str(error)
-            return np.nan
-        self.differences[column.header] = relative(number, reference) + np.nan_to_num(reference_error)
-        return self.differences[column.header]
+    def difference_from_finer(self, column, number):
+        """Relative difference of a number, see `ComparedCase`; NaN also of motion with modal damping. [-]"""
+        if column.needs == "modes" or not self.damped_by_modes:
+            return super().difference_from_finer(column, number)
+        self.differences[column.header], self.reason = None, MODAL.partition(",")[0]
+        return np.nan
 
     def coordinate(self, name, axis):
         """A coordinate of a body or free point, 0 where it is rounding, and its estimated relative error.

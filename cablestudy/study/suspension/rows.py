@@ -3,7 +3,6 @@
 Suspensions of equal names and connections are solved together, and those that rest alike once.
 """
 
-import time
 from functools import partial
 
 import numpy as np
@@ -23,10 +22,10 @@ from cablestudy.study.table_rows import (
     FALLEN,
     OVER_STRENGTH,
     SLACK,
+    RowBatch,
     TableColumns,
     UnfinishedRow,
     batched,
-    compute_together,
 )
 from cablestudy.study.tolerances import STUDY
 
@@ -139,30 +138,47 @@ def evaluate_suspensions(scenes, columns, estimate=False):
     list of Row
         Where a column has no value its cell is empty, and the status says why.
     """
-    rows, required, most_cables = [], RequiredColumns(columns), max((len(scene.cables) for scene in scenes), default=1)
+    required, most_cables = RequiredColumns(columns), max((len(scene.cables) for scene in scenes), default=1)
     batch_size = max(STUDY.suspensions_at_once, STUDY.suspended_cables_at_once // max(1, most_cables))
-    for batch in batched(scenes, batch_size):  # equilibria solved together
-        start = time.perf_counter()
-        cases = cases_of(batch) if required.of_equilibrium else [SuspensionCase(scene) for scene in batch]
-        if required.discrete and (estimate or required.estimate):
-            _compare(cases)
-        seconds = (time.perf_counter() - start) / len(batch)
-        block_size = 1 if required.clock else len(cases)  # the time of each row is measured alone
-        if required.in_motion and not required.clock:
-            block_size = max(1, STUDY.cables_at_once // max(1, *(len(scene.cables) for scene in batch)))
-        for block in batched(cases, block_size):  # models of cables computed together
-            start = time.perf_counter()
-            for case in block:
-                case.together = block
-            if required.in_motion:
-                prepare(block)
-            unfinished = [UnfinishedRow(case) for case in block]
-            compute_together(unfinished, required.computed)
-            for row in unfinished:
-                _add_doubts_and_notes(row, required, estimate)
-            seconds_of_row = seconds + (time.perf_counter() - start) / len(block)
-            rows += [row.finished(required, seconds_of_row) for row in unfinished]
-    return rows
+    batches = (SuspensionBatch(batch, required, noted=estimate) for batch in batched(scenes, batch_size))
+    return [row for batch in batches for row in batch.rows()]
+
+
+class SuspensionBatch(RowBatch):
+    """Suspensions whose equilibria are found together; see `evaluate_suspensions` and `RowBatch`."""
+
+    def solve_statics(self):
+        """Find the equilibria, also of the finer models with which those of stated elements are compared."""
+        required = self.required
+        self._cases = cases_of(self.scenes) if required.of_equilibrium else list(map(SuspensionCase, self.scenes))
+        if required.discrete and (self.noted or required.estimate):
+            _compare(self._cases)
+
+    def blocks(self, width):
+        """Yield the rows: in the wind or under control as many as models of cables are computed together."""
+        rows = list(map(UnfinishedRow, self._cases))
+        if self.required.in_motion:
+            most_cables = max(1, *(len(scene.cables) for scene in self.scenes))
+            width = width or max(1, STUDY.cables_at_once // most_cables)
+        return batched(rows, width or len(rows))
+
+    def prepare(self, rows):
+        """Compute the first modes of loop and wind of all rows, which are returned."""
+        if self.required.in_motion:
+            prepare([row.case for row in rows])
+        return rows
+
+    def finish(self, row):
+        """Add doubts, by exceeded limits, strength, slack or fallen cables, the size of the model, and notes."""
+        case, in_wind = row.case, self.required.in_wind
+        if not row.failures:
+            row.failures.update(_doubts(case, in_wind))
+        overloaded = list(case.over_strength) if case.solved else []
+        slack_cables = slackened(case) if in_wind and case.moves else []
+        doubts = (OVER_STRENGTH, overloaded), (SLACK, slack_cables), (FALLEN, fallen(case) if case.solved else [])
+        row.doubts = tuple(f"{words}: {first_of(names, STUDY.listed_parts)}" for words, names in doubts if names)
+        row.notes, row.warnings = notes_of(case) if self.noted else (), strength_warning(case) if overloaded else ()
+        row.dof = case.size
 
 
 def _compare(cases):
@@ -170,19 +186,6 @@ def _compare(cases):
     exact = [case for case in cases if case.model is not None]
     for case, finer in zip(exact, cases_of([reference_scene(case.with_all_cables) for case in exact]), strict=True):
         case.estimate, case.finer = True, finer
-
-
-def _add_doubts_and_notes(row, required, noted):
-    """Add to an `UnfinishedRow` with its columns why it is doubtful, and notes if `noted`."""
-    case = row.case
-    if not row.failures:
-        row.failures.update(_doubts(case, required.in_wind))
-    overloaded = list(case.over_strength) if case.solved else []
-    slack_cables = slackened(case) if required.in_wind and case.moves else []
-    doubts = (OVER_STRENGTH, overloaded), (SLACK, slack_cables), (FALLEN, fallen(case) if case.solved else [])
-    row.doubts = tuple(f"{words}: {first_of(names, STUDY.listed_parts)}" for words, names in doubts if names)
-    row.notes, row.warnings = notes_of(case) if noted else (), strength_warning(case) if overloaded else ()
-    row.dof = case.size
 
 
 def _doubts(case, in_wind):

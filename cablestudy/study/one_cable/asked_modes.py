@@ -1,0 +1,111 @@
+"""Frequencies of the modes that a row asks for, by models which are refined until each is within the accuracy."""
+
+from functools import cached_property, partial
+
+from cablestudy.errors import CablestudyError, outcome_of, without_errors
+from cablestudy.study.one_cable.models import solve_models
+from cablestudy.study.refinement import Refinement, needs_of, refine
+
+
+class AskedModes:
+    """Modes between fixed ends whose frequencies are asked for, found by one search.
+
+    Parameters
+    ----------
+    labels : sequence of tuple
+        Number (from 1), kind, and symmetry or None of each mode.
+    """
+
+    def __init__(self, labels=()):
+        self.labels = tuple(dict.fromkeys(labels))
+
+    @cached_property
+    def waves(self):
+        """Most half-waves of a mode along a taut cable; 0 without modes. [-]"""
+        return max(map(_half_waves, self.labels), default=0)
+
+    @cached_property
+    def sagging_waves(self):
+        """Most half-waves in the plane of a sagging cable, where a mode has up to two more; 0 without modes. [-]"""
+        return max((_half_waves(label) + (2 if label[2] else 1) for label in _in_plane(self.labels)), default=0)
+
+    @cached_property
+    def axial(self):
+        """Largest number of an axial mode; 0 without one."""
+        return max((number for number, kind, _ in self.labels if kind == "axial"), default=0)
+
+    def frequencies(self, case, refused=()):
+        """Frequencies at one level of refinement, without those of `refused` labels.
+
+        Parameters
+        ----------
+        case : CableCase
+            With its elements.
+        refused : container of tuple
+
+        Returns
+        -------
+        values : dict
+            Label -> frequency. [Hz]
+        errors : dict
+            Label -> relative error, which a single model estimates. [-]
+        failures : dict
+            Label -> CablestudyError of a mode without a frequency.
+        """
+        return _frequencies(case, [label for label in self.labels if label not in refused])
+
+
+def _frequencies(case, labels):
+    """Values, errors and failures, as `AskedModes.frequencies`.
+
+    All are computed in one call; where this fails each by itself, so that one missing mode leaves the others.
+    """
+    if not labels:
+        return {}, {}, {}
+    inside, across = _in_plane(labels), [label for label in labels if label[1] == "out-of-plane"]
+    try:
+        frequencies, errors = case.frequencies((tuple(inside), tuple(across)))
+    except CablestudyError as error:
+        if len(labels) == 1:
+            return {}, {}, {labels[0]: error}
+        values, errors, failures = {}, {}, {}
+        for label in labels:
+            value, relative_error, failure = _frequencies(case, [label])
+            values, errors, failures = values | value, errors | relative_error, failures | failure
+        return values, errors, failures
+    found = (*inside, *across)
+    return dict(zip(found, frequencies, strict=True)), dict(zip(found, errors, strict=True)), {}
+
+
+def _in_plane(labels):
+    """Labels of modes in the plane of the cable: list."""
+    return [label for label in labels if label[1] != "out-of-plane"]
+
+
+def _half_waves(label):
+    """Half-waves of a mode along a taut cable. [-]"""
+    number, _, symmetry = label
+    return 2 * number - 1 if symmetry else number
+
+
+def searches_of(cases):
+    """Search for the frequencies of the modes that some cases ask for (`CableCase.asked_modes`), all level by level.
+
+    Parameters
+    ----------
+    cases : sequence of CableCase
+
+    Returns
+    -------
+    dict
+        Case -> its `Refinement`, which has ended; or the error of a case without motion.
+    """
+    searches = {case: outcome_of(partial(_search, case)) for case in cases}
+    refine(list(without_errors(searches).values()), solve_models)
+    return searches
+
+
+def _search(case):
+    """The `Refinement` of a case before it begins; raises as `needs_of`."""
+    asked = case.asked_modes
+    return Refinement(case, asked.frequencies, *needs_of(case, asked))
