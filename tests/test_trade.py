@@ -18,11 +18,12 @@ from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import plots, trade
 from cablestudy.study.columns import find
+from cablestudy.study.compared_models import ComparedModel
 from cablestudy.study.markdown import fitted
 from cablestudy.study.one_cable import case as case_module
 from cablestudy.study.one_cable import results
 from cablestudy.study.one_cable import trade as trade_models
-from cablestudy.study.one_cable.trade import DEFAULT, ComparedModel
+from cablestudy.study.one_cable.trade import DEFAULT
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.comparison import relative
 
@@ -159,12 +160,12 @@ def test_irvine_is_his_formula():
         "outofplane_frequency_3": string[2],
         "axial_frequency_2": taut_string.axial_frequencies(2, PAPER.length, PAPER.stiffness, PAPER.mass)[1],
     }
-    _, values, failures = named("Irvine")[0].solve(PAPER.scene(), columns(*wanted))
+    _, values, _, failures = named("Irvine")[0].solve(PAPER.scene(), columns(*wanted))
     assert failures == {}
     for name, value in wanted.items():
         assert values[name] == pytest.approx(value, rel=1e-6), name  # the tension is that of 40 bars
     loaded = scene("cable.loads=[{at: 50 m, force: [0, 0, -1]}]")
-    _, values, failures = named("Irvine")[0].solve(loaded, columns("cable_frequency", "end_stiffness"))
+    _, values, _, failures = named("Irvine")[0].solve(loaded, columns("cable_frequency", "end_stiffness"))
     assert values == {}
     assert "no point loads" in failures["cable_frequency"]
 
@@ -255,7 +256,7 @@ def test_only_models_with_every_column_are_on_the_front():
         def compute(column, _):
             if column.name not in values:
                 raise NoSolutionError("no")
-            return values[column.name]
+            return values[column.name], None
 
         return ComparedModel("", f"{sorted(values.items())}", lambda *_: 0, compute=compute, count_dof=int)
 
@@ -282,7 +283,7 @@ def test_every_timing_solves_the_statics_anew(monkeypatch):
 
 def test_a_slow_model_is_not_repeated():
     solve = Mock()
-    model = ComparedModel("", "slow", solve, compute=lambda *_: 1.0)
+    model = ComparedModel("", "slow", solve, compute=lambda *_: (1.0, None))
     (entry,) = trade.compare(PAPER.scene(), columns("sag"), 50, [model]).entries
     assert solve.call_count == 1
     assert entry.time > 0

@@ -282,7 +282,7 @@ def refine(searches, prepare):
     while waiting:
         level = min(search.finer.level for search in waiting)
         batch = [search for search in waiting if search.finer.level == level]
-        batch = batch[: max(1, STUDY.numbers_at_once // batch[0].finer.size)]
+        batch = batch[: max(1, STUDY.numbers_at_once // batch[0].finer.model_numbers)]
         if len(batch) > 1:
             prepare([search.finer for search in batch])
         for search in batch:

@@ -11,6 +11,7 @@ import time
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from importlib.metadata import version
+from math import isnan
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from cablestudy.cable.damping import any_grows_with_modes
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError, SceneError, one_line
 from cablestudy.motion.model_sizes import MODAL
 from cablestudy.scene.scene import missing
-from cablestudy.study.column import DISCRETE
+from cablestudy.study.column import DISCRETE, lacks, value_and_error
 from cablestudy.study.columns import find
 from cablestudy.study.pareto import pareto_front
 from cablestudy.study.scene_kind import kind_of, why_not
@@ -71,7 +72,7 @@ def columns_to_compare(document, scene, names=None):
         column = kind_of(scene).trade.comparable(scene, _column_of_option(name.strip()))
         if column.name in [other.name for other in columns]:
             raise SceneError(f"--columns: {column.name} is listed twice")
-        reason, key = why_not(scene, column), kind_of(scene).trade.missing_key(scene, column)
+        reason, key = why_not(scene, column), lacks(scene, column)
         if reason and key:
             raise missing(document, key, "trade")
         if reason:
@@ -82,7 +83,7 @@ def columns_to_compare(document, scene, names=None):
 
 def _why_left_out(scene, column):
     """Reason for which a default column is left out; empty where it is not."""
-    key = kind_of(scene).trade.missing_key(scene, column)
+    key = lacks(scene, column)
     return f"needs the key {key}" if key else _why_no_reference(scene, column)
 
 
@@ -137,9 +138,9 @@ def reference_of(scene, columns):
             if reason:
                 raise NoSolutionError(reason)
             if column.needs in DISCRETE:
-                error, number, note = _refined_value(levels(column), column, kind_module.exact_value)
+                error, number, note = _refined_value(levels(column), column)
             else:
-                number, error = kind_module.exact_value(column, case)
+                number, error = _exact_value(column, case)
                 error, note = max(error, STUDY.rounding), "closed form"
         except CablestudyError as failure:
             reference.failures[name] = one_line(failure)
@@ -154,17 +155,22 @@ def _why_no_reference(scene, column):
     return MODAL.partition(", or fixed")[0] if modal else ""
 
 
-def _refined_value(levels, column, exact_value):
+def _exact_value(column, case):
+    """A number of a case of the reference, and its relative error by anything but its elements."""
+    number, error = value_and_error(column, case)
+    return number, 0.0 if error is None or isnan(error) else float(error)
+
+
+def _refined_value(levels, column):
     """Value of a column by the model, of finer and finer ones, whose value differs least from that of the one before.
 
     `levels` yields name and case of each model, the coarsest first; once the value settles no more are asked for.
-    `exact_value` is a function of column and case for the value, and its relative error from other sources than the
-    elements. Returns estimated relative error [-], value and name of the model.
+    Returns estimated relative error [-], value and name of the model.
     """
     candidates, previous, failure = [], None, "no two models have a value"
     for note, case in levels:
         try:
-            number, other_error = exact_value(column, case)
+            number, other_error = _exact_value(column, case)
         except CablestudyError as error:
             previous, failure = None, one_line(error)
             continue
@@ -205,7 +211,8 @@ class Measurement:
         """Solve the columns of a scene once with a `ComparedModel`, and compare them with a `Reference`."""
         self.family, self.name = model.family, model.name
         self._model, self._scene, self._columns = model, scene, columns
-        (case, values, failures), seconds = self._run(columns)  # to warm up; this time counts where the model is slow
+        results, seconds = self._run(columns)  # to warm up; this time counts where the model is slow
+        case, values, self.stated, failures = results
         try:
             self.dof = None if case is None else model.count_dof(case)
         except CablestudyError:
@@ -218,8 +225,6 @@ class Measurement:
             name: max(relative(number, reference.values[name]), reference.errors[name])
             for name, number in values.items()
         }
-        stated = {column.name: model.stated_error(column, case) for column in columns if column.name in values}
-        self.stated = {name: error for name, error in stated.items() if error is not None}
         reasons = {}
         for name, reason in failures.items():
             reasons.setdefault(reason, []).append(name)

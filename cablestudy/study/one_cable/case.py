@@ -114,8 +114,7 @@ class CableCase(ComparedCase):
         has too. All but a gain that the scene states have rounding. Numbers by stated elements are compared with those
         of a finer model, with `estimate`.
         """
-        by_elements = column.needs in DISCRETE or column.each
-        if by_elements and not self.exact_statics:
+        if not self.exact_statics and column.needs != "scene":
             return self.difference_from_finer(column, number) if self.estimate else np.nan
         if error is None:
             return None if column.needs in DISCRETE else self._closed_form_error(column, number)
@@ -150,7 +149,7 @@ class CableCase(ComparedCase):
         return CableCase(reference_scene(self.scene))
 
     @property
-    def size(self):
+    def model_numbers(self):
         """Estimated count of the numbers in all modes of the model. [-]"""
         if self.level is None:
             return numbers_of(self.scene.model)
@@ -481,6 +480,13 @@ class CableCase(ComparedCase):
     def moves(self):
         """True if the motion of gondola or bare cable was computed."""
         return bool(self.solved_winds)
+
+    @property
+    def size(self):
+        """Unknowns of the largest model of its motion that was solved to an accuracy; 0 where none was. [-]"""
+        search = CableCase.frequency_search.known(self)
+        found = search is not None and not isinstance(search, Exception)
+        return max(self.system_size, search.used.dof if found else 0)
 
     @property
     def system_size(self):

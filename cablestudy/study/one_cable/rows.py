@@ -186,7 +186,7 @@ class RefinedBatch(CableBatch):
         search = case.frequency_search if required.modes else None
         found = search is not None and not isinstance(search, Exception)
         if required.computed:
-            row.dof = max(case.system_size, search.used.dof if found else 0)
+            row.dof = case.size
         if self.noted and required.system:
             row.notes = self._notes_on_system(row)
         if self.noted and found and search.values:

@@ -1,8 +1,7 @@
 """Models that `trade` compares of one cable: closed forms, bars, high orders, accuracies, fewer modes, grids."""
 
 import re
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -10,18 +9,29 @@ import numpy as np
 from cablestudy.cable import taut
 from cablestudy.control.loop import unstable_pole
 from cablestudy.control.loop_state_space import force_state_space
-from cablestudy.errors import CablestudyError, NoSolutionError, SceneError, one_line
+from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.motion.body_mode import largest_share
 from cablestudy.motion.dynamic_analysis import DynamicAnalysis
 from cablestudy.motion.turbulence import OWN
 from cablestudy.study.cable_columns import is_of_one_cable
-from cablestudy.study.column import DISCRETE, SYSTEM, lacks, value, value_and_error
+from cablestudy.study.column import SYSTEM, value_and_error
 from cablestudy.study.columns import find
+from cablestudy.study.compared_models import (
+    ACCURACIES,
+    LEVELS,
+    ComparedModel,
+    controlled_models,
+    element_models,
+    on_columns,
+    power,
+    static_value,
+    with_elements,
+)
 from cablestudy.study.motion_columns import GONDOLA_X
 from cablestudy.study.notes import strength_warning as strength_warning
+from cablestudy.study.one_cable.asked_modes import AskedModes
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.columns import column_of_one_cable
-from cablestudy.study.one_cable.rows import evaluate
 from cablestudy.study.one_cable.system import analysis_of, in_cable_wind_of
 from cablestudy.study.refinement import with_accuracy
 from cablestudy.study.scene_values import load_count
@@ -34,55 +44,12 @@ from cablestudy.system.superelement import GONDOLA, GROUND
 from cablestudy.wind.imaging import seen_weights
 
 DEFAULT = ("end_stiffness", "cable_frequency", "inplane_frequency_8", "gondola_frequency", "gondola_rms_open_loop")
-LEVELS = ((1, 16), (1, 24), (1, 32), (1, 48), (2, 48), (4, 48), (8, 48), (16, 48))  # elements a segment, order
 CLOSELY = (1e-8, 1e-9)  # accuracies of gondola and cable as one linear system: closer ones add rounding
 PAPER = 40  # number of bars of the paper's model
-BARS = (5, 10, 20, 40, 80, 160, 320, 640)
-MASSES = ("lumped", "consistent", "blended")
-ORDERS = (8, 12, 16, 24, 32)  # of one element a segment
-SEVERAL = ((2, 8), (4, 8), (2, 16), (4, 16))  # elements a segment, order
-ACCURACIES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)
 BASE = (1, 32)  # elements a segment and order of the cable whose modes are reduced or whose response is integrated
 MODES = (1, 3, 10, 30, 90)  # numbers of modes that reduced models keep
 POINTS = (100, 1000, 10_000, 100_000)  # numbers of frequencies of the grids that responses are integrated on
 GRID = (1e-5, 1e2)  # ends of a frequency grid, over the static frequency of the gondola
-
-
-@dataclass(frozen=True)
-class ComparedModel:
-    """A model that a user can choose, as `trade` compares it; models of one family differ in one number."""
-
-    family: str
-    name: str
-    build: Callable  # scene, columns -> CableCase, with nothing cached
-    needs: tuple = ("statics", "stiffness", *DISCRETE)  # kinds of columns whose values depend on the model
-    compute: Callable = value  # column, CableCase -> float
-    count_dof: Callable = lambda case: case.dof or case.dynamics.dof  # CableCase -> number of free displacements
-    # column, CableCase -> relative error that the model states of a value, or None
-    stated_error: Callable = lambda *_: None
-    arrange: Callable = list  # columns -> the same in the order in which they are computed
-
-    def solve(self, scene, columns):
-        """Compute columns of a scene with this model.
-
-        Returns
-        -------
-        case : CableCase or None
-            The scene with this model; None if it cannot be built.
-        values, failures : dict
-            Column name -> value, or -> reason why the column has none.
-        """
-        values, failures = {}, {}
-        try:
-            case = self.build(scene, columns)
-        except CablestudyError as failure:
-            return None, values, {column.name: one_line(failure) for column in columns}
-        for column in self.arrange(columns):
-            try:
-                values[column.name] = self.compute(column, case)
-            except CablestudyError as failure:
-                failures[column.name] = one_line(failure)
-        return case, values, {column.name: failures[column.name] for column in columns if column.name in failures}
 
 
 def default_columns(_):
@@ -111,17 +78,6 @@ def reference_levels(case):
     return lambda column: systems if column.needs in SYSTEM else finer
 
 
-def exact_value(column, case):
-    """A number of a case of the reference, and its relative error by anything but its elements."""
-    number, error = value_and_error(column, case)
-    return number, max(float(error or 0.0), 0.0 if column.needs in DISCRETE else STUDY.rounding)
-
-
-def missing_key(scene, column):
-    """The key that a column needs and a scene lacks, or an empty text."""
-    return lacks(scene, column)
-
-
 def comparable(scene, column):
     """The column of one cable with the number of a column; SceneError where only suspensions have it."""
     own_column = column_of_one_cable(column, scene.gondola is None)
@@ -136,33 +92,29 @@ def models_of(scene, columns):
     All models that a user can choose, less those on which no value of the columns depends.
     """
     models = [
-        ComparedModel("closed form", "catenary", _most_accurate, ("statics", "stiffness"), _static_value, lambda _: 0),
+        ComparedModel("closed form", "catenary", _most_accurate, ("statics", "stiffness"), static_value, lambda _: 0),
         ComparedModel("closed form", "Irvine", _most_accurate, ("modes",), _irvine_frequency, lambda _: 0),
+        *controlled_models(_case_of, ComparedModel.needs),
     ]
 
     def add(family, name, build, **options):
-        models.append(ComparedModel(family, name, build, **options))
+        models.append(ComparedModel(family, name, build, count_dof=_unknowns, **options))
 
-    options_of_row = {  # of models that are computed as a `Row`, in place of a `CableCase`
-        "compute": _cell_of_row,
-        "count_dof": lambda row: row.cells["dof"],
-        "stated_error": lambda column, row: row.errors.get(column.header),
-    }
-    for accuracy in ACCURACIES:
-        add("error control", f"accuracy {power(accuracy)}", partial(_row_to_accuracy, accuracy), **options_of_row)
     for family, name, n, order, mass in element_models():
         add(family, name, partial(fixed_case if order == 1 else _spectral, n, order, mass))
     if scene.gondola is not None:
         _add_of_gondola(add)
-    return [model for model in models if any(column.needs in model.needs for column in columns)]
+    return on_columns(models, columns)
 
 
-def element_models():
-    """Yield family, name, elements (of high order those of each segment), order and mass of fixed elements."""
-    for mass in MASSES:
-        yield from ((f"{mass} bars", f"{n} {mass} bars", n, 1, mass) for n in BARS)
-    for n, order in [(1, order) for order in ORDERS] + list(SEVERAL):
-        yield "high order" if n == 1 else "several of high order", f"{n} x order {order}", n, order, "lumped"
+def _case_of(scene, columns):
+    """The case of a scene, which finds the frequencies of all columns together."""
+    return CableCase(scene, asked_modes=AskedModes(column.mode for column in columns if column.mode))
+
+
+def _unknowns(case):
+    """Free displacements of the motion that was computed, or of all motion. [-]"""
+    return case.dof or case.dynamics.dof
 
 
 def _add_of_gondola(add):
@@ -176,23 +128,12 @@ def _add_of_gondola(add):
             add(f"{kind} grid", f"{kind} {n} points", partial(_on_grid, space, n), needs=("wind",))
 
 
-def power(number):
-    """A power of ten as in `1e-4`."""
-    return f"{number:.0e}".replace("e-0", "e-")
-
-
 # ------------------------------------------------------------------------------------------------ models of elements
 
 
 def fixed_case(elements, order, mass, scene, _=()):
     """The case of a scene with `model: {elements: ..., order: ..., mass: ...}`."""
     return CableCase(with_elements(scene, elements, order, mass))
-
-
-def with_elements(scene, elements, order, mass):
-    """Copy of a scene with a fixed number of elements, their order and their mass matrix."""
-    model = {"accuracy": None, "elements": elements, "order": order, "mass": mass}
-    return scene.model_copy(update={"model": scene.model.model_copy(update=model)})
 
 
 def fixed_to(accuracy, scene, _=()):
@@ -205,29 +146,10 @@ def _spectral(elements, order, mass, scene, _):
     return fixed_case(elements * (1 + load_count(scene)[1]), order, mass, scene)
 
 
-def _row_to_accuracy(accuracy, scene, columns):
-    """The `Row` of a scene to an accuracy, in the place of a case."""
-    return evaluate(with_accuracy(scene, accuracy), [*columns, find("dof")])
-
-
-def _cell_of_row(column, row):
-    """The number of a column in a `Row`; NoSolutionError where it is empty."""
-    if row.failed and row.cells[column.header] is None:
-        raise NoSolutionError(row.cells["status"])
-    return row.cells[column.header]
-
-
 # ------------------------------------------------------------------------------------------------------ closed forms
 
 
 _most_accurate = partial(fixed_to, ACCURACIES[-1])
-
-
-def _static_value(column, case):
-    """A number of the statics; NoSolutionError for other columns."""
-    if column.needs in DISCRETE:
-        raise NoSolutionError("statics alone")
-    return value(column, case)
 
 
 def _irvine_frequency(column, case):
@@ -240,15 +162,15 @@ def _irvine_frequency(column, case):
         raise NoSolutionError("Irvine's cable carries no point loads")
     span, tension = case.span, case.catenary.mean_tension
     if family == "axial":
-        return float(taut.axial_frequencies(count, span)[-1])
+        return float(taut.axial_frequencies(count, span)[-1]), None
     mass, _ = taut.per_deformed_length(span)
     string = taut.string_frequencies(2 * count, span.chord, tension, mass)
     if family == "outofplane":
-        return float(string[count - 1])
+        return float(string[count - 1]), None
     symmetric = taut.symmetric_frequencies(count, span, tension)
     if family == "symmetric":
-        return float(symmetric[-1])
-    return float(np.sort(np.concatenate([symmetric, string[1::2]]))[count - 1])
+        return float(symmetric[-1]), None
+    return float(np.sort(np.concatenate([symmetric, string[1::2]]))[count - 1]), None
 
 
 # ----------------------------------------------------------------------------------------------------- reduced modes
@@ -291,10 +213,12 @@ def _gondola_system(model, case):
 
 
 def _by_reduced_modes(column, case):
-    """A number by reduced modes; NoSolutionError for columns of the loop, of winches and of the wind on the cable."""
+    """A number by reduced modes, which state no error.
+
+    NoSolutionError for columns of the loop, of winches and of the wind on the cable."""
     if column.needs == "loop" or (column.needs == "wind" and re.search("winch|cable_wind|all_wind", column.name)):
         raise NoSolutionError("not by reduced modes")
-    return value(column, case)
+    return value_and_error(column, case)[0], None
 
 
 class ModeOfSystem:

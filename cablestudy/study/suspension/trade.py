@@ -1,15 +1,21 @@
 """Models that `trade` compares of a suspension: closed forms, bars, high orders and error control, for all cables."""
 
 from functools import partial
-from math import isnan
 
 import numpy as np
 
 from cablestudy.errors import NoSolutionError
-from cablestudy.study.column import DISCRETE, least_work_first, value_and_error
+from cablestudy.study.column import DISCRETE
 from cablestudy.study.columns import COUPLED_MODE, find
-from cablestudy.study.one_cable.trade import ACCURACIES, LEVELS, ComparedModel, element_models, power, with_elements
-from cablestudy.study.refinement import with_accuracy
+from cablestudy.study.compared_models import (
+    LEVELS,
+    ComparedModel,
+    controlled_models,
+    element_models,
+    on_columns,
+    static_value,
+    with_elements,
+)
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.notes import strength_warning as strength_warning
 from cablestudy.study.suspension.rows import OF_THE_WHOLE
@@ -23,7 +29,8 @@ LARGEST = {False: 3_000, True: 150_000}  # displacements of the largest model, d
 def default_columns(scene):
     """The columns that are compared where none are named: list of Column."""
     stiffness = [f"{name}.stiffness_zz" for name in list(scene.bodies)[:1]]
-    return list(map(find, ["max_tension", *stiffness, *(f"frequency_{number}" for number in FREQUENCIES)]))
+    names = ["max_tension", *stiffness, *(f"frequency_{number}" for number in FREQUENCIES)]
+    return [comparable(scene, find(name)) for name in names]
 
 
 def reference_case(scene):
@@ -47,20 +54,9 @@ def reference_levels(case):
     return lambda column: levels
 
 
-def exact_value(column, case):
-    """A number of a case of the reference, and its relative error by anything but its elements."""
-    number, error = _value(column, case)
-    return number, 0.0 if isnan(error) else error
-
-
-def missing_key(scene, column):
-    """An empty text: `columns.why_not` has the message on a missing key."""
-    return ""
-
-
 def comparable(_, column):
-    """The column itself: models of a suspension have every column."""
-    return column
+    """The column by which a suspension computes the quantity of a column of any scene."""
+    return OF_THE_WHOLE.get(column.name, column)
 
 
 def models_of(scene, columns):
@@ -75,59 +71,31 @@ def models_of(scene, columns):
         There is no stable equilibrium.
     """
     models = [
-        ComparedModel("closed form", "catenary", _case, needs=("statics", "stiffness"), compute=_static_value,
-                      count_dof=lambda _: 0, stated_error=_stated_error),
-        ComparedModel("closed form", "static stiffness", _case, needs=("modes",), compute=_static_frequency,
-                      count_dof=_free_displacements),
-    ]  # fmt: skip
-
-    def add(family, name, change):
-        """Add the model of a scene that the function `change` makes of the scene."""
-        build = partial(_case, change=change)
-        options = DISCRETE, _number, lambda case: case.size, _stated_error, least_work_first
-        models.append(ComparedModel(family, name, build, *options))
-
-    for accuracy in ACCURACIES:
-        add("error control", f"accuracy {power(accuracy)}", partial(with_accuracy, accuracy=accuracy))
+        ComparedModel("closed form", "catenary", _case, ("statics", "stiffness"), static_value, lambda _: 0),
+        ComparedModel("closed form", "static stiffness", _case, ("modes",), _static_frequency, _free_displacements),
+        *controlled_models(_case, DISCRETE),
+    ]
     fits = _size_limit(SuspensionCase(scene))
     for family, name, n, order, mass in element_models():
         if fits(n * order):
-            add(family, name, partial(with_elements, elements=n, order=order, mass=mass))
-    return [model for model in models if any(column.needs in model.needs for column in columns)]
+            models.append(ComparedModel(family, name, partial(_fixed_case, n, order, mass), DISCRETE))
+    return on_columns(models, columns)
 
 
-def _case(scene, _=(), change=lambda scene: scene):
-    """The case of a changed scene, with nothing cached."""
-    return SuspensionCase(change(scene))
+def _case(scene, _=()):
+    """The case of a scene, with nothing cached."""
+    return SuspensionCase(scene)
+
+
+def _fixed_case(elements, order, mass, scene, _):
+    """The case of a scene with so many elements along each cable."""
+    return SuspensionCase(with_elements(scene, elements, order, mass))
 
 
 def _size_limit(case):
     """Function of the number of segments along each cable: True if the model is small enough to be compared."""
     layout, cables = Layout(case.equilibrium), len(case.scene.cables)
     return lambda segments: 3 * (segments - 1) * cables <= LARGEST[layout.large]
-
-
-def _value(column, case):
-    """A number, and the relative error that its model states of it, not a number where it states none."""
-    return value_and_error(OF_THE_WHOLE.get(column.name, column), case)
-
-
-def _number(column, case):
-    """A number of a case, without its error."""
-    return _value(column, case)[0]
-
-
-def _stated_error(column, case):
-    """Relative error that the model states of a number, or None. [-]"""
-    error = _value(column, case)[1]
-    return None if isnan(error) else error
-
-
-def _static_value(column, case):
-    """A number of the statics; NoSolutionError for other columns."""
-    if column.needs in DISCRETE:
-        raise NoSolutionError("statics alone")
-    return _number(column, case)
 
 
 def _free_displacements(case):
@@ -159,4 +127,4 @@ def _static_frequency(column, case):
         frequencies = frequencies[np.isfinite(frequencies)]
     if number > len(frequencies):
         raise NoSolutionError(f"{len(frequencies)} free displacements have no mode {number}")
-    return float(frequencies[number - 1])
+    return float(frequencies[number - 1]), None

@@ -1,0 +1,97 @@
+"""Models that `trade` compares of one cable and of suspensions alike: error control, bars, elements of high order."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from math import isnan
+
+from cablestudy.errors import CablestudyError, NoSolutionError, one_line
+from cablestudy.study.column import DISCRETE, least_work_first, value_and_error
+from cablestudy.study.refinement import with_accuracy
+
+LEVELS = ((1, 16), (1, 24), (1, 32), (1, 48), (2, 48), (4, 48), (8, 48), (16, 48))  # elements a segment, order
+BARS = (5, 10, 20, 40, 80, 160, 320, 640)
+MASSES = ("lumped", "consistent", "blended")
+ORDERS = (8, 12, 16, 24, 32)  # of one element a segment
+SEVERAL = ((2, 8), (4, 8), (2, 16), (4, 16))  # elements a segment, order
+ACCURACIES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)
+
+
+@dataclass(frozen=True)
+class ComparedModel:
+    """A model that a user can choose, as `trade` compares it; models of one family differ in one number."""
+
+    family: str
+    name: str
+    build: Callable  # scene, columns -> CableCase or SuspensionCase, with nothing cached
+    needs: tuple = ("statics", "stiffness", *DISCRETE)  # kinds of columns whose values depend on the model
+    # column, case -> number, and the relative error that the model states of it: None or not a number without one
+    compute: Callable = value_and_error
+    count_dof: Callable = lambda case: case.size  # case -> number of free displacements
+
+    def solve(self, scene, columns):
+        """Compute columns of a scene with this model.
+
+        Returns
+        -------
+        case : CableCase, SuspensionCase or None
+            The scene with this model; None if it cannot be built.
+        values, stated, failures : dict
+            Column name -> value; relative error that the model states of it; reason why the column has no value.
+        """
+        values, stated, failures = {}, {}, {}
+        try:
+            case = self.build(scene, columns)
+        except CablestudyError as failure:
+            return None, values, stated, {column.name: one_line(failure) for column in columns}
+        for column in least_work_first(columns):
+            try:
+                values[column.name], error = self.compute(column, case)
+            except CablestudyError as failure:
+                failures[column.name] = one_line(failure)
+                continue
+            if error is not None and not isnan(error):
+                stated[column.name] = float(error)
+        failures = {column.name: failures[column.name] for column in columns if column.name in failures}
+        return case, values, stated, failures
+
+
+def static_value(column, case):
+    """A number of the statics, and its error; NoSolutionError for other columns."""
+    if column.needs in DISCRETE:
+        raise NoSolutionError("statics alone")
+    return value_and_error(column, case)
+
+
+def controlled_models(case_of, needs):
+    """Models with error control: list of ComparedModel, of cases that a function of scene and columns makes."""
+
+    def build(accuracy, scene, columns):
+        return case_of(with_accuracy(scene, accuracy), columns)
+
+    return [ComparedModel("error control", f"accuracy {power(accuracy)}", partial(build, accuracy), needs)
+            for accuracy in ACCURACIES]  # fmt: skip
+
+
+def element_models():
+    """Yield family, name, elements (of high order those of each segment), order and mass of fixed elements."""
+    for mass in MASSES:
+        yield from ((f"{mass} bars", f"{n} {mass} bars", n, 1, mass) for n in BARS)
+    for n, order in [(1, order) for order in ORDERS] + list(SEVERAL):
+        yield "high order" if n == 1 else "several of high order", f"{n} x order {order}", n, order, "lumped"
+
+
+def on_columns(models, columns):
+    """Those of some models on which the value of any column depends: list."""
+    return [model for model in models if any(column.needs in model.needs for column in columns)]
+
+
+def with_elements(scene, elements, order, mass):
+    """Copy of a scene with a fixed number of elements, their order and their mass matrix."""
+    model = {"accuracy": None, "elements": elements, "order": order, "mass": mass}
+    return scene.model_copy(update={"model": scene.model.model_copy(update=model)})
+
+
+def power(number):
+    """A power of ten as in `1e-4`."""
+    return f"{number:.0e}".replace("e-0", "e-")
