@@ -89,19 +89,20 @@ def _modes_of_cable(case, name, size, limit):
     """The modes of one cable between its ends where they are, both held."""
     from cablestudy.motion.airflow import wind_diameters
     from cablestudy.scene.fields import suggestion
-    from cablestudy.study.suspension.report import cable_mode_table
+    from cablestudy.study.one_cable.report import modes_as_rows
     from cablestudy.study.vibration import diameters_of_modes, with_lock_in
 
     case.refuse_lost(name)
     if name not in case.scene.cables:
         raise SceneError(f"--cable {name}: no such cable ({suggestion(name, case.scene.cables)})")
-    found = case.cable_modes.modes(name, size, limit)
-    table, diameter = cable_mode_table(case, name, found), wind_diameters(case.scene)[case.cable(name)]
+    cable, found = case.cable_modes.modes(name, size, limit)
+    table = modes_as_rows(cable, found, range(len(found)), {})
+    diameter = wind_diameters(case.scene)[case.cable(name)]
     return _of_case(
         case,
-        warnings=fewer_modes(found[1], size, limit),
+        warnings=fewer_modes(found, size, limit),
         tables=only(with_lock_in(table, diameters_of_modes(table, diameter))),
-        draw=lambda plots, share=None: plots.mode_shapes(*found, share),
+        draw=lambda plots, share=None: plots.mode_shapes(cable, found, share),
     )
 
 

@@ -354,14 +354,14 @@ class CableCase(ComparedCase):
         label = number, kind, symmetry
         if self.level is None and self.exact_statics:
             asked = self.asked_modes is not None and label in self.asked_modes.labels
-            case = self if asked else self._asking_for(AskedModes([label]))
+            case = self if asked else self.asking_for(AskedModes([label]))
             return result_of(case.frequency_search).found(label)
         dynamics = self.out_of_plane if kind == "out-of-plane" else self.in_plane
         modes_below = self._modes_below_axial(number if kind == "axial" else 0)
         frequencies, *_ = dynamics.frequencies((label,), estimated_count=modes_below)
         return frequencies[0], None
 
-    def _asking_for(self, asked_modes):
+    def asking_for(self, asked_modes):
         """Copy of the case with other `asked_modes`, which shares all that equal cases share."""
         return CableCase(self.scene, self.results, self.index, self.level, self._cache_by_level, asked_modes)
 

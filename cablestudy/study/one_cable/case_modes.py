@@ -6,11 +6,9 @@ import numpy as np
 
 from cablestudy.errors import CablestudyError, ConvergenceError
 from cablestudy.study import notes
-from cablestudy.study.columns import find
-from cablestudy.study.one_cable.case import CableCase
+from cablestudy.study.one_cable.asked_modes import AskedModes
 from cablestudy.study.one_cable.models import solve_models
-from cablestudy.study.one_cable.rows import evaluate
-from cablestudy.study.refinement import Refinement, reference_scene, refine
+from cablestudy.study.refinement import Refinement, refine
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.comparison import relative
 
@@ -115,26 +113,29 @@ def frequency_errors(case, modes_of_case):
     """
     if case.exact_statics:
         return stated_errors(case, modes_of_case), ""
-    scene, errors, numbers = reference_scene(case.scene), [None] * len(modes_of_case), Counter()
     if not case.planar:
         try:
-            finer, finer_modes, *_ = modes(CableCase(scene), len(modes_of_case))
+            finer, finer_modes, _ = solved_modes(case.finer, len(modes_of_case))
         except CablestudyError as error:
-            return errors, str(error)
+            return [None] * len(modes_of_case), str(error)
         difference = np.abs(modes_of_case.frequency / finer_modes.frequency - 1)
         return (difference + stated_errors(finer, finer_modes)).tolist(), ""
-    # index of a mode -> its column; axial modes, which need many waves, have a model of their own
-    columns_by_model, reason = {True: {}, False: {}}, ""
-    for index, kind in enumerate(modes_of_case.kind):
+    numbers, labels = Counter(), []
+    for kind in modes_of_case.kind:
         numbers[kind] += 1
-        columns_by_model[kind == "axial"][index] = find(f"{kind.replace('-', '')}_frequency_{numbers[kind]}")
-    for columns in columns_by_model.values():
-        row = evaluate(scene, list(columns.values()))
-        reason = row.cells["status"] if row.failed else reason
-        for index, column in columns.items():
-            reference = row.cells[column.header]
-            if reference is not None:
-                errors[index] = relative(float(modes_of_case.frequency[index]), reference) + row.errors[column.header]
+        labels.append((numbers[kind], kind, None))
+    # axial modes, which need many waves, have a model of their own
+    asked = {axial: AskedModes(label for label in labels if (label[1] == "axial") == axial) for axial in (True, False)}
+    finer_cases = {axial: case.finer.asking_for(modes) for axial, modes in asked.items()}
+    by_drag, errors, reason = float(case.finer.results.mode_error[case.finer.index]), [], ""
+    for frequency, label in zip(modes_of_case.frequency.tolist(), labels, strict=True):
+        try:
+            reference, error = finer_cases[label[1] == "axial"].frequency(*label)
+        except CablestudyError as failure:
+            errors.append(None)
+            reason = str(failure)
+        else:
+            errors.append(relative(frequency, reference) + error + by_drag)
     return errors, reason
 
 

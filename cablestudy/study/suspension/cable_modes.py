@@ -5,6 +5,7 @@ The ends are those of the equilibrium. A cable of the suspension has an elastic 
 place.
 """
 
+from functools import cached_property
 from types import SimpleNamespace
 
 import numpy as np
@@ -27,12 +28,15 @@ class CablesAtRest(Results):
         All c cables in equilibrium, shape (c,).
     drag : SteadyDrag or None
         Drag that fixed elements follow, see `FixedModel`.
+    mode_error : float
+        Relative error of all frequencies, by drag that is taken as uniform along each cable. [-]
     """
 
-    def __init__(self, scene, catenary, drag):
+    def __init__(self, scene, catenary, drag, mode_error):
         count = len(catenary.span.chord)
         super().__init__(SceneValues([scene] * count))
         self.catenary, self._exact = catenary, scene.model.elements is not None
+        self.mode_error = np.full(count, mode_error)
         self.drag = SteadyDrag(np.zeros(count), np.zeros((count, 3))) if drag is None else drag
 
     @property
@@ -56,32 +60,53 @@ class CablesAtRest(Results):
         return (self.drag.normal_drag > 0) & self._exact
 
 
+class CableAtRest(CableCase):
+    """One cable of a suspension between fixed ends.
+
+    Parameters
+    ----------
+    modes : CableModes
+        Of the suspension.
+    name : str
+        Of the cable.
+    """
+
+    def __init__(self, modes, name):
+        index, scene = list(modes.scene.cables).index(name), modes.scene
+        cable = SimpleNamespace(model=scene.model, cable=scene.cables[name], gondola=None, winch=None)
+        super().__init__(cable, modes.results, index)
+        self._modes, self._name = modes, name
+
+    @cached_property
+    def finer(self):
+        """`CableAtRest` of the suspension with a model to the accuracy `reference_accuracy`, for comparison."""
+        return self._modes.finer().case(self._name)
+
+
 class CableModes:
     """Modes of the cables of one suspension between fixed ends.
 
     Parameters
     ----------
-    scene, catenary, drag : SuspensionScene, Catenary, SteadyDrag or None
+    scene, catenary, drag, mode_error
         See `CablesAtRest`.
-    drag_error : float
-        Relative error of all frequencies, by drag that is taken as uniform along each cable. [-]
+    finer : callable
+        Function without arguments -> `CableModes` of the suspension with a finer model.
     """
 
-    def __init__(self, scene, catenary, drag, drag_error):
-        self._scene, self._cases, self._drag_error = scene, {}, drag_error
-        self._results = CablesAtRest(scene, catenary, drag)
+    def __init__(self, scene, catenary, drag, mode_error, finer):
+        self.scene, self.finer, self._cases = scene, finer, {}
+        self.results = CablesAtRest(scene, catenary, drag, mode_error)
 
-    def _case(self, name):
-        """`CableCase` of the cable of a name."""
+    def case(self, name):
+        """`CableAtRest` of a name."""
         if name not in self._cases:
-            index = list(self._scene.cables).index(name)
-            scene = SimpleNamespace(model=self._scene.model, cable=self._scene.cables[name], gondola=None, winch=None)
-            self._cases[name] = CableCase(scene, self._results, index)
+            self._cases[name] = CableAtRest(self, name)
         return self._cases[name]
 
     def modes(self, name, count, upto):
         """`CableCase` of a cable at the level of refinement used, and its `Modes`; see `case_modes.solved_modes`."""
-        return solved_modes(self._case(name), None if upto else count, upto)[:2]
+        return solved_modes(self.case(name), None if upto else count, upto)[:2]
 
     def frequency(self, name, column):
         """Frequency of one mode of a cable between fixed ends [Hz], and its estimated relative error.
@@ -100,5 +125,6 @@ class CableModes:
         NoSolutionError, ConvergenceError
             There is no such mode, or not to the accuracy.
         """
-        frequency, error = self._case(name).frequency(*column.mode)
-        return frequency, np.nan if error is None else error + self._drag_error
+        case = self.case(name)
+        frequency, error = case.frequency(*column.mode)
+        return frequency, np.nan if error is None else error + float(case.results.mode_error[case.index])

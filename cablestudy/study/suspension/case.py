@@ -208,7 +208,7 @@ class SuspensionCase(ComparedCase):
         from cablestudy.study.suspension.cable_modes import CableModes
 
         about = self.equilibrium.catenary, self.group.steady_drag(self.index), self.group.mode_error(self.index)
-        return CableModes(self.scene, *about)
+        return CableModes(self.scene, *about, finer=lambda: self.finer.cable_modes)
 
     def hanging(self, name):
         """`HangingCable` of a name, with the loads that it carries; raises as `group`.

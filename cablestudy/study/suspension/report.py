@@ -1,6 +1,5 @@
 """Tables of the commands static and modes for a suspension."""
 
-from collections import Counter
 from dataclasses import replace
 from math import isnan
 
@@ -10,15 +9,13 @@ from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
 from cablestudy.statics.force_density import find_form
 from cablestudy.statics.suspension import AXES
 from cablestudy.study.column import value_and_error
-from cablestudy.study.columns import find
 from cablestudy.study.notes import comparison_notes
-from cablestudy.study.one_cable.report import STATE, modes_as_rows, shapes_table
+from cablestudy.study.one_cable.report import STATE, shapes_table
 from cablestudy.study.suspension.notes import slack_cables
 from cablestudy.study.suspension.numbers import numbers_of
 from cablestudy.study.suspension.part_columns import body_columns, cable_columns, has_key, link_columns, point_columns
 from cablestudy.study.table import Field, Table
 from cablestudy.study.tolerances import STUDY
-from cablestudy.system.comparison import relative
 from cablestudy.system.mode_pairs import pair_modes
 from cablestudy.system.tolerances import SYSTEM
 
@@ -254,44 +251,6 @@ def mode_table(case, modes, chosen):
             yield {name: error for name, error in errors_of_mode.items() if not np.isnan(error)}
 
     return Table.of(fields, lines, errors=errors)
-
-
-def cable_mode_table(case, name, case_and_modes):
-    """Modes of one cable between fixed ends as rows.
-
-    Parameters
-    ----------
-    case : SuspensionCase
-    name : str
-        Of the cable.
-    case_and_modes : tuple
-        `CableCase` of the cable and its modes, from `CableModes.modes`.
-
-    Returns
-    -------
-    Table
-        Number, type, symmetry and frequency.
-    """
-    cable, modes = case_and_modes
-    table = modes_as_rows(cable, modes, range(len(modes)), {})
-    return replace(table, errors=lambda: _errors_of_cable_modes(case, name, modes))
-
-
-def _errors_of_cable_modes(case, name, modes):
-    """Yield the estimated error of each frequency, of fixed elements against the finer model: header -> number."""
-    numbers = Counter()
-    for kind, frequency, error in zip(modes.kind, modes.frequency.tolist(), modes.errors.tolist(), strict=True):
-        numbers[kind] += 1
-        if case.model is None:
-            yield {"frequency_Hz": max(error, STUDY.rounding) + case.group.mode_error(case.index)}
-            continue
-        try:
-            column = find(f"{kind.replace('-', '')}_frequency_{numbers[kind]}")
-            reference, reference_error = case.finer.cable_modes.frequency(name, column)
-            yield {"frequency_Hz": relative(frequency, reference) + reference_error}
-        except CablestudyError as failure:
-            case.reason = str(failure)
-            yield {}
 
 
 def shape_table(case, failures):
