@@ -162,4 +162,4 @@ def value_and_error(column, case):
     if isinstance(number, float) and not isfinite(number):
         raise lacking_error(case.scene, column) if lacks(case.scene, column) else not_finite(column)
     error = case.error_of(column, number, error)
-    return number + 0.0 if isinstance(number, float) else number, error  # no minus before a zero
+    return float(number) + 0.0 if isinstance(number, float) else number, error  # no minus before a zero

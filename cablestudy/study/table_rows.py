@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from math import isnan
 
 from cablestudy.errors import CablestudyError, one_line
-from cablestudy.study.column import value_and_error
+from cablestudy.study.column import DISCRETE, SYSTEM, least_work_first, value_and_error
 from cablestudy.study.table import Field, Table
 from cablestudy.study.tolerances import STUDY
 
@@ -51,8 +51,12 @@ class TableColumns:
     ----------
     physical : list of Column
         All but those that describe the computation, such as its time.
-    in_wind : bool
-        True if any column is of the motion in the wind.
+    system : list of Column
+        Those of gondola, loop and wind, in the order in which they cost least.
+    of_equilibrium : list of str
+        Headers of the physical columns that need more than the keys of the scene.
+    in_wind, discrete : bool
+        True if any column is of the motion in the wind; depends on the elements.
     empty : dict
         Header of every column -> None.
     estimate, clock, run : bool
@@ -61,7 +65,10 @@ class TableColumns:
 
     def __init__(self, columns):
         self.physical = [column for column in columns if column.needs != "run"]
-        self.in_wind = any(column.needs == "wind" for column in self.physical)
+        self.system = least_work_first([column for column in self.physical if column.needs in SYSTEM])
+        self.of_equilibrium = [column.header for column in self.physical if column.needs != "scene"]
+        self.in_wind = any(column.needs == "wind" for column in self.system)
+        self.discrete = any(column.needs in DISCRETE for column in self.physical)
         self.empty = {column.header: None for column in columns}
         names = {column.name for column in columns if column.needs == "run"}
         self.estimate, self.clock, self.run = "error_estimate" in names, "solve_time" in names, bool(names - {"status"})

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cablestudy.study.cable_columns import is_of_one_cable, over_strength
-from cablestudy.study.column import CLOSED, SYSTEM, least_work_first, not_finite, shapeless_error
+from cablestudy.study.column import CLOSED, not_finite, shapeless_error
 from cablestudy.study.motion_columns import DAMPING_RATIO
 from cablestudy.study.one_cable.asked_modes import AskedModes
 from cablestudy.study.one_cable.models import element_results
@@ -16,22 +16,18 @@ from cablestudy.study.uneven_drag import relative_change
 
 
 class ColumnRequirements(TableColumns):
-    """Columns of a table of one cable by the computation that they need; the four lists are parts of `physical`.
+    """Columns of a table of one cable by the computation that they need; lists of columns are parts of `physical`.
 
     Attributes
     ----------
     closed, single : list of Column
         Closed forms of many cases at once, and closed forms computed case by case.
-    system, modes : list of Column
-        Those of gondola and cable as one system, and the frequencies of the cable's own modes.
+    modes : list of Column
+        Frequencies of the cable between fixed ends.
     computed : list of Column
-        All three that are computed case by case, in this order.
-    in_motion : bool
-        True if any column is of `system` or `modes`.
-    of_equilibrium : list of str
-        Headers of the physical columns that need more than the keys of the scene.
+        `single`, `system` and `modes`, which are computed case by case, in this order.
     scene_only : bool
-        True if there are none of these.
+        True if no column needs more than the keys of the scene.
     gondola, damped, driven : bool
         True if any column is of the gondola's mode; its damping ratio; of the loop or the wind.
     least_errors : dict
@@ -45,15 +41,13 @@ class ColumnRequirements(TableColumns):
         closed = _columns_needing(self.physical, *CLOSED)
         self.closed = [column for column in closed if not column.each]
         self.single = [column for column in closed if column.each]
-        self.system = least_work_first(_columns_needing(self.physical, *SYSTEM))
         self.modes = _columns_needing(self.physical, "modes")
-        self.of_equilibrium = [column.header for column in self.physical if column.needs != "scene"]
         self.scene_only = not self.of_equilibrium
         self.gondola = bool(_columns_needing(self.system, "gondola"))
         self.damped = any(column.name == DAMPING_RATIO for column in self.system)
         self.driven = self.in_wind or bool(_columns_needing(self.system, "loop"))
         self.least_errors = {c.header: c.least_error for c in self.physical if c.least_error is not None}
-        self.computed, self.in_motion = [*self.single, *self.system, *self.modes], bool(self.system or self.modes)
+        self.computed = [*self.single, *self.system, *self.modes]
         self.asked_modes = AskedModes(column.mode for column in self.modes)
 
 

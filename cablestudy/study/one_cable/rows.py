@@ -164,7 +164,7 @@ class CableBatch(RowBatch):
         """Add the doubt that the cable goes slack in the wind; many rows drop their modes."""
         if self.required.in_wind and goes_slack(row.case):
             row.doubts += (SLACK,)
-        if self.required.in_motion and len(self.scenes) > 1:
+        if self.required.discrete and len(self.scenes) > 1:
             row.case = CableCase(row.case.scene, self.results, row.case.index)
 
 
@@ -280,7 +280,7 @@ class StatedBatch(CableBatch):
                 if required.damped or required.driven:
                     of_scene = notes.assumed_damping(case.scene), notes.air_damping(case), notes.judged_by(case.scene)
                     row.notes += sum(of_scene, ())
-                quantity = "motion" if required.in_motion else "deflections"
+                quantity = "motion" if required.discrete else "deflections"
                 headers = (column.header for column in required.physical if column.header in case.differences)
                 differences = {header: case.differences[header] for header in headers}
                 row.notes += tuple(notes.comparison_notes(differences, case.reason, quantity))

@@ -9,7 +9,7 @@ import numpy as np
 
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError, outcome_of
 from cablestudy.scene.words import first_of
-from cablestudy.study.column import DISCRETE, SYSTEM, least_work_first
+from cablestudy.study.column import least_work_first
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.scene_values import places_of
 from cablestudy.study.suspension.case import SuspensionCase
@@ -112,15 +112,11 @@ class RequiredColumns(TableColumns):
     ----------
     computed : list of Column
         `physical` in the order in which they cost least.
-    in_motion, of_equilibrium, discrete : bool
-        True if any column is of loop or wind; needs more than the keys of the scene; depends on the elements.
     """
 
     def __init__(self, columns):
         super().__init__([OF_THE_WHOLE.get(column.name, column) for column in columns])
-        self.computed, needs = least_work_first(self.physical), {column.needs for column in self.physical}
-        self.in_motion, self.discrete = not needs.isdisjoint(SYSTEM), not needs.isdisjoint(DISCRETE)
-        self.of_equilibrium = bool(needs - {"scene"})
+        self.computed = least_work_first(self.physical)
 
 
 def evaluate_suspensions(scenes, columns, estimate=False):
@@ -157,14 +153,14 @@ class SuspensionBatch(RowBatch):
     def blocks(self, width):
         """Yield the rows: in the wind or under control as many as models of cables are computed together."""
         rows = list(map(UnfinishedRow, self._cases))
-        if self.required.in_motion:
+        if self.required.system:
             most_cables = max(1, *(len(scene.cables) for scene in self.scenes))
             width = width or max(1, STUDY.cables_at_once // most_cables)
         return batched(rows, width or len(rows))
 
     def prepare(self, rows):
         """Compute the first modes of loop and wind of all rows, which are returned."""
-        if self.required.in_motion:
+        if self.required.system:
             prepare([row.case for row in rows])
         return rows
 
