@@ -176,6 +176,7 @@ def _smallest_shift_into_bounds(tension, slopes, low, high, unit):
     Lawson and Hanson (Solving Least Squares Problems, algorithm LDP): with the residual r of the non-negative least
     squares [G^T; h^T] u ~ [0; 1], w = -r_w/r_1, r_1 being its last entry and r_w the others; r_1 = 0 where no w is
     within the bounds. The bounds with u > 0 are then met as equations, which is more accurate.
+    Mostly it is one bound, the one farthest from w = 0, and `scipy.optimize` need not be imported.
     """
     lower, upper = np.isfinite(low), np.isfinite(high)
     moving = slopes.any(axis=0)
@@ -184,22 +185,48 @@ def _smallest_shift_into_bounds(tension, slopes, low, high, unit):
     bounds = np.maximum(bounds, -STATICS.farthest_bound)
     if not moving.any():
         return None
+    shift = _shift_to_farthest(rows, bounds)
+    if shift is None:
+        shift = _shift_by_multipliers(rows, bounds)
+    if shift is None:
+        return None
+    shifts = np.zeros(slopes.shape[1])
+    shifts[moving] = shift * unit
+    return shifts
+
+
+def _shift_to_farthest(rows, bounds):
+    """Least w that meets the farthest bound; None where it is not within the others.
+
+    No w within the bounds is smaller than the distance of any of them from w = 0, so that this one is the smallest.
+    """
+    sizes = np.sqrt((rows**2).sum(axis=-1))
+    distance = np.divide(bounds, sizes, out=np.full(len(bounds), -np.inf), where=sizes > 0)
+    farthest = np.argmax(distance)
+    shift = rows[farthest] * (distance[farthest] / sizes[farthest])
+    return shift if _within(rows, bounds, shift) else None
+
+
+def _shift_by_multipliers(rows, bounds):
+    """Shift w by the multipliers u of the notes of `_smallest_shift_into_bounds`; None where there is none."""
     from scipy.optimize import nnls
 
     matrix, right = np.vstack([rows.T, bounds]), np.append(np.zeros(rows.shape[1]), 1.0)
-    multipliers, _ = nnls(matrix, right, maxiter=100 * len(tension))
+    multipliers, _ = nnls(matrix, right, maxiter=100 * len(bounds))
     residual = matrix @ multipliers - right
     if -residual[-1] <= STATICS.outside_bounds**2:
         return None
     active = multipliers > STATICS.outside_bounds * multipliers.max()
     shift = np.linalg.lstsq(rows[active], bounds[active], rcond=None)[0]
-    if np.any(rows @ shift < bounds - 1e3 * STATICS.outside_bounds):
-        shift = -residual[:-1] / residual[-1]
-        if np.any(rows @ shift < bounds - 1e3 * STATICS.outside_bounds):
-            return None
-    shifts = np.zeros(slopes.shape[1])
-    shifts[moving] = shift * unit
-    return shifts
+    if _within(rows, bounds, shift):
+        return shift
+    shift = -residual[:-1] / residual[-1]
+    return shift if _within(rows, bounds, shift) else None
+
+
+def _within(rows, bounds, shift):
+    """True if a shift w is within its bounds, rows @ w >= bounds, to rounding."""
+    return not np.any(rows @ shift < bounds - 1e3 * STATICS.outside_bounds)
 
 
 def _least_excess(particular, null_space, low, high, unit):
