@@ -6,7 +6,7 @@ separately. Small models of a batch of cables are solved in one call.
 """
 
 from functools import cached_property, lru_cache
-from math import ceil
+from math import ceil, isnan
 
 import numpy as np
 
@@ -163,12 +163,11 @@ class Dynamics:
             frequency, error = batch._frequencies(count, labels, errors)
             if cable is not None:
                 frequency, error = frequency[cable], error[cable]
-            missing = [label for label, value in zip(labels, frequency, strict=True) if value != value]
-            if not missing:
+            if not any(map(isnan, frequency)):
                 return frequency, error, count
             modes = self.modes(count)
             if modes.complete:
-                number, kind, symmetry = missing[0]
+                number, kind, symmetry = next(label for label, f in zip(labels, frequency, strict=True) if isnan(f))
                 there, words = len(modes.select(kind, symmetry)), " ".join(word for word in (symmetry, kind) if word)
                 raise NoSolutionError(f"the model has {there} {words} mode{'s' * (there != 1)}, not {number}")
             count *= 2
@@ -241,23 +240,22 @@ def _estimated_count(labels, planes):
 
 
 def _rounded_up(count):
-    """The next of 8, 12, 16, 24, 32, 48 ... modes."""
-    power = 1 << max(count - 1, 7).bit_length()
-    return 3 * power // 4 if 8 < count <= 3 * power // 4 else power
+    """The next of 3, 4, 6, 8, 12, 16, 24 ... modes."""
+    power = 1 << max(count - 1, 3).bit_length()
+    return 3 * power // 4 if count <= 3 * power // 4 else power
 
 
 def _eigenvectors(system, subspace):
     """A subspace, R = B M P, and the eigenvectors of P^T M K^-1 M P = R^T R, lowest frequency first."""
     root = subspace.root(system)
-    return subspace, root, np.linalg.eigh(root.swapaxes(-1, -2) @ root)[1][..., ::-1]
+    return subspace, root, np.linalg.eigh(-root.swapaxes(-1, -2) @ root)[1]
 
 
 def _refined(root, vectors, count):
     """The `count` lowest eigenvectors after one step of inverse iteration, orthonormal, shape (..., k, count)."""
     iterated = root.swapaxes(-1, -2) @ (root @ vectors[..., :count])
     # orthogonalised from the lowest on: removes rounding errors of high modes along low ones
-    orthonormal, triangle = np.linalg.qr(iterated / np.sqrt((iterated**2).sum(axis=-2, keepdims=True)))
-    return orthonormal * np.sign(np.diagonal(triangle, axis1=-2, axis2=-1))[..., None, :]
+    return np.linalg.qr(iterated).Q
 
 
 def _lanczos(system, count):

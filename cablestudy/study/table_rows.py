@@ -230,6 +230,8 @@ class RowBatch(ABC):
                     row.compute(column)
             for row in rows:
                 self.finish(row)
+            for case in cases:  # one that held itself would be kept until garbage is collected
+                case.together = ()
             seconds = seconds_of_statics + (time.perf_counter() - start) / len(rows)
             for row in rows:
                 yield row.finished(self.required, seconds)

@@ -9,6 +9,8 @@ class StudyTolerances:
     # -------------------------------------------- rows that are solved together
 
     rows_at_once: int = 200  # rows whose models are solved at once: bounds the memory
+    low_mode_rows_at_once: int = 1000  # of them where low modes alone are asked for, whose models are small:
+    low_mode_waves: int = 10  # those of up to so many half-waves along the cable
     coupled_rows_at_once: int = 50  # rows whose coupled modes of gondola and cable are computed at once
     suspensions_at_once: int = 200  # cases whose equilibria are solved together,
     suspended_cables_at_once: int = 6000  # and more of them up to so many cables: bounds the memory

@@ -27,7 +27,8 @@ def batches(rows, key, size):
 class RowAttribute:
     """Attribute of a row that is computed for many rows in one call, and kept in each.
 
-    Asked for, it is computed for its row, with all rows of the list `together` of that row if it has one.
+    Asked for, it is computed for its row, with all rows of the list `together` of that row if it has one that is not
+    empty.
 
     Parameters
     ----------
@@ -45,7 +46,7 @@ class RowAttribute:
     def __get__(self, row, owner=None):
         if row is None:
             return self
-        self.compute(getattr(row, "together", [row]))
+        self.compute(getattr(row, "together", ()) or [row])
         return row.__dict__[self._name]
 
     def compute(self, rows):

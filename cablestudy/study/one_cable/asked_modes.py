@@ -1,5 +1,6 @@
 """Frequencies of the modes that a row asks for, by models which are refined until each is within the accuracy."""
 
+from dataclasses import dataclass
 from functools import cached_property, partial
 
 from cablestudy.errors import CablestudyError, outcome_of, without_errors
@@ -12,12 +13,12 @@ class AskedModes:
 
     Parameters
     ----------
-    labels : sequence of tuple
+    labels : iterable of tuple
         Number (from 1), kind, and symmetry or None of each mode.
     """
 
     def __init__(self, labels=()):
-        self.labels = tuple(dict.fromkeys(labels))
+        self.labels = dict.fromkeys(labels)
 
     @cached_property
     def waves(self):
@@ -34,8 +35,15 @@ class AskedModes:
         """Largest number of an axial mode; 0 without one."""
         return max((number for number, kind, _ in self.labels if kind == "axial"), default=0)
 
+    @cached_property
+    def _planes(self):
+        """Labels of modes in the plane of the cable, and of those across: two tuples."""
+        return tuple(_in_plane(self.labels)), tuple(label for label in self.labels if label[1] == "out-of-plane")
+
     def frequencies(self, case, refused=()):
         """Frequencies at one level of refinement, without those of `refused` labels.
+
+        All are computed in one call; where this fails each by itself, so that one missing mode leaves the others.
 
         Parameters
         ----------
@@ -52,29 +60,20 @@ class AskedModes:
         failures : dict
             Label -> CablestudyError of a mode without a frequency.
         """
-        return _frequencies(case, [label for label in self.labels if label not in refused])
-
-
-def _frequencies(case, labels):
-    """Values, errors and failures, as `AskedModes.frequencies`.
-
-    All are computed in one call; where this fails each by itself, so that one missing mode leaves the others.
-    """
-    if not labels:
-        return {}, {}, {}
-    inside, across = _in_plane(labels), [label for label in labels if label[1] == "out-of-plane"]
-    try:
-        frequencies, errors = case.frequencies((tuple(inside), tuple(across)))
-    except CablestudyError as error:
-        if len(labels) == 1:
-            return {}, {}, {labels[0]: error}
-        values, errors, failures = {}, {}, {}
-        for label in labels:
-            value, relative_error, failure = _frequencies(case, [label])
-            values, errors, failures = values | value, errors | relative_error, failures | failure
-        return values, errors, failures
-    found = (*inside, *across)
-    return dict(zip(found, frequencies, strict=True)), dict(zip(found, errors, strict=True)), {}
+        if refused:
+            return AskedModes(label for label in self.labels if label not in refused).frequencies(case)
+        try:
+            frequencies, errors = case.frequencies(self._planes)
+        except CablestudyError as error:
+            if len(self.labels) == 1:
+                return {}, {}, dict.fromkeys(self.labels, error)
+            values, errors, failures = {}, {}, {}
+            for label in self.labels:
+                value, relative_error, failure = AskedModes([label]).frequencies(case)
+                values, errors, failures = values | value, errors | relative_error, failures | failure
+            return values, errors, failures
+        labels = (*self._planes[0], *self._planes[1])
+        return dict(zip(labels, frequencies, strict=True)), dict(zip(labels, errors, strict=True)), {}
 
 
 def _in_plane(labels):
@@ -88,7 +87,34 @@ def _half_waves(label):
     return 2 * number - 1 if symmetry else number
 
 
-def searches_of(cases):
+@dataclass(frozen=True)
+class FoundFrequencies:
+    """Frequencies that a search has found, or why not; they do not refer to the case that keeps them.
+
+    Attributes
+    ----------
+    values, errors, failures : dict
+        Label -> frequency [Hz], its estimated relative error [-], or why there is none; None -> why there are none.
+    used : CableCase
+        The case at the level of refinement whose values are taken.
+    tried : int
+        Number of levels examined.
+    """
+
+    values: dict
+    errors: dict
+    failures: dict
+    used: object
+    tried: int
+
+    def of(self, label):
+        """Frequency of a mode [Hz], and its estimated relative error; raises the error of one without a frequency."""
+        if label in self.values:
+            return self.values[label], self.errors[label]
+        raise self.failures.get(label) or self.failures[None]
+
+
+def found_frequencies(cases):
     """Search for the frequencies of the modes that some cases ask for (`CableCase.asked_modes`), all level by level.
 
     Parameters
@@ -98,14 +124,19 @@ def searches_of(cases):
     Returns
     -------
     dict
-        Case -> its `Refinement`, which has ended; or the error of a case without motion.
+        Case -> `FoundFrequencies`, or the error of a case without motion.
     """
     searches = {case: outcome_of(partial(_search, case)) for case in cases}
     refine(list(without_errors(searches).values()), solve_models)
-    return searches
+    return {case: search if isinstance(search, Exception) else _found(search) for case, search in searches.items()}
 
 
 def _search(case):
     """The `Refinement` of a case before it begins; raises as `needs_of`."""
     asked = case.asked_modes
     return Refinement(case, asked.frequencies, *needs_of(case, asked))
+
+
+def _found(search):
+    """`FoundFrequencies` of a `Refinement` that has ended."""
+    return FoundFrequencies(search.values, search.errors, search.failures, search.used, search.tried)

@@ -10,10 +10,10 @@ from cablestudy.cable.dynamics import PLANAR
 from cablestudy.cable.geometry import midspan
 from cablestudy.errors import NoSolutionError, result_of
 from cablestudy.motion.model_sizes import MODAL
-from cablestudy.study.column import DISCRETE, shapeless_error
+from cablestudy.study.column import DISCRETE, SYSTEM, shapeless_error
 from cablestudy.study.compared_case import ComparedCase
 from cablestudy.study.motion_columns import DAMPING_RATIO
-from cablestudy.study.one_cable.asked_modes import AskedModes, searches_of
+from cablestudy.study.one_cable.asked_modes import AskedModes, found_frequencies
 from cablestudy.study.one_cable.models import model_of, numbers_of
 from cablestudy.study.one_cable.results import Results
 from cablestudy.study.refinement import reference_scene
@@ -69,19 +69,22 @@ class CableCase(ComparedCase):
 
     Attributes
     ----------
+    exact_statics : bool
+        True if statics and end stiffness are those of the closed form, not of a fixed number of elements.
     cache : dict
         Name -> result, shared by equal cases at this level of refinement.
     computed : dict
         Name -> result of each `shared` property that this case was asked for.
-    together : list of CableCase
-        Cases, this one among them, whose frequencies and damping ratios are computed in one call.
+    together : sequence of CableCase
+        Cases, this one among them, whose frequencies and damping ratios are computed in one call; empty if it is alone.
     """
 
     def __init__(self, scene, results=None, index=0, level=None, cache_by_level=None, asked_modes=None):
         self.scene, self.index, self.level, self.asked_modes = scene, index, level, asked_modes
+        self.exact_statics = scene.model.elements is None
         self.results = results or Results(SceneValues([scene]))
         self._cache_by_level, self.computed = {} if cache_by_level is None else cache_by_level, {}
-        self.cache, self.together = self._cache_by_level.setdefault(level, {}), [self]
+        self.cache, self.together = self._cache_by_level.setdefault(level, {}), ()
         self._modes_searched = [0]  # counts of modes among which an axial one was found
 
     def refined(self, elements, order):
@@ -98,8 +101,8 @@ class CableCase(ComparedCase):
         """Raise the NoSolutionError of a column of a form that the cable lacks, or of damping without a limit."""
         if column.determined_by and self.exact_statics and self.catenary.slack:
             raise shapeless_error(column, self.limp)
-        decided_by_damping = column.needs in ("loop", "wind") or column.name == DAMPING_RATIO
-        if decided_by_damping and self.damped_by_modes and self.exact_statics and self.level is None:
+        of_damping = column.needs in SYSTEM and (column.needs != "gondola" or column.name == DAMPING_RATIO)
+        if of_damping and self.damped_by_modes and self.exact_statics and self.level is None:
             raise NoSolutionError(MODAL)
 
     @property
@@ -134,10 +137,15 @@ class CableCase(ComparedCase):
 
     def equilibrium_error(self, column):
         """Relative error of a number of the motion by what the equilibrium leaves out: drag, conductors. [-]"""
-        mode_error = float(self.results.mode_error[self.index])
-        if mode_error and column.needs == "gondola" and column.name != "gondola_frequency":  # of the mode's shape
-            return mode_error + self.gondola_mode.error_by_mixing(mode_error)
-        return mode_error
+        error = self.mode_error
+        if error and column.needs == "gondola" and column.name != "gondola_frequency":  # of the mode's shape
+            return error + self.gondola_mode.error_by_mixing(error)
+        return error
+
+    @cached_property
+    def mode_error(self):
+        """Relative error of all frequencies by what the equilibrium leaves out, see `Results.mode_error`. [-]"""
+        return float(self.results.mode_error[self.index])
 
     def given(self, path):
         """A number that the scene states; see `SceneValues.given`."""
@@ -157,11 +165,6 @@ class CableCase(ComparedCase):
         return nodes * min(3 * nodes, STUDY.modes_at_ends)
 
     # ------------------------------------------------------------------------------------------------------ statics
-
-    @property
-    def exact_statics(self):
-        """True if statics and end stiffness are those of the closed form, not of a fixed number of elements."""
-        return self.scene.model.elements is None
 
     @property
     def statics_error(self):
@@ -336,9 +339,9 @@ class CableCase(ComparedCase):
         return self.model.end_stiffness_along(dynamics.planes, axis)
 
     @computed_together
-    def frequency_search(cases):
-        """Search for the frequencies of `asked_modes`: a `Refinement` that has ended, or the error of its case."""
-        return searches_of(cases).items()
+    def frequencies_asked_for(cases):
+        """Frequencies of `asked_modes`: `FoundFrequencies`, or the error of a case without motion."""
+        return found_frequencies(cases).items()
 
     def frequency(self, number, kind, symmetry=None):
         """Frequency of mode `number` (from 1) of a kind and symmetry [Hz], and its estimated relative error.
@@ -355,7 +358,7 @@ class CableCase(ComparedCase):
         if self.level is None and self.exact_statics:
             asked = self.asked_modes is not None and label in self.asked_modes.labels
             case = self if asked else self.asking_for(AskedModes([label]))
-            return result_of(case.frequency_search).found(label)
+            return result_of(case.frequencies_asked_for).of(label)
         dynamics = self.out_of_plane if kind == "out-of-plane" else self.in_plane
         modes_below = self._modes_below_axial(number if kind == "axial" else 0)
         frequencies, *_ = dynamics.frequencies((label,), estimated_count=modes_below)
@@ -484,7 +487,7 @@ class CableCase(ComparedCase):
     @property
     def size(self):
         """Unknowns of the largest model of its motion that was solved to an accuracy; 0 where none was. [-]"""
-        search = CableCase.frequency_search.known(self)
+        search = CableCase.frequencies_asked_for.known(self)
         found = search is not None and not isinstance(search, Exception)
         return max(self.system_size, search.used.dof if found else 0)
 

@@ -50,6 +50,15 @@ class ColumnRequirements(TableColumns):
         self.computed = [*self.single, *self.system, *self.modes]
         self.asked_modes = AskedModes(column.mode for column in self.modes)
 
+    @property
+    def rows_at_once(self):
+        """Number of rows whose models are solved at once, by the memory that they take. [-]"""
+        if self.system:
+            return STUDY.coupled_rows_at_once
+        asked = self.asked_modes
+        low = not asked.axial and max(asked.waves, asked.sagging_waves) <= STUDY.low_mode_waves
+        return STUDY.low_mode_rows_at_once if low else STUDY.rows_at_once
+
 
 def _columns_needing(columns, *needs):
     return [column for column in columns if column.needs in needs]

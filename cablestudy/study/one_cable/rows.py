@@ -123,7 +123,7 @@ class CableBatch(RowBatch):
 
     def blocks(self, width):
         """Yield the rows with all numbers of their closed forms."""
-        width = width or (STUDY.coupled_rows_at_once if self.required.system else STUDY.rows_at_once)
+        width = width or self.required.rows_at_once
         cells = self.closed.cells(self.closed.numbers)
         for indices in batched(range(len(self.scenes)), width):
             cases = self.cases(indices)
@@ -183,9 +183,9 @@ class RefinedBatch(CableBatch):
         """Refuse numbers above the accuracy; add the unknowns of the models, notes on them, and doubts."""
         self._refuse_inaccurate(row)
         case, required = row.case, self.required
-        search = case.frequency_search if required.modes else None
+        search = case.frequencies_asked_for if required.modes else None
         found = search is not None and not isinstance(search, Exception)
-        if required.computed:
+        if required.run:
             row.dof = case.size
         if self.noted and required.system:
             row.notes = self._notes_on_system(row)

@@ -222,7 +222,7 @@ def gondola_mode_of(case):
         sharper=sharper,
         accuracy=case.scene.model.accuracy,
         airflow=lambda: case.analysis.airflow,
-        together=lambda: [other.gondola_mode for other in case.together if other.scene.gondola is not None],
+        together=lambda: [other.gondola_mode for other in case.together or [case] if other.scene.gondola is not None],
         rounding=max(STUDY.rounding, float(case.results.motion_rounding[case.index])),
     )
 

@@ -47,15 +47,15 @@ class SuspensionCase(ComparedCase):
         With the cables that its load case leaves.
     lost : tuple of str
         Names of the cables that the load case lacks.
-    together : list of SuspensionCase
-        Cases, this one among them, whose damping ratios are computed in one call.
+    together : sequence of SuspensionCase
+        Cases, this one among them, whose damping ratios are computed in one call; empty if it is alone.
     """
 
     def __init__(self, scene, group=None, index=0, estimate=False):
         self.scene, self.with_all_cables, self._group = scene.without_lost(), scene, group
         self.index, self._modes, self._modes_of_bodies, self.lost = index, {}, {}, scene.load_case.lost
         self.estimate = estimate and self.model is not None
-        self.together = [self]
+        self.together = ()
 
     @cached_property
     def finer(self):
@@ -509,7 +509,7 @@ class SuspensionCase(ComparedCase):
                 sharper=sharper,
                 accuracy=None if model.elements else model.accuracy,
                 airflow=lambda: self._airflow,
-                together=lambda: [case.mode_along(name, axis) for case in self.together],
+                together=lambda: [case.mode_along(name, axis) for case in self.together or [self]],
             )
         return self._modes_of_bodies[name, axis]
 
