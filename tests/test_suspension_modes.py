@@ -22,7 +22,7 @@ from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.system.cables import Models
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes, coupled_modes_of_cases
-from cablestudy.system.coupled_solution import Trial
+from cablestudy.system.coupled_trial import Trial
 from cablestudy.system.hanging_cables import Cables, FixedModel
 from cablestudy.system.tolerances import SYSTEM
 

@@ -15,7 +15,8 @@ from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of, result_of
 from cablestudy.system.cables import Models, has_more_modes
 from cablestudy.system.coupled import Layout
-from cablestudy.system.coupled_solution import CoupledModes, Trial
+from cablestudy.system.coupled_solution import CoupledModes
+from cablestudy.system.coupled_trial import Trial
 from cablestudy.system.hanging_cables import UNDAMPED, Cables, fixed_meshes
 from cablestudy.system.tolerances import SYSTEM
 
@@ -67,40 +68,53 @@ class Search:
             meshes = cables.meshes(orders.ravel() + SYSTEM.finer_orders * self._damped)
             models = Models(cables, meshes, modes_of_large=self._modes_up_to(limits, rows))
             trials, highest, limits = self._with_enough_coordinates(rows, models, highest, limits)
-            # error by the mesh of each cable over the error allowed, 1 where it is allowed
-            mesh_error, unresolved_rows = np.ones(orders.shape), np.zeros(len(rows), dtype=bool)
+            mesh_errors, unresolved = np.zeros(orders.shape), np.zeros(len(rows), dtype=bool)
             for k, (row, outcome) in enumerate(zip(rows.tolist(), trials, strict=True)):
                 if isinstance(outcome, Exception):
                     outcomes[row] = outcome
                     continue
                 trial, row_of_trial = outcome
                 error = trial.error[row_of_trial]
-                by_cable = trial.mesh_error[row_of_trial].max(axis=-1, initial=0.0)
-                mesh_error[k] = np.maximum(by_cable * len(by_cable) / self.accuracy, 1.0)
-                unresolved_rows[k] = error.max(initial=0.0) > self.accuracy
-                if not unresolved_rows[k]:
+                mesh_errors[k] = trial.mesh_error[row_of_trial].max(axis=-1, initial=0.0)
+                unresolved[k] = error.max(initial=0.0) > self.accuracy
+                if not unresolved[k]:
                     serves_for_damping = self._damped or not self._heavy[row].any()
                     finer = partial(self._finer_modes, row, orders[k], limits[k], highest[k])
                     finer = None if serves_for_damping else finer
                     outcomes[row] = outcome_of(partial(modes_of_row, trial, row_of_trial, error, finer))
-            refinements = np.ceil(np.log10(mesh_error) / SYSTEM.finer_digits)
-            added = SYSTEM.finer_orders * refinements * np.ceil(orders / SYSTEM.highest_order)
-            finer_orders = np.maximum(orders + added, self._orders(rows, highest))
-            orders = np.where(mesh_error > 1, finer_orders, orders)[unresolved_rows]
-            rows, highest, limits = rows[unresolved_rows], highest[unresolved_rows], limits[unresolved_rows]
+            orders = self._refined_orders(rows, orders, mesh_errors, highest)
+            rows, orders, highest, limits = (array[unresolved] for array in (rows, orders, highest, limits))
             if not len(rows):
                 return outcomes
         failure = self._accuracy_error("finer meshes of the cables do not help")
         return [failure if outcome is None else outcome for outcome in outcomes]
 
-    def with_chosen(self, models, limits, chosen, lowest, highest):
-        """`CoupledModes` of the only row: the lowest, and those in a band above, with further coordinates of cables.
+    def _refined_orders(self, rows, orders, mesh_errors, highest):
+        """Sums of orders of the next meshes, higher for cables whose mesh makes more than their share of the error.
+
+        Parameters
+        ----------
+        rows : ndarray of int, shape (m,)
+        orders : ndarray, shape (m, c)
+            Sum of orders along each cable of the last meshes.
+        mesh_errors : ndarray, shape (m, c)
+            Largest error of a squared frequency by the mesh of each cable. [-]
+        highest : ndarray, shape (m,)
+            Highest frequency of the last trial. [rad/s]
+        """
+        excess = np.maximum(mesh_errors * mesh_errors.shape[1] / self.accuracy, 1.0)
+        refinements = np.ceil(np.log10(excess) / SYSTEM.finer_digits)
+        added = SYSTEM.finer_orders * refinements * np.ceil(orders / SYSTEM.highest_order)
+        return np.where(excess > 1, np.maximum(orders + added, self._orders(rows, highest)), orders)
+
+    def with_modes_in_band(self, models, limits, chosen, lowest, highest):
+        """`CoupledModes` of the only row: the lowest, and those in a band of frequency, with chosen modes of cables.
 
         Parameters
         ----------
         models : Models
         limits, chosen
-            Modes of cables that are coordinates, as for `Models.coordinates`: those below a limit, and chosen ones.
+            Which modes of cables are coordinates, as for `Models.coordinates`: those below a limit, and chosen ones.
         lowest, highest : float
             Ends of the band of frequency. [rad/s]
 
@@ -120,8 +134,10 @@ class Search:
         trial = trial.take_modes((np.arange(len(omega)) < self.count) | ((omega > lowest) & (omega < highest)))
         return modes_of_row(trial, 0, np.maximum(trial.mesh_error[0].sum(axis=0) / 2, SYSTEM.frequency_rounding))
 
-    def of_elements(self, model):
-        """`CoupledModes` of each row with stated elements; all computed modes of cables are coordinates.
+    def solve_stated_elements(self, model):
+        """`CoupledModes` of each row with the elements that the scene states, in place of an accuracy.
+
+        All modes of cables that are computed are coordinates.
 
         Parameters
         ----------
@@ -132,24 +148,33 @@ class Search:
         list of (CoupledModes or Exception)
             An exception where a row has no modes: as `solve` gives it; or since these elements have no equilibrium.
         """
-        outcomes, rows_together, meshes = self.refused, {}, fixed_meshes(self.cables, model)
+        outcomes, batches, meshes = self.refused, {}, fixed_meshes(self.cables, model)
         for row, refused in enumerate(outcomes):
             if refused is None:
-                rows_together.setdefault(self._batch_of_elements(row, meshes), []).append(row)
-        for batch, rows in rows_together.items():
-            for row, outcome in zip(rows, self._modes_of_elements(np.array(rows), batch >= 0, meshes), strict=True):
+                batches.setdefault(self._batch_of_elements(row, meshes), []).append(row)
+        for (row_alone, _), rows in batches.items():
+            of_rows = self._modes_of_elements(np.array(rows), row_alone is not None, meshes)
+            for row, outcome in zip(rows, of_rows, strict=True):
                 outcomes[row] = outcome
         return outcomes
 
     def _batch_of_elements(self, row, meshes):
-        """Number of the batch in which the elements of a row are solved: from 0 of a row alone, below 0 of many."""
+        """Key of the rows whose stated elements are solved in one call.
+
+        Returns
+        -------
+        row_alone : int or None
+            The row itself if it is solved alone: with many elements, or in a steady wind.
+        loads_across : bool
+            True if loads on its cables act across their planes, and couple the motion in and out of them.
+        """
         cables, loads = self._cable_indices([row]), self.cables.catenary.span.load_forces
         large = any(meshes[cable] and has_more_modes(meshes[cable]) for cable in cables)
         alone = large or self.cables.in_steady_wind[cables].any()
-        return row if alone else -1 - bool(np.any(loads[cables, :, 2]))
+        return row if alone else None, bool(np.any(loads[cables, :, 2]))
 
     def _modes_of_elements(self, rows, alone, meshes):
-        """Outcomes of `of_elements` for some rows: list; if they fail in one call, each row is solved by itself."""
+        """Outcomes of `solve_stated_elements` for some rows: list; each alone if they fail in one call."""
         cables, meshes_of_rows = self._cables_of(rows), [meshes[cable] for cable in self._cable_indices(rows)]
         most_modes = min(self._modes_needed(rows), SYSTEM.modes_of_cable) if alone else SYSTEM.modes_of_cable
         models = Models(cables, meshes_of_rows, fixed=True, most_modes=most_modes)
@@ -165,10 +190,10 @@ class Search:
         return [outcome_of(partial(modes_of_row, trial, row, unknown, finer)) for row in range(len(rows))]
 
     def _damped_by_all(self, rows, meshes):
-        """`CoupledModes` of one row with stated elements, with the modal damping of all modes of cables.
+        """`CoupledModes` of one row with stated elements, for damping: with that of more modes of cables than it keeps.
 
-        `modes_of_cable` modes of each cable are coordinates; the modal damping of the others acts as on slow movements
-        of the ends, see `Superelement.combine`.
+        `modes_of_cable` modes of each cable are coordinates. The modal damping of up to `modally_damped_modes` others
+        acts as on slow movements of the ends, see `Superelement.combine`.
         """
         cables, kept = self._cables_of(rows), SYSTEM.modes_of_cable
         models = Models(cables, meshes, fixed=True, most_modes=SYSTEM.modally_damped_modes)
@@ -282,7 +307,11 @@ class Search:
         return np.where(orders <= ORDER_STEPS[-1], steps, 8 * np.ceil(orders / 8))
 
     def _limits(self, rows, highest):
-        """Angular frequency up to which each cable of some rows keeps its modes: zero where it keeps none."""
+        """Angular frequency up to which each cable of some rows keeps its modes at first, shape (m, c). [rad/s]
+
+        Zero, for no modes, where the first mode W of a cable is far above the highest frequency w that is asked for:
+        without its modes w^2 changes by about (w/W)^2 times the share of the cables in the mass.
+        """
         # Dunkerley: masses on a string lower its first mode at most by this
         lowering = np.sqrt(1 + (np.pi / 2) ** 2 * self.cables.carried).reshape(self._rows, -1)[rows]
         first_omega = np.pi / np.maximum(self._travel_time[rows], 1e-300) / lowering
@@ -299,7 +328,7 @@ class Search:
         return np.where(self._heavy[rows], limits, 0.0)
 
     def _with_enough_coordinates(self, rows, models, highest, limits):
-        """Modes of rows with enough coordinates of cables: the error by the modes left out is within the accuracy.
+        """Trials of rows, with more and more modes of cables, until those left out make an error within the accuracy.
 
         Parameters
         ----------
@@ -327,9 +356,11 @@ class Search:
             models = models.with_modes_up_to(limits.ravel())
             pending_models = models if len(pending) == len(rows) else models.take(self._cable_indices(pending))
             trial = self._trial(pending_models, tried_limits.ravel(), rows[pending])
+            # rows whose coordinates are fewer than the modes asked for
             too_few = np.isinf(trial.omega).any(axis=1) & self._heavy[rows[pending]].any(axis=1)
-            top = np.where(np.isfinite(trial.omega), trial.omega, 0.0).max(axis=1, initial=0.0)
-            top = np.where(too_few, SYSTEM.wider * highest[pending], top)
+            found = np.where(np.isfinite(trial.omega), trial.omega, 0.0).max(axis=1, initial=0.0)
+            top = np.where(too_few, SYSTEM.wider * highest[pending], found)
+            # cables whose first mode is among those asked for, or near: they keep modes at least up to these
             near = pending_models.lowest_omega.reshape(tried_limits.shape) < SYSTEM.near_highest * top[:, None]
             error = np.abs(trial.truncation_error)
             good = ~too_few & (error.sum(axis=1).max(axis=-1, initial=0.0) <= allowed)
@@ -345,7 +376,9 @@ class Search:
         return outcomes, highest, limits
 
     def _wider_limits(self, error, allowed, limits, near, highest):
-        """Limits of the modes of cables for the next trial.
+        """Limits of the modes of cables for the next trial, shape (m, c), wider where their error is too large. [rad/s]
+
+        The error is taken to fall with the power `left_out_power` of a limit.
 
         Parameters
         ----------
@@ -390,9 +423,9 @@ def shaping_modes(accuracy):
 def modes_of_row(trial, row, error, finer=None):
     """`CoupledModes` of one row of a `Trial`.
 
-    Modes whose frequencies agree within their errors all have the largest of these errors and the distance of the
-    lowest and the highest of them, since their order is not certain, and are combined so that different coordinates
-    move in each.
+    The order of modes whose frequencies agree within their errors is not certain. As their error each has the largest
+    of these errors and the distance of the lowest and the highest of them. Their shapes are combined so that different
+    coordinates move in each.
 
     Parameters
     ----------
@@ -424,7 +457,7 @@ def modes_of_row(trial, row, error, finer=None):
 def coupled_modes(
     equilibrium, count, accuracy=1e-4, damping=UNDAMPED, model=None, cables=None, damped=False, shaped=False
 ):
-    """The lowest `CoupledModes` of one suspension.
+    """The lowest coupled modes of one suspension, to an accuracy or by stated elements: `CoupledModes`.
 
     Parameters
     ----------
@@ -435,7 +468,7 @@ def coupled_modes(
     damping : Damping or sequence of Damping
         Of all cables, or of each.
     model : FixedModel, optional
-        Elements that the scene states, in place of an accuracy: see `Search.of_elements`.
+        Elements that the scene states, in place of an accuracy: see `Search.solve_stated_elements`.
     cables : Cables, optional
         The cables with their damping, where they are known.
 
@@ -448,7 +481,7 @@ def coupled_modes(
     static = equilibrium.end_stiffness[equilibrium.suspension.of_cables]
     cables = cables or Cables(equilibrium.catenary, damping, static, drag)
     search = Search(equilibrium, count, accuracy, cables, damped, shaped)
-    return result_of((search.of_elements(model) if model else search.solve())[0])
+    return result_of((search.solve_stated_elements(model) if model else search.solve())[0])
 
 
 def coupled_modes_of_cases(equilibrium, count, accuracy, damping, planes=None, damped=False, model=None):
@@ -484,7 +517,7 @@ def coupled_modes_of_cases(equilibrium, count, accuracy, damping, planes=None, d
     static = equilibrium.end_stiffness[:, equilibrium.suspension.of_cables].reshape(-1, 3, 3)
     cables = Cables(catenary, damping, static, model and model.drag, planes)
     search = Search(equilibrium, count, accuracy, cables, damped)
-    return search.of_elements(model) if model else search.solve()
+    return search.solve_stated_elements(model) if model else search.solve()
 
 
 def runs(omega, error):
