@@ -26,6 +26,7 @@ from cablestudy.system.cables import Models
 from cablestudy.system.coupled import Layout
 from cablestudy.system.hanging_cables import Cables, FixedModel, fixed_meshes
 from cablestudy.system.linear import LinearSystem
+from cablestudy.system.modal_reduction import inertia_shares, keep_modes, truncate_modes
 
 BALLOON = str(CONFIGS / "suspensions" / "carlina-balloon.yaml")
 NET = str(CONFIGS / "suspensions" / "carlina-net.yaml")
@@ -110,7 +111,7 @@ def test_all_modes_are_the_whole_system():
     state = platform()
     damping = Damping("modal", viscous=0.02)
     whole = suspension_system(*model(state, damping), WINCHES, MARKERS)
-    every = whole.keep(np.arange(len(whole.mass)))
+    every = keep_modes(whole, np.arange(len(whole.mass)))
     for frequency in (0.7, 2.0, 15.0):
         expected = by_bars(state, frequency, 0.02, 0.0)
         size = np.abs(expected).max(axis=1)
@@ -129,7 +130,7 @@ def vars_of(system):
 def test_modes_left_out_keep_their_static_part():
     state = platform()
     whole = suspension_system(*model(state, Damping("modal", viscous=0.02)), WINCHES, MARKERS)
-    few = state_space_of(whole.keep(np.array([0, 2, 5, 9])))
+    few = state_space_of(keep_modes(whole, np.array([0, 2, 5, 9])))
     assert len(few.a) == 8
     expected = by_bars(state, 1e-9, 0.02, 0.0)
     size = np.abs(expected).max(axis=1)
@@ -144,7 +145,7 @@ def test_without_the_static_part_all_nodes_move_as_the_modes_that_are_kept(time)
     outputs = [*range(9), *range(9, 25, 2)]
     damping = Damping("kelvin_voigt" if time else "modal", time=time, viscous=0.02)
     whole = suspension_system(*model(state, damping), WINCHES, MARKERS)
-    few = state_space_of(whole.truncate(np.array(kept)), whole)
+    few = state_space_of(truncate_modes(whole, np.array(kept)), whole)
     frequencies = (1e-3, 0.7, 2.0, 15.0)
     expected = np.array([by_bars(state, one, 0.02, time, kept) for one in frequencies])[:, outputs][:, :, inputs]
     found = few.response(2j * np.pi * np.array(frequencies), derivatives=True)[:, outputs][:, :, inputs]
@@ -164,7 +165,7 @@ def test_without_the_static_part_only_the_dynamics_of_other_modes_are_missing():
         missing = (left[:, 5:] / (square[5:] + s**2)) @ right[5:]
         exact, few = (
             np.array([[one.response(o, i, np.array([frequency]))[0] for i in range(9)] for o in range(25)])
-            for one in (whole, whole.truncate(np.arange(5)))
+            for one in (whole, truncate_modes(whole, np.arange(5)))
         )
         size = np.abs(exact).max(axis=1)
         assert np.abs(exact - missing - few).max(axis=1) / size == pytest.approx(0 * size, abs=1e-8)
@@ -181,7 +182,7 @@ def test_forces_on_nodes_of_cables_are_those_on_the_nodes_of_bars(residual):
     names = [name for name, _ in whole.inputs]
     chosen = [names.index(f"c{cable}.force_node_1_x") + np.arange(21) for cable in (2, 7)]
     chosen = np.concatenate(chosen)
-    few = state_space_of(whole if residual else whole.truncate(np.arange(9)), whole)
+    few = state_space_of(whole if residual else truncate_modes(whole, np.arange(9)), whole)
     reference, rate = bar_suspension.dense(state, 8), viscous / 0.3
     shapes = reference.modes()[1][:, slice(None) if residual else slice(9)]
     direction = outward(state)[0]
@@ -213,7 +214,7 @@ def test_few_modes_are_reciprocal(damping):
     whole = suspension_system(*model(platform(), damping))
     assert [name for name, _ in whole.inputs] == [f"gondola.{load}" for load in LOADS]
     assert [name for name, _ in whole.outputs[:6]] == [f"gondola.{axis}" for axis in GONDOLA]
-    few = state_space_of(whole.keep(np.arange(12))).response(2j * np.pi * np.array([0.7, 15.0]))[:, :6]
+    few = state_space_of(keep_modes(whole, np.arange(12))).response(2j * np.pi * np.array([0.7, 15.0]))[:, :6]
     size = np.sqrt(np.abs(np.einsum("fii->fi", few)))
     asymmetry = (few - few.swapaxes(1, 2)) / (size[:, :, None] * size[:, None])
     assert np.abs(asymmetry).max() < 1e-10
@@ -223,7 +224,7 @@ def test_fewer_modes_err_by_the_square_of_the_frequency():
     state = platform()
     whole = suspension_system(*model(state, Damping()), WINCHES, MARKERS)
     omega = 1 / np.sqrt(whole.strain_modes[0])
-    kept = whole.keep(np.arange(30))
+    kept = keep_modes(whole, np.arange(30))
     for output, input_ in ((0, 0), (8, 4), (20, 1)):
         low = np.array([0.02, 0.04]) * omega[30] / (2 * np.pi)
         error = np.abs(kept.response(output, input_, low) - whole.response(output, input_, low))
@@ -234,14 +235,15 @@ def test_fewer_modes_err_by_the_square_of_the_frequency():
 def test_the_share_of_a_mode_in_the_inertia_is_what_leaving_it_out_changes(output, input_):
     """At low frequencies the response without a mode misses w^2 times a number that is in proportion to its share."""
     whole = suspension_system(*model(platform(), Damping(ratio=0.0)), WINCHES, MARKERS)
-    share = whole.inertia_share(output, input_)
+    share = inertia_shares(whole, output, input_)
     assert share.sum() == pytest.approx(1, abs=1e-12)
     omega = 1 / np.sqrt(whole.strain_modes[0])
     low = np.array([1e-2 * omega[0] / (2 * np.pi)])
     exact = whole.response(output, input_, low)
     largest = np.argsort(share)[-4:]
     missed = [
-        abs((whole.keep(np.delete(np.arange(len(share)), k)).response(output, input_, low) - exact)[0]) for k in largest
+        abs((keep_modes(whole, np.delete(np.arange(len(share)), k)).response(output, input_, low) - exact)[0])
+        for k in largest
     ]
     assert np.array(missed) / missed[-1] == pytest.approx(share[largest] / share[largest[-1]], rel=1e-3)
 

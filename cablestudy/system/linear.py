@@ -19,11 +19,9 @@ from cablestudy.cable.matrices import (
     cholesky,
     dense,
     lanczos_modes,
-    massive_modes,
     normalised_modes,
     only_dissipates,
     polynomial,
-    shares,
     solved,
     sparse_factors,
 )
@@ -389,97 +387,6 @@ class LinearSystem:
         stiffness, damping = self.stiffness.real, self.damping + equivalent_viscous(self.mass, self.stiffness)
         b, c, d = (tuple(matrix.real for matrix in matrices) for matrices in (self.b, self.c, self.d))
         return replace(self, damping=damping, stiffness=stiffness, b=b, c=c, d=d)
-
-    def inertia_share(self, output, input_):
-        """Share of each mode in the inertia between an input and an output of given numbers, shape (n,). [-]
-
-        About the static displacements K^-1 B0 u a mode moves by w^2 m/(W^2 - w^2) with m = Phi^T (B0/W^2 - B2), and at
-        its frequency the output is W^2 (C0/W^2 - C2) Phi of it. The share is that of |(C0/W^2 - C2) Phi m|, for two
-        ends of a cable as in `Superelement.inertia_share`.
-        """
-        compliance, shapes = self.strain_modes
-        inertia = compliance * (shapes.T @ self.b[0][:, input_]) - shapes.T @ self.b[2][:, input_]
-        observed = compliance * (self.c[0][output] @ shapes) - self.c[2][output] @ shapes
-        # W^2, as if the shapes were mass-normalised; none of motions without mass
-        square = np.where(compliance > 0, 1 / np.where(compliance > 0, compliance, 1.0), 0.0)
-        return shares(np.abs(observed * inertia) * square)
-
-    def keep(self, chosen):
-        """The system reduced to some of its modes, with the static response of the others to the inputs.
-
-        Parameters
-        ----------
-        chosen : ndarray of int
-            Modes to keep, from 0.
-
-        Returns
-        -------
-        LinearSystem
-            Its coordinates are modal amplitudes.
-
-        Notes
-        -----
-        Of the modes left out the static part stays (mode acceleration method: Williams, Quarterly of Mechanics and
-        Applied Mathematics 2, 1949): z = Phi q + S u with S = R B0 and R = K^-1 - Phi Omega^-2 Phi^T. Damping couples
-        them with those kept: as the inputs move them, they drive q by -Phi^T C S u', and as q moves, they add
-        -C0 R C Phi q' to the outputs, without which responses would not be reciprocal. The jump B2 u' of q' is left
-        out of this, as is what the inputs alone would add by damping: displacements need no derivatives of inputs.
-        """
-        compliance, shapes = self.strain_modes
-        others = np.delete(shapes, chosen, axis=1)
-        found = self._of_modes(chosen, others @ (others.T @ self.b[0]), self.c, self.d)
-        by_damping = -self.c[0] @ others @ (others.T @ self.damping @ shapes[:, chosen] / np.sqrt(compliance[chosen]))
-        c = found.c[0], found.c[1] + by_damping, found.c[2]
-        return replace(found, c=c, d=(found.d[0], found.d[1] - by_damping @ found.b[2], found.d[2]))
-
-    def truncate(self, chosen):
-        """The system reduced to some of its modes, the others left out with their static response: modal truncation.
-
-        It shows the error that `keep` avoids. Parameters and result are those of `keep`.
-
-        Notes
-        -----
-        The displacements of the modes left out are held at zero, relative to the movement P B2 u of the inputs itself:
-        z = Phi q + P B2 u with P = M^-1 - Phi Phi^T, the sum of phi phi^T over the modes left out. The forces that hold
-        them would appear in the outputs, as if they were inertia forces, by C2 z'': D0, D1 and C1 take them out again.
-        Without damping the response of each mode left out is missing, c g/(W^2 + s^2) with c = (C0 - W^2 C2) phi and
-        g = phi^T (B0 - W^2 B2). Motions without mass are at rest.
-        """
-        compliance, shapes = self.strain_modes
-        others, square = massive_modes(np.delete(shapes, chosen, axis=1), np.delete(compliance, chosen))
-        static, c2_p = others @ (others.T @ self.b[2]), self.c[2] @ others @ others.T
-        by_holding = self.c[2] @ (others @ (others.T @ self.b[0] - square[:, None] * (others.T @ self.b[2])))
-        c = self.c[0], self.c[1] - c2_p @ self.damping, self.c[2]
-        d = self.d[0] + by_holding, self.d[1] + c2_p @ self.b[1], self.d[2]
-        return self._of_modes(chosen, static, c, d)
-
-    def _of_modes(self, chosen, static, c, d):
-        """The system in modal amplitudes q and static displacements by the inputs: z = Phi q + S u.
-
-        Parameters
-        ----------
-        chosen : ndarray of int
-            Modes of the columns of Phi, from 0.
-        static : ndarray, shape (n, i)
-            S: displacement of each coordinate by a unit of each input.
-        c, d : tuple of 3 ndarray, shapes (o, n) and (o, i)
-            C0 to C2 and D0 to D2: outputs per z, z', z'' and per u, u', u''.
-        """
-        compliance, shapes = self.strain_modes
-        omega = 1 / np.sqrt(compliance[chosen])
-        kept = shapes[:, chosen] * omega
-        b0, b1, b2 = (kept.T @ matrix for matrix in self.b)
-        return replace(
-            self,
-            mass=np.eye(len(omega)),
-            damping=kept.T @ self.damping @ kept,
-            stiffness=np.diag(omega**2),
-            b=(b0, b1 - kept.T @ (self.damping @ static), b2),
-            c=tuple(matrix @ kept for matrix in c),
-            d=tuple(direct + matrix @ static for direct, matrix in zip(d, c, strict=True)),
-            bodies=0,
-            coordinates=tuple((f"mode_{k + 1}", MODAL) for k in np.asarray(chosen).tolist()),
-        )
 
     @np.errstate(all="ignore")
     def response(self, output, input_, frequency):

@@ -20,6 +20,7 @@ from cablestudy.study.suspension.report import mode_notes
 from cablestudy.study.suspension.ssm_control import CoupledChoice, choose_controlled
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.coupled import Layout
+from cablestudy.system.modal_reduction import inertia_shares, keep_modes, truncate_modes
 from cablestudy.wind.strips import nodal_shapes
 
 
@@ -60,12 +61,12 @@ class SuspensionChoice(CoupledChoice):
     @property
     def share(self):
         """Share of each mode in the inertia between these, see `LinearSystem.inertia_share`, shape (n,). [-]"""
-        return self.whole.inertia_share(*self.pairs[0])
+        return inertia_shares(self.whole, *self.pairs[0])
 
     @cached_property
     def shown(self):
         """`LinearSystem` of the chosen modes."""
-        return self.whole.keep(self.chosen) if self.options.residual else self.whole.truncate(self.chosen)
+        return (keep_modes if self.options.residual else truncate_modes)(self.whole, self.chosen)
 
     def system(self):
         """The `StateSpace`; NoSolutionError where it overflows."""
