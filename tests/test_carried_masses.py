@@ -376,7 +376,7 @@ def test_no_mass_changes_no_digit():
     bare, none = (spectral(one, 20) for one in (span, carrying(span, 0.0)))
     for name in ("frequency", "shapes", "participation", "errors"):
         assert np.array_equal(getattr(bare.modes(20), name), getattr(none.modes(20), name))
-    one, other = (Ends(model, span.frame, model.dof).model(Damping(viscous=0.1)) for model in (bare, none))
+    one, other = (Ends(model, span.frame, model.dof).superelement(Damping(viscous=0.1)) for model in (bare, none))
     assert not other.uneven
     s = np.array([0.3j, 4j])
     assert np.array_equal(one.dynamic_stiffness(s), other.dynamic_stiffness(s))
@@ -552,10 +552,10 @@ def test_the_superelements_of_many_cables_have_their_masses():
     s = np.array([0.2j, 3j])
     for span, element in zip(spans, models.elements, strict=True):
         alone = Dynamics(spectral(span, 24).state)
-        expected = Ends(alone, span.frame, alone.dof).model(Damping(viscous=0.05))
+        expected = Ends(alone, span.frame, alone.dof).superelement(Damping(viscous=0.05))
         assert element.inertia == pytest.approx(expected.inertia, rel=1e-9, abs=1e-9)
         assert element.dynamic_stiffness(s) == pytest.approx(expected.dynamic_stiffness(s), rel=1e-6, abs=1e-3)
-    kinetic = models.kinetic(
+    kinetic = models.moving_mass(
         [np.zeros((len(group.cable_indices), len(group.ends.omega[0]), 1)) for group in models.groups],
         np.broadcast_to(np.tile([[0.0], [1.0], [0.0]], (2, 1)), (3, 6, 1)),
     )

@@ -37,7 +37,7 @@ def test_the_dynamic_stiffness_is_that_of_dense_matrices_condensed(coarser):
     """Modes, and shapes that are no modes: both span all that the mesh allows."""
     models = models_of(coarser=coarser)
     (group,), (condensed,) = models.groups, condensed_of(models)
-    found = condensed.at(S)[0]
+    found = condensed.dynamic_stiffness(S)[0]
     for cable, (span, damping, s) in enumerate(zip(SPANS, DAMPING, S.tolist(), strict=True)):
         rotation = np.kron(np.eye(2), span.frame)
         loss = 1j * damping.loss_factor + s * damping.time
@@ -51,8 +51,8 @@ def test_the_dynamic_stiffness_is_that_of_dense_matrices_condensed(coarser):
 def test_the_slope_is_that_of_the_dynamic_stiffness(coarser):
     (condensed,) = condensed_of(models_of(coarser=coarser))
     step = 1e-5
-    slope = (condensed.at(S + step)[0] - condensed.at(S - step)[0]) / (2 * step)
-    assert condensed.at(S)[1] == pytest.approx(slope, rel=1e-6, abs=1e-7 * np.abs(slope).max())
+    slope = (condensed.dynamic_stiffness(S + step)[0] - condensed.dynamic_stiffness(S - step)[0]) / (2 * step)
+    assert condensed.dynamic_stiffness(S)[1] == pytest.approx(slope, rel=1e-6, abs=1e-7 * np.abs(slope).max())
 
 
 @pytest.mark.parametrize("law", [
@@ -67,7 +67,7 @@ def test_it_is_that_of_the_superelements(law):
     models = models_of(Damping(**law, viscous=0.3), spans=spans)
     for condensed in condensed_of(models):
         assert condensed.carried is not None
-        found = condensed.at(S[condensed.cables])[0]
+        found = condensed.dynamic_stiffness(S[condensed.cables])[0]
         for matrix, cable in zip(found, condensed.cables.tolist(), strict=True):
             expected = models.elements[cable].dynamic_stiffness(S[cable, None])[0]
             assert np.abs(matrix - expected).max() < 1e-10 * np.abs(expected).max()
@@ -79,9 +79,11 @@ def test_further_damping_need_not_be_symmetric():
     (condensed,) = condensed_of(models)
     size = condensed.omega.shape[1] + 6
     none = condensed.with_further({0: np.zeros((size, size))})
-    assert none.at(S)[0] == pytest.approx(condensed.at(S)[0], rel=1e-9, abs=1e-9 * np.abs(condensed.at(S)[0]).max())
+    assert none.dynamic_stiffness(S)[0] == pytest.approx(
+        condensed.dynamic_stiffness(S)[0], rel=1e-9, abs=1e-9 * np.abs(condensed.dynamic_stiffness(S)[0]).max()
+    )
     further = np.random.default_rng(1).normal(size=(size, size)) * 0.1
-    found = condensed.with_further({1: further}).at(S)[0][1]
+    found = condensed.with_further({1: further}).dynamic_stiffness(S)[0][1]
     mass, damping, stiffness = models.elements[1].matrices()
     whole = S[1] ** 2 * mass + S[1] * (damping + further) + stiffness
     n = size - 6
@@ -94,7 +96,7 @@ def test_cables_without_mass():
     spans = [chord_span(100.0, 20.0, strain, 1e5, mass=0.0) for strain in (0.01, -0.01)]
     cables = Cables(catenary.solve(batch(spans)), [DAMPING[1], DAMPING[0]])
     (condensed,) = condensed_of(Models(cables, [None, None]))
-    taut, slack = condensed.at(S[:2])[0]
+    taut, slack = condensed.dynamic_stiffness(S[:2])[0]
     span, s = spans[0], S[0]
     along = np.outer(span.frame[0], span.frame[0]) * span.axial_stiffness / span.unstretched_length
     expected = cables.end_stiffness[0] + s * 0.02 * np.kron([[1.0, -1.0], [-1.0, 1.0]], along)
@@ -105,10 +107,10 @@ def test_cables_without_mass():
 
 @pytest.mark.parametrize("coarser", [0, 2])
 def test_no_digit_depends_on_other_cables(coarser):
-    together = condensed_of(models_of(coarser=coarser))[0].at(S)
+    together = condensed_of(models_of(coarser=coarser))[0].dynamic_stiffness(S)
     for cable in range(len(SPANS)):
         alone = condensed_of(models_of(DAMPING[cable : cable + 1], coarser, SPANS[cable : cable + 1]))[0]
-        for found, expected in zip(together, alone.at(S[cable : cable + 1]), strict=True):
+        for found, expected in zip(together, alone.dynamic_stiffness(S[cable : cable + 1]), strict=True):
             assert (found[cable] == expected[0]).all()
 
 

@@ -213,7 +213,7 @@ class _PoleSearch:
     def _damping_of_shapes(self):
         """Viscous and hysteretic damping of the undamped shapes, mass-normalised, both of shape (n,). [1/s], [1/s^2]"""
         models, amplitudes = self.trial.coordinates.models, self.trial.amplitudes(self._rows, self._shapes)
-        by_group = zip(amplitudes, (group.rows(self._cables) for group in models.groups), strict=True)
+        by_group = zip(amplitudes, (group.find(self._cables) for group in models.groups), strict=True)
         amplitudes = [of_group[rows] for of_group, (rows, positions) in by_group if len(positions)]
         ends = self._layout.ends(self._displacements.reshape(*self._layout.shape, -1, 1)).reshape(-1, 6, 1)
         condensed, motions = self._cables_in_air(models), []

@@ -21,7 +21,7 @@ from cablestudy.system.tolerances import SYSTEM
 
 @dataclass(frozen=True)
 class ReducedCable:
-    """Coordinates of one cable in the whole system.
+    """One cable in its coordinates: some modes with fixed ends, and vectors that stand for the others.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class MeshGroup:
     cable_indices: np.ndarray
     ends: Ends
 
-    def rows(self, chosen):
+    def find(self, chosen):
         """Find the cables of this group that are in a list of chosen cables.
 
         Parameters
@@ -82,7 +82,7 @@ class MeshGroup:
 
     def take(self, chosen):
         """`MeshGroup` of the cables of this group that are in `chosen`, with their indices there; None without any."""
-        rows, positions = self.rows(chosen)
+        rows, positions = self.find(chosen)
         return MeshGroup(positions, self.ends.take(rows)) if len(positions) else None
 
     def nodes(self, amplitudes, ends):
@@ -93,7 +93,7 @@ class MeshGroup:
         amplitudes : ndarray, shape (g, n, r)
         ends : ndarray, shape (g, 6, r)
         """
-        return self.in_global_axes(self.ends.motion(amplitudes, ends))
+        return self.in_global_axes(self.ends.nodal_displacements(amplitudes, ends))
 
     def in_global_axes(self, displacements):
         """`nodes` from displacements in the chord frame, shape (g, nodes, 3, r)."""
@@ -105,7 +105,7 @@ class MeshGroup:
         return list(zip(positions, displacements, strict=True))
 
     def coordinates(self, kept, vectors):
-        """Make `GroupCoordinates` of the cables of the group: kept modes, and residual vectors for those left out.
+        """`GroupCoordinates` of the cables of the group: kept modes, and residual vectors for those left out.
 
         Parameters
         ----------
@@ -159,7 +159,7 @@ class GroupCoordinates:
         return self.vectors.shape[-2]
 
     def truncation_error(self, square, ends):
-        """Dynamic mass that modes left out would add: relative error of squared frequencies, as the method of `Models`.
+        """Relative error of squared frequencies of a suspension by the modes left out: the mass that they would add.
 
         Parameters
         ----------
@@ -179,8 +179,7 @@ class GroupCoordinates:
         sum over the residual vectors, which supply a part of this mass.
         """
         is_mode = np.arange(self.used.shape[-1]) < self.modes
-        sign = np.where(is_mode, 1.0, -1.0)
-        sign = np.where(self.used == ~is_mode, sign, 0.0)  # modes that are not used, and residual vectors that are
+        sign = np.where(self.used, -1.0 * ~is_mode, 1.0 * is_mode)  # modes that are not used, less vectors that are
         momentum = self.coupling @ ends
         ratio = square[:, None] / self.omega[..., None] ** 2
         amplification = np.where(ratio < 1 - 1e-9, ratio / np.maximum(1 - ratio, 1e-9), 1e9)  # w^2/(W^2 - w^2)
@@ -215,7 +214,7 @@ class Coordinates:
         """`Coordinates` of some cables, by their indices, ascending."""
         models, of_groups = self.models.take(cables), []
         for coordinates in self.of_groups:
-            rows, positions = coordinates.group.rows(cables)
+            rows, positions = coordinates.group.find(cables)
             if len(positions):
                 arrays = {name: getattr(coordinates, name)[rows] for name in ("vectors", "omega", "coupling", "used")}
                 of_groups.append(GroupCoordinates(models.groups[len(of_groups)], **arrays))

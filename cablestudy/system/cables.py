@@ -168,7 +168,7 @@ class Models:
         elements = [None] * self.cables.count
         for group in self.groups:
             for row, cable in enumerate(group.cable_indices.tolist()):
-                elements[cable] = group.ends.model(self.cables.damping[cable], row)
+                elements[cable] = group.ends.superelement(self.cables.damping[cable], row)
         pairs = enumerate(elements)
         return [self.cables.element_without_mass(cable) if element is None else element for cable, element in pairs]
 
@@ -176,7 +176,7 @@ class Models:
         """`CondensedCables` of some cables, by their indices, ascending, in whose order theirs are numbered: list."""
         condensed, without_mass = [], np.ones(len(cables), dtype=bool)
         for group in self.groups:
-            rows, positions = group.rows(cables)
+            rows, positions = group.find(cables)
             if len(positions):
                 damping = [self.cables.damping[cable] for cable in cables[positions].tolist()]
                 condensed.append(CondensedCables.of_ends(positions, group.ends, rows, damping))
@@ -328,7 +328,7 @@ class Models:
         span = self.cables.catenary.span
         return (span.chord[:, None] * span.frame[:, 0])[:, None, :] * np.array([[0.0], [1.0]])
 
-    def kinetic(self, amplitudes, ends):
+    def moving_mass(self, amplitudes, ends):
         """Moving mass of each cable by direction: across it in its plane, out of this plane, and along the cable.
 
         Parameters
@@ -344,7 +344,7 @@ class Models:
         moving_mass = np.zeros((len(ends), 3, ends.shape[-1]))
         for group, of_group in zip(self.groups, amplitudes, strict=True):
             span, state = group.ends.state.span, group.ends.state
-            displacements = group.ends.motion(of_group, ends[group.cable_indices])
+            displacements = group.ends.nodal_displacements(of_group, ends[group.cable_indices])
             mass = (span.mass * span.unstretched_length)[:, None, None]
             node_masses = state.mesh.node_masses[:, None]
             along = (nodal_tangent(state)[..., None] * displacements).sum(axis=-2)

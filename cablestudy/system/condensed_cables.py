@@ -87,7 +87,7 @@ class CondensedCables:
         further = [matrices.get(cable, np.zeros((size, size))) for cable in self.cables.tolist()]
         return replace(self, further=np.stack(further) + (0.0 if self.further is None else self.further))
 
-    def at(self, s):
+    def dynamic_stiffness(self, s):
         """Dynamic stiffness at the ends of each cable, its derivative by s, and the displacements of the cable.
 
         Parameters
@@ -126,30 +126,37 @@ class CondensedCables:
         return of_ends + of_modes @ shapes, 2 * s * inertia + damping, all_shapes
 
     def products(self, left, right):
-        """Products left^T M right, left^T C right and left^T Im K right of displacements, shape (g, k, k) each.
+        """Products left^T M right, left^T C right and left^T Im K right, by which energies and losses are found.
 
-        `left` and `right` are complex, shape (g, n + 6, k): of the coordinates, then of the ends. C has the modal
-        damping of the absolute amplitudes q + m u.
+        Parameters
+        ----------
+        left, right : ndarray, complex, shape (g, n + 6, k)
+            Displacements of the coordinates, then of the ends.
+
+        Returns
+        -------
+        inertia, damping, loss : ndarray, shape (g, k, k)
+            Modal damping in C is that of the absolute amplitudes q + m u.
         """
         n = self.omega.shape[-1]
         momentum = _product(self.coupling, right[:, n:])  # of the coordinates
         moving = right[:, :n] if self.inertia_of_modes is None else _product(self.inertia_of_modes, right[:, :n])
         of_ends = _product(self.coupling.swapaxes(-1, -2), right[:, :n]) + _product(self.inertia, right[:, n:])
         inertia = left.swapaxes(-1, -2) @ np.concatenate([moving + momentum, of_ends], axis=1)
-        damping, lossy = self.viscous[:, None, None] * inertia, np.zeros_like(inertia)
+        damping, loss = self.viscous[:, None, None] * inertia, np.zeros_like(inertia)
         if self.ratio.any():
             absolute = (left[:, :n] + _product(self.coupling, left[:, n:])).swapaxes(-1, -2)
             rate = 2 * self.ratio[:, None] * self.omega
             damping = damping + absolute @ (rate[..., None] * (right[:, :n] + momentum))
         if self.strain_root is not None:
             strains = _product(self.strain_root, left).swapaxes(-1, -2) @ _product(self.strain_root, right)
-            damping, lossy = damping + self.time[:, None, None] * strains, self.loss[:, None, None] * strains
+            damping, loss = damping + self.time[:, None, None] * strains, self.loss[:, None, None] * strains
         if self.carried is not None:
             borne = _product(self.carried, left).swapaxes(-1, -2) @ _product(self.carried, right)
             damping = damping - self.viscous[:, None, None] * borne
         if self.further is not None:
             damping = damping + left.swapaxes(-1, -2) @ _product(self.further, right)
-        return inertia, damping, lossy
+        return inertia, damping, loss
 
 
 def laws_of(damping):

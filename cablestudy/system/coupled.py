@@ -216,7 +216,7 @@ class Layout:
         of_all[self.free] = displacements
         return of_all.reshape(-1, 6, displacements.shape[-1])
 
-    def kinetic(self, displacements):
+    def moving_mass(self, displacements):
         """Share of each body's displacements in the kinetic energy of mass-normalised motions, shape (b, 6, r). [-]
 
         x y z of the center of mass, then the rotations about the body's axes.

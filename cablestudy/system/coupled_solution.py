@@ -237,8 +237,8 @@ class CoupledModes:
     def _energy(self):
         """Shares of bodies and cables in the kinetic energy: `body_energy` and `cable_energy`."""
         displacements = self.layout.bodies(self.shapes)
-        bodies, amplitudes = self.layout.kinetic(displacements), self.solution.coordinates.amplitudes(self.shapes)
-        cables = self.solution.models.kinetic(amplitudes, self.layout.ends(displacements))
+        bodies, amplitudes = self.layout.moving_mass(displacements), self.solution.coordinates.amplitudes(self.shapes)
+        cables = self.solution.models.moving_mass(amplitudes, self.layout.ends(displacements))
         total = bodies.sum(axis=(0, 1)) + cables.sum(axis=(0, 1))
         return bodies / total, cables / total
 

@@ -38,7 +38,7 @@ class PoleSum:
     residues: np.ndarray
 
     @classmethod
-    def of(cls, matrices, poles, left, right):
+    def of_polynomial(cls, matrices, poles, left, right):
         """`PoleSum` of the dynamic stiffness at the ends, the modes condensed out of the matrix polynomial of a cable.
 
         Parameters
@@ -211,7 +211,7 @@ class CouplingDamping:
         similar = self._similar and self._similar.coupling_damping
         if similar and (resolvent_of_similar := similar._pole_sum_and_resolvent[1]):
             resolvent = self._to_first_order(similar.matrices, *resolvent_of_similar)
-            return PoleSum.of(self.matrices, *resolvent), resolvent
+            return PoleSum.of_polynomial(self.matrices, *resolvent), resolvent
         if self.windowed:
             n, found = len(self.omega), None
             try:
@@ -327,9 +327,9 @@ def _right_by_inverse(matrices, _, left, vectors):
 def _where_trusted(cables, poles, left, right, trusted):
     """`CouplingDamping._pole_sum_and_resolvent` of many cables, or None where the sum is not as good: list."""
     matrices = [np.stack(of_order) for of_order in _by_order(cables)]
-    sums, difference = PoleSum.of(matrices, poles, left, right), np.zeros(len(cables))
+    sums, difference = PoleSum.of_polynomial(matrices, poles, left, right), np.zeros(len(cables))
     if left.shape[1]:
-        s = checked_frequencies(np.stack([cable.omega for cable in cables]))
+        s = _checked_frequencies(np.stack([cable.omega for cable in cables]))
         x = np.stack([cable.variable(of_row) for cable, of_row in zip(cables, s, strict=True)])
         difference = _relative_errors(matrices, x, sums, poles, left, right)
     parts = zip((difference <= trusted).tolist(), poles, left, right, strict=True)
@@ -345,7 +345,7 @@ def _relative_errors(matrices, x, sums, poles, left, right):
     Parameters
     ----------
     matrices, poles, left, right
-        As for `PoleSum.of`, of r cables.
+        As for `PoleSum.of_polynomial`, of r cables.
     x : ndarray, shape (r, m)
     sums : PoleSum
         Of all r cables.
@@ -367,7 +367,7 @@ def _relative_errors(matrices, x, sums, poles, left, right):
     return error.max(axis=(1, 2, 3))
 
 
-def checked_frequencies(omega):
+def _checked_frequencies(omega):
     """Complex frequencies at which a sum over poles is checked, for modes at `omega`, (..., n) -> (..., 8). [rad/s]"""
     return (0.03 + 1j) * np.geomspace(omega.min(axis=-1) / 10, np.median(omega, axis=-1), 8, axis=-1)
 

@@ -55,7 +55,7 @@ def poles_near(layout, cables, near, displacements, damping, far):
         for of_mesh in cables:
             now = of_mesh.take(pending[of_mesh.cables // count])
             if len(now.cables):
-                ends[now.cables], slopes[now.cables], shapes = now.at(pole[now.cables // count])
+                ends[now.cables], slopes[now.cables], shapes = now.dynamic_stiffness(pole[now.cables // count])
                 moved.append((now, shapes))
         stiffness, slope = _dynamic_stiffness(layout, ends, slopes, pole, damping)
         pending &= np.isfinite(_applied(stiffness, vector)).all(axis=-1)

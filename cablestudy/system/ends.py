@@ -1,4 +1,4 @@
-"""Superelements of a cable, or of many on one mesh, from their modes with fixed ends and static shapes."""
+"""Modes with fixed ends and static shapes of a cable, or of many on one mesh, of which superelements are made."""
 
 from functools import cached_property
 
@@ -32,7 +32,9 @@ def _of_batch(compute):
 
 
 class Ends:
-    """Modes and static shapes of a cable, or of many on one mesh, from which superelements with any damping are made.
+    """A cable as seen from its two ends, or many on one mesh: n modes with fixed ends, and six static shapes.
+
+    Superelements with any damping are made of them.
 
     Parameters
     ----------
@@ -41,7 +43,7 @@ class Ends:
     frame : ndarray, shape (..., 3, 3)
         Rows: the chord frame in global coordinates. [-]
     count : int
-        How many modes to keep.
+        How many modes to keep, n.
 
     Attributes
     ----------
@@ -61,8 +63,8 @@ class Ends:
         taken.among = self, rows
         return taken
 
-    def model(self, damping, index=()):
-        """The `Superelement` of one cable.
+    def superelement(self, damping, index=()):
+        """The `Superelement` of one cable, with some damping.
 
         Parameters
         ----------
@@ -83,8 +85,8 @@ class Ends:
         ratio = np.diagonal(strain.modes) / omega**2 * amount / 2 * (1 if damping.model == "hysteretic" else omega)
         return Superelement(omega, participation, ratio, stiffness, inertia, strain, viscous, carried=carried)
 
-    def motion(self, amplitudes, ends):
-        """Displacements of the nodes of all cables, from amplitudes of modes and displacements of ends.
+    def nodal_displacements(self, amplitudes, ends):
+        """Displacements of the nodes of all cables in motions of their modes and ends.
 
         Parameters
         ----------
@@ -113,7 +115,7 @@ class Ends:
         """
         modes = self._basis[1]
         no_amplitudes = np.zeros((*self._frame.shape[:-2], modes.shape[-1], 6))
-        return np.concatenate([modes, self.motion(no_amplitudes, np.eye(6))], axis=-1)
+        return np.concatenate([modes, self.nodal_displacements(no_amplitudes, np.eye(6))], axis=-1)
 
     def highest_energy(self, amplitudes, ends):
         """Estimated error of twice the strain energy of motions of all cables by the mesh, shape (..., r). [J]
@@ -123,9 +125,9 @@ class Ends:
         Parameters
         ----------
         amplitudes, ends
-            As for `motion`.
+            As for `nodal_displacements`.
         """
-        displacements, forces = self.motion(amplitudes, ends), self._holding_forces(amplitudes)
+        displacements, forces = self.nodal_displacements(amplitudes, ends), self._holding_forces(amplitudes)
         dynamics, energy = self._dynamics, 0.0
         for system in dynamics.systems:
             shapes = displacements[..., system.axes, :]
@@ -136,7 +138,7 @@ class Ends:
     def _holding_forces(self, amplitudes):
         """Forces on the nodes that hold the amplitudes of modes, W^2 M psi of each; shape (..., nodes, 3, r).
 
-        Chord frame, over `State.force`; static shapes need none. See `motion`.
+        Chord frame, over `State.force`; static shapes need none. See `nodal_displacements`.
         """
         omega, shapes = self._basis
         return self._inertia(_combined(shapes, (omega / self._unit_frequency[..., None])[..., None] ** 2 * amplitudes))
@@ -345,19 +347,19 @@ class EndsOfLarge(Ends):
         modes = Dynamics(self.state, self._dynamics.planes).modes(self._count).first(self._count)
         omega, shapes = 2 * np.pi * modes.frequency[0], modes.shapes[0]
         vectors = [
-            self._vectors_of_plane(system, static[0], omega, shapes) for system, _, static in self._static_shapes
+            self._residual_vectors(system, static[0], omega, shapes) for system, _, static in self._static_shapes
         ]
         vector_omega, vector_shapes, forces = (np.concatenate(arrays, axis=-1) for arrays in zip(*vectors, strict=True))
         basis = np.concatenate([omega, vector_omega]), np.concatenate([shapes, vector_shapes], axis=-1)
         return tuple(array[None] for array in (*basis, forces))
 
-    def _vectors_of_plane(self, system, static, omega, shapes):
-        """Angular frequencies, shapes and holding forces of the residual vectors in one plane of motion.
+    def _residual_vectors(self, system, static, omega, shapes):
+        """Residual vectors of the modes in one plane of motion that are not computed.
 
         Parameters
         ----------
-        system
-            Equations of the plane, from `Dynamics.systems`.
+        system : System
+            Of the plane, from `Dynamics.systems`.
         static : ndarray, shape (nodes, axes, 2 axes)
             Static shapes of its end movements, see `_static_shapes`.
         omega, shapes : ndarray, shapes (n,) and (nodes, 3, n)
@@ -368,6 +370,15 @@ class EndsOfLarge(Ends):
         tuple of ndarray, shapes (k,), (nodes, 3, k), (nodes, 3, k)
             Frequencies [rad/s] and mass-normalised shapes of k independent vectors, and the forces that hold these, as
             of `_holding_forces`.
+
+        Notes
+        -----
+        With the modes Phi, W^2 = Phi^T K Phi and the static shapes U, the response of the other modes to the inertia
+        forces M U, and the forces that hold it, are
+
+            V = K^-1 M U - Phi a,    K V = M U - M Phi W^2 a,    a = Phi^T M K^-1 M U.
+
+        The vectors are those combinations of V that are mass-normalised, and have a frequency each.
         """
         dynamics, axes = self._dynamics, list(system.axes)
         cable_mass, unit = (dynamics.mass * dynamics.length).item(), self._unit_frequency.item()

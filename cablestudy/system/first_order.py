@@ -136,7 +136,7 @@ class Equations:
 
 
 def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
-    """Assemble the first-order `Equations` of a linear system, its control loop closed if there is one.
+    """First-order `Equations` of a linear system, its control loop closed if there is one.
 
     Parameters
     ----------
@@ -174,11 +174,8 @@ def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
     force = np.zeros((*leading, m, width), dtype)
     force[..., :m], force[..., m : 2 * m] = -motion.stiffness * (1 / unit)[..., None, :], -motion.damping
     feedback = _feedback(motion, z, z_rate, fixed)
-    for actuator, (movement, speed) in zip(motion.feedback, feedback, strict=True):
-        velocity_gain, position_gain = (
-            np.asarray(g)[..., None] for g in (actuator.velocity_gain, actuator.position_gain)
-        )
-        force += _outer(actuator.acts, velocity_gain * speed + position_gain * movement)
+    for actuator, measured in zip(motion.feedback, feedback, strict=True):
+        force += _outer(actuator.acts, _force_of_actuator(actuator, *measured))
     if forces is not None:
         force[..., size + inputs - forces.shape[-1] : size + inputs] += forces
         for derivative, matrix in enumerate(motion.b):
@@ -195,7 +192,7 @@ def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
 
 
 def _add_law(motion, allocation, law, errors, force, fixed, scaled):
-    """Write the equations of the control law and of the winches' movements, in place; symbols as for `equations`.
+    """Add the control law and the movements of the winches to the rows of `equations`, in place; symbols as there.
 
     Parameters
     ----------
@@ -262,6 +259,14 @@ def _feedback(motion, z, z_rate, fixed):
     return feedback
 
 
+def _force_of_actuator(feedback, movement, rate):
+    """Row that gives the force, or torque, of an actuator from those of what it measures, and of its rate, (..., w)."""
+    velocity_gain, position_gain = (
+        np.asarray(gain)[..., None] for gain in (feedback.velocity_gain, feedback.position_gain)
+    )
+    return velocity_gain * rate + position_gain * movement
+
+
 def _filter_by_notches(notches, error, error_rate, fixed, begin):
     """Pass the control errors through the notch filters, in place, and write the equations of the filters' states.
 
@@ -292,11 +297,10 @@ def _filter_by_notches(notches, error, error_rate, fixed, begin):
 
 
 def state_rows(system, forces=None, loop=None, actuators=()):
-    """Coefficients of x', of the winch movements and of the outputs of a system, with its loop or without.
+    """Coefficients of x', of the winch movements and of the outputs of a system, of which state spaces are made.
 
-    State-space models (`control.statespace`, `control.loop_state_space`) are made of these rows. Their columns multiply
-    the N states x; then, where there are `forces`, the p inputs u, their rates u' and their second derivatives u'': w =
-    N or N + 3 p columns.
+    The columns of these rows multiply the N states x; then, where there are `forces`, the p inputs u, their rates u'
+    and their second derivatives u'': w = N or N + 3 p columns.
 
     Parameters
     ----------
@@ -357,10 +361,8 @@ def _actuator_outputs(first_order, system, actuators):
     stroke = coordinates.shape[-2] - sum(not actuator.wheel for actuator in actuators)  # the last coordinates
     of_actuators = zip(actuators, system.feedback, first_order.feedback, strict=True)
     for actuator, feedback, (movement, rate) in of_actuators:
-        velocity_gain, position_gain = (
-            np.asarray(g)[..., None] for g in (feedback.velocity_gain, feedback.position_gain)
-        )
-        force = velocity_gain * rate + position_gain * movement
-        outputs.append((velocity_gain * movement if actuator.wheel else coordinates[..., stroke, :], force))
+        momentum = np.asarray(feedback.velocity_gain)[..., None] * movement
+        force = _force_of_actuator(feedback, movement, rate)
+        outputs.append((momentum if actuator.wheel else coordinates[..., stroke, :], force))
         stroke += not actuator.wheel
     return outputs

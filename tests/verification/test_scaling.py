@@ -67,7 +67,7 @@ def numbers(span, length, mass, force):
         ends = Ends(dynamics, span.frame, dynamics.dof)
         for damping in DAMPINGS:
             omega = 2 * np.pi * modes.frequency[0] * np.array([0.3, 1.1, 3.1])
-            results.append(ends.model(damping).dynamic_stiffness(1j * omega) * length / force)
+            results.append(ends.superelement(damping).dynamic_stiffness(1j * omega) * length / force)
     return results
 
 

@@ -123,7 +123,7 @@ class CableElements:
 
     def end_model(self, planes, damping):
         """`Superelement` of this cable."""
-        return self._models.ends(planes).model(damping, self._index)
+        return self._models.ends(planes).superelement(damping, self._index)
 
     def end_shapes(self, planes):
         """Displacements of the nodes by modes and ends of `end_model`, shape (nodes, 3, n + 6): `Ends.shapes`."""
