@@ -182,7 +182,7 @@ class System:
     def end_shapes(self):
         """Static displacements for unit displacements of end 2, end 1 fixed, shape (..., nodes, d, d). [-]"""
         d, mesh = len(self.axes), self.state.mesh
-        gradient = _small_products(self.compliance, self.end_stiffness[..., None, :, :])  # times the weights
+        gradient = self.compliance @ self.end_stiffness[..., None, :, :]  # times the weights
         to_end_2 = transposed_force_transfer(mesh, gradient.reshape(*gradient.shape[:-2], -1))
         shapes = np.zeros((*gradient.shape[:-3], mesh.nodes, d, d))
         shapes[..., 1:-1, :, :] = np.eye(d) - to_end_2.reshape(*to_end_2.shape[:-1], d, d)
@@ -194,7 +194,7 @@ class System:
         mesh, count, compliance = self.state.mesh, forces.shape[-1], self.compliance
         accumulated = static_force_transfer_of_axes(mesh, len(self.axes), forces)  # S f
         redundant = self.end_stiffness @ (self._compliance_rows @ flatten_components(accumulated))  # c = m f
-        gradient = _small_products(compliance, redundant[..., None, :, :] - accumulated)  # times the weights
+        gradient = compliance @ (redundant[..., None, :, :] - accumulated)  # times the weights
         displacement = -transposed_force_transfer(mesh, gradient.reshape(*gradient.shape[:-2], -1))
         return displacement.reshape(*displacement.shape[:-2], self.dof, count)
 
@@ -316,11 +316,6 @@ def sparse_product(matrix, dense):
     columns = np.moveaxis(dense, -2, 0)
     product = matrix @ columns.reshape(len(columns), dense.size // max(len(columns), 1))
     return np.ascontiguousarray(np.moveaxis(product.reshape(columns.shape), 0, -2))
-
-
-def _small_products(matrices, vectors):
-    """Products of many small matrices, shape (..., d, d), with (..., d, r): faster than matmul."""
-    return sum(matrices[..., i, None] * vectors[..., None, i, :] for i in range(matrices.shape[-1]))
 
 
 def _weighted_sum(weights, field):
