@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cablestudy.system.pole_windows import eigen, mode_amplitudes, poles_in_windows
+from cablestudy.system.pole_windows import mode_amplitudes, poles_and_vectors, poles_in_windows
 from cablestudy.system.solvents import eigen_by_solvents
 from cablestudy.system.tolerances import SYSTEM
 
@@ -76,7 +76,7 @@ def test_all_poles_of_few_modes_with_complex_stiffness_and_damping(factor):
     damping = factor * damping
     expected = np.linalg.eigvals(np.block([[0 * mass, mass], [-stiffness, -damping]]))
     assert eigen_by_solvents(stiffness[None], damping[None])[2] == (factor <= 1)
-    (poles,), vectors = eigen([matrix[None] for matrix in (stiffness, damping, mass)], omega[None])
+    (poles,), vectors = poles_and_vectors([matrix[None] for matrix in (stiffness, damping, mass)], omega[None])
     nearest = np.abs(poles[:, None] - expected).argmin(axis=1)
     assert sorted(nearest) == list(range(len(expected)))
     assert poles == pytest.approx(expected[nearest], rel=1e-9)

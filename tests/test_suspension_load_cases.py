@@ -20,7 +20,7 @@ from test_load_cases import DAYS as DAYS_OF_ONE
 from test_load_cases import LINE, load_of
 from test_suspension_ssm import state_space
 
-from cablestudy.cable.geometry import places
+from cablestudy.cable.geometry import points_along
 from cablestudy.control.suspension import FROM, TO, Winch
 from cablestudy.errors import SceneError
 from cablestudy.scene.determinacy import MOTIONS
@@ -522,7 +522,7 @@ def in_pieces(case, length, pieces=16, turning=None):
     """
     text, points, cables = turning or body(stated="unstretched_length: 1")[0], "", ""
     for number, name in enumerate(ANCHORS):
-        nodes = places(case.equilibrium.catenary.take(number), np.arange(1, pieces) / pieces) + ANCHORS[name]
+        nodes = points_along(case.equilibrium.catenary.take(number), np.arange(1, pieces) / pieces) + ANCHORS[name]
         eye = f"gondola.{name if turning else 'eye'}"
         ends = [f"{list(ANCHORS[name])}", *(f"{name}{k}" for k in range(1, pieces)), eye]
         points += "".join(f"  {name}{k}: {{at: {node.tolist()}, free: true}}\n" for k, node in enumerate(nodes, 1))

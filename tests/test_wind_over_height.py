@@ -18,7 +18,7 @@ from scenes import cells
 from scipy.optimize import brentq
 from test_lost_cables import row
 
-from cablestudy.cable.geometry import places
+from cablestudy.cable.geometry import points_along
 from cablestudy.errors import SceneError
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.columns import find
@@ -104,7 +104,7 @@ def test_the_stated_error_is_that_against_400_pieces_or_more(made, name):
     place, force = truth(name, catenary)
     stated = evaluate(scene, [find("max_tension")]).errors["max_tension_N"]
     apart = [np.linalg.norm(own - true) / np.linalg.norm(own) for own, true in ((start, force[0]), (end, force[-1]))]
-    middle = places(catenary, np.array([0.5]))[0] + SCENES[name][0][0]
+    middle = points_along(catenary, np.array([0.5]))[0] + SCENES[name][0][0]
     apart.append(np.linalg.norm(middle - place[200]) / np.linalg.norm(middle - np.mean(SCENES[name][0], axis=0)))
     assert max(apart) <= stated
     assert stated <= 1.7 * max(apart)

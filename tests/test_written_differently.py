@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from command import CONFIGS
 
-from cablestudy.cable.geometry import places
+from cablestudy.cable.geometry import points_along
 from cablestudy.scene.control_tables import AllocationTable
 from cablestudy.scene.load_tables import Load
 from cablestudy.scene.scene import load_scene
@@ -53,7 +53,9 @@ def cut(scene, mass, accuracy=1e-3):
     """A cable in two parts at a junction of a mass, whose own motion, to the accuracy, would take many more modes."""
     case = SuspensionCase(loaded(scene, mass))
     cable, number = scene.cables[CUT], case.cable(CUT)
-    place = case.equilibrium.ends[number, 0] + places(case.equilibrium.catenary.take(number), np.array([SHARE]))[0]
+    place = (
+        case.equilibrium.ends[number, 0] + points_along(case.equilibrium.catenary.take(number), np.array([SHARE]))[0]
+    )
     junction = type(scene.points["up1"]).model_validate({"at": place.tolist(), "free": True, "mass": mass})
     first, second = (
         cable.model_copy(update={"unstretched_length": share * cable.unstretched_length, end: "junction"})

@@ -12,7 +12,7 @@ from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import NoSolutionError
 
 
-def places(cable, positions):
+def points_along(cable, positions):
     """Global coordinates along a cable, from end 1.
 
     Parameters
@@ -34,7 +34,7 @@ def places(cable, positions):
 
 def lowest_point(cable):
     """Height of the lowest point of a cable above end 1, an end where that is lower, shape (...). [m]"""
-    return places(cable, _extreme_candidates(cable, np.array([0.0, 0.0, 1.0])))[..., 2].min(axis=-1)
+    return points_along(cable, _extreme_candidates(cable, np.array([0.0, 0.0, 1.0])))[..., 2].min(axis=-1)
 
 
 def _extreme_candidates(cable, normal):
@@ -73,7 +73,7 @@ def midspan(cable):
 
     def beyond_half(position):
         """Horizontal distance from mid-span to the cable at an arc length, positive towards end 2, shape (...). [m]"""
-        return (places(cable, position[..., None])[..., 0, :2] * level).sum(axis=-1) - run / 2
+        return (points_along(cable, position[..., None])[..., 0, :2] * level).sum(axis=-1) - run / 2
 
     upright = run <= 1e-9 * np.asarray(cable.span.chord)
     position, done = np.full(run.shape, 0.5), upright
@@ -113,7 +113,7 @@ def sag_and_swing(cable, position):
     """
     span, length = cable.span, np.asarray(cable.span.chord)
     chord = span.frame[..., 0, :] * length[..., None]
-    from_chord = places(cable, np.asarray(position)[..., None])[..., 0, :] - chord / 2
+    from_chord = points_along(cable, np.asarray(position)[..., None])[..., 0, :] - chord / 2
     run = np.hypot(chord[..., 0], chord[..., 1])  # horizontal distance of the ends
     across = np.stack([-chord[..., 1], chord[..., 0]], axis=-1) / np.where(run > 0, run, 1.0)[..., None]
     sideways = (from_chord[..., :2] * across).sum(axis=-1)
@@ -154,7 +154,7 @@ def load_sag(cable):
     if not span.load_positions.shape[-1]:
         raise NoSolutionError("the cable carries no point load")
     shares = span.load_positions / span.unstretched_length
-    return float(below_chord(cable, shares, places(cable, shares)).max())
+    return float(below_chord(cable, shares, points_along(cable, shares)).max())
 
 
 def below_chord(cable, shares, points):
@@ -239,7 +239,7 @@ def clearance(cable, end_1, ground):
     candidates = [_extreme_candidates(cable, np.array([-slope, 0.0, 1.0])) for slope in slopes]
     summits = np.concatenate([[True], np.diff(slopes) < 0, [True]])  # above another corner the distance has no minimum
     candidates.append(_crossings(cable, x[summits] - end_1[0]))
-    points = places(cable, np.concatenate(candidates)) + np.asarray(end_1)
+    points = points_along(cable, np.concatenate(candidates)) + np.asarray(end_1)
     low, high = points[:, 0].min(), points[:, 0].max()
     if low < x[0] - 1e-9 * (high - low) or high > x[-1] + 1e-9 * (high - low):
         raise NoSolutionError(
@@ -251,10 +251,10 @@ def clearance(cable, end_1, ground):
 def _crossings(cable, x):
     """Arc lengths at which one cable passes coordinates x from end 1, shape (k,) [m]: shares of its length, (j,)."""
     edges = np.asarray(cable.edges)
-    distance = places(cable, edges)[:, 0] - x[:, None]
+    distance = points_along(cable, edges)[:, 0] - x[:, None]
     coordinate, segment = np.nonzero(distance[:, :-1] * distance[:, 1:] < 0)
 
     def distance_at(share, index):
-        return places(cable, share)[:, 0] - x[index]
+        return points_along(cable, share)[:, 0] - x[index]
 
     return zeros_between(distance_at, edges[segment], edges[segment + 1], coordinate)

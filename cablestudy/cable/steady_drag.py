@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cablestudy.cable.element import basis, lagrange
-from cablestudy.cable.geometry import places
+from cablestudy.cable.geometry import points_along
 from cablestudy.cable.tolerances import CABLE
 
 ALONG_CHORD = np.array([1.0, 0.0, 0.0])  # chord frame
@@ -96,7 +96,7 @@ class Profile:
             Places of their ends 1. [m]
         """
         nodes, weights = np.polynomial.legendre.leggauss(CABLE.drag_points)
-        pressure = self.pressure(places(cable, (1 + nodes) / 2) + end_1[..., None, :])
+        pressure = self.pressure(points_along(cable, (1 + nodes) / 2) + end_1[..., None, :])
         return np.where(self.exponent > 0, np.nan_to_num((pressure * weights).sum(axis=-1) / 2, nan=1.0), 1.0)
 
     def _ground_under(self, x):

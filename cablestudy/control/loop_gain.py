@@ -120,7 +120,7 @@ class LoopGain:
 
     def _by_cables(self, s):
         """Forces of cables on bodies by their displacements and by the winches, Z - Z_b and F_0 - F, (f, d, d + i)."""
-        few = len(s) <= SYSTEM.solved_places  # at few frequencies the poles of cables cost more than they spare
+        few = len(s) <= SYSTEM.solved_frequencies  # at few frequencies the poles of cables cost more than they spare
         few &= self.near is None and "_divided" not in self.__dict__
         summed, others = (None, self._cables) if few else self._divided
         count, winches = self.winch_loads.shape

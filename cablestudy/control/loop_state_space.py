@@ -61,7 +61,7 @@ class ExactResponse:
         if direct is not None:
             output_rows[: len(direct), size + inputs - forces.shape[1] : size + inputs] += direct
         parts = [slice(size + order * inputs, size + (order + 1) * inputs) for order in range(3)]
-        output_rows = np.concatenate([output_rows, loop.allocation.measured @ first_order.places])
+        output_rows = np.concatenate([output_rows, loop.allocation.measured @ first_order.coordinates])
         self._loop, self._winches = loop, winches
         # by eigenvectors; of inputs u, u' and u'', the winches first
         self._inputs = [motion.eigen.left @ state_rate[:, part] for part in parts]

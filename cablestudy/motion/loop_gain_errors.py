@@ -101,7 +101,7 @@ class LoopGainErrors:
             return 0.0
         s, poles = 1j * np.unique(omega), result_of(self._driven.poles_outcome)
         narrow = np.abs(s[:, None] - poles).min(axis=1, initial=np.inf) < MOTION.narrow_resonance * np.abs(s)
-        s = s[narrow][-SYSTEM.solved_places :]
+        s = s[narrow][-SYSTEM.solved_frequencies :]
         if not len(s):
             return 0.0
         without_sums = replace(self._driven.loop_gain, near=None)  # a copy solves equations at few frequencies

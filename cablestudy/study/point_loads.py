@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cablestudy.cable.catenary import Catenary
-from cablestudy.cable.geometry import below_chord, heights_above, places, tensions_at_point_loads
+from cablestudy.cable.geometry import below_chord, heights_above, points_along, tensions_at_point_loads
 from cablestudy.cable.state import State
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import NoSolutionError
@@ -65,7 +65,7 @@ class LoadedCable:
         """
         # arc lengths of the loads over the unstretched length
         shares = np.array([load.at / self.length if load.fraction is None else load.fraction for load in self.loads])
-        from_end_1 = places(self.form, shares)
+        from_end_1 = points_along(self.form, shares)
         rounding = CABLE.distance_rounding * np.asarray(self.form.span.chord)
         from_end_1 = np.where(np.abs(from_end_1) > rounding, from_end_1, 0.0)
         # tension: vectors on the sides of end 1 and end 2, shape (loads, 2, 3)

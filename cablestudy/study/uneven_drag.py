@@ -13,7 +13,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from cablestudy.cable.geometry import lowest_point, places, sag_and_swing
+from cablestudy.cable.geometry import lowest_point, points_along, sag_and_swing
 from cablestudy.cable.steady_drag import across
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.cable.vectors import size
@@ -62,7 +62,7 @@ def changes(drag, catenary, stretched=False, steps=STUDY.drag_steps):
     uniform_drag = drag.times_mean_pressure(across(drag.direction, span.frame[..., 0, :]))[:, None]
     if stretched:
         uniform_drag = uniform_drag * (1 + catenary.mean_tension / span.axial_stiffness)[:, None, None]
-    positions = None if drag.profile is None else places(catenary, pieces.points)
+    positions = None if drag.profile is None else points_along(catenary, pieces.points)
     constant, displacement = np.zeros((len(at_points), 1, 3)), np.zeros_like(at_points)
     start, tension, tangent = _slope(at_points, stiffness)
     at_middle, before_middle = np.zeros_like(constant), (pieces.points < 0.5)[..., None]
@@ -418,7 +418,7 @@ def clearance_by_drag(results):
     the ground that the point may be above.
     """
     movement, error = results.drag_errors.displacement, lowering_by_drag(results)
-    x = results.end_1[..., None, 0] + places(results.form, results.drag_errors.points)[..., 0]
+    x = results.end_1[..., None, 0] + points_along(results.form, results.drag_errors.points)[..., 0]
     for case, ground in enumerate(results.grounds):
         if not isinstance(ground, tuple):
             continue

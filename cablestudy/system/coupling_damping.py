@@ -11,7 +11,7 @@ from operator import attrgetter
 import numpy as np
 
 from cablestudy.errors import NoSolutionError
-from cablestudy.system.pole_windows import eigen, mode_amplitudes, poles_in_windows
+from cablestudy.system.pole_windows import mode_amplitudes, poles_and_vectors, poles_in_windows
 from cablestudy.system.together import batches, computed_together
 from cablestudy.system.tolerances import SYSTEM
 
@@ -162,7 +162,7 @@ class CouplingDamping:
         """Dynamic stiffness at some of the ends, see `Superelement.dynamic_stiffness`."""
         below = np.imag(s) < 0
         x = self.variable(np.where(below, np.conj(s), s))
-        few = len(s) <= SYSTEM.solved_places  # at few frequencies the poles cost more than they spare
+        few = len(s) <= SYSTEM.solved_frequencies  # at few frequencies the poles cost more than they spare
         few &= self._similar is None and CouplingDamping._pole_sum_and_resolvent.known(self) is None
         by_poles = None if few else self.pole_sum
         value = by_poles(x, rows, columns) if by_poles else _solved(self.matrices, x, rows, columns, len(self.omega))
@@ -198,15 +198,15 @@ class CouplingDamping:
         """
         by_all_modes = []
         for cable in cables:
-            if (found := cable._without_all_modes()) is None:
+            if (found := cable._cheaper_pole_sum()) is None:
                 by_all_modes.append(cable)
             else:
                 yield cable, found
         for members in batches(by_all_modes, attrgetter("_signature"), lambda cable: len(cable.matrices[0])):
-            yield from zip(members, _of_all_modes(members), strict=True)
+            yield from zip(members, _pole_sums_by_all_modes(members), strict=True)
 
     @np.errstate(all="ignore")  # what is not finite is not trusted
-    def _without_all_modes(self):
+    def _cheaper_pole_sum(self):
         """`_pole_sum_and_resolvent` by a similar element or in windows; None where that does not serve."""
         similar = self._similar and self._similar.coupling_damping
         if similar and (resolvent_of_similar := similar._pole_sum_and_resolvent[1]):
@@ -286,12 +286,12 @@ def compute_pole_sums(cables):
 
 
 @np.errstate(all="ignore")
-def _of_all_modes(cables):
+def _pole_sums_by_all_modes(cables):
     """`CouplingDamping._pole_sum_and_resolvent` of many cables by all their modes at once: list."""
     n, found, omega = len(cables[0].omega), [None] * len(cables), np.stack([cable.omega for cable in cables])
     matrices = [np.stack([matrix[:n, :n] for matrix in of_order]) for of_order in _by_order(cables)]
     try:
-        poles, vectors = eigen(matrices, omega)
+        poles, vectors = poles_and_vectors(matrices, omega)
         left = mode_amplitudes(vectors, omega)
         for right_of in _right_by_symmetry, _right_by_inverse:
             rows = [row for row, of_row in enumerate(found) if of_row is None]
@@ -303,7 +303,7 @@ def _of_all_modes(cables):
                     found[row] = of_row
     except np.linalg.LinAlgError:
         if len(cables) > 1:
-            return [_of_all_modes([cable])[0] for cable in cables]
+            return [_pole_sums_by_all_modes([cable])[0] for cable in cables]
     return [of_row or (None, None) for of_row in found]
 
 

@@ -58,12 +58,12 @@ def poles_near(layout, cables, near, displacements, damping, far):
                 ends[now.cables], slopes[now.cables], shapes = now.dynamic_stiffness(pole[now.cables // count])
                 moved.append((now, shapes))
         stiffness, slope = _dynamic_stiffness(layout, ends, slopes, pole, damping)
-        pending &= np.isfinite(_applied(stiffness, vector)).all(axis=-1)
-        response = _solved(stiffness, _applied(slope, vector), pending)
+        pending &= np.isfinite(_times(stiffness, vector)).all(axis=-1)
+        response = _solved(stiffness, _times(slope, vector), pending)
         response = response / np.abs(response).max(axis=-1, keepdims=True)
         regular = np.isfinite(response).all(axis=-1)  # else `pole` is one to the last digit
         vector = np.where(regular[:, None], response, vector)
-        step = (vector * _applied(stiffness, vector)).sum(axis=-1) / (vector * _applied(slope, vector)).sum(axis=-1)
+        step = (vector * _times(stiffness, vector)).sum(axis=-1) / (vector * _times(slope, vector)).sum(axis=-1)
         pole = np.where(pending & regular, pole - step, pole)
         pending &= (np.abs(pole - near) < far * np.abs(near)) & (pole.imag > 0)
         found = pending & ~(regular & (np.abs(step) > SYSTEM.pole_change * np.abs(pole)))
@@ -117,10 +117,10 @@ def energies(layout, moved, displacements, damping):
 
 def _quadratic(matrix, vector):
     """v^H A v of real matrices, shape (n,)."""
-    return (vector.conj() * _applied(matrix, vector)).sum(axis=-1)
+    return (vector.conj() * _times(matrix, vector)).sum(axis=-1)
 
 
-def _applied(matrix, vector):
+def _times(matrix, vector):
     """Products of matrices, shape (n, d, d), with vectors, shape (n, d), or of one sparse matrix."""
     if isinstance(matrix, np.ndarray):
         return (matrix @ vector[..., None])[..., 0]
@@ -128,7 +128,7 @@ def _applied(matrix, vector):
 
 
 def _solved(matrix, right, pending):
-    """Solutions of the linear systems of pending rows, see `_applied`; not numbers where one is singular."""
+    """Solutions of the linear systems of pending rows, see `_times`; not numbers where one is singular."""
     solution = np.full(right.shape, np.nan, dtype=complex)
     if isinstance(matrix, np.ndarray):
         of_rows = matrix.reshape(-1, *matrix.shape[-2:])[pending], right[pending, :, None]

@@ -109,7 +109,7 @@ class Equations:
         A0, B0, B1, B2: the part of the equations without the loop gain; complex with a complex stiffness, as the next.
     scaled : ndarray, shape (..., k, N, w)
         The part that the loop gain multiplies, such as A_j, for each measured coordinate j.
-    places, speeds : ndarray, shape (..., m, w)
+    coordinates, rates : ndarray, shape (..., m, w)
         Rows that give the coordinates z and their rates z'.
     feedback : list of (ndarray, ndarray)
         Rows, shape (..., w), of the movement that each actuator measures behind its filter, and of its rate.
@@ -119,14 +119,14 @@ class Equations:
 
     fixed: np.ndarray
     scaled: np.ndarray
-    places: np.ndarray
-    speeds: np.ndarray
+    coordinates: np.ndarray
+    rates: np.ndarray
     feedback: list
     winches: np.ndarray
 
     def take(self, row):
         """`Equations` of one row of many, or of some."""
-        arrays = (getattr(self, name)[row] for name in ("fixed", "scaled", "places", "speeds"))
+        arrays = (getattr(self, name)[row] for name in ("fixed", "scaled", "coordinates", "rates"))
         feedback = [(movement[row], rate[row]) for movement, rate in self.feedback]
         return Equations(*arrays, feedback, self.winches[row])
 
@@ -347,7 +347,7 @@ def state_rows(system, forces=None, loop=None, actuators=()):
         first_winch = inputs - forces.shape[-1] - winches  # index of the first input that is a length
         for order, by_loop in enumerate(lengths):
             lengths[order] = by_loop + np.eye(*by_loop.shape[-2:], states + order * inputs + first_winch)
-    motions = first_order.places, first_order.speeds, state_rate[..., m : 2 * m, :]  # z, z' and z''
+    motions = first_order.coordinates, first_order.rates, state_rate[..., m : 2 * m, :]  # z, z' and z''
     of_system = sum(matrix @ motion for matrix, motion in zip(system.c, motions, strict=True))
     of_system = of_system + sum(matrix @ length for matrix, length in zip(system.d, lengths, strict=True))
     of_actuators = [row[..., None, :] for pair in _actuator_outputs(first_order, system, actuators) for row in pair]
@@ -357,7 +357,7 @@ def state_rows(system, forces=None, loop=None, actuators=()):
 
 def _actuator_outputs(first_order, system, actuators):
     """Rows of each actuator: stroke and force of a reaction mass, or momentum and torque of a wheel; list of pairs."""
-    outputs, coordinates = [], first_order.places
+    outputs, coordinates = [], first_order.coordinates
     stroke = coordinates.shape[-2] - sum(not actuator.wheel for actuator in actuators)  # the last coordinates
     of_actuators = zip(actuators, system.feedback, first_order.feedback, strict=True)
     for actuator, feedback, (movement, rate) in of_actuators:

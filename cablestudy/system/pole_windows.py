@@ -58,11 +58,13 @@ def poles_in_windows(matrices, omega):
         is_last = begin + (factor + 0.5) * SYSTEM.window >= len(size)
         end = len(size) if is_last else begin + factor * SYSTEM.window
         near = np.unique(mode[max(begin - SYSTEM.window_margin, 0) : end + factor * SYSTEM.window_margin])  # modes A
-        (poles,), vectors = eigen([matrix[None, near[:, None], near] for matrix in matrices], omega[None, near])
+        (poles,), vectors = poles_and_vectors(
+            [matrix[None, near[:, None], near] for matrix in matrices], omega[None, near]
+        )
         high = np.inf if is_last else _gap_near(np.abs(poles), size[end])
         inside = (np.abs(poles) >= low) & (np.abs(poles) < high)
         amplitudes = mode_amplitudes(vectors, omega[None, near])[0][:, inside]
-        windows.append(_completed(coupling, diagonal, near, poles[inside], amplitudes))
+        windows.append(_with_other_modes(coupling, diagonal, near, poles[inside], amplitudes))
         low, begin = high, max(np.searchsorted(size, high), begin + 1)
     poles, left, slope = (np.concatenate(arrays, axis=-1) for arrays in zip(*windows, strict=True))
     if len(poles) != len(size):
@@ -70,7 +72,7 @@ def poles_in_windows(matrices, omega):
     return poles, left, (left / slope).T
 
 
-def eigen(matrices, omega):
+def poles_and_vectors(matrices, omega):
     """All poles x of the symmetric matrix polynomials of the modes of r cables, by one linear eigenvalue problem each.
 
     Groups of modes that damping does not couple have a problem each: of a level cable the symmetric and the
@@ -99,15 +101,15 @@ def eigen(matrices, omega):
             group = np.flatnonzero(groups[at[0, 0]] == number)
             matrices_of_group = [matrix[at[:, None], group[:, None], group] for matrix in matrices]
             begin, end = end, end + states * len(group)
-            poles[of_rows, begin:end], own = _eigen_of_coupled(matrices_of_group, omega[at, group])
+            poles[of_rows, begin:end], own = _poles_of_coupled_modes(matrices_of_group, omega[at, group])
             own = own.reshape(len(at), states, len(group), end - begin)
             # zero for the modes of other groups
             vectors[at[:, None], np.arange(states)[:, None], group, begin:end] = own
     return poles, vectors.reshape(rows, states * n, states * n)
 
 
-def _eigen_of_coupled(matrices, omega):
-    """`eigen` of modes that damping couples.
+def _poles_of_coupled_modes(matrices, omega):
+    """`poles_and_vectors` of modes that damping couples.
 
     The frequencies of the modes differ by many powers of ten, and an eigen-solution has rounding of the size of its
     largest eigenvalue. So the inverse matrix is taken, of the states W q, and q' where x is s: its entries are as small
@@ -135,7 +137,7 @@ def _eigen_of_coupled(matrices, omega):
 
 
 def mode_amplitudes(vectors, omega):
-    """Amplitudes of the modes in the vectors of `eigen`, shape (r, n, N), for omega of shape (r, n)."""
+    """Amplitudes of the modes in the vectors of `poles_and_vectors`, shape (r, n, N), for omega of shape (r, n)."""
     n = omega.shape[-1]
     return vectors[:, :n] / (1 if vectors.shape[1] == n else omega[:, :, None])
 
@@ -157,7 +159,7 @@ def _gap_near(size, near):
     return (neighbours[widest] + neighbours[widest + 1]) / 2
 
 
-def _completed(coupling, diagonal, near, poles, vectors):
+def _with_other_modes(coupling, diagonal, near, poles, vectors):
     """Poles, shapes of all modes, and v^T Q' v, from those of the modes `near` alone: shapes (p,), (n, p), (p,).
 
     The two steps of the module's docstring; `near` are A there, the others F.

@@ -89,7 +89,7 @@ class SystemTolerances:
     windows_from: int = 150  # modes from which on windows are faster than one eigenvalue problem
     spoiling_loss: float = 1e6  # loss factor at the lowest mode from which rounding spoils what damped strain leaves
     solvent_steps: int = 20  # of the iteration for half of the poles of a cable, which takes seven of a usual one
-    solved_places: int = 16  # places up to which solving is cheaper than finding the poles
+    solved_frequencies: int = 16  # frequencies up to which solving at each is cheaper than finding the poles
     systems_at_once: int = 64  # systems of equations that are solved in one call
     window: int = 60  # poles of a window,
     window_margin: int = 20  # and those on each side of it of which the modes are in its eigenvalue problem

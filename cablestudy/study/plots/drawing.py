@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from cablestudy.cable.geometry import clearance, load_sag, places
+from cablestudy.cable.geometry import clearance, load_sag, points_along
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.scene.words import counted
 from cablestudy.statics.suspension import GROUND
@@ -137,7 +137,7 @@ class Drawing:
         return np.concatenate([part.reshape(-1, 3) for part in parts])
 
     @cached_property
-    def places(self):
+    def points_along(self):
         """Places of `held`, and those along cables and lost cables, shape (n, 3). [m]"""
         return np.concatenate([*(part.reshape(-1, 3) for part in (self.cables, self.lost)), self.held])
 
@@ -310,7 +310,7 @@ def _loads(form, starts):
     """Point loads on cables that begin at places of shape (c, 1, 3): place, force and arc length of each, as a list."""
     span = form.span
     forces = span.in_frame(span.load_forces, "global")
-    at = places(form, _shares(span)).reshape(len(starts), forces.shape[-2], 3) + starts
+    at = points_along(form, _shares(span)).reshape(len(starts), forces.shape[-2], 3) + starts
     loads = zip(at.reshape(-1, 3), forces.reshape(-1, 3), span.load_positions.ravel(), strict=True)
     return [(place, force, length) for place, force, length in loads if force.any()]
 
@@ -326,7 +326,7 @@ def _curves(case):
     even, loads = np.linspace(0.0, 1.0, FINE if len(ends) <= FEW else COARSE), _shares(form.span)
     shares = np.sort(np.concatenate([np.broadcast_to(even, (*loads.shape[:-1], len(even))), loads], axis=-1))
     count = len(ends), shares.shape[-1]
-    return places(form, shares).reshape(*count, 3) + ends[:, :1], shares.reshape(count)
+    return points_along(form, shares).reshape(*count, 3) + ends[:, :1], shares.reshape(count)
 
 
 def _lost(case):

@@ -9,7 +9,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 import cablestudy.study.plots.marks as marks
-from cablestudy.cable.geometry import places
+from cablestudy.cable.geometry import points_along
 from cablestudy.study.plots.deflection import deflections
 from cablestudy.study.plots.drawing import FLAT, VIEWS, direction, drawing_of, ground_in, upright_plane, view_from_end_1
 from cablestudy.study.plots.marks import draw_lines, mark_clearance
@@ -399,4 +399,4 @@ def _numbers(path, name):
 def _forms(cables):
     """Some cables that are drawn: list of places, shape (j, 3). [m]"""
     chosen = np.unique(np.linspace(0, len(cables) - 1, FORMS + 2).round().astype(int))[1:-1]
-    return [places(one.form, POINTS) + one.end_1 for one in [cables[number] for number in chosen] or cables[:1]]
+    return [points_along(one.form, POINTS) + one.end_1 for one in [cables[number] for number in chosen] or cables[:1]]
