@@ -11,6 +11,7 @@ from math import ceil, isnan
 import numpy as np
 
 from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL, System
+from cablestudy.cable.matrices import lanczos_basis, lanczos_modes
 from cablestudy.cable.modes import CombinedModes, Modes
 from cablestudy.cable.plane_modes import PlaneModes
 from cablestudy.cable.state import State
@@ -259,11 +260,14 @@ def _refined(root, vectors, count):
 
 
 def _lanczos(system, count):
-    """Lowest modes of a large system by shift-invert Lanczos iteration about zero, from a fixed start vector."""
-    from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
+    """Shapes of the lowest modes of a large system by Lanczos iteration, shape (dof, count).
 
-    dof = system.dof
-    basis_size = min(dof, max(2 * count + 10, 30))  # vectors in the basis of the iteration
+    Raises
+    ------
+    ConvergenceError
+        Too many modes of too many unknowns, or no convergence.
+    """
+    dof, basis_size = system.dof, lanczos_basis(system.dof, count)
     if basis_size * dof > CABLE.lanczos_numbers:
         largest = max(CABLE.lanczos_numbers // basis_size, CABLE.all_modes_freedoms)
         raise ConvergenceError(
@@ -271,9 +275,4 @@ def _lanczos(system, count):
             f"(at most {largest} unknowns for so many modes): "
             f"take fewer elements, fewer of a higher order, or an accuracy instead"
         )
-    inverse = LinearOperator((dof, dof), matvec=lambda right: system.solve(right.reshape(-1, 1))[:, 0], dtype=float)
-    start = 1 + np.modf(np.arange(1, dof + 1) * (np.sqrt(5) - 1) / 2)[0]  # without symmetry, reproducible
-    try:
-        return eigsh(inverse, count, M=system.mass, sigma=0.0, OPinv=inverse, v0=start, ncv=basis_size)[1]
-    except ArpackNoConvergence as error:
-        raise ConvergenceError(f"eigenmodes: {error}") from None
+    return lanczos_modes(dof, lambda force: system.solve(force.reshape(-1, 1))[:, 0], system.mass.__matmul__, count)

@@ -137,6 +137,11 @@ def lanczos_modes(size, solve, weigh, count):
     inverse, mass = (LinearOperator((size, size), matvec=product, dtype=float) for product in (solve, weigh))
     start = 1 + np.modf(np.arange(1, size + 1) * (np.sqrt(5) - 1) / 2)[0]  # without symmetry, reproducible
     try:
-        return eigsh(inverse, count, M=mass, sigma=0.0, OPinv=inverse, v0=start, ncv=2 * count + 10)[1]
+        return eigsh(inverse, count, M=mass, sigma=0.0, OPinv=inverse, v0=start, ncv=lanczos_basis(size, count))[1]
     except ArpackNoConvergence as error:
         raise ConvergenceError(f"modes: {error}") from None
+
+
+def lanczos_basis(size, count):
+    """Number of vectors in the basis of `lanczos_modes`."""
+    return min(size, max(2 * count + 10, 30))
