@@ -44,7 +44,7 @@ class Dynamics:
         self._batch = None  # of some cables of a batch: the `Dynamics` of all, and the index of these
 
     def take(self, index):
-        """`Dynamics` of one cable of a batch, or of several; modes are computed together with those of the batch."""
+        """`Dynamics` of one cable of a batch, or of several, whose modes are computed with those of the whole batch."""
         if self._batch is not None:
             batch, own_index = self._batch
             return batch.take(np.arange(len(batch.length))[own_index][index])
@@ -131,7 +131,7 @@ class Dynamics:
             count *= 2
 
     def frequencies(self, labels, errors=False, estimated_count=0):
-        """Frequencies of modes of one cable that are named by labels, and their estimated relative errors.
+        """Frequencies of labelled modes of one cable, such as its second antisymmetric in-plane mode, and their errors.
 
         Parameters
         ----------
@@ -205,7 +205,7 @@ class Dynamics:
         return Modes(CombinedModes(planes, self), min(count, self.dof), count >= self.dof)
 
     def _solve(self, system, count):
-        """List of `PlaneModes` that together have at least the `count` lowest modes of one system.
+        """At least the `count` lowest modes of one system: list of `PlaneModes`.
 
         A small system is solved in each symmetry subspace, which gives one `PlaneModes` for each; a large one by
         Lanczos iteration, which gives a single one. Raises as `lowest`.

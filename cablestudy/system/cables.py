@@ -26,7 +26,7 @@ from cablestudy.system.tolerances import SYSTEM
 
 
 class Models:
-    """Elements of all cables, one mesh for each: superelements with all modes, and their motion.
+    """Elements of all cables, with a mesh for each: their modes with fixed ends, superelements, errors and motion.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ class Models:
         """
 
         def taken_from(one):
-            """Key of the cables from which those of some `Models` were taken; None of other ones."""
+            """Key of the `Cables` of which those of some `Models` are a part; None if of none."""
             return None if one.cables.among is None or one._fixed else (id(one.cables.among[0]), one._most_modes)
 
         for members in batches(models, taken_from, attrgetter("freedoms")):
@@ -173,7 +173,13 @@ class Models:
         return [self.cables.element_without_mass(cable) if element is None else element for cable, element in pairs]
 
     def condensed(self, cables):
-        """`CondensedCables` of some cables, by their indices, ascending, in whose order theirs are numbered: list."""
+        """Equations of some cables without their modes as coordinates: list of `CondensedCables`, one for each mesh.
+
+        Parameters
+        ----------
+        cables : ndarray of int
+            Indices of these cables, ascending; `CondensedCables.cables` are positions among them.
+        """
         condensed, without_mass = [], np.ones(len(cables), dtype=bool)
         for group in self.groups:
             rows, positions = group.find(cables)
@@ -357,9 +363,12 @@ class Models:
 
 
 def _solved_together(models):
-    """`Models.groups` of many `Models` whose cables were taken from the same ones, with their modes: pairs with each.
+    """`Models.groups` of many `Models` whose cables are parts of the same `Cables`, their modes computed in one call.
 
-    None where a cable has no modes.
+    Returns
+    -------
+    list of (Models, list of MeshGroup), or None
+        None where a cable has no modes: each of the `Models` then tells by itself.
     """
     cables = models[0].cables.among[0].take(np.concatenate([one.cables.among[1] for one in models]))
     meshes, modes = [mesh for one in models for mesh in one.meshes], [one._modes_of_large for one in models]

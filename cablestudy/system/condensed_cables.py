@@ -88,7 +88,7 @@ class CondensedCables:
         return replace(self, further=np.stack(further) + (0.0 if self.further is None else self.further))
 
     def dynamic_stiffness(self, s):
-        """Dynamic stiffness at the ends of each cable, its derivative by s, and the displacements of the cable.
+        """Dynamic stiffness at the ends of each cable, its derivative by s, and the motion that goes with the ends.
 
         Parameters
         ----------

@@ -18,7 +18,7 @@ from cablestudy.system.tolerances import SYSTEM
 
 @dataclass(frozen=True)
 class PoleSum:
-    """Forces on the e end displacements of a cable per end displacement: a polynomial and a sum over N poles in x.
+    """Dynamic stiffness at the e end displacements of a cable, as a polynomial and a sum over N poles in x.
 
         P_0 + x P_1 + ... + x^d P_d - x^d sum of residue/(x - pole)
 
@@ -207,7 +207,7 @@ class CouplingDamping:
 
     @np.errstate(all="ignore")  # what is not finite is not trusted
     def _cheaper_pole_sum(self):
-        """`_pole_sum_and_resolvent` by a similar element or in windows; None where that does not serve."""
+        """`_pole_sum_and_resolvent` by a similar element, or in windows of frequency; None where neither serves."""
         similar = self._similar and self._similar.coupling_damping
         if similar and (resolvent_of_similar := similar._pole_sum_and_resolvent[1]):
             resolvent = self._to_first_order(similar.matrices, *resolvent_of_similar)
@@ -223,11 +223,17 @@ class CouplingDamping:
         return None
 
     def sum_over_poles(self, residues):
-        """x^d times the sum of residues/(x - pole) over the N poles of `pole_sum`, a function: s, (f,) -> (r, f).
+        """Function of s that sums residues over the poles: x^d times the sum of residues/(x - pole).
 
         Parameters
         ----------
         residues : ndarray, shape (N, r)
+            At each of the N poles of `pole_sum`, of r sums.
+
+        Returns
+        -------
+        callable
+            s, shape (f,) [rad/s] -> the sums, shape (r, f).
 
         Notes
         -----

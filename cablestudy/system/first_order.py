@@ -166,12 +166,14 @@ def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
     references = len(notches) if allocation and forces is not None else 0
     inputs = 0 if forces is None else references + winches + forces.shape[-1]
     width, dtype, index = size + 3 * inputs, motion.stiffness.dtype, np.arange(m)
+    # rows over the states and inputs, which give: the coordinates and their rates, the rates of the states without what
+    # the loop gain multiplies, that part, and the force on each coordinate
     z, z_rate = np.zeros((2, *leading, m, width))
-    z[..., index, index], z_rate[..., index, m + index] = 1 / unit, 1.0
     fixed = np.zeros((*leading, size, width), dtype)
     scaled = np.zeros((*leading, len(notches), size, width), dtype)
-    fixed[..., index, m + index] = unit
     force = np.zeros((*leading, m, width), dtype)
+    z[..., index, index], z_rate[..., index, m + index] = 1 / unit, 1.0
+    fixed[..., index, m + index] = unit
     force[..., :m], force[..., m : 2 * m] = -motion.stiffness * (1 / unit)[..., None, :], -motion.damping
     feedback = _feedback(motion, z, z_rate, fixed)
     for actuator, measured in zip(motion.feedback, feedback, strict=True):

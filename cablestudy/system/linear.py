@@ -36,7 +36,9 @@ MODAL = "sqrt(kg) m"  # unit of a modal amplitude
 
 @dataclass(frozen=True)
 class LinearSystem:
-    """The system of the module's docstring: n coordinates, i inputs, o outputs; or those of many rows (...).
+    """Linear system of second order: n coordinates, i inputs, o outputs; or those of many rows (...).
+
+    Its equations and symbols are those of the module's docstring.
 
     Attributes
     ----------
@@ -114,7 +116,7 @@ class LinearSystem:
 
     @property
     def signature(self):
-        """Sizes of all arrays, by which rows are found that `stack` puts together: tuple."""
+        """Sizes of all arrays: `stack` takes systems for which they are equal. Tuple."""
         shapes = self.mass.shape, self.b[0].shape, self.c[0].shape, None if self.shapes is None else self.shapes.shape
         return *shapes, self.stiffness.dtype, self.scale is None, *(one.filtered for one in self.feedback)
 
@@ -302,7 +304,7 @@ class LinearSystem:
         return polynomial(self.b, s)
 
     def within(self, space, imposed=None, inputs=()):
-        """The system with new coordinates q and with motions that inputs v impose: z = S q + N v.
+        """The system in fewer or other coordinates q, and with motions that further inputs v impose: z = S q + N v.
 
         Parameters
         ----------

@@ -89,10 +89,10 @@ class ReducedSystem:
         return np.where(stable, omega, np.nan), np.where(stable[..., None], shapes, 0.0)
 
     def _lowest_with_uncoupled(self, count, moves_bodies):
-        """`lowest` where some cable coordinates move no body: each of those is a mode by itself.
+        """`lowest` where some cable coordinates move no body: each of those is a mode by itself, with shape 1.
 
-        The eigenvalue problem is solved for the other coordinates and the bodies alone; its modes and the modes by
-        themselves are then sorted by frequency.
+        The eigenvalue problem is solved for the other coordinates and the bodies. Its modes and the modes by themselves
+        are then sorted by frequency.
 
         Parameters
         ----------

@@ -313,10 +313,10 @@ class DelayedResponse:
 
 
 def delayed_response(response, slow, fast, highest):
-    """`DelayedResponse` of a system with a delay: its response, with the sharp poles of two rational approximations.
+    """`DelayedResponse` of a system with a delay: its response, and the lightly damped poles of two approximations.
 
-    Below a limit the poles are those of `slow`, above it those of `fast`. The limit is in the widest gap between poles
-    of `fast` in a band below `highest`, so that no pole which both systems have is taken twice, or lost.
+    Below a limit of frequency the poles are those of `slow`, above it those of `fast`. The limit is in the widest gap
+    between poles of `fast` in a band below `highest`, so that no pole which both systems have is taken twice, or lost.
 
     Parameters
     ----------
