@@ -15,6 +15,13 @@ def polynomial(coefficients, s):
     return a + s * b + s**2 * c
 
 
+def product(matrix, columns):
+    """Product of matrices with complex columns; that of real ones in real numbers, which is twice as fast."""
+    if np.iscomplexobj(matrix):
+        return matrix @ columns
+    return (matrix @ np.ascontiguousarray(columns).view(float)).view(complex)
+
+
 def solve(matrices, right):
     """Solutions of linear systems, shapes (m, n, n) and (m, n, k); of one unknown by division, which is much faster."""
     return right / matrices if matrices.shape[-1] == 1 else np.linalg.solve(matrices, right)

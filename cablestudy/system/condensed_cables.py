@@ -17,7 +17,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from cablestudy.cable.matrices import solved
+from cablestudy.cable.matrices import product, solved
 from cablestudy.system.tolerances import SYSTEM
 
 
@@ -139,23 +139,23 @@ class CondensedCables:
             Modal damping in C is that of the absolute amplitudes q + m u.
         """
         n = self.omega.shape[-1]
-        momentum = _product(self.coupling, right[:, n:])  # of the coordinates
-        moving = right[:, :n] if self.inertia_of_modes is None else _product(self.inertia_of_modes, right[:, :n])
-        of_ends = _product(self.coupling.swapaxes(-1, -2), right[:, :n]) + _product(self.inertia, right[:, n:])
+        momentum = product(self.coupling, right[:, n:])  # of the coordinates
+        moving = right[:, :n] if self.inertia_of_modes is None else product(self.inertia_of_modes, right[:, :n])
+        of_ends = product(self.coupling.swapaxes(-1, -2), right[:, :n]) + product(self.inertia, right[:, n:])
         inertia = left.swapaxes(-1, -2) @ np.concatenate([moving + momentum, of_ends], axis=1)
         damping, loss = self.viscous[:, None, None] * inertia, np.zeros_like(inertia)
         if self.ratio.any():
-            absolute = (left[:, :n] + _product(self.coupling, left[:, n:])).swapaxes(-1, -2)
+            absolute = (left[:, :n] + product(self.coupling, left[:, n:])).swapaxes(-1, -2)
             rate = 2 * self.ratio[:, None] * self.omega
             damping = damping + absolute @ (rate[..., None] * (right[:, :n] + momentum))
         if self.strain_root is not None:
-            strains = _product(self.strain_root, left).swapaxes(-1, -2) @ _product(self.strain_root, right)
+            strains = product(self.strain_root, left).swapaxes(-1, -2) @ product(self.strain_root, right)
             damping, loss = damping + self.time[:, None, None] * strains, self.loss[:, None, None] * strains
         if self.carried is not None:
-            borne = _product(self.carried, left).swapaxes(-1, -2) @ _product(self.carried, right)
+            borne = product(self.carried, left).swapaxes(-1, -2) @ product(self.carried, right)
             damping = damping - self.viscous[:, None, None] * borne
         if self.further is not None:
-            damping = damping + left.swapaxes(-1, -2) @ _product(self.further, right)
+            damping = damping + left.swapaxes(-1, -2) @ product(self.further, right)
         return inertia, damping, loss
 
 
@@ -194,7 +194,7 @@ def _solution(diagonal, damped, dense, right):
     columns, by_mode = rows.swapaxes(-1, -2), inverse.swapaxes(-1, -2)
     matrix = factors * ((rows * by_mode.real) @ columns + 1j * ((rows * by_mode.imag) @ columns))
     matrix[:, np.arange(rows.shape[1]), np.arange(rows.shape[1])] += 1.0
-    return alone - inverse * _product(columns, solved(matrix, factors * _product(rows, alone)))
+    return alone - inverse * product(columns, solved(matrix, factors * product(rows, alone)))
 
 
 def _dense_solution(diagonal, damped, dense, right):
@@ -211,8 +211,3 @@ def _dense_solution(diagonal, damped, dense, right):
         matrix[:, np.arange(n), np.arange(n)] += diagonal[here, :, 0]
         solutions.append(solved(matrix, right[here]))
     return np.concatenate(solutions)
-
-
-def _product(real, values):
-    """Product of real matrices, shape (g, m, n), with complex ones, shape (g, n, k)."""
-    return (real @ np.ascontiguousarray(values).view(float)).view(complex)

@@ -10,6 +10,7 @@ from operator import attrgetter
 
 import numpy as np
 
+from cablestudy.cable.matrices import product
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.pole_windows import mode_amplitudes, poles_and_vectors, poles_in_windows
 from cablestudy.system.together import batches, computed_together
@@ -258,7 +259,7 @@ class CouplingDamping:
         both = np.concatenate([(of_p + of_q).real, -(of_p * q[:, None] + of_q * p[:, None]).real], axis=1).T
 
         def of_real(s):
-            parts = _product(both, _of_pairs(p, q, s))
+            parts = product(both, _of_pairs(p, q, s))
             return s**2 * (s * parts[:count] + parts[count:])
 
         return of_real
@@ -320,7 +321,7 @@ def _by_order(cables):
 
 def _right_by_symmetry(matrices, poles, left, _):
     """`right` of poles that are apart: left^T over left^T Q' left, Q' the slope of the symmetric polynomial."""
-    slope = left if len(matrices) == 2 else 2 * poles[:, None] * left + _product(matrices[1], left)
+    slope = left if len(matrices) == 2 else 2 * poles[:, None] * left + product(matrices[1], left)
     return np.swapaxes(left / (left * slope).sum(axis=1, keepdims=True), 1, 2)
 
 
@@ -363,7 +364,7 @@ def _relative_errors(matrices, x, sums, poles, left, right):
     q = left @ ((right @ columns) / (place - poles[:, :, None]))
     q_nn_q = q
     for matrix in matrices[-2::-1]:
-        q_nn_q = q_nn_q * place + _product(matrix[:, :n, :n], q)
+        q_nn_q = q_nn_q * place + product(matrix[:, :n, :n], q)
     q, rest = (np.moveaxis(part.reshape(rows, n, places, ends), 1, 2) for part in (q, q_nn_q - columns))
     forces = q_ee - np.swapaxes(q_ne, 2, 3) @ q + np.swapaxes(q, 2, 3) @ rest
     first, last = (np.diagonal(matrix, axis1=1, axis2=2)[:, None, n:] for matrix in (matrices[0], matrices[-1]))
@@ -395,11 +396,6 @@ def _of_pairs(first, second, s):
     product = s - first[:, None]
     product *= s - second[:, None]
     return np.reciprocal(product, out=product)  # in place: these are the largest arrays of a loop gain
-
-
-def _product(matrix, columns):
-    """Product with complex columns; that of a real matrix in real numbers, which is twice as fast."""
-    return matrix @ columns if np.iscomplexobj(matrix) else (matrix @ columns.view(float)).view(complex)
 
 
 def _polynomial(matrices, x):

@@ -17,6 +17,7 @@ third.
 
 import numpy as np
 
+from cablestudy.cable.matrices import product
 from cablestudy.system.connected import coupled_groups
 from cablestudy.system.solvents import eigen_by_solvents
 from cablestudy.system.tolerances import SYSTEM
@@ -179,7 +180,7 @@ def _with_other_modes(coupling, diagonal, near, poles, vectors):
 
 def _coupling_forces(coupling, columns, vectors, poles):
     """(Q - D) v for vectors of some modes, shape (n, p), and its derivative by x."""
-    real, by_order = np.ascontiguousarray(vectors, dtype=complex).view(float), [0.0, 0.0]
+    by_order = [0.0, 0.0]
     for order, factor, matrix in coupling:
-        by_order[order] = factor * (matrix[:, columns] @ real).view(complex)
+        by_order[order] = factor * product(matrix[:, columns], vectors)
     return by_order[0] + by_order[1] * poles, by_order[1]

@@ -11,7 +11,7 @@ def gains_of_modes(closed_loop):
     """`StableGains` of a `ClosedLoop` by the modes of its model: poles and residues of one eigen-solution."""
     loop = closed_loop.untuned_loop
     found, eigen, m = equations(loop.motion), loop.motion.eigen, len(loop.motion)
-    seen = (loop.allocation.measured @ found.places @ eigen.right).T
+    seen = (loop.allocation.measured @ found.coordinates @ eigen.right).T
     forced = eigen.left[:, m : 2 * m] @ np.linalg.inv(loop.motion.mass)
     pulled = [forced @ part @ loop.allocation.matrix for part in loop.motion.b]
     residues = [seen[:, :, None] * part[:, None, :] for part in pulled]
