@@ -81,15 +81,11 @@ def linear_range(span, moves):
     for _ in range(CABLE.movement_divisions):
         intervals = []  # for each sign the distances that divide the interval in which the force ceases to be linear
         for movements, force, linear in zip(distances, *forces(at_rest, moves, distances), strict=True):
-            if not linear.all() or np.isnan(force[0]):
-                continue
-            nonlinear = ~(np.abs(force / linear - 1) <= CABLE.linear_difference)
-            if nonlinear.any():
-                index = int(np.argmax(nonlinear))
-                if index:
-                    intervals.append(np.linspace(movements[index - 1], movements[index], CABLE.movements_at_once))
-                else:
-                    limits.append(abs(movements[0]))
+            index = _first_nonlinear(force, linear)
+            if index:
+                intervals.append(np.linspace(movements[index - 1], movements[index], CABLE.movements_at_once))
+            elif index == 0:
+                limits.append(abs(movements[0]))
         distances = np.array(intervals)
         if not intervals:
             break
@@ -100,3 +96,14 @@ def linear_range(span, moves):
     by_force = float(at_rest.max_tension.sum()) / abs(float(linear)) / CABLE.linear_difference
     by_ends = float(at_rest.span.chord.max()) / movement
     return movement, CABLE.last_interval + CABLE.movement_rounding * (by_force + by_ends)
+
+
+def _first_nonlinear(force, linear):
+    """Index of the first of growing movements at which a force is not linear, or None: arguments of shape (k,). [N]
+
+    None too where there is no stiffness, or no equilibrium even at the first of them.
+    """
+    if not linear.all() or np.isnan(force[0]):
+        return None
+    nonlinear = ~(np.abs(force / linear - 1) <= CABLE.linear_difference)
+    return int(np.argmax(nonlinear)) if nonlinear.any() else None

@@ -40,7 +40,7 @@ class Profile:
 
     @classmethod
     def of(cls, exponent, height, grounds):
-        """Collect the power laws of n load cases in one `Profile`; None if in no case the wind grows with the height.
+        """`Profile` of n load cases from the power law of each; None if in no case the wind grows with the height.
 
         Parameters
         ----------

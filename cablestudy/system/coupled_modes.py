@@ -348,7 +348,6 @@ class Search:
         highest, limits : ndarray
             As the parameters, after the last trial of each row.
         """
-        allowed = 2 * SYSTEM.coordinates_share * self.accuracy  # of squared frequencies
         outcomes = [self._accuracy_error("too many modes of cables")] * len(rows)
         highest, limits, pending = highest.copy(), limits.copy(), np.arange(len(rows))
         for _ in range(SYSTEM.limit_trials):
@@ -356,24 +355,45 @@ class Search:
             models = models.with_modes_up_to(limits.ravel())
             pending_models = models if len(pending) == len(rows) else models.take(self._cable_indices(pending))
             trial = self._trial(pending_models, tried_limits.ravel(), rows[pending])
-            # rows whose coordinates are fewer than the modes asked for
-            too_few = np.isinf(trial.omega).any(axis=1) & self._heavy[rows[pending]].any(axis=1)
-            found = np.where(np.isfinite(trial.omega), trial.omega, 0.0).max(axis=1, initial=0.0)
-            top = np.where(too_few, SYSTEM.wider * highest[pending], found)
-            # cables whose first mode is among those asked for, or near: they keep modes at least up to these
-            near = pending_models.lowest_omega.reshape(tried_limits.shape) < SYSTEM.near_highest * top[:, None]
-            error = np.abs(trial.truncation_error)
-            good = ~too_few & (error.sum(axis=1).max(axis=-1, initial=0.0) <= allowed)
-            good &= (~near | (tried_limits >= self._least_margin * top[:, None])).all(axis=1)
+            judged = self._judge(trial, pending_models, rows[pending], highest[pending], tried_limits)
+            good, highest[pending], limits[pending] = judged
             stable = ~np.isnan(trial.omega).any(axis=1)
             for row_of_trial in np.flatnonzero(good | ~stable).tolist():
                 outcomes[pending[row_of_trial]] = trial, row_of_trial
-            wider = self._wider_limits(error.max(axis=-1, initial=0.0), allowed, tried_limits, near, top)
-            highest[pending], limits[pending] = top, np.where(good[:, None], tried_limits, wider)
             pending = pending[~good & stable]
             if not len(pending):
                 break
         return outcomes, highest, limits
+
+    def _judge(self, trial, models, rows, highest, limits):
+        """Judge for each row of a trial if its cables keep enough modes, and how many they need else.
+
+        Parameters
+        ----------
+        trial : Trial
+        models, rows, highest, limits
+            Of the trial, as for `_with_enough_coordinates`.
+
+        Returns
+        -------
+        good : ndarray of bool, shape (m,)
+            True where the error by the modes left out is within the accuracy.
+        highest : ndarray, shape (m,)
+            Highest frequency that was found; a higher one than before where fewer modes than asked for were. [rad/s]
+        limits : ndarray, shape (m, c)
+            Those of the trial where it is good, else wider ones. [rad/s]
+        """
+        allowed = 2 * SYSTEM.coordinates_share * self.accuracy  # of squared frequencies
+        too_few = np.isinf(trial.omega).any(axis=1) & self._heavy[rows].any(axis=1)
+        found = np.where(np.isfinite(trial.omega), trial.omega, 0.0).max(axis=1, initial=0.0)
+        highest = np.where(too_few, SYSTEM.wider * highest, found)
+        # cables whose first mode is among those asked for, or near: they keep modes at least up to these
+        near = models.lowest_omega.reshape(limits.shape) < SYSTEM.near_highest * highest[:, None]
+        error = np.abs(trial.truncation_error)
+        good = ~too_few & (error.sum(axis=1).max(axis=-1, initial=0.0) <= allowed)
+        good &= (~near | (limits >= self._least_margin * highest[:, None])).all(axis=1)
+        wider = self._wider_limits(error.max(axis=-1, initial=0.0), allowed, limits, near, highest)
+        return good, highest, np.where(good[:, None], limits, wider)
 
     def _wider_limits(self, error, allowed, limits, near, highest):
         """Limits of the modes of cables for the next trial, shape (m, c), wider where their error is too large. [rad/s]
