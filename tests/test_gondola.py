@@ -20,7 +20,7 @@ from cablestudy.study.one_cable import system as one_cable_system
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.rows import evaluate, evaluate_cases
 from cablestudy.system.cables import Models
-from cablestudy.system.coupled_modes import Search
+from cablestudy.system.mode_search import Search
 
 
 def frequency_on(mass, stiffness):

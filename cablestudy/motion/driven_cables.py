@@ -40,7 +40,7 @@ from cablestudy.motion.driven_waves import ACROSS, driven_modes
 from cablestudy.motion.loop_gain_errors import LoopGainErrors
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.system.cables import Models
-from cablestudy.system.coupled_modes import Search
+from cablestudy.system.mode_search import Search
 from cablestudy.system.together import computed_together
 
 MODES_TOGETHER = np.arange(5.0)  # shifts of the poles of modes that nearly coincide, over that of one alone

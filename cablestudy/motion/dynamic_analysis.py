@@ -17,7 +17,8 @@ from cablestudy.motion.plant import Plant
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.motion.turbulence import OWN
 from cablestudy.system.comparison import relative
-from cablestudy.system.coupled_modes import coupled_modes, coupled_modes_of_cases, shaping_modes
+from cablestudy.system.coupled_modes import coupled_modes, coupled_modes_of_cases
+from cablestudy.system.mode_search import shaping_modes
 from cablestudy.system.together import computed_together
 
 

@@ -290,6 +290,51 @@ class CoupledModes:
         return _largest(self._cable_names, KINDS, self.cable_energy[..., mode], "cables")
 
 
+def modes_of_row(trial, row, error, finer=None):
+    """`CoupledModes` of one row of a `Trial`.
+
+    The order of modes whose frequencies agree within their errors is not certain. As their error each has the largest
+    of these errors and the distance of the lowest and the highest of them. Their shapes are combined so that different
+    coordinates move in each.
+
+    Parameters
+    ----------
+    trial : Trial
+    row : int
+    error : ndarray, shape (k,)
+        Estimated relative error of each frequency. [-]
+    finer : callable, optional
+        See `CoupledModes`.
+
+    Raises
+    ------
+    NoSolutionError
+        The equilibrium is not stable.
+    """
+    solution = trial.solution(row)
+    error, shapes = error[: len(solution.omega)].copy(), solution.shapes.copy()
+    coincident = tuple(coincident_runs(solution.omega, np.where(np.isnan(error), SYSTEM.frequency_rounding, error)))
+    number = np.arange(len(shapes))[:, None] + 1.0
+    for first, last in coincident:
+        run = slice(first - 1, last)
+        error[run] = error[run].max() + solution.omega[last - 1] / solution.omega[first - 1] - 1
+        # combinations by the principal axes of the mean number of the coordinates that move
+        by_number = shapes[:, run].T @ (number * solution.reduced.mass_times(shapes[:, run]))
+        shapes[:, run] = shapes[:, run] @ np.linalg.eigh(by_number + by_number.T)[1]
+    return CoupledModes(solution.omega / (2 * np.pi), error, coincident, solution, shapes, finer)
+
+
+def coincident_runs(omega, error):
+    """Yield first and last number (from 1) of each run of frequencies that agree within their errors."""
+    near_next = np.diff(omega) <= (error[1:] + error[:-1]) * omega[1:]
+    first = 0
+    for last in range(len(omega)):
+        if last == len(near_next) or not near_next[last]:
+            if last > first:
+                yield first + 1, last + 1
+            first = last + 1
+
+
 def _cable_record(solution, cable, name):
     """`CableRecord` of one cable, by its index."""
     mesh, kept = solution.models.meshes[cable], solution.kept[cable]
