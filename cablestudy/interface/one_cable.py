@@ -15,6 +15,7 @@ from cablestudy.interface.answers import (
 )
 from cablestudy.interface.kinds import Frequency, Modes, WindOn
 
+ONE_CABLE = "no effect: the scene has one cable"
 WIND_ON = {"gondola": "gondola", "cable": "the cable of the gondola", "both": "gondola and cable"}  # in titles
 
 
@@ -127,17 +128,21 @@ def solve_loop(scene, span, time_options, table, estimate):
     estimate : bool
         True if errors are estimated too.
     """
-    from cablestudy.scene.one_cable import NAMES, WIND_KEYS
+    from cablestudy.scene.one_cable import NAMES, WIND_KEYS, as_suspension
     from cablestudy.study import loop_report
 
-    if time_options and time_options.output is not None:
-        raise SceneError("--output: no effect: the scene has one cable")
+    names = {"names": NAMES, "wind_keys": WIND_KEYS}
+    if time_options:
+        from cablestudy.study.loop_in_time import asked_of
+
+        if time_options.output is not None:
+            raise SceneError(f"--output: {ONE_CABLE}")
+        loop_report.check_has_loop(scene.document, scene.model)
+        asked_of(scene.document, scene.model, as_suspension(scene.model), time_options, **names)
     answer = _of_row(scene, *loop_report.loop_table(scene.document, scene.model, estimate), draw=None)
     if (time_options and answer.failures) or not loop_report.has_loop(answer.case):
         return replace(answer, tables={}) if time_options or span else answer
-    return finished_loop_answer(
-        answer, scene, answer.case.analysis, span, time_options, names=NAMES, wind_keys=WIND_KEYS
-    )
+    return finished_loop_answer(answer, scene, answer.case.analysis, span, time_options, **names)
 
 
 def _of_row(scene, table, row, draw, remarks=()):

@@ -27,7 +27,7 @@ from cablestudy.interface.kinds import (
     Texts,
     WindOn,
 )
-from cablestudy.interface.one_cable import ANSWERS, solve_loop
+from cablestudy.interface.one_cable import ANSWERS, ONE_CABLE, solve_loop
 from cablestudy.interface.plain import shown
 from cablestudy.scene.document import Document
 from cablestudy.scene.fields import KeyTable
@@ -49,7 +49,6 @@ OF_COMMANDS = {
     "absent", "answers", "attachable", "check_state_space", "compute", "compute_cases", "document", "heading",
     "kept_modes", "loads_key", "loop_key", "solve_loop",
 }  # fmt: skip
-ONE_CABLE = "no effect: the scene has one cable"
 
 
 class Scene:

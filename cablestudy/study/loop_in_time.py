@@ -214,6 +214,65 @@ def step_words(step, time):
     return words + ("" if step.resolved else remark)
 
 
+@dataclass(frozen=True)
+class Asked:
+    """Input and output that options name, by names of the user, with their names in the plant.
+
+    Attributes
+    ----------
+    winches : tuple of str
+        Names of all winches, for the user.
+    input : Input
+    plant_input : str
+    output : str
+        For the user.
+    output_number : int
+        Place of the output among the measured coordinates.
+    """
+
+    winches: tuple
+    input: Input
+    plant_input: str
+    output: str
+    output_number: int
+
+
+def asked_of(document, scene, loop_scene, options, measured=None, names=None, wind_keys=("wind",)):
+    """Input and output that `TimeOptions` name: `Asked`. It needs the scenes alone, nothing that is computed.
+
+    Parameters
+    ----------
+    loop_scene : SuspensionScene
+        `scene` as a suspension with a controller.
+    measured : list of str, optional
+        Measured coordinates, such as x and yaw; by default those that are stated, else all that are free.
+    document, scene, options, names, wind_keys
+        See `time_case`.
+
+    Raises
+    ------
+    SceneError
+        An unknown input or output, a size of another unit, or the scene has no wind for it.
+    """
+    body = loop_scene.body_of(loop_scene.control)
+    measured = measured or loop_scene.control.measured or loop_scene.bodies[body].free
+    winches = _shown_names([f"winch.{name}" for name in loop_scene.winches], names)
+    references = _shown_names([f"reference.{name}" for name in measured], names)
+    outputs = list(_shown_names([f"{body}.{name}" for name in measured], names))
+    shown_input = options.input or next(iter(winches))
+    number_of("--input", shown_input, [*winches, *references, *OF_WIND])  # SceneError for an unknown input
+    output_number = number_of("--output", options.output, outputs) if options.output else 0
+    if shown_input in references and not options.output:
+        output_number = list(references).index(shown_input)
+    if shown_input in OF_WIND:
+        for key in wind_keys:
+            if attribute(scene, key) is None:
+                raise missing(document, key, f"loop --input {shown_input}")
+    plant_input = (winches | references).get(shown_input, WIND_INPUT)
+    driving_input = _driving_input(loop_scene, options, shown_input, plant_input)
+    return Asked(tuple(winches), driving_input, plant_input, outputs[output_number], output_number)
+
+
 def time_case(document, scene, closed_loop, options, names=None, wind_keys=("wind",)):
     """Response of one measured coordinate after a step of a winch or a reference, or in a gust: `TimeCase`.
 
@@ -238,32 +297,18 @@ def time_case(document, scene, closed_loop, options, names=None, wind_keys=("win
     Raises
     ------
     SceneError
-        An unknown input or output, or the scene has no wind for it.
+        See `asked_of`.
     """
-    body = closed_loop.body
-    winches = _shown_names([f"winch.{name}" for name in closed_loop.scene.winches], names)
-    references = _shown_names([f"reference.{name}" for name in body.measured], names)
-    outputs = list(_shown_names([f"{body.name}.{name}" for name in body.measured], names))
-    shown_input = options.input or next(iter(winches))
-    number_of("--input", shown_input, [*winches, *references, *OF_WIND])  # SceneError for an unknown input
-    output_number = number_of("--output", options.output, outputs) if options.output else 0
-    if shown_input in references and not options.output:
-        output_number = list(references).index(shown_input)
-    if shown_input in OF_WIND:
-        for key in wind_keys:
-            if attribute(scene, key) is None:
-                raise missing(document, key, f"loop --input {shown_input}")
-    plant_input = (winches | references).get(shown_input, WIND_INPUT)
-    driving_input = _driving_input(closed_loop, options, scene, shown_input, plant_input)
-    output = body.measured_outputs[output_number]
-    of_unit_input = in_time(closed_loop, output, plant_input, driving_input.components, options.times)
-    response = of_unit_input.times(driving_input.size)
-    dampings = [cable.damping for cable in closed_loop.scene.cables.values()]
-    phase_right_up_to = 0.0 if closed_loop.loop.slight_delay else closed_loop.loop.right_up_to
-    remarks = remarks_of(closed_loop.scene.control, phase_right_up_to, response, dampings)
-    name_and_unit = outputs[output_number], f"m{unit_of(body.measured[output_number])}"
-    loop, delayed = closed_loop.loop, phase_right_up_to > 0
-    return TimeCase(options, driving_input, response, loop.gain, *name_and_unit, tuple(winches), remarks, delayed)
+    body, loop, loop_scene = closed_loop.body, closed_loop.loop, closed_loop.scene
+    asked = asked_of(document, scene, loop_scene, options, body.measured, names, wind_keys)
+    output = body.measured_outputs[asked.output_number]
+    of_unit_input = in_time(closed_loop, output, asked.plant_input, asked.input.components, options.times)
+    response = of_unit_input.times(asked.input.size)
+    dampings = [cable.damping for cable in loop_scene.cables.values()]
+    phase_right_up_to = 0.0 if loop.slight_delay else loop.right_up_to
+    remarks = remarks_of(loop_scene.control, phase_right_up_to, response, dampings)
+    unit, delayed = f"m{unit_of(body.measured[asked.output_number])}", phase_right_up_to > 0
+    return TimeCase(options, asked.input, response, loop.gain, asked.output, unit, asked.winches, remarks, delayed)
 
 
 def _shown_names(plant_names, names):
@@ -271,14 +316,14 @@ def _shown_names(plant_names, names):
     return {(names or {}).get(name, name): name for name in plant_names}
 
 
-def _driving_input(closed_loop, options, scene, kind, input_name):
+def _driving_input(loop_scene, options, kind, input_name):
     """The `Input` that --input names as `kind`: a gust, or a step of a winch or reference named so in the plant."""
     if input_name == WIND_INPUT:
-        return options.gust(scene.wind, closed_loop.scene.wind.turbulence[0])
+        return options.gust(loop_scene.wind, loop_scene.wind.turbulence_along)
     group, _, name = input_name.partition(".")
     if group == "reference":
         return options.step(f"the {kind} moves", unit_of(name))
-    is_reel = closed_loop.scene.winches[name].direction is None
+    is_reel = loop_scene.winches[name].direction is None
     return options.step(f"{kind} reels in" if is_reel else f"the {kind} moves")
 
 

@@ -9,6 +9,7 @@ from cablestudy.control.loop_state_space import force_state_space
 from cablestudy.control.response import Phase
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.scene.scene import missing
+from cablestudy.study.column import attribute
 from cablestudy.study.motion_columns import SENSITIVITY
 from cablestudy.study.one_cable.rows import evaluate_named
 from cablestudy.study.table import Field, Table
@@ -46,12 +47,16 @@ def loop_table(document, scene, estimate=False):
     SceneError
         The scene has no gondola, or no controller.
     """
-    for key in ("gondola", "winch", "winch.controller"):
-        table, _, name = key.rpartition(".")
-        if getattr(getattr(scene, table) if table else scene, name) is None:
-            raise missing(document, key, "loop")
+    check_has_loop(document, scene)
     columns, row = evaluate_named(document, scene, COLUMNS, "loop", estimate)
     return row.table(columns), row
+
+
+def check_has_loop(document, scene):
+    """Raise SceneError for a scene of one cable without a gondola or a controller."""
+    for key in ("gondola", "winch", "winch.controller"):
+        if attribute(scene, key) is None:
+            raise missing(document, key, "loop")
 
 
 def has_loop(case):
