@@ -7,7 +7,7 @@ from functools import wraps
 import click
 
 from cablestudy.activity import ActivityDisplay, end_display
-from cablestudy.cli.tables import ONE_TABLE, discard_output, show, show_tables, while_it_is_read
+from cablestudy.cli.tables import check_one_table, discard_output, show, show_tables, while_it_is_read
 from cablestudy.errors import CablestudyError, NothingToDrawError, SceneError, one_line
 
 FAILED_CHECK, WRONG_USE, NO_ANSWER, INTERRUPTED = 1, 2, 3, 130
@@ -90,8 +90,8 @@ def finish(scene, answer, style, plot=None, explain=False, quiet=False):
     if style.top and answer.table is not None and answer.table.single:
         raise SceneError("--top: no effect: the table has one row (--columns A,B,... chooses what is shown of it)")
     several = answer.tables and answer.table is None
-    if several and style in ONE_TABLE:
-        raise SceneError(f"--format {style}: one table at a time: give --table {', '.join(answer.tables)}")
+    if several:
+        check_one_table(answer.tables, style)
     if plot and answer.draw is None and not answer.failures:
         raise SceneError("--plot: no effect: there is no picture of this")
     echo_notes((*(answer.explain() if explain else ()), *answer.warnings), quiet)

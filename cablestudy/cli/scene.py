@@ -29,7 +29,7 @@ from cablestudy.cli.options import (
     one_case,
     scene_command,
 )
-from cablestudy.cli.tables import COLUMNS
+from cablestudy.cli.tables import COLUMNS, check_one_table
 from cablestudy.errors import SceneError, refuse_options
 
 TABLES = ("bodies", "points", "cables", "stiffness", "links")
@@ -45,8 +45,10 @@ def read(scene, sets, case):
     return read(scene, sets, None if case == ALL else case)
 
 
-def compute(scene, case, command, **options):
-    """Answer of a command for a scene, or for all its load cases: `Answer`."""
+def compute(scene, case, command, style=None, **options):
+    """Answer of a command for a scene, or for all its load cases: `Answer`; its tables are to be shown in a `Style`."""
+    if style is not None and options.get("table") is None:
+        check_one_table(scene.table_names(command), style)
     return (scene.compute_cases if case == ALL else scene.compute)(command, **options)
 
 
@@ -87,7 +89,7 @@ def static(scene, sets, case, shape, limits, name, locus, form, style, plot, exp
         command = "loads"
     else:
         options["table"] = name
-    return finish(scene, compute(read(scene, sets, case), case, command, **options), style, plot, explain, quiet)
+    return finish(scene, compute(read(scene, sets, case), case, command, style, **options), style, plot, explain, quiet)
 
 
 @scene_command
@@ -126,7 +128,9 @@ def windrms(scene, sets, case, style, plot, on, name, explain, quiet):
     if case == ALL:
         refuse_options({"--plot": plot}, f"--case {ALL} has one row for each case")
     options = {"on": on, "table": name, "estimate": explain or style == "json"}
-    return finish(scene, compute(read(scene, sets, case), case, "windrms", **options), style, plot, explain, quiet)
+    return finish(
+        scene, compute(read(scene, sets, case), case, "windrms", style, **options), style, plot, explain, quiet
+    )
 
 
 @click.command(cls=OneValueEach)
@@ -226,7 +230,7 @@ def loop(scene, sets, case, span, duration, input_, output, size, length, name, 
     one_case(case, "a loop is that of one case: give --case NAME")
     options = {"response": span, "time": duration} | (timed if duration else {})
     options |= {"estimate": explain or style == "json", "table": name}
-    answer = read(scene, sets, case).compute("loop", **options)
+    answer = compute(read(scene, sets, case), case, "loop", None if span or duration else style, **options)
     return finish(scene, answer, style, plot, explain, quiet)
 
 

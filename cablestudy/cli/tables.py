@@ -154,10 +154,15 @@ def _check_column(table, name):
         raise SceneError(f"--columns: the table has no column {name!r} ({hint})") from None
 
 
+def check_one_table(names, style):
+    """Raise SceneError where several tables, of these names, are to be shown in a `Style` that takes one of them."""
+    option = f"--format {style}" if style in ONE_TABLE else "--columns" if style.columns else ""
+    if names and option:
+        raise SceneError(f"{option}: one table at a time: give --table {', '.join(names)}")
+
+
 def show_tables(answer, style):
     """Print the tables of a suspension: as Markdown one below the other, else as one object."""
-    if style.columns:
-        raise SceneError(f"--columns: one table at a time: give --table {', '.join(answer.tables)}")
     answer = replace(answer, tables={name: style.of(table) for name, table in answer.tables.items()})
     if style == "md" and sys.stdout.isatty():
         filled = {name: table for name, table in answer.tables.items() if table.rows}

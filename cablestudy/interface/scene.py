@@ -47,7 +47,7 @@ TABLES = ("cable", "gondola", "winch", "wind", "cases")
 NAMED = 120  # characters of path and changes in a representation
 OF_COMMANDS = {
     "absent", "answers", "attachable", "check_state_space", "compute", "compute_cases", "document", "heading",
-    "kept_modes", "loads_key", "loop_key", "solve_loop",
+    "kept_modes", "loads_key", "loop_key", "solve_loop", "table_names",
 }  # fmt: skip
 
 
@@ -131,6 +131,10 @@ class Scene:
 
         if not out and options.error is None and (options.attached or not responds):
             check_channel(options, responds)
+
+    def table_names(self, what: str) -> list[str]:
+        """Names of the tables that the answer of a command has, without options, where it has several: list of str."""
+        return []
 
     @property
     def cases(self) -> dict[str, Self]:

@@ -206,6 +206,16 @@ class Suspension(Scene):
         except (NoSolutionError, ConvergenceError) as error:
             return Answer(failures=(str(error),))
 
+    def table_names(self, what: str) -> list[str]:
+        """Names of the tables that the answer of a command has; see `Scene.table_names`."""
+        if what == "windrms":
+            from cablestudy.study.suspension.wind_report import names_of_tables
+
+            return names_of_tables(self.model)
+        links = ["links"] if self.model.links else []
+        tables = {"static": ["bodies", "points", "cables", "stiffness", *links], "loop": ["loop", "coordinates"]}
+        return tables.get(what, [])
+
     def kept_modes(self, options, highest=None):
         """Coupled modes of a state space; see `Scene.kept_modes`."""
         from cablestudy.study.suspension.ssm import choose

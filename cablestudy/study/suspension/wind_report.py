@@ -62,7 +62,12 @@ def wind_tables(document, case, only=None):
     chosen = chosen_tables(TABLES, only)
     if only and not getattr(scene, chosen[only][0]):
         raise SceneError(f"--table {only}: the scene has no {chosen[only][0]}")
-    return make_tables(case, {name: make for name, (key, make) in chosen.items() if getattr(scene, key)})
+    return make_tables(case, {name: chosen[name][1] for name in names_of_tables(scene) if name in chosen})
+
+
+def names_of_tables(scene):
+    """Names of the tables that `wind_tables` makes of a `SuspensionScene`: list of str."""
+    return [name for name, (key, _) in TABLES.items() if getattr(scene, key)]
 
 
 def loop_tables(case, only=None):
