@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from cablestudy.activity import ActivityDisplay
-from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError, shorten
+from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError, one_line, shorten
 from cablestudy.interface.answer import Answer
 from cablestudy.interface.arguments import call, checked
 from cablestudy.interface.kinds import (
@@ -195,8 +195,33 @@ class Scene:
         )
 
     def _compute_case(self, what, **options):
-        """`Answer` of one of several load cases, see `_compute`."""
-        return self._compute(what, **options)
+        """`Answer` of one of several load cases, see `_compute`; a failed one instead of an error: others go on."""
+        try:
+            return self._compute(what, **options)
+        except (NoSolutionError, ConvergenceError) as error:
+            return Answer(failures=(one_line(error),))
+
+    def _doubts(self, what, case):
+        """Doubts about an answer to a command, for the status of its rows: tuple of str."""
+        return ()
+
+    def _tables_of_cases(self, what, answers):
+        """Load case -> the tables of its `Answer`, a dict of dicts; of a case without answer a row with its status.
+
+        The rows of the others have a status then too.
+        """
+        tables = {case: answer.tables for case, answer in answers.items()}
+        if all(tables.values()):
+            return tables
+        from cablestudy.study.table_rows import OK, with_status
+
+        names = list(dict.fromkeys(name for tables_of_case in tables.values() for name in tables_of_case)) or [""]
+        for case, answer in answers.items():
+            doubts = self._doubts(what, answer.case) if answer.tables else ()
+            status = "; ".join((*answer.failures, *doubts)) or OK
+            shown = tables[case] or dict.fromkeys(names)
+            tables[case] = {name: with_status(table, status) for name, table in shown.items()}
+        return tables
 
     def _hint(self, failure):
         """Text to be added to the reason of a failure; empty for most."""
@@ -215,7 +240,8 @@ class Scene:
         Returns
         -------
         Answer
-            Its tables have the rows of all cases, each with the name of its case in front.
+            Its tables have the rows of all cases, each with the name of its case in front. A case without an answer
+            has a row with empty cells, whose status says why.
 
         Raises
         ------
@@ -230,7 +256,7 @@ class Scene:
         answers = {name: scene._compute_case(what, **options) for name, scene in cases.items()}
         solved = {name: answer.case for name, answer in answers.items() if not answer.failures}
         answer = Answer(
-            tables=join_tables({name: answer.tables for name, answer in answers.items()}),
+            tables=join_tables(self._tables_of_cases(what, answers)),
             explain=lambda: lines_with_cases({name: answer.explain() for name, answer in answers.items()}),
             warnings=lines_with_cases({name: answer.warnings for name, answer in answers.items()}),
             failures=lines_with_cases({name: answer.failures for name, answer in answers.items()}),

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Set
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
+from cablestudy.errors import SceneError
 from cablestudy.interface.answer import Answer, Tables, only
 from cablestudy.interface.answers import (
     DEFAULT_MODES,
@@ -199,12 +199,11 @@ class Suspension(Scene):
 
         return self.case if self.model.model.elements is None else SuspensionCase(self.model, estimate=True)
 
-    def _compute_case(self, what, **options):
-        """`Answer` of one of several load cases, see `_compute`; a failed one instead of an error: others go on."""
-        try:
-            return self._compute(what, **options)
-        except (NoSolutionError, ConvergenceError) as error:
-            return Answer(failures=(str(error),))
+    def _doubts(self, what, case):
+        """Doubts about an answer to a command; see `Scene._doubts`."""
+        from cablestudy.study.suspension.rows import doubts_of
+
+        return doubts_of(case, what == "windrms") if case is not None else ()
 
     def table_names(self, what: str) -> list[str]:
         """Names of the tables that the answer of a command has; see `Scene.table_names`."""

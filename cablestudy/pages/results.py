@@ -207,6 +207,8 @@ def _of_each_cable(cables, column, cases):
     """Table of one column of the cables, a row for each cable and a column for each load case; see `_extremes`."""
     rows, errors = {}, {}
     for cable, cable_errors in zip(cables.rows, cables.errors(), strict=True):
+        if cable.get("name") is None:  # a load case without an answer
+            continue
         name, case = cable["name"], cable["case"]
         rows.setdefault(name, {"name": name})[case] = cable.get(column)
         errors_of_row = errors.setdefault(name, {})

@@ -414,7 +414,9 @@ def _joined_table(tables):
     rows = [{"case": name, **row} for name, table in tables.items() for row in table.rows]
 
     def errors():
-        return chain.from_iterable(table.errors() if table.errors else ({},) for table in tables.values())
+        return chain.from_iterable(
+            table.errors() if table.errors else ({},) * len(table.rows) for table in tables.values()
+        )
 
     single = all(table.single for table in tables.values())
     return Table(fields, rows, errors=errors, across="case" if single else "")

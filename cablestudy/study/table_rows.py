@@ -5,7 +5,7 @@ The status of a row is `ok`, `over strength` or another doubt about an answer, o
 
 import time
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import isnan
 
 from cablestudy.errors import CablestudyError, one_line
@@ -42,6 +42,16 @@ def status_of(failures, *doubts):
 def has_answer(status):
     """True if a row of this status has an answer; a doubtful one counts."""
     return status == OK or status.startswith(DOUBTS)
+
+
+def with_status(table, status):
+    """Copy of a `Table` whose rows have this status, unless they have one; without a table, one row of it alone."""
+    field = replace(STATUS, kept=True)
+    if table is None:
+        return Table((field,), [{STATUS.name: status}], single=True)
+    if any(other.name == STATUS.name for other in table.fields):
+        return table
+    return replace(table, fields=(*table.fields, field), rows=[{**row, STATUS.name: status} for row in table.rows])
 
 
 class TableColumns:

@@ -168,12 +168,10 @@ class SuspensionBatch(RowBatch):
         """Add doubts, by exceeded limits, strength, slack or fallen cables, the size of the model, and notes."""
         case, in_wind = row.case, self.required.in_wind
         if not row.failures:
-            row.failures.update(_doubts(case, in_wind))
-        overloaded = list(case.over_strength) if case.solved else []
-        slack_cables = slackened(case) if in_wind and case.moves else []
-        doubts = (OVER_STRENGTH, overloaded), (SLACK, slack_cables), (FALLEN, fallen(case) if case.solved else [])
-        row.doubts = tuple(f"{words}: {first_of(names, STUDY.listed_parts)}" for words, names in doubts if names)
-        row.notes, row.warnings = notes_of(case) if self.noted else (), strength_warning(case) if overloaded else ()
+            row.failures.update(_reasons_to_doubt(case, in_wind))
+        row.doubts = doubts_of(case, in_wind)
+        is_overloaded = case.solved and case.over_strength
+        row.notes, row.warnings = notes_of(case) if self.noted else (), strength_warning(case) if is_overloaded else ()
         row.dof = case.size
 
 
@@ -184,7 +182,18 @@ def _compare(cases):
         case.estimate, case.finer = True, finer
 
 
-def _doubts(case, in_wind):
+def doubts_of(case, in_wind):
+    """Doubts about the answer of a case, for `status_of`, with the names of cables and bodies: tuple of str.
+
+    With `in_wind` those about its motion in the wind too.
+    """
+    overloaded, falling = (list(case.over_strength), fallen(case)) if case.solved else ([], [])
+    slack_cables = slackened(case) if in_wind and case.moves else []
+    doubts = (OVER_STRENGTH, overloaded), (SLACK, slack_cables), (FALLEN, falling)
+    return tuple(f"{words}: {first_of(names, STUDY.listed_parts)}" for words, names in doubts if names)
+
+
+def _reasons_to_doubt(case, in_wind):
     """Reasons to doubt a row: an unstable loop; with `in_wind`, limits exceeded in the wind, or why none are known.
 
     Returns
