@@ -715,3 +715,21 @@ def test_commands_explain_and_report_a_scene_without_cables(folder):
     page = (folder / "spring.html").read_text(encoding="utf-8")
     for text in ("1 body, 1 link, 1 fixed point.", "<caption>Connections", "Shapes of the lowest modes"):
         assert text in page
+
+
+def test_the_stiffness_of_a_turned_body_is_zero_where_arms_of_rounded_length_make_it():
+    """A body on two wires above and below, given upright and lying: the turned arms are 1e-17 m off the vertical."""
+    cables = {"diameter": 2e-3, "elastic_modulus": 1e11, "density": 1000.0}
+
+    def stiffness(attitude, arm):
+        body = {"mass": 5.0, "at": [0, 0, 0], "attitude": attitude, "free": ["x", "y", "z"],
+                "attachments": {"p": arm, "q": [-x for x in arm]}}  # fmt: skip
+        wires = {"up": {"from": [1, 0, 2], "to": "m.p"}, "down": {"from": [0, 0, -2], "to": "m.q"}}
+        wires = {name: {**wire, "unstretched_length": 1.79} for name, wire in wires.items()}
+        scene = {"bodies": {"m": body}, "cable": cables, "cables": wires}
+        return case_of(scene).body_stiffness("m")
+
+    upright, lying = stiffness([0, 0, 0], [0, 0, 0.2]), stiffness([0, math.pi / 2, 0], [-0.2, 0, 0])
+    assert lying == pytest.approx(upright, rel=1e-9, abs=1e-6)
+    assert np.array_equal(lying == 0, upright == 0)
+    assert lying[5, 5] == 0 < lying[3, 3]

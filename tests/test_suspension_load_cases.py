@@ -424,7 +424,12 @@ def test_all_cases_go_on_beside_one_without_an_answer(tmp_path):
     path.write_text(BODY.replace("STATED", "unstretched_length: 77 m"), encoding="utf-8")
     sets = "--set", "cables.b.expansion=1e-2", "--set", "cases.cold.temperature=100"
     done = run("static", path, *sets, "--case", "all", "--table", "bodies", "--format", "jsonl", code=3)
-    assert [json.loads(line)["case"] for line in done.out.splitlines()] == [day for day in DAYS if day != "cold"]
+    rows = [json.loads(line) for line in done.out.splitlines()]
+    assert [row["case"] for row in rows] == list(DAYS)
+    (cold,) = (row for row in rows if row["x_m"] is None)
+    assert cold["case"] == "cold"
+    assert cold["status"].startswith("b: at the temperature of the case")
+    assert all(row["status"] == "ok" or row["status"].startswith("over strength: ") for row in rows if row != cold)
     assert any(re.match(rf"{path}: case cold: b: at the temperature of the case", line) for line in done.lines)
     bare = BODY.replace("STATED", "unstretched_length: 77 m").replace(CASES, "")
     path.write_text(bare, encoding="utf-8")

@@ -16,6 +16,7 @@ from test_suspension_loop_bars import scene_of
 from cablestudy.cable.dynamics import Dynamics
 from cablestudy.control import time_response
 from cablestudy.errors import ConvergenceError
+from cablestudy.interface import Suspension
 from cablestudy.motion.response_in_time import in_time as response_in_time
 from cablestudy.motion.response_in_time import uniform_gust
 from cablestudy.pages import page as pages
@@ -171,7 +172,11 @@ MISTAKES = {
     ("--time", "1s", "--input", "reference.roll", "--size", "1 mm"): "--size 1 mm",
     ("--time", "1s", "--table", "loop"): "--table: no effect",
     ("--set", "control=null"): "missing key",
-    ("--format", "csv"): "--format csv: one table at a time",
+    ("--format", "csv"): "--format csv: one table at a time: give --table loop, coordinates",
+    ("--columns", "gain"): "--columns: one table at a time: give --table loop, coordinates",
+    ("--time", "1s", "--size", "1 m/s"): "--size 1 m/s",
+    ("--time", "1s", "--input", "gust", "--size", "1 mm"): "--size 1 mm",
+    ("--time", "1s", "--input", "gust", "--length", "1e9 s"): "--length",
     ("--table", "motion"): "Invalid value for '--table'",
 }
 
@@ -182,6 +187,17 @@ def test_mistakes_are_one_line(given):
     assert done.out == ""
     assert len(done.lines) == 1
     assert MISTAKES[given] in done.err
+
+
+MOVED_BY_NO_WINCH = ("--time", "1s", "--output", "gondola.yaw")  # which the equilibrium decides
+EARLY = [given for given in MISTAKES if given[0] in ("--time", "--format", "--columns") and given != MOVED_BY_NO_WINCH]
+
+
+@pytest.mark.parametrize("given", EARLY)
+def test_mistakes_in_options_are_told_before_anything_is_computed(given, monkeypatch):
+    monkeypatch.setattr(Suspension, "case", property(lambda _: pytest.fail("computed")))
+    monkeypatch.setattr(Suspension, "estimated", Suspension.case)
+    assert MISTAKES[given] in run("loop", NET, *given, code=2).err
 
 
 def test_an_unstable_loop_is_no_answer():

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from campaign import campaign
-from command import CONFIGS, run, study_file, table_of
+from command import CONFIGS, rows_of, run, study_file, table_of
 
 import cablestudy as cs
 from cablestudy.errors import ConvergenceError
@@ -220,6 +220,25 @@ def test_what_nothing_damps_refuses_the_motion_that_it_is_and_no_other(folder):
     assert found["box.rms_x_mm"] == pytest.approx(whole["box.rms_x_mm"], rel=1e-4)
     assert (found["box.rms_y_mm"], found["box.rms_z_mm"]) == (None, None)
     assert found["status"].startswith("undamped: mode ")
+
+
+def test_a_load_case_without_an_answer_has_a_row_that_says_why(scene):
+    scene.write_text(
+        SCENE + GENTLE + "cases: {calm: {}, lost: {lost: [px]}, pushed: {forces: {box: [1.2 kN, 0, 0]}}}\n"
+    )
+    sets = "--set", "cable.breaking_force=1.5 kN"
+    done = run("windrms", scene, *sets, "--case", "all", "--table", "motion", "--format", "csv", code=3)
+    rows = rows_of(done.out, "csv")
+    reason = "the loop needs the winch of px, which is lost in the load case lost"
+    assert [(row["case"], row["name"]) for row in rows] == [
+        ("calm", "box"), ("calm", "box.eye"), ("lost", None), ("pushed", "box"), ("pushed", "box.eye")]  # fmt: skip
+    assert {name for name, cell in rows[2].items() if cell is not None} == {"case", "status"}
+    assert [row["status"] for row in rows] == ["ok", "ok", reason, *["over strength: nx"] * 2]
+    assert f"{scene}: case lost: {reason}" in done.err
+    alone = table_of("windrms", scene, *sets, "--case", "calm", "--table", "motion")
+    assert [{**row, "case": "calm", "status": "ok"} for row in alone] == rows[:2]
+    none = table_of("windrms", scene, "--set", "cases={lost: {lost: [px]}}", "--case", "all", code=3)
+    assert none == [{"case": "lost", "status": reason}]
 
 
 @pytest.mark.parametrize(

@@ -240,7 +240,9 @@ class SuspensionCase(ComparedCase):
     def body_stiffness(self, name):
         """Stiffness of a body, shape (6, 6), zero where it is rounding; see `Equilibrium.body_stiffness`."""
         matrix, size = self._body_stiffness(name)
-        return np.where(np.abs(matrix) > STUDY.stiffness_rounding * size, matrix, 0.0)
+        is_rounding = np.abs(matrix) <= STUDY.stiffness_rounding * size
+        np.fill_diagonal(is_rounding, np.diagonal(matrix) == 0)
+        return np.where(is_rounding, 0.0, matrix)
 
     def stiffness_entry(self, name, row, column):
         """An entry of `body_stiffness`, and its estimated relative error: that beside the diagonal by its own size."""
@@ -249,9 +251,17 @@ class SuspensionCase(ComparedCase):
         return entry, max(error, self.group.stiffness_error(self.index) * size / abs(entry)) if entry else error
 
     def _body_stiffness(self, name):
-        """Stiffness of a body, and the geometric means of the two entries on its diagonal, shape (6, 6) each."""
-        matrix = self.group.equilibrium.body_stiffness[self.index, self.body(name)]
-        size = np.sqrt(np.abs(np.diagonal(matrix)))
+        """Stiffness of a body, and the geometric means of the two entries on its diagonal, shape (6, 6) each.
+
+        An entry on the diagonal that arms of rounded length make is set to zero; the largest one that a body as large
+        as its cables are long could have takes its place in the means.
+        """
+        matrix = self.group.equilibrium.body_stiffness[self.index, self.body(name)].copy()
+        diagonal = np.abs(np.diagonal(matrix))
+        largest = diagonal[:3].max() * np.repeat([1.0, float(self.equilibrium.longest) ** 2], 3)
+        is_rounding = diagonal <= STUDY.stiffness_rounding**2 * largest
+        np.fill_diagonal(matrix, np.where(is_rounding, 0.0, np.diagonal(matrix)))
+        size = np.sqrt(np.where(is_rounding, largest, diagonal))
         return matrix, np.outer(size, size)
 
     def linear_range(self, name, axis):
