@@ -4,7 +4,9 @@ The strings are solved here by their own dynamic stiffness, T s (coth(s a) + cot
 a and b, s being the wave number; bodies by matrices written out by hand or by the complex steps of `references.links`.
 """
 
+import json
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -733,3 +735,12 @@ def test_the_stiffness_of_a_turned_body_is_zero_where_arms_of_rounded_length_mak
     assert lying == pytest.approx(upright, rel=1e-9, abs=1e-6)
     assert np.array_equal(lying == 0, upright == 0)
     assert lying[5, 5] == 0 < lying[3, 3]
+
+
+def test_trade_without_cables_is_refused_at_once(tmp_path):
+    path = tmp_path / "springs.yaml"
+    path.write_text(json.dumps(on_four_springs()[0]), encoding="utf-8")
+    done = run("trade", path, code=2)
+    assert re.fullmatch(
+        rf"{path}:1:\d+: cables: 'cablestudy trade' compares models of cables: there is none\n", done.err
+    )

@@ -283,9 +283,16 @@ def compare_models(
     shown : bool
         True if the table will be shown as Markdown.
     """
+    from cablestudy.scene.strict_yaml import refuse
     from cablestudy.study import trade
     from cablestudy.study.table import TableFiles
 
+    if not scene.model.cables:
+        place, message = (
+            scene.document.place(("cables",)),
+            "'cablestudy trade' compares models of cables: there is none",
+        )
+        raise refuse(place, message, "cables")
     compared, notes = trade.columns_to_compare(scene.document, scene.model, columns)
     files = None if out is None else TableFiles(out, trade.file_name(scene.path))
     if files:
