@@ -164,6 +164,43 @@ def test_a_bad_study_is_refused_before_anything_is_computed(folder, what, monkey
     assert all(one.startswith(f"study.yaml:{line}") for one, line in zip(found, lines, strict=True))
 
 
+WRONG = """\
+title: [a]
+base: scene.yaml
+set: {cable.aera: 1 mm^2}
+vary:
+  - {cable.elastic_modulus: [70 GPa, 2 kg]}
+  - {cable.density: {from: 1000, to: 2000, count: 3, spacing: lg}}
+columns: [sag, foo, sag_m]
+reference: absent.csv
+check: {foo: 1e-3, sgg: 1e-3}
+plot: {x: gravity, y: [foo, sgg]}
+colour: 4
+"""
+
+
+def test_mistakes_of_all_parts_of_a_study_are_told_at_once(folder):
+    """And none that only follow from others: of `foo` in check and plot, of the density that does not vary."""
+    Path("study.yaml").write_text(WRONG, encoding="utf-8")
+    expected = {
+        "1:8": "title: expected text", "3:7": "cable.aera: unknown key", "5:38": "cable.elastic_modulus: expected a",
+        "6:21": "vary.1.cable.density: spacing", "7:16": "columns.1: unknown column 'foo'",
+        "7:21": "columns.2: sag is listed twice", "8:12": "reference: absent.csv: no such file",
+        "9:20": "check.sgg: unknown column 'sgg'", "10:29": "plot.y: unknown column 'sgg'", "11:1": "colour: unknown",
+    }  # fmt: skip
+    for command in ("sweep", "validate", "report"):
+        found = run(command, "study.yaml", code=2).lines
+        assert len(found) == len(expected), command
+        assert all(
+            one.startswith(f"study.yaml:{at}: {text}") for one, (at, text) in zip(found, expected.items(), strict=True)
+        )
+    Path("study.yaml").write_text(WRONG.replace("scene.yaml", "absent.yaml"), encoding="utf-8")
+    without_base = [at for at in expected if at not in ("3:7", "5:38")]
+    *lines, of_option = refused(folder, "sweep", "study.yaml", "--vary", "gravity=")
+    assert of_option.startswith("--vary gravity")
+    assert [":".join(line.split(":")[1:3]) for line in lines] == [without_base[0], "2:7", *without_base[1:]]
+
+
 def test_a_column_of_the_gondola_needs_a_gondola(folder):
     Path("scene.yaml").write_text(changed("gondola: {mass: 50 kg}\n", ""), encoding="utf-8")
     Path("study.yaml").write_text(changed("preload]", "gondola_frequency]", STUDY), encoding="utf-8")

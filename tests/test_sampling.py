@@ -227,4 +227,4 @@ def test_a_mistake_is_reported_at_its_place(text, message):
     assert str(caught.value).splitlines()[0].startswith(f"study.yaml:{message}")
     outcome = run("sweep", "study.yaml", "--dry-run", code=2)
     assert outcome.out == ""
-    assert outcome.lines[-len(caught.value.mistakes) :][0].startswith(f"study.yaml:{message}")
+    assert any(line.startswith(f"study.yaml:{message}") for line in outcome.lines)  # and perhaps an unknown key

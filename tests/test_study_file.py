@@ -148,7 +148,6 @@ def test_names_in_a_study_are_relative_to_the_study(folder):
         ("base: scene.yaml\ncolumns: []", "2:10: columns: expected at least 1 item, got 0"),
         ("base: scene.yaml\ncolumns: sag", '2:10: columns: expected a list, got "sag"'),
         ("base: scene.yaml\ncolumns: [sag, 5, a, sag]", "2:16: columns.1: expected text, got 5"),
-        ("base: scene.yaml\ncolumns: [sag, a, sag]", "2:19: columns.2: sag is given twice"),
         ("base: absent.yaml\ncolumns: [sag]", "1:7: base: absent.yaml: no such file"),
         (HEAD + "colums: 1", "3:1: colums: unknown key (did you mean columns?)"),
         (HEAD + "reference: absent.csv", "3:12: reference: absent.csv: no such file"),

@@ -85,8 +85,9 @@ class Study:
 
     def __init__(self, path: Any, set: Sequence[str] = (), vary: Sequence[str] = ()) -> None:
         from cablestudy.scene.study import read_study
+        from cablestudy.study.prepare import prepare
 
-        self.request = read_study(path, tuple(set), tuple(vary))
+        self.request = read_study(path, tuple(set), tuple(vary), further_check=prepare)
         name = self.request.name if isinstance(path, Mapping) else str(path)
         self.words = ["sweep", name]
         for option, texts in (("--set", set), ("--vary", vary)):

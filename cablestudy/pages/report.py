@@ -198,10 +198,11 @@ def _add_file(page, unchanged, document):
 def _study_page(source, sets, vary, title, begun, jobs, quiet, columns, where):
     """Compute all rows of a study and put them on a new `Page`; parameters as of `_scene_page` and `report`."""
     from cablestudy.pages.study import open_run, study_sections
+    from cablestudy.study.prepare import prepare
     from cablestudy.sweeps.select import read_selection
     from cablestudy.sweeps.variable import ask_columns
 
-    study = study_of(source, sets, vary)
+    study = study_of(source, sets, vary, further_check=prepare)
     with Mistakes() as mistakes:
         with mistakes.at():
             ask_columns(study, columns)

@@ -282,7 +282,7 @@ def entries_of_options(texts, entries, cases):
                     mistakes.append(Mistake(option, "", reason))
                 added.append(Entry(((key, values, partial(_place_of_option, option)),)))
         count = math.prod(map(len, (*entries, *added)))
-        if count > MAX_COUNT and not mistakes:
+        if texts and count > MAX_COUNT and not mistakes:
             mistakes.append(Mistake("--vary", "", f"{count} cases (at most {MAX_COUNT})"))
     return tuple(added)
 

@@ -15,6 +15,7 @@ from cablestudy.scene.words import counted
 MAX_SHOWN = 100
 EMPTY_NAME = "no value (an empty mapping is written {})"
 UNKNOWN, MISSING = "unknown key", "missing key"  # beginnings of messages
+PLACE = re.compile(r"(.*?)(?::(\d+):(\d+))?", re.DOTALL)  # file:line:column, or the name of an option
 DID_YOU_MEAN, WORD = re.compile(r"did you mean (.+)\?"), re.compile(r"\w+")
 # How messages begin that are about a key rather than about its value.
 ABOUT_KEYS = (UNKNOWN, "unknown cable", "no winch", "given together", "a name ", EMPTY_NAME)
@@ -85,6 +86,15 @@ def _place_of(path, message, document):
             if document.is_override((*path[:-1], word)):
                 return document.place((*path[:-1], word))
     return document.place(path, of_key)
+
+
+def in_order(mistakes):
+    """Mistakes, each once, by file and then by line and column; those without a place where they are. List."""
+    files, keys = {}, {}
+    for found in mistakes:
+        name, line, column = PLACE.fullmatch(found.where).groups()
+        keys[found] = files.setdefault(name, len(files)), int(line or 0), int(column or 0)
+    return sorted(keys, key=keys.get)
 
 
 def at_most(mistakes, name):

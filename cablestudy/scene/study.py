@@ -3,18 +3,18 @@
 import math
 import os
 from contextlib import suppress
-from functools import cache, partial
+from functools import partial
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, StrictBool, StrictStr, ValidationError
 
-from cablestudy.errors import SceneError
+from cablestudy.errors import Mistakes, SceneError
 from cablestudy.scene.document import MAPPING, STDIN, apply_sets, path_named_in, read_base, read_file
 from cablestudy.scene.entries import ALTERNATIVE, clash, entries_of, entries_of_options
 from cablestudy.scene.fields import Either, KeyTable, Name, Quantity, tables_of, wrong
 from cablestudy.scene.layers import replaced_by, split_key
 from cablestudy.scene.likely_mistakes import likely_mistakes
-from cablestudy.scene.mistakes import collect, located
+from cablestudy.scene.mistakes import at_most, findings, in_order, located
 from cablestudy.scene.sampling import Sample
 from cablestudy.scene.scene import CableScene, read_scene
 from cablestudy.scene.strict_yaml import mistake, refuse
@@ -121,7 +121,11 @@ class StudyFile:
         Number of cases.
     notes : tuple of str
         Notes for the user about the cases.
+    wrong_keys : frozenset of str
+        Keys at the top level that are left out, since they have mistakes.
     """
+
+    wrong_keys = frozenset()
 
     def __init__(self, source, table, document, entries, options=()):
         self.name, self.source, self.document, self.entries = source.name, source, document, (*entries, *options)
@@ -276,7 +280,7 @@ def _plain_alternatives(entry):
     return {ALTERNATIVE: changes} if changes else {}
 
 
-def read_study(path, sets=(), vary=()):
+def read_study(path, sets=(), vary=(), further_check=None):
     """Read a study file, its base scene and its reference's name.
 
     Parameters
@@ -287,52 +291,90 @@ def read_study(path, sets=(), vary=()):
         `key=value` each: changes of the scene.
     vary : sequence of str
         `key=from:to:count` or `key=a,b,c` each: more entries, after those of the study.
+    further_check : callable, optional
+        Called where the study is wrong, with a `StudyFile` of the part that is right, whose `wrong_keys` names the
+        others: raises SceneError of further mistakes, so that the user sees all at once.
 
     Raises
     ------
     SceneError
-        All that is wrong with the study file itself; the cases are checked by `StudyFile.check`.
+        All that is wrong with the study file itself; cases and columns are checked by `study.prepare`.
     """
-    return study_of(read_file(path), sets, vary)
+    return study_of(read_file(path), sets, vary, further_check)
 
 
-def study_of(source, sets=(), vary=()):
+def study_of(source, sets=(), vary=(), further_check=None):
     """Make the `StudyFile` of a study: check it, and read the base scene that it names.
 
     `source` is the study file as read, a `Document` whose `base:` is unread. Other parameters and errors are those of
     `read_study`.
     """
     _refuse_scene(source)
-    try:
-        known = StudyTable.model_fields  # unknown keys stay, so that they are refused; known ones may be null
-        table = StudyTable.model_validate(
-            {key: value for key, value in source.value.items() if value is not None or key not in known}
-        )
-    except ValidationError as error:
-        raise collect(error, source, TABLES) from None
-
-    @cache
-    def base():
-        """The base scene, changed by `set:` of the study and by the options; read when it is first needed."""
-        items = [(key, value, partial(source.place, ("set", key))) for key, value in table.set.items()]
-        return apply_sets(read_base(source).with_sets(items), sets)
+    table, found = _read_table(source)
+    if table is None:
+        raise located(found, source)
+    others = Mistakes()  # of other files, and of options
+    document, has_base = source, False  # the study in place of a base that cannot be read, of which nothing is used
+    if "base" not in _top_level(found):
+        with others.at():
+            document, has_base = read_base(source), True
+    if has_base:
+        with others.at():
+            items = [(key, value, partial(source.place, ("set", key))) for key, value in table.set.items()]
+            document = document.with_sets(items)
+        with others.at():
+            document = apply_sets(document, sets)
 
     def case_names():
-        """Names of the load cases of the base scene."""
-        cases = base().value.get("cases")
+        """Names of the load cases of the base scene; a stand-in where it is not known."""
+        cases = document.value.get("cases") if has_base else {"": None}
         return list(cases) if isinstance(cases, dict) else []
 
-    entries, mistakes = entries_of(table, source, case_names)
-    mistakes += _repeated_names(table.columns, "columns")
+    entries, found_in_entries = entries_of(table, source, case_names)
+    found += found_in_entries
     if table.reference and not os.path.isfile(path_named_in(source.name, table.reference)):
-        mistakes.append((("reference",), f"{path_named_in(source.name, table.reference)}: no such file"))
-    if mistakes:
-        raise located(mistakes, source)
-    study = StudyFile(source, table, base(), entries, entries_of_options(vary, entries, case_names))
-    _refuse_settings_without_effect(study, entries, sets)
-    if table.find:
+        found.append((("reference",), f"{path_named_in(source.name, table.reference)}: no such file"))
+    wrong_keys, options = _top_level(found) | ({"base"} if others else set()), ()
+    with others.at():
+        options = entries_of_options(vary, entries, case_names)
+    study = StudyFile(source, table, document, entries, options)
+    with others.at():
+        _refuse_settings_without_effect(study, entries, sets)
+    with others.at():
         _refuse_variation_of_unknown(study)
+    study.wrong_keys = frozenset(wrong_keys | ({"vary"} if others else set()))
+    if further_check and (found or others):
+        with others.at():
+            further_check(study)
+    if found or others:
+        of_file = located(found, source).mistakes if found else ()
+        raise SceneError(*at_most(in_order((*of_file, *others)), source.name))
     return study
+
+
+def _read_table(source):
+    """The `StudyTable` of a file without the keys that are wrong, and (path, message) of each mistake in a list.
+
+    None in place of the table where nothing is right.
+    """
+    known = StudyTable.model_fields  # unknown keys stay, so that they are refused; known ones may be null
+    given = {key: value for key, value in source.value.items() if value is not None or key not in known}
+    try:
+        return StudyTable.model_validate(given), []
+    except ValidationError as error:
+        found = findings(error, source.value, TABLES)
+    wrong = _top_level(found)
+    stand_in = {"base": source.name, "columns": ("status",)}  # for keys that are needed
+    right = {key: value for key, value in given.items() if key in known and key not in wrong}
+    with suppress(ValidationError):
+        return StudyTable.model_validate(stand_in | right), found
+    return None, found
+
+
+def _top_level(found):
+    """Keys at the top level that have mistakes, of (path, message) pairs: set of str."""
+    missing_keys = {message.rpartition(" ")[2] for path, message in found if not path}
+    return missing_keys | {path[0] for path, _ in found if path}
 
 
 def _refuse_scene(source):
@@ -348,7 +390,9 @@ def _refuse_scene(source):
 
 
 def _refuse_variation_of_unknown(study):
-    """Refuse varied keys that are, contain or exclude the key for which `find` solves."""
+    """Refuse varied keys that are, contain or exclude the key for which `find` solves, if it is there."""
+    if not study.find:
+        return
     try:
         split_key(study.find.by)
         reason = next(filter(None, (clash(study.find.by, other) for other in study.set_keys)), None)
@@ -356,12 +400,6 @@ def _refuse_variation_of_unknown(study):
         reason = str(error)
     if reason:
         raise refuse(study.source.place(("find", "by")), f"{study.find.by}: {reason}", "find.by")
-
-
-def _repeated_names(names, key):
-    """Path and message of each name in the list of a key that is there before already: list."""
-    first = {}
-    return [((key, i), f"{name} is given twice") for i, name in enumerate(names) if first.setdefault(name, i) != i]
 
 
 def _refuse_settings_without_effect(study, entries, sets):

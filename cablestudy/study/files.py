@@ -69,7 +69,7 @@ def _check_file(file, sets):
     """Kind of a file, number of its cases, and notes on likely mistakes; SceneError of one that is not valid."""
     document = read_file(file)
     if is_study(document):
-        study = study_of(document, sets)
+        study = study_of(document, sets, further_check=prepare)
         prepare(study)
         notes, sample = [], study.sample
         if sample and sample.method == "saltelli" and sample.count < FEWEST:

@@ -1,10 +1,12 @@
 """Checks of a study before anything is computed, and the columns, fields and printed values of its table."""
 
+from contextlib import suppress
 from dataclasses import replace
 from difflib import get_close_matches
 
 from cablestudy.errors import Mistake, Mistakes, SceneError
-from cablestudy.scene.mistakes import at_most
+from cablestudy.scene.mistakes import UNKNOWN, at_most, in_order
+from cablestudy.scene.scene import field_of, quantity_of
 from cablestudy.scene.study import ALL_COLUMNS, CHECK_ALL
 from cablestudy.scene.words import counted
 from cablestudy.study.columns import column_named, find, find_header, key_column
@@ -17,6 +19,8 @@ from cablestudy.study.table import Field, number, read_csv
 from cablestudy.study.table_rows import STATUS
 from cablestudy.study.varied_keys import varied_key, varied_keys
 
+OF_CASES = {"base", "set", "vary", "sample", "find"}  # keys of a study that decide on the scenes of its cases
+OF_ONE_KEY = (UNKNOWN, "expected")  # beginnings of messages that no other key can make wrong
 NEVER_COMPARED = "solve_time"  # differs from run to run
 # key -> columns any of which makes a column of its own for the varied key superfluous
 SHOWN_BY = {
@@ -45,17 +49,34 @@ def prepare(study):
     Raises
     ------
     SceneError
-        All mistakes of the first check that finds one, in this order: cases, goal, limits, columns, tolerances, plot,
-        printed values.
+        All mistakes in cases, goal, limits, columns, tolerances, plot and printed values, without those that only
+        follow from others: of a study with `wrong_keys` what does not depend on these.
     """
-    check_cases(study)
-    if study.find:
-        check_goal(goal_of_study(study), study.document_of(0))
-    limits_of(study.case(0)[1], study.document_of(0))
-    columns = columns_of(study)
-    tolerances_of(study)
-    _check_plot(study)
-    return columns, _printed_values(study, columns)
+    mistakes, scene, columns, printed = Mistakes(), None, [], ([], [])
+    if "base" not in study.wrong_keys:
+        with mistakes.at():
+            check_cases(study)
+        with suppress(SceneError):
+            scene = study.case(0)[1]
+    if not OF_CASES.isdisjoint(study.wrong_keys):
+        mistakes, scene = Mistakes(found for found in mistakes if found.message.startswith(OF_ONE_KEY)), None
+    if scene:
+        with mistakes.at():
+            if study.find:
+                check_goal(goal_of_study(study), study.document_of(0))
+        with mistakes.at():
+            limits_of(scene, study.document_of(0))
+    with mistakes.at():
+        columns = columns_of(study, scene)
+    for check in (tolerances_of, _check_plot) if "columns" not in study.wrong_keys else ():
+        with mistakes.at():
+            check(study)
+    if columns and not study.wrong_keys:
+        with mistakes.at():
+            printed = _printed_values(study, columns)
+    if mistakes:
+        raise SceneError(*in_order(mistakes))
+    return columns, printed
 
 
 def check_cases(study):
@@ -77,8 +98,23 @@ def _check_plot(study):
     with Mistakes() as mistakes:
         for path, name in names.items():
             with mistakes.at(study.where(("plot", *path)), f"plot.{path[0]}"):
-                if name is not None and varied_key(study, name) is None:
+                is_varied = name is not None and (varied_key(study, name) or _may_be_varied(study, name))
+                if name is not None and not is_varied and not _is_wrong_column(study, name):
                     _drawn_column(study, name)
+
+
+def _may_be_varied(study, name):
+    """True for the name of a key of a scene where what varies in the study is not known."""
+    return not OF_CASES.isdisjoint(study.wrong_keys) and field_of(name) is not None
+
+
+def _is_wrong_column(study, name):
+    """True for an unknown column that the study lists, which is one mistake alone."""
+    try:
+        column_named(study, name)
+    except ValueError:
+        return name in study.columns
+    return False
 
 
 def _drawn_column(study, name):
@@ -95,16 +131,17 @@ def _drawn_column(study, name):
         raise ValueError(f"{column.name} is text")
 
 
-def columns_of(study):
+def columns_of(study, scene):
     """Read the names of a study's columns: list of Column, first that of the key that it solves for, if any.
+
+    `scene` is that of the first case; without it no keys that a column needs are missed.
 
     Raises
     ------
     SceneError
         Unknown or repeated columns, or one that needs a key which all of the first cases (CHECK_ALL) lack.
     """
-    columns = [key_column(study.find.by)] if study.find else []
-    _, scene = study.case(0)
+    columns = [key_column(study.find.by)] if study.find and quantity_of(study.find.by) else []
     with Mistakes() as mistakes:
         for index, name in enumerate(study.columns):
             by_option = index >= len(study.columns) - len(study.asked)  # columns of the command line are the last
@@ -113,7 +150,7 @@ def columns_of(study):
                 if any(column.header == other.header for other in columns):
                     raise ValueError(f"{column.name} is listed twice")
                 columns.append(column)
-                if (reason := why_not(scene, column)) and _no_case_has(study, column):
+                if scene and (reason := why_not(scene, column)) and _no_case_has(study, column):
                     raise ValueError(reason)
     return columns
 
@@ -145,6 +182,8 @@ def tolerances_of(study):
     with Mistakes() as mistakes:
         for name, value in study.tolerances.items():
             with mistakes.at(study.source.where(("check", name), of_key=True), f"check.{name}"):
+                if _may_be_varied(study, name) or _is_wrong_column(study, name):
+                    continue
                 header = name if name == ALL_COLUMNS else header_of(study, name)
                 if header in tolerances:
                     raise ValueError("given twice")

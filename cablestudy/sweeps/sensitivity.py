@@ -117,7 +117,9 @@ class Sensitivity:
             message = f"--sensitivity needs at least {FEWEST} points, got {sample.count}"
             raise SceneError(Mistake(study.where(("sample", "count")), "", message))
         self.study = study
-        self.columns = [column for column in columns_of(study) if column.needs != "run" and not column.text]
+        self.columns = [
+            column for column in columns_of(study, study.case(0)[1]) if column.needs != "run" and not column.text
+        ]
         if not self.columns:
             where = study.where(("columns",))
             raise SceneError(Mistake(where, "", "--sensitivity: none of the columns depends on the scene alone"))
