@@ -26,6 +26,13 @@ def shorten(text: str, limit: int) -> str:
     return text if len(text) <= limit else f"{text[: limit - 3 - half]}...{text[-half:]}"
 
 
+def printable(text: str) -> str:
+    """Text in which characters that move a cursor or colour a terminal, line breaks too, are written as escapes."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else c.encode("unicode_escape", "surrogatepass").decode() for c in text)
+
+
 def one_line(text: object) -> str:
     """Text of an error, or of anything else, without line breaks and with single blanks."""
     return " ".join(str(text).split())
@@ -51,7 +58,7 @@ class Mistake:
 
     def __post_init__(self) -> None:
         for name, limit in LONGEST.items():
-            object.__setattr__(self, name, shorten(getattr(self, name), limit))
+            object.__setattr__(self, name, shorten(printable(getattr(self, name)), limit))
 
     def __str__(self) -> str:
         return ": ".join(part for part in (self.where, self.key, self.message) if part)

@@ -319,7 +319,7 @@ def test_a_key_without_a_value_is_refused_in_a_study(folder, text, message):
     ("option", "message"),
     [
         ("cable.elastic_modulus=1e-12", "times the area of the cross-section is 2.69e-18 N: out of range"),
-        ("gravity=1e308", "must be from 0 to 1e+06 m/s^2, got 1e+308"),
+        ("gravity=1e308", "must be 0, or from 1e-30 to 1e+06 m/s^2, got 1e+308"),
         ("cable.preload=1e300 N", 'must be from 1e-24 to 1e+24 N, got "1e300 N"'),
         ("cable.ends.1.0=1e300", "must be from -1e+09 to 1e+09 m, got 1e+300"),
         ("winch.controller.gain={auto: {gain_margin: 6 dB, sensitivity: 1}}", "sensitivity: must be from 1.001 to"),
@@ -387,3 +387,24 @@ def test_the_files_in_configs_are_valid():
     outcome = run("validate", *files, "--format", "csv")
     assert CARLINA in files
     assert outcome.out.count(",ok\n") == len(files)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (["static", "a\nb.yaml"], r"a\nb.yaml: no such file"),
+        (["static", ""], "expected the name of a file, got ''"),
+        (["static", "scene.yaml", "--set", "\x1b[31mx=3"], r"--set \x1b[31mx: unknown key"),
+        (["static", "scene.yaml", "--set", "gravity=1e-320"], "--set gravity: must be 0, or from 1e-30 to 1e+06 m/s^2"),
+        (["static", "scene.yaml", "--plot", ".svg"], "--plot .svg: unknown kind of picture"),
+        (["static", "scene.yaml", "--plot", "x" * 300 + ".svg"], "--plot xxx"),
+        (["modes", "scene.yaml", "--upto", " "], "modes: --upto is empty"),
+        (["sweep", "study.yaml", "--out", ""], "sweep: --out is empty"),
+        (["static", "scene.yaml", "--set", "gravity=1", "--set", ""], "static: --set is empty"),
+        (["ssm", "scene.yaml", "--response", "1Hz:2Hz:3", "--input", ","], "ssm: Invalid value"),
+        (["find", "scene.yaml", "sag = 1 m", "--by", "cable.damping"], "--by cable.damping: holds no number"),
+    ],
+)  # fmt: skip
+def test_odd_names_and_empty_options_are_one_line(folder, arguments, line):
+    (found,) = refused(folder, *arguments)
+    assert found.removeprefix("main ").startswith(line)  # the name of the program in tests

@@ -11,6 +11,7 @@ from cablestudy.cli.tables import format_options
 from cablestudy.errors import SceneError
 
 PICTURES = (".png", ".svg", ".pdf")
+LONGEST_NAME = 255  # bytes of the name of a file
 ALL = "all"  # load cases, in one table
 
 
@@ -71,11 +72,19 @@ def selection_options(command):
 
 
 class OneValueEach(click.Command):
-    """A command that refuses an option given twice, unless it is repeatable: no value is dropped without a word."""
+    """A command that refuses an empty option, and one given twice unless it is repeatable.
+
+    So no value is dropped without a word.
+    """
 
     def parse_args(self, ctx, args):
-        _, _, given = self.make_parser(ctx).parse_args(args=list(args))
+        values, _, given = self.make_parser(ctx).parse_args(args=list(args))
         for option in given if not ctx.resilient_parsing else ():
+            is_option = option.param_type_name == "option"
+            value = values.get(option.name)
+            texts = value if isinstance(value, list) else [value]
+            if is_option and any(isinstance(text, str) and not text.strip() for text in texts):
+                ctx.fail(f"{option.opts[0]} is empty")
             repeatable = option.param_type_name == "argument" or option.is_flag or option.multiple
             if given.count(option) > 1 and not repeatable:
                 ctx.fail(f"{option.opts[0]} is given twice, and takes one value")
@@ -92,10 +101,11 @@ def check_picture(path, option="--plot", kinds=PICTURES):
     """Refuse a picture of unknown kind, or in a folder that is not writable."""
     if path is None:
         return
-    if not path.lower().endswith(kinds):
+    if os.path.splitext(path)[1].lower() not in kinds:
         raise SceneError(f"{option} {path}: unknown kind of picture (allowed: {', '.join(kinds)})")
-    folder = os.path.dirname(path) or "."
-    if not os.access(folder, os.W_OK) or os.path.isdir(path):
+    folder, name = os.path.split(path)
+    is_too_long = len(os.fsencode(name)) > LONGEST_NAME
+    if not os.access(folder or ".", os.W_OK) or os.path.isdir(path) or is_too_long:
         raise SceneError(f"{option} {path}: cannot be written")
 
 

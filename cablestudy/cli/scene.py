@@ -29,7 +29,7 @@ from cablestudy.cli.options import (
     one_case,
     scene_command,
 )
-from cablestudy.cli.tables import COLUMNS, check_one_table
+from cablestudy.cli.tables import COLUMNS, check_one_table, split_names
 from cablestudy.errors import SceneError, refuse_options
 
 TABLES = ("bodies", "points", "cables", "stiffness", "links")
@@ -235,8 +235,8 @@ def loop(scene, sets, case, span, duration, input_, output, size, length, name, 
 
 
 def joined(context, parameter, texts):
-    """The names of an option that is given several times, separated by commas; None without it."""
-    return ",".join(texts) or None
+    """Callback of click: the names of an option that may be given several times, separated by commas; None without."""
+    return ",".join(name for text in texts for name in split_names(context, parameter, text)) or None
 
 
 @scene_command

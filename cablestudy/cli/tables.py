@@ -42,8 +42,8 @@ class Style(str):
         return table if self.digits is None else replace(table, digits=self.digits)
 
 
-def _split_names(context, parameter, text):
-    """Callback of click: the names in the text of --columns, each once; None without the option."""
+def split_names(context, parameter, text):
+    """Callback of click: the names in a text, separated by commas, each once; None without the option."""
     if text is None:
         return None
     from cablestudy.interface.kinds import names_in
@@ -67,7 +67,7 @@ FORMAT = click.option(
     "--format", "style", type=click.Choice(STYLES), default="md", callback=_check_style, help="Default: md."
 )
 COLUMNS = click.option(
-    "--columns", metavar="A,B,...", callback=_split_names, help="Show only these columns, in this order."
+    "--columns", metavar="A,B,...", callback=split_names, help="Show only these columns, in this order."
 )
 DIGITS = click.option(
     "--digits", type=click.IntRange(1, 17), metavar="N", help="Significant digits of Markdown. Default: 4."

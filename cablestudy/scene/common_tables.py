@@ -47,7 +47,9 @@ class SceneTable(KeyTable):
 
     no_case: ClassVar[KeyTable]  # load case of no temperature, ice, wind and loads
 
-    gravity: Annotated[float, Quantity("m/s^2", 0, 1e6)] = Field(9.81, description="Acceleration of gravity, along -z")
+    gravity: Annotated[float, Quantity("m/s^2", 0, 1e6, LEAST)] = Field(
+        9.81, description="Acceleration of gravity, along -z"
+    )
 
     @property
     def load_case(self):

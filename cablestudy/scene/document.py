@@ -178,6 +178,8 @@ def read_file(path):
     if isinstance(path, Mapping):
         return _document_of_mapping(path, MAPPING)
     name = os.fspath(path)
+    if not name.strip():
+        raise SceneError(f"expected the name of a file, got {name!r}")
     if name == "-":
         return _parse(_read_bytes(lambda: nullcontext(sys.stdin.buffer), Place(STDIN)), STDIN)
     return _parse(_read_bytes(lambda: _open_file(name), Place(name)), name)

@@ -230,7 +230,8 @@ def _quantity_of_key(key, document):
 def _with_a_name(path, document):
     """A key with a name that a path lacks, such as bodies.cabin.mass for bodies.mass; empty where there is none."""
     table, rest = value_at(document.value, path[:1]), path[1:]
-    keys = (".".join((path[0], name, *rest)) for name in table) if rest and isinstance(table, dict) else ()
+    names = [name for name, value in table.items() if isinstance(value, dict)] if isinstance(table, dict) else []
+    keys = (".".join((path[0], name, *rest)) for name in names if rest)
     return next(filter(quantity_of, keys), "")
 
 
