@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, Any
 from cablestudy.interface.answers import find_value
 from cablestudy.interface.arguments import checked
 from cablestudy.interface.kinds import Between, Changes, Columns, Goal, Runs, Source, Text, case_text
-from cablestudy.interface.scene import Scene, with_likely_mistakes
+from cablestudy.interface.scene import Scene
+from cablestudy.interface.scene_commands import with_likely_mistakes
 from cablestudy.interface.study import sweep
 from cablestudy.interface.suspension import Suspension
 from cablestudy.scene.document import Document, apply_sets, read_document

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from cablestudy.interface.scene import lines_with_cases
+from cablestudy.interface.scene_commands import lines_with_cases
 from cablestudy.study.column import attribute
 from cablestudy.study.table import Field, Table, join_tables
 
