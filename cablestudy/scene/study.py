@@ -313,43 +313,54 @@ def study_of(source, sets=(), vary=(), further_check=None):
     table, found = _read_table(source)
     if table is None:
         raise located(found, source)
-    others = Mistakes()  # of other files, and of options
-    document, has_base = source, False  # the study in place of a base that cannot be read, of which nothing is used
-    if "base" not in _top_level(found):
-        with others.at():
-            document, has_base = read_base(source), True
-    if has_base:
-        with others.at():
-            items = [(key, value, partial(source.place, ("set", key))) for key, value in table.set.items()]
-            document = document.with_sets(items)
-        with others.at():
-            document = apply_sets(document, sets)
+    mistakes = Mistakes()
+    base = None if "base" in _top_level(found) else _read_base(source, table.set, sets, mistakes)
+    wrong_keys, options = {"base"} if mistakes else set(), ()
 
     def case_names():
-        """Names of the load cases of the base scene; a stand-in where it is not known."""
-        cases = document.value.get("cases") if has_base else {"": None}
+        """Names of the load cases of the base scene; a stand-in where it cannot be read."""
+        cases = base.value.get("cases") if base else {"": None}
         return list(cases) if isinstance(cases, dict) else []
 
     entries, found_in_entries = entries_of(table, source, case_names)
     found += found_in_entries
     if table.reference and not os.path.isfile(path_named_in(source.name, table.reference)):
         found.append((("reference",), f"{path_named_in(source.name, table.reference)}: no such file"))
-    wrong_keys, options = _top_level(found) | ({"base"} if others else set()), ()
-    with others.at():
+    with mistakes.at():
         options = entries_of_options(vary, entries, case_names)
-    study = StudyFile(source, table, document, entries, options)
-    with others.at():
+    study = StudyFile(source, table, base or source, entries, options)
+    with mistakes.at():
         _refuse_settings_without_effect(study, entries, sets)
-    with others.at():
+    with mistakes.at():
         _refuse_variation_of_unknown(study)
-    study.wrong_keys = frozenset(wrong_keys | ({"vary"} if others else set()))
-    if further_check and (found or others):
-        with others.at():
+    study.wrong_keys = frozenset(wrong_keys | _top_level(found) | ({"vary"} if mistakes else set()))
+    if found:
+        mistakes.extend(located(found, source).mistakes)
+    if mistakes and further_check:
+        with mistakes.at():
             further_check(study)
-    if found or others:
-        of_file = located(found, source).mistakes if found else ()
-        raise SceneError(*at_most(in_order((*of_file, *others)), source.name))
+    if mistakes:
+        raise SceneError(*at_most(in_order(mistakes), source.name))
     return study
+
+
+def _read_base(source, fixed, sets, mistakes):
+    """Base scene of a study, changed by its `set:` (`fixed`) and by options `--set`: `Document`, None without a file.
+
+    Mistakes are added to a `Mistakes`; changes with mistakes are left out.
+    """
+    document = None
+    with mistakes.at():
+        document = read_base(source)
+    if document is None:
+        return None
+    with mistakes.at():
+        document = document.with_sets(
+            [(key, value, partial(source.place, ("set", key))) for key, value in fixed.items()]
+        )
+    with mistakes.at():
+        document = apply_sets(document, sets)
+    return document
 
 
 def _read_table(source):
