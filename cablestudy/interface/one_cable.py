@@ -23,7 +23,7 @@ def static(scene, estimate: bool = False):
     """Statics of the cable: an `Answer`; `estimate`: also the errors of deflections by fixed elements."""
     from cablestudy.study.one_cable.report import static_table
 
-    return _of_row(scene, *static_table(scene.model, estimate), lambda case, plots: plots.static_form(case))
+    return _answer_of_row(scene, *static_table(scene.model, estimate), lambda case, plots: plots.static_form(case))
 
 
 def shape(scene, estimate: bool = False):
@@ -110,7 +110,7 @@ def windrms(scene, on: WindOn | None = None, estimate: bool = False):
         winds = (winds_on(case, on or "gondola", open_loop) for open_loop in (False, True))
         return plots.wind_response(*winds, WIND_ON[on or "gondola"])
 
-    return _of_row(scene, table, row, draw, remarks)
+    return _answer_of_row(scene, table, row, draw, remarks)
 
 
 def solve_loop(scene, span, time_options, table, estimate):
@@ -139,13 +139,13 @@ def solve_loop(scene, span, time_options, table, estimate):
             raise SceneError(f"--output: {ONE_CABLE}")
         loop_report.check_has_loop(scene.document, scene.model)
         asked_of(scene.document, scene.model, as_suspension(scene.model), time_options, **names)
-    answer = _of_row(scene, *loop_report.loop_table(scene.document, scene.model, estimate), draw=None)
+    answer = _answer_of_row(scene, *loop_report.loop_table(scene.document, scene.model, estimate), draw=None)
     if (time_options and answer.failures) or not loop_report.has_loop(answer.case):
         return replace(answer, tables={}) if time_options or span else answer
     return finished_loop_answer(answer, scene, answer.case.analysis, span, time_options, **names)
 
 
-def _of_row(scene, table, row, draw, remarks=()):
+def _answer_of_row(scene, table, row, draw, remarks=()):
     """The `Answer` of a table of one row."""
     from cablestudy.study.notes import long_cable, reference_without_loads
 

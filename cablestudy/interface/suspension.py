@@ -31,7 +31,7 @@ def static(scene, table: Text | None = None, estimate: bool = False):
 
     case, failures = scene.case, []
     tables = static_tables(case, table, failures)
-    return _of_case(case, failures, tables=_named(table, tables), draw=lambda plots: plots.static_form(case))
+    return _answer_of_case(case, failures, tables=_named(table, tables), draw=lambda plots: plots.static_form(case))
 
 
 def shape(scene, estimate: bool = False):
@@ -40,7 +40,7 @@ def shape(scene, estimate: bool = False):
 
     case, failures = scene.case, []
     table = shape_table(case, failures)
-    return _of_case(case, failures, tables=only(table), draw=lambda plots: plots.static_form(case))
+    return _answer_of_case(case, failures, tables=only(table), draw=lambda plots: plots.static_form(case))
 
 
 def form(scene, table: Text | None = None):
@@ -76,7 +76,7 @@ def modes(
         return _modes_of_cable(case, cable, count or DEFAULT_MODES, frequency_limit(count, upto))
     case = case.without_modes()  # so that no digit depends on what was asked for before
     answer, group = coupled_modes(case, count, upto), case.group
-    return _of_case(
+    return _answer_of_case(
         case,
         warnings=(*galloping_notes(case.scene.load_case), *answer.warnings),
         notes=lambda: (*answer.explain(), *tension_notes(case.scene, group.cables)),
@@ -98,7 +98,7 @@ def _modes_of_cable(case, name, size, limit):
     cable, found = case.cable_modes.modes(name, size, limit)
     table = modes_as_rows(cable, found, range(len(found)), {})
     diameter = wind_diameters(case.scene)[case.cable(name)]
-    return _of_case(
+    return _answer_of_case(
         case,
         warnings=fewer_modes(found, size, limit),
         tables=only(with_lock_in(table, diameters_of_modes(table, diameter))),
@@ -114,7 +114,7 @@ def windrms(scene, table: Text | None = None, estimate: bool = False):
     tables, failures = wind_tables(scene.document, case, table)
     draw = None if failures else lambda plots: plots.wind_response([case.analysis])
     remarks = () if failures else remarks_of(case, tables)
-    return _of_case(case, failures, remarks, tables=_named(table, tables), draw=draw)
+    return _answer_of_case(case, failures, remarks, tables=_named(table, tables), draw=draw)
 
 
 def solve_loop(scene, span, time_options, table, estimate):
@@ -131,7 +131,7 @@ def solve_loop(scene, span, time_options, table, estimate):
     case = scene.estimated if estimate else scene.case
     tables, failures = ({}, ()) if span or time_options else loop_tables(case, table)
     failures = unstable(case.analysis.loop_for_margins) if span else failures
-    answer = _of_case(case, failures, tables=_named(table, tables))
+    answer = _answer_of_case(case, failures, tables=_named(table, tables))
     return finished_loop_answer(answer, scene, case.analysis, span, time_options)
 
 
@@ -140,7 +140,7 @@ def _named(name, tables):
     return only(tables[name]) if name else tables
 
 
-def _of_case(case, failures=(), warnings=(), notes=tuple, **parts):
+def _answer_of_case(case, failures=(), warnings=(), notes=tuple, **parts):
     """The `Answer` of a `SuspensionCase`, with what is said of it beside `notes`, a function, and `warnings`."""
     from cablestudy.study.suspension.notes import notes_of, warnings_of
 

@@ -165,8 +165,18 @@ def _stem(name):
 def _scene_page(source, sets, case, title, begun, columns):
     """Compute all results of a scene and put them on a new `Page`.
 
-    `source` is the Document of the scene, `sets` are its changes, "KEY=VALUE"; `case` is a load case, or None for all;
-    `begun` the command and the time at which it began, for the record of the run; other parameters as of `report`.
+    Parameters
+    ----------
+    source : Document
+        The scene as read, its `base:` unread.
+    sets : tuple of str
+        Changes of it, "KEY=VALUE".
+    case : str or None
+        A load case; None for all of them.
+    title, columns
+        See `report`.
+    begun : (str, datetime)
+        The command, and when it began, for the record of the run.
     """
     unchanged = resolve_base(source)
     document = apply_sets(unchanged, sets, case)

@@ -27,7 +27,7 @@ def determinacy_mistakes(scene):
     list of (tuple, str)
         Path and message of each mistake.
     """
-    without_length = silent_cables(scene)
+    without_length = cables_without_length(scene)
     if scene.solve_for == "pose":
         return _mistakes_for_pose(scene, without_length)
     if not without_length:
@@ -51,8 +51,8 @@ def determinacy_mistakes(scene):
     return [(("solve_for",), f"lengths: {counted_equations}, and {counted_unknowns}: {advice}")]
 
 
-def silent_cables(scene):
-    """List of the names of the cables that do not state their length in any way."""
+def cables_without_length(scene):
+    """Names of the cables that state neither a length nor what fixes it, such as a preload or a sag: list of str."""
     return [name for name, cable in scene.cables.items() if cable.stated is None]
 
 
@@ -63,7 +63,7 @@ def found_rotations(scene):
     """
     of_free_attitude = {name: body.turning for name, body in scene.bodies.items() if body.attitude == "free"}
     equations = sum(len(body.free) for body in scene.bodies.values())
-    if len(silent_cables(scene)) + sum(map(len, of_free_attitude.values())) < equations:
+    if len(cables_without_length(scene)) + sum(map(len, of_free_attitude.values())) < equations:
         return {name: body.turning for name, body in scene.bodies.items()}
     return of_free_attitude
 

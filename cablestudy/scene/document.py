@@ -82,7 +82,7 @@ class Document:
             Every key that cannot be set.
         """
         contents, overrides, mistakes = self.value, [], []
-        for key, new_value, _ in items:  # before any is set: two of them that exclude each other are both kept
+        for key, new_value, _ in items:  # before any is set, so that of two that exclude each other both are kept
             contents = remove_alternatives(contents, key) if new_value is not None else contents
         for key, new_value, where in items:
             try:

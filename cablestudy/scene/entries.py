@@ -77,7 +77,7 @@ class Entry:
 
 
 def entries_of(table, source, cases):
-    """Read the variations of a study file, `vary` and then `sample`, as entries; collect the mistakes in them.
+    """Read `vary` and `sample` of a study file as entries, whose combinations are its cases, and find mistakes in them.
 
     Parameters
     ----------
@@ -95,11 +95,11 @@ def entries_of(table, source, cases):
         Path and message of each mistake.
     """
     entries, mistakes, varied = [], [], set()
-    groups = [(("vary", number), mapping, partial(_values, cases)) for number, mapping in enumerate(table.vary)]
+    written = [(("vary", number), mapping, partial(_values, cases)) for number, mapping in enumerate(table.vary)]
     if table.sample:
-        groups.append((("sample", "over"), table.sample.over, partial(_sampled, table.sample)))
-    for path, mapping, read_values in groups:
-        columns, alternatives, mistakes_of_entry = _columns_of(mapping, path, read_values, source, varied)
+        written.append((("sample", "over"), table.sample.over, partial(_sampled, table.sample)))
+    for path, mapping, read_values in written:
+        columns, alternatives, mistakes_of_entry = _read_entry(mapping, path, read_values, source, varied)
         mistakes += mistakes_of_entry
         try:
             entries += [Entry(columns, alternatives)] if columns or not mapping else []
@@ -111,13 +111,13 @@ def entries_of(table, source, cases):
     return tuple(entries), mistakes
 
 
-def _columns_of(mapping, path, read_values, source, varied):
-    """Read one entry of a study, which becomes an `Entry`: its varied keys, their values, and the mistakes in them.
+def _read_entry(mapping, path, read_values, source, varied):
+    """Read one entry of `vary`, or what `sample` varies: fields of an `Entry`, and the mistakes in what is written.
 
     Parameters
     ----------
     mapping : dict
-        The entry as written: varied key -> its values.
+        The entry as written: dotted key -> its values, for example {"cable.sag": ["1 m", "2 m"]}.
     path : tuple
         Where it is in the study file.
     read_values : callable

@@ -245,18 +245,17 @@ def table_at(tables, path):
 
 
 def group_mistakes(table, given, optional=False):
-    """Mistakes in alternative keys of a table, such as `at` and `fraction` of a load: two given together, or none.
+    """Find mistakes in keys of which exactly one is needed, such as `at` and `fraction` of a load: two, or none.
 
     Parameters
     ----------
     table : str
-        Dotted key of the table in `layers.ALTERNATIVES`, whose entry lists choices. A choice is a tuple of
-        alternatives, of which exactly one is given; an alternative is a tuple of keys that go together, the main one
-        first. A table without an entry there has no mistakes.
+        Dotted key of the table in `layers.ALTERNATIVES`, which lists its choices: of each exactly one alternative is
+        given. An alternative is a tuple of keys that go together, the main one first.
     given : collection of str
         The keys that are there.
     optional : bool
-        True if choices may be left open.
+        True if no alternative of a choice need be given.
 
     Returns
     -------

@@ -196,20 +196,21 @@ def _index(items, key, name):
 
 
 def unknown_name(lower, upper, path):
-    """Find a name (of a cable, load case, body, ...) that setting a path has created: probably a misprint.
+    """Find a name (of a cable, body, ...) that `--set cables.nroth.sag=2 m` would add: it is probably a misprint.
+
+    It is none if the new entry has a key without which there is no such thing, as `from` of a cable; see NAMED.
 
     Parameters
     ----------
     lower, upper : dict
         Plain values of the scene before and after the key at the path was set.
     path : tuple of str
-        For example ("cables", "north", "sag").
+        For example ("cables", "nroth", "sag").
 
     Returns
     -------
     tuple of (str, str, list of str) or None
-        Kind of thing, new name and existing names: ("cable", "north", ["left", "right"]). None if no name is new, or if
-        NAMED allows the new entry: always (as for cases), or because it has one of the listed keys.
+        Kind of thing, new name and existing names: ("cable", "nroth", ["north", "south"]); None without a misprint.
     """
     for table, (kind, keys) in NAMED.items():
         depth = len(table)

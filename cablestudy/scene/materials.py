@@ -295,15 +295,15 @@ class Material(Properties):
         Parameters
         ----------
         given : set of str
-            Keys in the table of the cable. With a size among them, stiffness, mass and breaking force of the material
-            are taken per area where these are known, and its area and diameter are not taken. Its fill factor is
-            taken where area or diameter is still missing. With `state` and without a stiffness among them, the cable
-            is a conductor: the stress-strain curves of the material, if any, take the place of the stiffness.
+            Keys in the table of the cable.
 
         Returns
         -------
         dict
-            Key -> value in SI.
+            Key -> value in SI. Of a cable that gives its area or diameter these of the material are not taken, and
+            stiffness, mass and breaking force are taken per area. The fill factor is taken where area or diameter is
+            still missing. Stress-strain curves take the place of the stiffness of a cable with the key `state` and
+            without a stiffness of its own: a conductor.
         """
         resized, properties = not given.isdisjoint(("area", "diameter")), {}
         for (of_section,), (per_area,) in OF_SECTION:

@@ -315,7 +315,7 @@ def read_suspension(document):
     """
     actuators = document.value.get("actuators")
     wheels = [name for name, value in actuators.items() if is_wheel(value)] if isinstance(actuators, dict) else ()
-    # the first entry of the list that fits a path decides: reaction wheels before actuators, else reaction masses
+    # the first table that fits a path describes it: for names of reaction wheels not that of reaction masses
     tables = [(("actuators", name), ReactionWheel) for name in wheels] + SUSPENSION_TABLES
     mistakes = [(path, _explain(path, message)) for path, message in empty_keys(document, tables)]
     try:
@@ -323,7 +323,7 @@ def read_suspension(document):
         scene = SuspensionScene.model_validate(document.value, context=context)
     except ValidationError as error:
         found = [(path, _explain(path, text)) for path, text in findings(error, _with_shared(document.value), tables)]
-        # which pydantic did not reach
+        # pydantic checks no connections where a single key is wrong
         found += connection_mistakes(*written_connections(as_meant(document.value, found)))
         raise located([*mistakes, *_move_to_shared(dict.fromkeys(found), document.value)], document) from None
     if mistakes:
