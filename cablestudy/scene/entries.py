@@ -9,12 +9,12 @@ from functools import partial
 from typing import Any
 
 from cablestudy.errors import Mistake, Mistakes
+from cablestudy.scene.fields import ALL
 from cablestudy.scene.layers import replaced_by, split_key
 from cablestudy.scene.ranges import MAX_COUNT, read_interval, read_range, read_vary
 from cablestudy.scene.sampling import Sampled
 from cablestudy.scene.units import show
 
-ALL = "all"  # in the place of a list: every load case
 ALTERNATIVE = "alternative"  # in the place of a key: names of several changes, one of which is made in each case
 CONTAINED = "cannot vary beside {}: one of them contains the other"
 _FEW = 50

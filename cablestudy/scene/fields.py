@@ -11,7 +11,8 @@ from pydantic_core import PydanticCustomError, core_schema
 from cablestudy.scene.layers import ALTERNATIVES, OF_CABLE, OF_SECTION, matches
 from cablestudy.scene.units import DIMENSIONS, article, expected, show, to_si
 
-ALL = "all"  # of --case: each of the load cases
+ALL = "all"  # in the place of the name of a load case: each of them
+TRIPLE = {"type": "array", "minItems": 3, "maxItems": 3}  # JSON Schema of three numbers
 LEAST = 1e-30  # of gains, delays, damping and decays that may be zero: quotients of smaller ones overflow
 
 

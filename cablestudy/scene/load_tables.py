@@ -6,12 +6,10 @@ from typing import Annotated, ClassVar
 
 from pydantic import BeforeValidator, Field, StrictBool
 
-from cablestudy.scene.fields import Either, KeyTable, Name, Quantity, reader_of, wrong
+from cablestudy.scene.fields import TRIPLE, Either, KeyTable, Name, Quantity, reader_of, wrong
 
 MAX_LOADS = 1000
 ICE_DENSITY = 900.0  # [kg/m^3]
-# a bare number below the lowest is one in degrees Celsius by mistake
-TEMPERATURES = {"low": 60.0, "high": 5000.0, "limits": "from 60 K to 5000 K (a bare number is K: write 15 degC)"}
 
 Angle = Annotated[
     float, Quantity("rad", -2 * math.pi, 2 * math.pi, limits="from -360 deg to 360 deg (a bare number is rad)")
@@ -22,7 +20,10 @@ Moment = Annotated[float, Quantity("N m", -1e24, 1e24)]
 Shift = Annotated[float, Quantity("m", -1e9, 1e9)]
 ShiftVector = tuple[Shift, Shift, Shift]
 NONE = (0.0, 0.0, 0.0)
-Temperature = Annotated[float, Quantity("K", **TEMPERATURES)]
+# a bare number below the lowest is one in degrees Celsius by mistake
+Temperature = Annotated[
+    float, Quantity("K", 60, 5000, limits="from 60 K to 5000 K (a bare number is K: write 15 degC)")
+]
 
 
 class Load(KeyTable):
@@ -242,7 +243,7 @@ ForceOrLoad = Annotated[
     Either(
         (((list, tuple), lambda value: DeadLoad(force=_force(value))), ((dict, DeadLoad), DeadLoad.model_validate)),
         "a force [x, y, z], or a mapping with the keys force, moment",
-        ({"type": "array", "minItems": 3, "maxItems": 3}, {"$ref": "#/$defs/DeadLoad"}),
+        (TRIPLE, {"$ref": "#/$defs/DeadLoad"}),
     ),
 ]
 

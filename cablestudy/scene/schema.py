@@ -11,8 +11,8 @@ from typing import Annotated, Literal, Union, get_args, get_origin
 from pydantic.json_schema import GenerateJsonSchema, models_json_schema
 from pydantic_core import PydanticUndefined
 
-from cablestudy.scene.entries import ALL, ALTERNATIVE
-from cablestudy.scene.fields import Count, Either, KeyTable, Quantity
+from cablestudy.scene.entries import ALTERNATIVE
+from cablestudy.scene.fields import ALL, Count, Either, KeyTable, Quantity
 from cablestudy.scene.layers import ALTERNATIVES, OF_CABLE, OF_SECTION, prune
 from cablestudy.scene.materials import materials
 from cablestudy.scene.ranges import MAX_COUNT, MEANINGS, SPACINGS
@@ -307,7 +307,8 @@ def _description(field):
         allowed = ", ".join((limits, *number.words)) if number.words else limits
     elif isinstance(number, Count):
         unit, allowed = NO_UNIT, f"{number.low} to {number.high}"
-    return unit, _default(field), field.description, allowed
+    default = REQUIRED if field.default is PydanticUndefined else _written(field.default)
+    return unit, default, field.description, allowed
 
 
 def _number_and_words(annotations):
@@ -326,14 +327,6 @@ def _number_and_words(annotations):
         elif get_origin(annotation) in CONTAINERS:
             to_visit = [*get_args(annotation), *getattr(annotation, "__metadata__", ()), *to_visit]
     return None, words
-
-
-def _default(field):
-    """The default of a field as text."""
-    value = field.default
-    if value is PydanticUndefined:
-        return REQUIRED
-    return _written(value)
 
 
 def _written(value):

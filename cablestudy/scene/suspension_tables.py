@@ -9,7 +9,7 @@ from cablestudy.scene.cable_table import CableProperties, Length, TensionAt, bey
 from cablestudy.scene.cable_table import Point as Place
 from cablestudy.scene.connections import wrong_name
 from cablestudy.scene.determinacy import MOTIONS, ROTATIONS, STATED
-from cablestudy.scene.fields import Either, KeyTable, Name, Quantity, each_once, reader_of, wrong
+from cablestudy.scene.fields import TRIPLE, Either, KeyTable, Name, Quantity, each_once, reader_of, wrong
 from cablestudy.scene.load_tables import MAX_LOADS, Angle, ForceVector, Load, Moment, ReferenceTable
 from cablestudy.scene.section import Tension as StatedTension
 from cablestudy.scene.units import show
@@ -34,7 +34,6 @@ ForceDensity = Annotated[float, Quantity("N/m", 1e-24, 1e24)]
 
 _place = reader_of(Place)
 _angles = reader_of(Angles)
-_TRIPLE = {"type": "array", "minItems": 3, "maxItems": 3}
 
 
 def _check_free(value):
@@ -84,7 +83,7 @@ PointOrPlace = Annotated[
     Either(
         ((list, _fixed_point), (tuple, _fixed_point), ((dict, PointTable), PointTable.model_validate)),
         "a place [x, y, z], or a mapping with the keys at, free, mass, force",
-        (_TRIPLE, {"$ref": "#/$defs/Point"}),
+        (TRIPLE, {"$ref": "#/$defs/Point"}),
     ),
 ]
 
@@ -98,7 +97,7 @@ class Body(KeyTable):
         Either(
             ((list, _angles), (tuple, _angles), (str, _check_free)),
             "[roll, pitch, yaw], or free",
-            ({**_TRIPLE, "items": Quantity("rad", -6.2831853, 6.2831853).schema()}, {"const": "free"}),
+            ({**TRIPLE, "items": Quantity("rad", -6.2831853, 6.2831853).schema()}, {"const": "free"}),
         ),
     ] = Field((0.0, 0.0, 0.0), description="Roll, pitch, yaw: R = Rz(yaw) Ry(pitch) Rx(roll); or free: to be found")
     mass: Annotated[float, Quantity("kg", 1e-9, 1e15)] = Field(
@@ -210,7 +209,7 @@ End = Annotated[
     Either(
         ((list, _place), (tuple, _place), (str, str)),
         "a point, BODY.ATTACHMENT, or a place [x, y, z]",
-        ({"type": "string", "minLength": 1}, _TRIPLE),
+        ({"type": "string", "minLength": 1}, TRIPLE),
     ),
 ]
 

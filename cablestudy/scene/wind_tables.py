@@ -6,11 +6,10 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field, StrictBool
 
 from cablestudy.scene.cable_table import Point as Place
-from cablestudy.scene.fields import LEAST, Either, KeyTable, Quantity, reader_of, wrong
+from cablestudy.scene.fields import LEAST, TRIPLE, Either, KeyTable, Quantity, reader_of, wrong
 from cablestudy.scene.units import show
 
 Coefficient = Annotated[float, Quantity("", 1e-6, 1e6)]
-_TRIPLE = {"type": "array", "minItems": 3, "maxItems": 3}
 
 
 def one_or_three(quantity, components):
@@ -25,7 +24,7 @@ def one_or_three(quantity, components):
     """
     number = Annotated[float, quantity]
     readers = (((list, tuple), reader_of(tuple[number, number, number])), ((int, float, str), quantity.read))
-    schemas = (*quantity.schema()["anyOf"], {**_TRIPLE, "items": quantity.schema()})
+    schemas = (*quantity.schema()["anyOf"], {**TRIPLE, "items": quantity.schema()})
     return Annotated[number | tuple[number, number, number], Either(readers, f"one number, or {components}", schemas)]
 
 
