@@ -164,6 +164,33 @@ def test_a_bad_study_is_refused_before_anything_is_computed(folder, what, monkey
     assert all(one.startswith(f"study.yaml:{line}") for one, line in zip(found, lines, strict=True))
 
 
+WRONG_SCENE = """\
+base: scene.yaml
+cable: {diameter: 3 kg}
+case: summer
+limits: {a: sagg <= 3 m, b: {that: sag <= 3 m, cases: [winter]}, c: {that: sag <= 3 m, cases: [ice]}, d: sag}
+cases: {ice: {loads: [{fraction: 2, mass: 1}]}}
+"""
+
+
+def test_mistakes_in_keys_and_in_names_of_load_cases_and_columns_are_told_at_once(folder):
+    """The file has both: pydantic compares names only where each key is right alone, limits are read after it."""
+    Path("bad.yaml").write_text(WRONG_SCENE, encoding="utf-8")
+    expected = {
+        "2:19": "cable.diameter: expected a length", "3:7": 'case: unknown case "summer" (allowed: ice)',
+        "4:13": "limits.a: unknown column 'sagg'", "4:56": 'limits.b.cases.0: unknown load case "winter"',
+        "4:106": "limits.d: expected COLUMN <= NUMBER", "5:34": "cases.ice.loads.0.fraction: must be between 0 and 1",
+    }  # fmt: skip
+    for command in ("static", "validate", "report"):
+        found = run(command, "bad.yaml", code=2).lines
+        assert [line.split(": ")[0] for line in found] == [f"bad.yaml:{at}" for at in expected], command
+        assert all(text in line for line, text in zip(found, expected.values(), strict=True))
+    names = WRONG_SCENE.replace("cable: {diameter: 3 kg}\n", "").replace("fraction: 2", "fraction: 0.2")
+    Path("bad.yaml").write_text(names.replace(", d: sag}", "}"), encoding="utf-8")
+    found = refused(folder, "static", "bad.yaml")
+    assert [line.split(":")[1:3] for line in found] == [["2", "7"], ["3", "13"], ["3", "56"]]
+
+
 WRONG = """\
 title: [a]
 base: scene.yaml

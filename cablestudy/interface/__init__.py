@@ -22,7 +22,7 @@ from cablestudy.interface.scene_commands import with_likely_mistakes
 from cablestudy.interface.study import sweep
 from cablestudy.interface.suspension import Suspension
 from cablestudy.scene.document import Document, apply_sets, read_document
-from cablestudy.scene.scene import CableScene, load_scene
+from cablestudy.scene.scene import CableScene, load_scene, read_scene
 from cablestudy.threads import one_thread
 
 if TYPE_CHECKING:
@@ -68,17 +68,22 @@ def load(path: Source, set: Changes = (), case: Text | None = None) -> Scene:
 def read(path: Any, set: Sequence[str] = (), case: str | None = None) -> Scene:
     """The scene as `load`, of changes as texts; errors name the options of the commands, which call it."""
     changes = tuple(set)
-    document, model = load_scene(path, changes, case)
+    document, model = load_scene(path, changes, case, checked_scene)
     name = document.name if isinstance(path, Mapping) else str(path)
     return scene_of(name, changes + case_text(case), document, model)
 
 
-def scene_of(name: str, changes: tuple[str, ...], document: Document, model: CableScene | SuspensionScene) -> Scene:
-    """The `Scene` or `Suspension` of what was read from a file or mapping; SceneError for limits it cannot have."""
-    if model.limits:
-        from cablestudy.study.limits import limits_of
+def checked_scene(document: Document) -> CableScene | SuspensionScene:
+    """Read the scene of a document; SceneError of all that is wrong with it, limits that it cannot have too."""
+    if not document.value.get("limits"):
+        return read_scene(document)
+    from cablestudy.study.limits import scene_with_limits
 
-        limits_of(model, document)
+    return scene_with_limits(document)
+
+
+def scene_of(name: str, changes: tuple[str, ...], document: Document, model: CableScene | SuspensionScene) -> Scene:
+    """The `Scene` or `Suspension` of what was read from a file or mapping, see `checked_scene`."""
     return INTERFACES.get(type(model), Suspension)(name, changes, document, model)
 
 

@@ -10,7 +10,7 @@ from datetime import UTC, datetime
 from typing import Any
 
 from cablestudy.errors import Mistakes, SceneError
-from cablestudy.interface import scene_of
+from cablestudy.interface import checked_scene, scene_of
 from cablestudy.interface.arguments import checked
 from cablestudy.interface.kinds import Changes, Columns, File, Processes, Source, Text, Variations, case_text, names_in
 from cablestudy.pages import given
@@ -19,7 +19,7 @@ from cablestudy.pages.page import Page
 from cablestudy.pages.results import limits, sections
 from cablestudy.pages.tables import TableGrid
 from cablestudy.scene.document import MAPPING, STDIN, apply_sets, read_base, read_file, resolve_base
-from cablestudy.scene.scene import is_study, read_scene
+from cablestudy.scene.scene import is_study
 from cablestudy.scene.study import study_of
 from cablestudy.scene.words import counted
 from cablestudy.study.table import TableFiles, write_whole
@@ -180,7 +180,7 @@ def _scene_page(source, sets, case, title, begun, columns):
     """
     unchanged = resolve_base(source)
     document = apply_sets(unchanged, sets, case)
-    model = read_scene(document)
+    model = checked_scene(document)
     scene = scene_of(source.name, sets + case_text(case), document, model)
     in_case = f" in the load case {model.case}" if model.case is not None else ""
     page = Page(title or _stem(source.name), f"{scene.heading}{in_case}. Scene {source.name}.", columns)

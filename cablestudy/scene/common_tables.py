@@ -202,6 +202,26 @@ def case_relations(chosen, limits, cases):
     return [(("case",), chosen is None or chosen in cases, partial(_unknown_case, "case", chosen, cases)), *of_limits]
 
 
+def case_mistakes_in_file(value):
+    """Path and message of load cases that the plain values of a file name and do not have; see `case_relations`.
+
+    Pydantic checks such relations only where every key is right alone.
+    """
+    cases, limits, chosen = value.get("cases", {}), value.get("limits"), value.get("case")
+    tables = limits.items() if isinstance(limits, dict) else ()
+    lists = {name: table.get("cases") for name, table in tables if isinstance(table, dict)}
+    named = {name: LimitTable.model_construct(cases=names) for name, names in lists.items() if _is_texts(names)}
+    if not isinstance(cases, dict):
+        return []
+    relations = case_relations(chosen if isinstance(chosen, str) else None, named, cases)
+    return [(path, message()) for path, holds, message in relations if not holds]
+
+
+def _is_texts(value):
+    """True for a list of text alone."""
+    return isinstance(value, list) and all(isinstance(item, str) for item in value)
+
+
 def _unknown_case(kind, case, known):
     """Message on a load case that the scene does not have."""
     return f"unknown {kind} {show(case)} ({suggestion(case, known)})"

@@ -12,6 +12,7 @@ from cablestudy.scene.common_tables import (
     Limits,
     ModelTable,
     SceneTable,
+    case_mistakes_in_file,
     case_relations,
     ground_relations,
 )
@@ -21,7 +22,7 @@ from cablestudy.scene.fields import CaseName, KeyTable, Name, Quantity, tables_o
 from cablestudy.scene.layers import matches, split_key
 from cablestudy.scene.load_tables import LoadCase, paths_of_loads
 from cablestudy.scene.materials import Materials, loaded_by_a_case
-from cablestudy.scene.mistakes import empty_keys, findings, located
+from cablestudy.scene.mistakes import as_meant, empty_keys, findings, located
 from cablestudy.scene.section import limited
 from cablestudy.scene.strict_yaml import refuse
 from cablestudy.scene.wind_tables import Coefficient, Wind
@@ -215,7 +216,9 @@ def read_scene(document):
     try:
         scene = CableScene.model_validate(document.value, context={"materials": document.value.get("materials")})
     except ValidationError as error:
-        mistakes += [(path, _explain(path, text)) for path, text in findings(error, document.value, TABLES)]
+        found = findings(error, document.value, TABLES)
+        mistakes += [(path, _explain(path, text)) for path, text in found]
+        mistakes += case_mistakes_in_file(as_meant(document.value, found))
         raise located(mistakes, document) from None
     if mistakes:
         raise located(mistakes, document)
@@ -229,7 +232,7 @@ def _explain(path, message):
     return message
 
 
-def load_scene(path, sets=(), case=None):
+def load_scene(path, sets=(), case=None, read=read_scene):
     """Read a scene file with its base files, change it by the options of a command, and check it.
 
     Parameters
@@ -240,6 +243,8 @@ def load_scene(path, sets=(), case=None):
         Arguments of `--set`, `key=value` each.
     case : str, optional
         One of its load cases.
+    read : callable
+        Makes the scene of the `Document`.
 
     Returns
     -------
@@ -254,7 +259,7 @@ def load_scene(path, sets=(), case=None):
         All that is wrong.
     """
     document = apply_sets(read_document(path), sets, case)
-    return document, read_scene(document)
+    return document, read(document)
 
 
 def each_case(document, scene):

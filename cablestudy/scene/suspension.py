@@ -16,6 +16,7 @@ from cablestudy.scene.common_tables import (
     MarkerCorrection,
     ModelTable,
     SceneTable,
+    case_mistakes_in_file,
     case_relations,
     ground_relations,
 )
@@ -323,8 +324,9 @@ def read_suspension(document):
         scene = SuspensionScene.model_validate(document.value, context=context)
     except ValidationError as error:
         found = [(path, _explain(path, text)) for path, text in findings(error, _with_shared(document.value), tables)]
-        # pydantic checks no connections where a single key is wrong
-        found += connection_mistakes(*written_connections(as_meant(document.value, found)))
+        # pydantic checks neither connections nor names of load cases where a single key is wrong
+        as_written = as_meant(document.value, found)
+        found += [*connection_mistakes(*written_connections(as_written)), *case_mistakes_in_file(as_written)]
         raise located([*mistakes, *_move_to_shared(dict.fromkeys(found), document.value)], document) from None
     if mistakes:
         raise located(mistakes, document)

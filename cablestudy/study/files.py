@@ -12,11 +12,11 @@ from cablestudy.scene.likely_mistakes import likely_mistakes
 from cablestudy.scene.materials import Material, Materials, materials
 from cablestudy.scene.mistakes import findings, located
 from cablestudy.scene.sampling import FEWEST
-from cablestudy.scene.scene import is_study, read_scene
+from cablestudy.scene.scene import is_study
 from cablestudy.scene.schema import ANY, Key, keys_of
 from cablestudy.scene.study import study_of
 from cablestudy.scene.words import counted
-from cablestudy.study.limits import limits_of
+from cablestudy.study.limits import scene_with_limits
 from cablestudy.study.prepare import prepare
 from cablestudy.study.table import Field, Table
 
@@ -77,8 +77,7 @@ def _check_file(file, sets):
             notes = [f"{study.where(('sample', 'count'))}: {warning}"]
         return "study", study.count, [*study.likely_mistakes(), *study.notes, *notes]
     document = apply_sets(resolve_base(document), sets)
-    scene = read_scene(document)
-    limits_of(scene, document)
+    scene = scene_with_limits(document)
     return "scene", len(scene.cases) or 1, likely_mistakes(document)
 
 

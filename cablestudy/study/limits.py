@@ -4,10 +4,15 @@ The margin of a limit is relative to its number b: (b - x)/|b| where x may be at
 least b; not negative where the limit holds. The governing limit is the one with the least margin.
 """
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
-from cablestudy.errors import Mistakes
+from pydantic_core import PydanticCustomError
+
+from cablestudy.errors import Mistakes, SceneError
 from cablestudy.scene.common_tables import REFERENCE, comparison
+from cablestudy.scene.mistakes import in_order
+from cablestudy.scene.scene import read_scene
 from cablestudy.study.columns import find
 from cablestudy.study.goal import number_in_unit
 from cablestudy.study.scene_kind import kind_of, why_not
@@ -107,6 +112,36 @@ def limits_of(scene, document=None):
             with mistakes.at(document.where(path) if document else "", ".".join(path)):
                 limits.append(_limit(scene, name, table))
     return limits
+
+
+def scene_with_limits(document):
+    """Read the scene of a `Document`, and check that it can have its limits: CableScene or SuspensionScene.
+
+    Raises
+    ------
+    SceneError
+        All that is wrong with it; where the scene itself is wrong, of its limits that their columns are unknown.
+    """
+    try:
+        scene = read_scene(document)
+    except SceneError as error:
+        raise SceneError(*in_order((*error.mistakes, *_unknown_columns(document)))) from None
+    limits_of(scene, document)
+    return scene
+
+
+def _unknown_columns(document):
+    """Mistakes about limits as written whose column there is not: `Mistakes`."""
+    mistakes, limits = Mistakes(), document.value.get("limits")
+    for name, limit in limits.items() if isinstance(limits, dict) else ():
+        path = ("limits", name, "that") if isinstance(limit, dict) else ("limits", name)
+        text = limit.get("that") if isinstance(limit, dict) else limit
+        with suppress(PydanticCustomError):  # no comparison, which is told with the scene
+            column = comparison(text).column if isinstance(text, str) else ""
+            with mistakes.at(document.where(path), ".".join(path)):
+                if column:
+                    find(column)
+    return mistakes
 
 
 def limits_by_case(scene):
