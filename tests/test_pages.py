@@ -12,9 +12,9 @@ from picture import undrawn
 
 import cablestudy as cs
 from cablestudy.errors import SceneError
-from cablestudy.pages.given import flat, written
 from cablestudy.pages.page import inline_picture
 from cablestudy.pages.tables import END_ROWS, MOST_ROWS, error_text, table_html
+from cablestudy.pages.user_input import flat, written
 from cablestudy.study.notes import above_accuracy
 from cablestudy.study.table import Field, Table
 from cablestudy.sweeps import run as sweeps_run

@@ -13,7 +13,7 @@ from cablestudy.errors import Mistakes, SceneError
 from cablestudy.interface import checked_scene, scene_of
 from cablestudy.interface.arguments import checked
 from cablestudy.interface.kinds import Changes, Columns, File, Processes, Source, Text, Variations, case_text, names_in
-from cablestudy.pages import given
+from cablestudy.pages import user_input
 from cablestudy.pages.markup import element, paragraph, text
 from cablestudy.pages.page import Page
 from cablestudy.pages.results import limits, sections
@@ -130,13 +130,12 @@ def write_report(
         if case is not None:
             raise SceneError(f"--case {case}: no effect: {source.name} is a study: give --set case={case}")
         page = _study_page(source, sets, varied, title, (command, started), jobs, quiet, columns, where)
-    elif varied:
-        raise SceneError(f"--vary {varied[0].partition('=')[0]}: no effect: {source.name} is a scene, not a study")
-    elif jobs not in (None, 1):
-        raise SceneError(f"--jobs {jobs}: no effect: {source.name} is a scene, not a study")
-    elif where is not None:
-        raise SceneError(f"--where {where}: no effect: {source.name} is a scene, not a study")
     else:
+        of_study = [f"--vary {text.partition('=')[0]}" for text in varied]
+        of_study += [f"--jobs {jobs}"] if jobs not in (None, 1) else []
+        of_study += [f"--where {where}"] if where is not None else []
+        if of_study:
+            raise SceneError(*(f"{option}: no effect: {source.name} is a scene, not a study" for option in of_study))
         page = _scene_page(source, sets, None if case == "all" else case, title, (command, started), columns)
     page.check_columns()
     write_whole(file, page.html())
@@ -188,9 +187,9 @@ def _scene_page(source, sets, case, title, begun, columns):
         with page.section("Limits"):
             limits(page, scene)
     page.heading("Scene")
-    page.add(given.numbers_table(document))
-    page.add(given.cases_table(document))
-    page.add(given.cables_table(model, document))
+    page.add(user_input.numbers_table(document))
+    page.add(user_input.cases_table(document))
+    page.add(user_input.cables_table(model, document))
     _add_file(page, unchanged, document)
     sections(page, scene)
     page.models_and_errors(STATEMENT)
@@ -200,9 +199,9 @@ def _scene_page(source, sets, case, title, begun, columns):
 
 def _add_file(page, unchanged, document):
     """Append the changes that options made to a Document, and the file with them."""
-    page.add(given.change_table(given.changes(unchanged, document)))
+    page.add(user_input.changes_table(unchanged, document))
     page.heading("Resolved file", 3)
-    page.add(given.resolved_file(document))
+    page.add(user_input.resolved_file(document))
 
 
 def _study_page(source, sets, vary, title, begun, jobs, quiet, columns, where):
@@ -226,7 +225,7 @@ def _study_page(source, sets, vary, title, begun, jobs, quiet, columns, where):
             columns,
         )
         page.heading("Study")
-        page.add(given.varied_list(study))
+        page.add(user_input.varied_list(study))
         for note in study.notes:
             page.add(paragraph(note))
         _add_file(page, read_base(source), study.document)

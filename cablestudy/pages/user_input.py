@@ -1,7 +1,6 @@
 """Input of the user, as a section of a page: main numbers, what options changed, the resolved file."""
 
 import json
-from dataclasses import dataclass
 
 from cablestudy.pages.markup import element, listed, paragraph, preformatted, text
 from cablestudy.pages.tables import TableGrid, table_html
@@ -14,26 +13,6 @@ MOST_LINES = 200  # of a resolved file
 MOST_VALUES = 8  # of what varies, that are listed
 BY_NAME = ("points", "cables", "links", "winches", "cases", "materials")  # tables that are not among the main numbers
 ATTACHED = ("attachments", "markers")  # of a body: places, which the file below has
-
-
-@dataclass(frozen=True)
-class Change:
-    """One key that is not as in the file.
-
-    Attributes
-    ----------
-    key : str
-        Dotted.
-    before, now : str
-        As written, empty where there is nothing.
-    by : str
-        The option or file that changed it.
-    """
-
-    key: str
-    before: str
-    now: str
-    by: str
 
 
 def written(value):
@@ -52,38 +31,26 @@ def flat(value, path=()):
     return {key: leaf for name, item in value.items() for key, leaf in flat(item, (*path, str(name))).items()}
 
 
-def changes(before, document):
-    """List of `Change` from one Document to another, in the order of the keys in the files."""
+def changes_table(before, document):
+    """Table of the keys whose values differ from one Document to another, and what changed them, as HTML; or empty."""
     old, new = flat(before.value), flat(document.value)
     changed = [key for key in dict.fromkeys((*old, *new)) if old.get(key) != new.get(key)]
-    return [Change(key, _written_at(old, key), _written_at(new, key), _origin(document, key)) for key in changed]
-
-
-def _written_at(values, key):
-    """The value of a dotted key as it is written; empty where there is none."""
-    return written(values[key]) if key in values else ""
+    rows = [
+        [
+            element("code", text(key)),
+            text(written(old[key])) if key in old else "not given",
+            element("strong", text(written(new[key])) if key in new else "removed"),
+            element("code", text(_origin(document, key))),
+        ]
+        for key in changed
+    ]
+    return TableGrid(["key", "in the file", "here", "by"], rows).html("Changed") if rows else ""
 
 
 def _origin(document, key):
     """The option, or the place in a file, that set a dotted key of a document."""
     where = document.place(tuple(key.split(".")))
     return where.name if where.name.startswith("--") else str(where)
-
-
-def change_table(changes):
-    """Table of some changes as HTML; empty without one."""
-    if not changes:
-        return ""
-    rows = [
-        [
-            element("code", text(change.key)),
-            text(change.before) or "not given",
-            element("strong", text(change.now) or "removed"),
-            element("code", text(change.by)),
-        ]
-        for change in changes
-    ]
-    return TableGrid(["key", "in the file", "here", "by"], rows).html("Changed")
 
 
 def numbers_table(document):
