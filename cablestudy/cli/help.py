@@ -13,107 +13,44 @@ LAST_GROUP = "More commands"  # of those that no group lists
 # Group -> command -> (its module in cli/, its line in the list, its examples).
 GROUPS = {
     "Look at one scene": {
-        "static": (
-            "scene",
-            "Tensions, sag, stiffness, reactions.",
-            (
-                "static guy.yaml --case all --plot guy.svg",
-                "static zipline.yaml --locus load1 --plot path.svg",
-                "static suspension.yaml --table cables",
-            ),
-        ),
-        "modes": (
-            "scene",
-            "Frequencies and shapes of the modes.",
-            ("modes guy.yaml -n 6 --case ice", "modes suspension.yaml -n 6 --plot modes.svg --animate modes.gif"),
-        ),
-        "windrms": (
-            "scene",
-            "Motion in gusty wind, with and without the winch loop.",
-            ("windrms gondola.yaml --plot wind.svg", "windrms gondola.yaml --set cable.material=steel"),
-        ),
-        "loop": (
-            "scene",
-            "Margins of the winch loop, over frequency and in time.",
-            ("loop gondola.yaml --plot loop.svg", "loop gondola.yaml --time 60s --input gust --plot gust.svg"),
-        ),
-        "ssm": (
-            "scene",
-            "The state space for MATLAB, scipy and python-control.",
-            ("ssm gondola.yaml --with gondola --out gondola.mat", "ssm gondola.yaml --response 0.1Hz:10Hz:50"),
-        ),
-        "report": (
-            "scene",
-            "A scene or a study as one page of HTML.",
-            ("report guy.yaml --out guy.html", "report study.yaml"),
-        ),
-        "find": (
-            "scene",
-            "The value of a key for which a column takes a value.",
-            (
-                "find guy.yaml 'sag = 0.5 m' --by cable.preload",
-                "find line.yaml limits --by cable.tension.value",
-            ),
-        ),
-        "trade": (
-            "scene",
-            "Error against time of every model, closed form to fine.",
-            ("trade guy.yaml --columns sag --repeats 1",),
-        ),
+        "static": ("scene", "Tensions, sag, stiffness, reactions.", (
+            "static guy.yaml --case all --plot guy.svg", "static zipline.yaml --locus load1 --plot path.svg",
+            "static suspension.yaml --table cables")),
+        "modes": ("scene", "Frequencies and shapes of the modes.", (
+            "modes guy.yaml -n 6 --case ice", "modes suspension.yaml -n 6 --plot modes.svg --animate modes.gif")),
+        "windrms": ("scene", "Motion in gusty wind, with and without the winch loop.", (
+            "windrms gondola.yaml --plot wind.svg", "windrms gondola.yaml --set cable.material=steel")),
+        "loop": ("scene", "Margins of the winch loop, over frequency and in time.", (
+            "loop gondola.yaml --plot loop.svg", "loop gondola.yaml --time 60s --input gust --plot gust.svg")),
+        "ssm": ("scene", "The state space for MATLAB, scipy and python-control.", (
+            "ssm gondola.yaml --with gondola --out gondola.mat", "ssm gondola.yaml --response 0.1Hz:10Hz:50")),
+        "report": ("scene", "A scene or a study as one page of HTML.", (
+            "report guy.yaml --out guy.html", "report study.yaml")),
+        "find": ("scene", "The value of a key for which a column takes a value.", (
+            "find guy.yaml 'sag = 0.5 m' --by cable.preload", "find line.yaml limits --by cable.tension.value")),
+        "trade": ("scene", "Error against time of every model, closed form to fine.", (
+            "trade guy.yaml --columns sag --repeats 1",)),
     },
     "Studies": {
-        "sweep": (
-            "sweep",
-            "Compute a study: one row for each case.",
-            ("sweep study.yaml --plot study.svg", "sweep study.yaml --where 'sag < 0.7 m' --sort utilisation"),
-        ),
-        "show": (
-            "sweep",
-            "Show what is stored of a study; compute nothing.",
-            ("sweep study.yaml", "show study.yaml --where 'sag < 0.7 m' --top 5"),
-        ),
-        "merge": (
-            "sweep",
-            "Join the shards of a study that ran on several machines.",
-            ("sweep study.yaml --shard 1/2", "sweep study.yaml --shard 2/2", "merge study.yaml"),
-        ),
+        "sweep": ("sweep", "Compute a study: one row for each case.", (
+            "sweep study.yaml --plot study.svg", "sweep study.yaml --where 'sag < 0.7 m' --sort utilisation")),
+        "show": ("sweep", "Show what is stored of a study; compute nothing.", (
+            "sweep study.yaml", "show study.yaml --where 'sag < 0.7 m' --top 5")),
+        "merge": ("sweep", "Join the shards of a study that ran on several machines.", (
+            "sweep study.yaml --shard 1/2", "sweep study.yaml --shard 2/2", "merge study.yaml")),
     },
     "Files and reference": {
-        "new": (
-            "files",
-            "Write a commented scene or study to begin with.",
-            ("new guy", "new line my-line.yaml", "new study -"),
-        ),
-        "freeze": (
-            "files",
-            "A scene with its unstretched lengths in full.",
-            ("freeze guy.yaml --out built.yaml", "freeze suspension.yaml"),
-        ),
-        "validate": (
-            "files",
-            "Check scenes and studies, compute nothing.",
-            ("validate guy.yaml study.yaml",),
-        ),
-        "keys": (
-            "files",
-            "Every key of a file: unit, default, meaning.",
-            ("keys scene", "keys suspension tensions", "keys study --format csv"),
-        ),
-        "columns": (
-            "files",
-            "Every column: unit, meaning, what it needs.",
-            ("columns sag", "columns --format csv"),
-        ),
-        "materials": (
-            "files",
-            "Materials and ropes with their numbers and sources.",
-            ("materials", "materials guy.yaml --format csv"),
-        ),
-        "schema": (
-            "files",
-            "JSON Schema of a file, for editors.",
-            ("schema scene > scene.schema.json",),
-        ),
+        "new": ("files", "Write a commented scene or study to begin with.", (
+            "new guy", "new line my-line.yaml", "new study -")),
+        "freeze": ("files", "A scene with its unstretched lengths in full.", (
+            "freeze guy.yaml --out built.yaml", "freeze suspension.yaml")),
+        "validate": ("files", "Check scenes and studies, compute nothing.", ("validate guy.yaml study.yaml",)),
+        "keys": ("files", "Every key of a file: unit, default, meaning.", (
+            "keys scene", "keys suspension tensions", "keys study --format csv")),
+        "columns": ("files", "Every column: unit, meaning, what it needs.", ("columns sag", "columns --format csv")),
+        "materials": ("files", "Materials and ropes with their numbers and sources.", (
+            "materials", "materials guy.yaml --format csv")),
+        "schema": ("files", "JSON Schema of a file, for editors.", ("schema scene > scene.schema.json",)),
     },
 }  # fmt: skip
 COMMANDS = {name: entry for group in GROUPS.values() for name, entry in group.items()}

@@ -5,6 +5,7 @@ import json
 from cablestudy.pages.markup import element, listed, paragraph, preformatted, text
 from cablestudy.pages.tables import TableGrid, table_html
 from cablestudy.scene.scene import field_of, quantity_of
+from cablestudy.scene.strict_yaml import write_yaml
 from cablestudy.scene.units import to_si
 from cablestudy.scene.words import counted
 from cablestudy.study.table import Field, Table, short
@@ -122,11 +123,7 @@ def _contents(scene):
 
 def resolved_file(document):
     """A document as YAML, its base files merged and its changes made, as HTML; cut where it is very long."""
-    import yaml
-
-    lines = yaml.safe_dump(
-        document.value, sort_keys=False, allow_unicode=True, width=100, default_flow_style=None
-    ).splitlines()
+    lines = write_yaml(document.value).splitlines()
     left_out = len(lines) - MOST_LINES
     if left_out > 0:
         lines[MOST_LINES:] = [f"# ... and {left_out} more lines"]
