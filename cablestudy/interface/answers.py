@@ -151,15 +151,12 @@ def loop(
 
 
 def finished_loop_answer(answer, scene, analysis, span, time_options, **named):
-    """Finish the answer of the command `loop`, which has the table of margins.
-
-    By default the picture of the margins is added. With `time_options` the response in time takes the place of the
-    table, with `span` the response over frequency.
+    """Answer of the command `loop`: the margins with their picture, or a response over frequency or in time instead.
 
     Parameters
     ----------
     answer : Answer
-        With the table of margins.
+        With the table of margins, without a picture.
     scene : Scene
     analysis : DynamicAnalysis
         Of the scene, with its closed loop.

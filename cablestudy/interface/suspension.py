@@ -120,14 +120,14 @@ def windrms(scene, table: Text | None = None, estimate: bool = False):
 def solve_loop(scene, span, time_options, table, estimate):
     """`Answer` of the loop, see `one_cable.solve_loop`."""
     from cablestudy.scene.scene import missing
-    from cablestudy.study.loop_in_time import asked_of
+    from cablestudy.study.loop_in_time import input_and_output
     from cablestudy.study.loop_report import unstable
     from cablestudy.study.suspension.wind_report import loop_tables
 
     if scene.model.control is None:
         raise missing(scene.document, "control", "loop")
     if time_options:
-        asked_of(scene.document, scene.model, scene.model.without_lost(), time_options)
+        input_and_output(scene.document, scene.model, scene.model, time_options)
     case = scene.estimated if estimate else scene.case
     tables, failures = ({}, ()) if span or time_options else loop_tables(case, table)
     failures = unstable(case.analysis.loop_for_margins) if span else failures

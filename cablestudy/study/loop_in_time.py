@@ -215,7 +215,7 @@ def step_words(step, time):
 
 
 @dataclass(frozen=True)
-class Asked:
+class InputAndOutput:
     """Input and output that options name, by names of the user, with their names in the plant.
 
     Attributes
@@ -237,8 +237,8 @@ class Asked:
     output_number: int
 
 
-def asked_of(document, scene, loop_scene, options, measured=None, names=None, wind_keys=("wind",)):
-    """Input and output that `TimeOptions` name: `Asked`. It needs the scenes alone, nothing that is computed.
+def input_and_output(document, scene, loop_scene, options, measured=None, names=None, wind_keys=("wind",)):
+    """Input and output that `TimeOptions` name: `InputAndOutput`. It needs the scenes alone, nothing that is computed.
 
     Parameters
     ----------
@@ -270,7 +270,7 @@ def asked_of(document, scene, loop_scene, options, measured=None, names=None, wi
                 raise missing(document, key, f"loop --input {shown_input}")
     plant_input = (winches | references).get(shown_input, WIND_INPUT)
     driving_input = _driving_input(loop_scene, options, shown_input, plant_input)
-    return Asked(tuple(winches), driving_input, plant_input, outputs[output_number], output_number)
+    return InputAndOutput(tuple(winches), driving_input, plant_input, outputs[output_number], output_number)
 
 
 def time_case(document, scene, closed_loop, options, names=None, wind_keys=("wind",)):
@@ -297,18 +297,18 @@ def time_case(document, scene, closed_loop, options, names=None, wind_keys=("win
     Raises
     ------
     SceneError
-        See `asked_of`.
+        See `input_and_output`.
     """
     body, loop, loop_scene = closed_loop.body, closed_loop.loop, closed_loop.scene
-    asked = asked_of(document, scene, loop_scene, options, body.measured, names, wind_keys)
-    output = body.measured_outputs[asked.output_number]
-    of_unit_input = in_time(closed_loop, output, asked.plant_input, asked.input.components, options.times)
-    response = of_unit_input.times(asked.input.size)
+    chosen = input_and_output(document, scene, loop_scene, options, body.measured, names, wind_keys)
+    output = body.measured_outputs[chosen.output_number]
+    of_unit_input = in_time(closed_loop, output, chosen.plant_input, chosen.input.components, options.times)
+    response = of_unit_input.times(chosen.input.size)
     dampings = [cable.damping for cable in loop_scene.cables.values()]
     phase_right_up_to = 0.0 if loop.slight_delay else loop.right_up_to
     remarks = remarks_of(loop_scene.control, phase_right_up_to, response, dampings)
-    unit, delayed = f"m{unit_of(body.measured[asked.output_number])}", phase_right_up_to > 0
-    return TimeCase(options, asked.input, response, loop.gain, asked.output, unit, asked.winches, remarks, delayed)
+    unit, delayed = f"m{unit_of(body.measured[chosen.output_number])}", phase_right_up_to > 0
+    return TimeCase(options, chosen.input, response, loop.gain, chosen.output, unit, chosen.winches, remarks, delayed)
 
 
 def _shown_names(plant_names, names):
