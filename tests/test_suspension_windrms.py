@@ -238,7 +238,9 @@ def test_a_load_case_without_an_answer_has_a_row_that_says_why(scene):
     alone = table_of("windrms", scene, *sets, "--case", "calm", "--table", "motion")
     assert [{**row, "case": "calm", "status": "ok"} for row in alone] == rows[:2]
     none = table_of("windrms", scene, "--set", "cases={lost: {lost: [px]}}", "--case", "all", code=3)
-    assert none == [{"case": "lost", "status": reason}]
+    chosen = "--table", "motion", "--columns", "rms_x"
+    again = table_of("windrms", scene, "--set", "cases={lost: {lost: [px]}}", "--case", "all", *chosen, code=3)
+    assert none == again == [{"case": "lost", "status": reason}]
 
 
 @pytest.mark.parametrize(

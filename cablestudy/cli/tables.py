@@ -38,8 +38,12 @@ class Style(str):
 
     def of(self, table):
         """The part of a `Table` that is shown, with its digits."""
-        table = table.chosen(self.columns, self.top)
+        table = table.chosen(self.columns_of(table), self.top)
         return table if self.digits is None else replace(table, digits=self.digits)
+
+    def columns_of(self, table):
+        """`columns`; none for a table of names and their status alone, as of load cases that all have no answer."""
+        return self.columns if any(not (field.label or field.kept) for field in table.fields) else ()
 
 
 def split_names(context, parameter, text):
@@ -127,7 +131,7 @@ def show(table, style):
         for name, value in row.items():
             if isinstance(value, float) and not isfinite(value):
                 raise NoSolutionError(f"{name} is not a finite number")
-    for name in style.columns:
+    for name in style.columns_of(table):
         _check_column(table, name)
     table = style.of(table)
     with while_it_is_read():
