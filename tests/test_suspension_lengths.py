@@ -201,6 +201,41 @@ def test_junctions_find_their_places():
     np.testing.assert_allclose(found.lengths[1:3], 2.0, rtol=1e-12)
 
 
+def hung_point(**other):
+    """A point of 20 kg between two anchors at 100 m, on weightless cables that state nothing."""
+    lines = [cable((0, 0, 0), "k", 1e6, given=None), cable("k", (100, 0, 0), 1e6, given=None)]
+    return replace(suspension([], lines, [point("k", (40, 0, -2), 20.0)]), **other)
+
+
+@pytest.mark.parametrize(
+    ("method", "wanted"), [("balanced", {"low": 120.0}), ("least", {"low": 120.0}), ("closest", {"reference": 120.0})]
+)
+def test_points_alone_follow_the_tensions_that_the_method_wants(method, wanted):
+    """Two tensions T hold a weight P in the middle, at angles of sin a = P/(2 T) below the level."""
+    found, problems = lengths.solve(hung_point(), method, **wanted)
+    assert problems == ""
+    assert found.stability.stable
+    angle = np.arcsin(20 * 9.81 / 2 / 120)
+    np.testing.assert_allclose(found.position[0], [50, 0, -50 * np.tan(angle)], atol=1e-7)
+    np.testing.assert_allclose(found.lengths, 50 / np.cos(angle) / (1 + 120 / 1e6), rtol=1e-9)
+
+
+def test_points_alone_in_a_batch_and_tensions_that_no_place_has():
+    """The tension of two cables at 98 N is less than half of the weight: of that case alone there is no answer."""
+    references = np.array([[120.0, 120.0], [98.0, 98.0], [400.0, 400.0]])
+    found, problems = lengths.solve(hung_point(mass=np.full((3, 1), 20.0)), "closest", reference=references)
+    assert problems[[0, 2]].tolist() == ["", ""]
+    assert "no lengths were found" in problems[1]
+    angles = np.arcsin(20 * 9.81 / 2 / references[[0, 2], 0])
+    np.testing.assert_allclose(found.position[[0, 2], 0, 2], -50 * np.tan(angles), rtol=1e-9)
+
+
+@pytest.mark.parametrize("method", ["balanced", "least"])
+def test_points_alone_without_a_wanted_tension_are_refused(method):
+    with pytest.raises(NoSolutionError, match=r"decides the tensions of c0, c1: .* state tensions.min"):
+        lengths.solve(hung_point(), method, high=5000.0)
+
+
 def test_cases_of_a_batch():
     """Places of the body and masses that differ, one of them out of reach: each case as alone."""
     scene = robot()

@@ -53,6 +53,27 @@ def test_a_chain_of_300_points(start, slack, stiffness):
     np.testing.assert_allclose(found.position, whole.span.unstretched_length * along @ whole.span.frame, atol=1e-7)
 
 
+@pytest.mark.parametrize("kind", ["preload", "tension_to", "horizontal_tension"])
+def test_a_point_is_pushed_past_an_anchor_by_more_than_the_other_cable_keeps(kind):
+    """Two cables in line, the first one of given length: it holds what force and stated tension leave, on either side.
+
+    On the way past its anchor it is slack, and the tension of the other is the force whatever its length.
+    """
+    length, stiffness, kept = 49.995, 1e6, 1000.0
+    force = np.array([0.0, 500.0, 999.0, 1001.0, 1050.0, 1300.0, 1778.0, 2000.0, 3000.0])
+    lines = [cable((0, 0, 0), "k", stiffness, value=length), cable("k", (100, 0, 0), stiffness, given=kind, value=kept)]
+    scene = suspension([], lines, [point("k", (50, 0, 0))])
+    pushed = np.zeros((len(force), 1, 3))
+    pushed[:, 0, 0] = -force
+    found = rest.pose(replace(scene, force=pushed))
+    assert found.record.converged.all()
+    assert found.stability.stable.all()
+    tension = kept - force  # of the first cable, negative where it pulls the other way
+    place = np.sign(tension) * length * (1 + np.abs(tension) / stiffness)
+    np.testing.assert_allclose(found.position[:, 0, 0], place, rtol=1e-9)
+    np.testing.assert_allclose(found.catenary.mean_tension[:, 0], np.abs(tension), rtol=1e-6)
+
+
 @pytest.mark.parametrize(("kind", "value"), [("sag", 1.9), ("preload", 4e6)])
 def test_a_platform_comes_to_rest_far_below_its_place_in_the_file(kind, value):
     """Six stiff cables keep what they state while it moves by 118 and 234 m, to where exact catenaries balance it."""

@@ -7,9 +7,9 @@ import numpy as np
 from cablestudy.cable import catenary
 from cablestudy.cable.vectors import largest, size
 from cablestudy.errors import NoSolutionError
-from cablestudy.statics import rounding, stated, tangent
+from cablestudy.statics import rest, rounding, stated, tangent
 from cablestudy.statics.descent import CONVERGED, ROUNDED, TOO_MANY, UNHELD, SearchRecord, descend
-from cablestudy.statics.failure import MOTIONS
+from cablestudy.statics.failure import MOTIONS, explain
 from cablestudy.statics.pose_state import (
     TINY,
     assign_rows,
@@ -88,8 +88,10 @@ def solve(suspension, method="balanced", low=0.0, high=np.inf, reference=0.0, mo
     shape, count = suspension.shape, len(suspension.stated)
     n = int(np.prod(shape))
     bounds = [np.broadcast_to(b, (*shape, count)).reshape(n, count)[:, unstated] for b in (low, high, reference)]
-    flat = suspension.broadcast((n,))
     which = np.flatnonzero(unstated)
+    if np.array_equal(moving, suspension.free):
+        return with_tensions_of_method(suspension, which, method, *bounds)
+    flat = suspension.broadcast((n,))
     answers = search(flat, which, moving, method, *bounds, LEAST_RATIOS[0])
     # cases near the least tension of a cable are tried again with other lower bounds
     for least_ratio in LEAST_RATIOS[1:]:
@@ -103,6 +105,53 @@ def solve(suspension, method="balanced", low=0.0, high=np.inf, reference=0.0, mo
         answers = with_stable_attitudes(suspension, flat, answers, which, moving, method, bounds)
     state, record, problems = answers
     return equilibrium(suspension, flat, state, record), problems.reshape(shape)
+
+
+def with_tensions_of_method(suspension, which, method, low, high, reference):
+    """Equilibrium with the tensions that the method wants, where all that is free follows the tensions.
+
+    Loads then rule out no tensions: those of `closest` are the reference, those of the other methods the lower bound.
+
+    Parameters
+    ----------
+    suspension : SuspendedSystem
+        With cases of any shape, n of them.
+    which : ndarray of int, shape (m,)
+        Cables that state nothing.
+    method : {"balanced", "least", "closest"}
+    low, high, reference : ndarray, shape (n, m)
+        Bounds of the mean tensions of these cables, and what they shall be close to. [N]
+
+    Returns
+    -------
+    Equilibrium
+    problems : ndarray of str, shape (...)
+        As of `solve`.
+
+    Raises
+    ------
+    NoSolutionError
+        A cable with neither a lower bound nor a reference.
+    """
+    wanted = {"balanced": low.max(axis=-1, keepdims=True), "least": low, "closest": reference}[method]
+    tension = np.clip(wanted, low, high)
+    undecided = (tension <= 0).any(axis=0)
+    if undecided.any():
+        names = ", ".join(suspension.cable_names[cable] for cable in which[undecided])
+        raise NoSolutionError(
+            f"nothing decides the tensions of {names}: no body stands at a given place, and what is free finds a balance "
+            "for any tensions; state tensions.min, or the method closest with a reference"
+        )
+    cases = suspension.broadcast((len(tension),))
+    value, kinds = np.array(cases.value), np.array(suspension.stated, dtype=object)
+    value[:, which], kinds[which] = tension, "preload"
+    found = rest.pose(replace(cases, value=value, stated=tuple(kinds)).broadcast(suspension.shape))
+    problems = np.full(suspension.shape, "", dtype=object)
+    for case in np.ndindex(suspension.shape):
+        if not found.record.converged[case]:
+            problems[case] = explain(found.take(case))
+    as_described = replace(found.suspension, stated=suspension.stated, value=suspension.broadcast().value)
+    return replace(found, suspension=as_described), problems
 
 
 def with_converged(answers, index, repeated):
@@ -519,6 +568,14 @@ def allowed_share(suspension, state, step):
     return 1 / np.maximum(1.0, np.maximum(displacement, rotation))
 
 
+def points_of_open_cables(suspension, which):
+    """Names of the free points all of whose cables are among `which`, those that state nothing."""
+    ends = suspension.owner[suspension.of_cables]
+    stated_ends = np.delete(ends, which, axis=0)
+    points = range(suspension.bodies, len(suspension.body_names))
+    return [suspension.body_names[i] for i in points if (ends == i).any() and not (stated_ends == i).any()]
+
+
 def describe_failure(suspension, which, answer, low, possible, high):
     """Reason why a case has no answer: its search has not converged, or its loads are not held within the bounds.
 
@@ -538,9 +595,9 @@ def describe_failure(suspension, which, answer, low, possible, high):
         return f"no tensions hold {held} here: nothing balances {suspension.body_names[body]} {MOTIONS[motion]}"
     excess = np.maximum(possible - answer.tension, answer.tension - high)  # beyond the nearer bound
     if answer.within or excess.max() <= 0:
-        return (
-            f"no lengths were found that hold {held} here: their search did not settle in {STATICS.lengths_steps} steps"
-        )
+        text = f"no lengths were found that hold {held} here: their search did not settle in {STATICS.lengths_steps} steps"
+        points = points_of_open_cables(suspension, which)
+        return f"{text}; state a length or tension of a cable at {', '.join(points)}" if points else text
     largest = np.abs(answer.tension).max()
     factor, unit = next(pair for pair in UNITS if largest >= pair[0] or pair[0] == 1.0)
     nearest = []

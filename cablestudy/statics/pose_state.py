@@ -268,5 +268,6 @@ def longest(state):
 
 def extent(state):
     """Largest extent of all ends along x, y or z, or longest cable if that is more, shape (n,). [m]"""
-    places = state.ends.reshape(len(state.ends), -1, 3)
-    return np.maximum(largest(np.stack([np.ptp(places[..., i], axis=-1) for i in range(3)], axis=-1)), longest(state))
+    # each coordinate in a row of its own: a maximum over a middle axis costs ten times as much
+    coordinates = np.ascontiguousarray(state.ends.reshape(len(state.ends), -1, 3).T)
+    return np.maximum(np.ptp(coordinates, axis=1).max(axis=0), longest(state))

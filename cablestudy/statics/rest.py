@@ -48,7 +48,7 @@ def pose(suspension):
     Notes
     -----
     Stated preloads, sags and tensions are met by Newton's method on the lengths, about poses of least energy.
-    Cases that do not meet them are searched again by way of softer cables; unstable equilibria are left for others.
+    Cases that do not meet them are searched again by way of softer or heavier cables; unstable equilibria are left for others.
     """
     refuse_unheld(suspension)
     unstated = [name for name, kind in zip(suspension.cable_names, suspension.stated, strict=True) if kind is None]
@@ -57,11 +57,13 @@ def pose(suspension):
     shape = suspension.shape
     flat = suspension.broadcast((int(np.prod(shape)),))
     state, record = search_all(flat, start(flat))
-    unmet = np.flatnonzero(record.reason == UNMET)
-    if len(unmet):
-        record = copy_record(record)
-        # where this search fails too, the state and record of the first one are kept: they are nearer to the scene
-        _assign_converged(state, record, unmet, *search_with_softer_cables(flat.take(unmet)))
+    weightless = (flat.cable_mass == 0).any(axis=-1) & (flat.gravity != 0)
+    for search, cases in ((search_with_softer_cables, True), (search_with_heavier_cables, weightless)):
+        unmet = np.flatnonzero((record.reason == UNMET) & cases)
+        if len(unmet):
+            record = copy_record(record)
+            # where this search fails too, the state and record of the first one are kept: they are nearer to the scene
+            _assign_converged(state, record, unmet, *search(flat.take(unmet)))
     return leave_saddle_points(suspension, flat, state, record)
 
 
@@ -150,6 +152,21 @@ def search_with_softer_cables(suspension):
             break
     from_softer = replace(softer, axial_stiffness=stiffness)
     return search_all(from_softer, start(from_softer))
+
+
+def search_with_heavier_cables(suspension):
+    """Pose and lengths as of `search_with_softer_cables`, by way of a little weight of cables that have none.
+
+    While a cable without weight is slack, the lengths of others may change no tension, and lead a search nowhere.
+    """
+    first_state = start(suspension)
+    tension = catenary.solve(spans(suspension, first_state)).mean_tension.max(axis=-1, keepdims=True)
+    gravity = np.maximum(np.abs(suspension.gravity), TINY)
+    mass = STATICS.little_weight * tension / (gravity * extent(first_state))[:, None]
+    heavier = replace(suspension, cable_mass=np.where(suspension.cable_mass > 0, suspension.cable_mass, mass))
+    state, _ = search_with_softer_cables(heavier)
+    from_heavier = replace(suspension, position=state.position, rotation=state.rotation)
+    return search_all(from_heavier, start(from_heavier))
 
 
 def start(suspension):

@@ -127,9 +127,9 @@ def between_bodies(suspension, stiffness, arms):
     owner = suspension.owner[ends.line, ends.row]
     same_body = np.flatnonzero(owner == suspension.owner[ends.line, ends.column])
     same_body = same_body[np.argsort(owner[same_body], kind="stable")]
-    products = first.take(same_body, axis=-3) * second.take(same_body, axis=-3)
+    products = first * second
     diagonal = np.abs(products[..., 0, :] + products[..., 1, :] + products[..., 2, :])
-    return matrices, on_bodies(diagonal, owner[same_body], count)
+    return matrices, on_bodies(diagonal.take(same_body, axis=-2), owner[same_body], count)
 
 
 def wrenches(arms, forces):
@@ -160,9 +160,9 @@ def on_bodies(values, body, count):
     ndarray, shape (..., count, k)
     """
     total = np.zeros((*values.shape[:-2], count, values.shape[-1]))
-    bodies, first = np.unique(body, return_index=True)
-    if len(bodies):
-        total[..., bodies, :] = np.add.reduceat(values, first, axis=-2)
+    if len(body):
+        first = np.flatnonzero(np.append(True, body[1:] != body[:-1]))  # of the values of each body
+        total[..., body[first], :] = np.add.reduceat(values, first, axis=-2)
     return total
 
 

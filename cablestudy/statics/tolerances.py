@@ -38,6 +38,7 @@ class StaticsTolerances:
     dependent_steps: float = 1e-10
     next_equilibrium_steps: int = 25  # from an equilibrium to the next one
     softened: tuple = (0.3, 0.03, 1e-3, 1e-5, 1e-8)  # strains of cables that a search goes by
+    little_weight: float = 1e-6  # weight of a cable over the tensions, which a search goes by
     error_in_step: float = 10.0  # relative error that a step shall take away at most
     # distance that a failed search with softer cables has gone, over the suspension's extent, up to which the next one
     # begins where it ended
