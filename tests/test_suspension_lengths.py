@@ -352,4 +352,4 @@ def test_cables_whose_own_weight_needs_more_than_is_allowed_end_the_search_at_on
     reason = Group([scene]).failure(0)
     assert "by its own weight at least" in str(reason)
     assert len(searched) == 1  # other least tensions are not tried
-    assert searched[0][1].steps <= STATICS.infeasible_steps
+    assert searched[0].record.steps <= STATICS.infeasible_steps

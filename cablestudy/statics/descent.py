@@ -159,12 +159,19 @@ def _sparse_step(matrix, force):
     return factors.solve(force)
 
 
-def imbalance(suspension, evaluation):
-    """Largest net force on a free degree of freedom over the sum of forces on that body, shape (n,). [-]"""
-    sizes = np.ones_like(evaluation.net)
-    sizes[..., 3:] = tangent.body_sizes(suspension)[..., None]
-    net = np.where(suspension.free, evaluation.net / sizes, 0.0)
-    return (largest(net) / np.maximum(evaluation.scale, TINY)).max(axis=-1)
+def imbalance(suspension, net, scale):
+    """Largest net force on a free degree of freedom over the sum of forces on that body, shape (n,). [-]
+
+    Parameters
+    ----------
+    suspension : SuspendedSystem
+    net : ndarray, shape (n, b, 6)
+        [N], [N m]
+    scale : ndarray, shape (n, b)
+        Sum of the sizes of the forces on each body. [N]
+    """
+    free_net = np.where(suspension.free, net / tangent.motion_units(suspension), 0.0)
+    return (largest(free_net) / np.maximum(scale, TINY)).max(axis=-1, initial=0.0)
 
 
 def _with_predicted_tensions(trial, state, evaluation):
@@ -257,7 +264,7 @@ def descend(suspension, state, most_steps=STATICS.descent_steps, small_net_force
         step = newton_step(subset, state, evaluation)
         change = np.maximum(size(step[..., :3]).max(axis=-1) / longest(state), size(step[..., 3:]).max(axis=-1))
         state, evaluation, share = line_search(subset, state, evaluation, step)
-        relative_force = imbalance(subset, evaluation)
+        relative_force = imbalance(subset, evaluation.net, evaluation.scale)
         rounding_ratio = largest_ratio(subset, evaluation.net, evaluation.least_rounding)
         slow = rounding_ratio > STATICS.descent_progress * best_ratio[active]
         slow_steps[active] = np.where(slow, slow_steps[active] + 1, 0)

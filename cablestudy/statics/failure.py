@@ -39,10 +39,8 @@ def _describe_net_force(equilibrium):
     """
     suspension, tension = equilibrium.suspension, equilibrium.catenary.max_tension
     net, scale = tangent.net_forces(suspension, equilibrium.rotation, equilibrium.arms, equilibrium.end_forces, tension)
-    sizes = np.ones_like(net)
-    sizes[..., 3:] = tangent.body_sizes(suspension)[..., None]
     with np.errstate(over="ignore"):  # no other force at all, where every cable hangs loose without gravity
-        unbalanced = np.where(suspension.free, np.abs(net / sizes), 0.0)
+        unbalanced = np.where(suspension.free, np.abs(net / tangent.motion_units(suspension)), 0.0)
         relative = np.nan_to_num(unbalanced / np.maximum(scale, np.finfo(float).tiny)[..., None])
     relative_moment = np.where(suspension.moment.any(axis=-1)[:, None], relative, 0.0)  # on bodies with a dead moment
     relative_moment[:, :3] = 0.0

@@ -16,7 +16,7 @@ import numpy as np
 from cablestudy.cable import catenary
 from cablestudy.cable.newton import STALLED as CABLE_STALLED
 from cablestudy.cable.span import Span
-from cablestudy.cable.vectors import dot, largest, size, times
+from cablestudy.cable.vectors import dot, size, times
 from cablestudy.statics import tangent
 from cablestudy.statics.links import Links, joined
 from cablestudy.statics.rigid import turn

@@ -47,8 +47,9 @@ def pose(suspension):
 
     Notes
     -----
-    Stated preloads, sags and tensions are met by Newton's method on the lengths, about poses of least energy.
-    Cases that do not meet them are searched again by way of softer or heavier cables; unstable equilibria are left for others.
+    Stated preloads, sags and tensions are met by Newton's method on the lengths, about poses of least energy. Cases
+    that do not meet them are searched again by way of softer or heavier cables. Unstable equilibria are left for
+    others.
     """
     refuse_unheld(suspension)
     unstated = [name for name, kind in zip(suspension.cable_names, suspension.stated, strict=True) if kind is None]

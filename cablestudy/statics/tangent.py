@@ -386,6 +386,13 @@ def body_sizes(suspension):
     return np.where(square > 0, np.sqrt(square), 1.0)
 
 
+def motion_units(suspension):
+    """Units that make all motions of bodies comparable, shape (n, b, 6): 1, and `body_sizes` of rotations. [-], [m]"""
+    units = np.ones((*suspension.position.shape[:-1], 6))
+    units[..., 3:] = body_sizes(suspension)[..., None]
+    return units
+
+
 def magnitudes(blocks, suspension):
     """Sum of the sizes of all terms on the diagonal of each free degree of freedom, shape (..., d). [N/m], [N m/rad]
 
