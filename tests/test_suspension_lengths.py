@@ -14,6 +14,7 @@ from cablestudy.cable.span import Span
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import load_scene
 from cablestudy.statics import lengths, rest, stated
+from cablestudy.statics.fitted_lengths import fit_strains
 from cablestudy.statics.tension_distribution import distribute
 from cablestudy.statics.tolerances import STATICS
 from cablestudy.study.suspension.group import Group
@@ -337,7 +338,7 @@ def test_lengths_that_are_fitted():
     for kind, wanted in {**tensions, "max_tension": 450.0, "sag": 0.2}.items():
         value = np.full(10, wanted)
         span = Span.between(ends[:, 0], ends[:, 1], np.geomspace(1e4, 1e10, 10), 0.4)
-        strain, error, _ = stated.fit_strains(span, (kind,) * 10, value, np.full(10, -0.01))
+        strain, error, _ = fit_strains(span, (kind,) * 10, value, np.full(10, -0.01))
         assert np.abs(error).max() < 1e-9
         np.testing.assert_allclose(
             stated.actual_values(solve(span.with_chord_strain(strain)), (kind,) * 10), wanted, rtol=1e-9

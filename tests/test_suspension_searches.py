@@ -15,8 +15,9 @@ from cablestudy.cable.catenary import solve
 from cablestudy.cable.span import Span
 from cablestudy.errors import ConvergenceError
 from cablestudy.scene.suspension import SuspensionScene
-from cablestudy.statics import descent, lengths, rest, stated
+from cablestudy.statics import descent, lengths, rest
 from cablestudy.statics.failure import explain
+from cablestudy.statics.fitted_lengths import least_preload
 from cablestudy.statics.tolerances import STATICS
 from cablestudy.study.suspension.case import SuspensionCase
 
@@ -168,7 +169,7 @@ def test_the_least_tension_of_a_cable(way):
 
     share = minimize_scalar(level, bounds=(0.5, 3.0), method="bounded").fun if way[0] else 0.5
     span = Span.between(np.zeros(3), np.array([way]), 1e9, 2.0, G, np.array([10.0]))
-    assert stated.least_preload(span)[0] == pytest.approx(share * 2.0 * G * 10, rel=STATICS.least_tension_error)
+    assert least_preload(span)[0] == pytest.approx(share * 2.0 * G * 10, rel=STATICS.least_tension_error)
 
 
 def heavy_robot(line):
@@ -189,7 +190,7 @@ def test_no_tension_below_what_its_own_weight_gives_a_cable(line):
     force, arm = found.end_forces[:, 1], found.arms[:, 1]
     np.testing.assert_allclose(force.sum(axis=0), [0, 0, 50 * G], atol=1e-6)
     np.testing.assert_allclose(np.cross(arm, force).sum(axis=0), 0, atol=1e-6)
-    least = stated.least_preload(found.catenary.span)
+    least = least_preload(found.catenary.span)
     ratio = found.catenary.mean_tension / least
     assert ratio.min() >= 1
     assert ratio.min() < 2.01

@@ -5,6 +5,7 @@ import numpy as np
 from cablestudy.cable.vectors import size
 from cablestudy.statics import stated, tangent
 from cablestudy.statics.descent import DISAGREED, REASONS, UNMET
+from cablestudy.statics.fitted_lengths import least_preload
 from cablestudy.statics.tolerances import STATICS
 
 MOTIONS = ("along x", "along y", "along z", "about x", "about y", "about z")
@@ -66,7 +67,7 @@ def _describe_unmet(equilibrium):
     text = f"{name} has a {kind} of {actual[cable]:.4g} {unit} instead of {value:.4g} {unit}"
     if error[cable] < STATICS.nearly_right_value:
         text = f"the {kind} of {name} comes within {error[cable]:.0e} of {value:.4g} {unit}"
-    least = stated.least_preload(cables.span)[cable]
+    least = least_preload(cables.span)[cable]
     if kind == "preload" and value < least:
         text += f"; its own weight gives it at least {least:.4g} N there"
     return text

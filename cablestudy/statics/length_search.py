@@ -17,6 +17,7 @@ from cablestudy.cable import catenary
 from cablestudy.cable.vectors import largest, size
 from cablestudy.statics import rounding, stated, tangent
 from cablestudy.statics.descent import CONVERGED, ROUNDED, TOO_MANY, UNHELD, SearchRecord, imbalance
+from cablestudy.statics.fitted_lengths import least_preload
 from cablestudy.statics.pose_state import (
     PoseState,
     assign_rows,
@@ -27,7 +28,8 @@ from cablestudy.statics.pose_state import (
     spans,
     take_rows,
 )
-from cablestudy.statics.rest import start, with_stated
+from cablestudy.statics.rest import start
+from cablestudy.statics.stated_equilibrium import with_stated
 from cablestudy.statics.suspension import SuspendedSystem
 from cablestudy.statics.tension_distribution import Distribution, distribute
 from cablestudy.statics.tolerances import STATICS
@@ -431,7 +433,7 @@ def possible_tensions(problem, state, low, tension, least_ratio):
     chord_weight = (suspension.cable_mass * suspension.cable_gravity[0] * size(state.chord))[:, open_cables]
     least, light = STATICS.least_level_tension * chord_weight, tension < chord_weight
     if np.any(light):
-        least = np.where(light, stated.least_preload(spans(suspension, state))[:, open_cables], least)
+        least = np.where(light, least_preload(spans(suspension, state))[:, open_cables], least)
     return np.maximum(low, least_ratio * least)
 
 

@@ -1,0 +1,294 @@
+"""Lengths with which cables have what they state while bodies are in equilibrium: Newton's method on both together.
+
+The step (q, dL/L) of bodies and lengths solves
+
+    [K, -G; M, D] [q; dL/L] = [0; -error],
+
+with K the tangent stiffness, and the derivatives G of the net forces by dL/L, M of the stated values by q and D of the
+stated values by dL/L; values are relative. A descent to equilibrium follows each step.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cablestudy.cable import catenary
+from cablestudy.cable.vectors import size
+from cablestudy.statics import stated, tangent
+from cablestudy.statics.descent import ROUNDED, UNMET, descend
+from cablestudy.statics.fitted_lengths import fit_strains, linear_measure
+from cablestudy.statics.pose_state import (
+    TINY,
+    assign_rows,
+    copy_record,
+    displaced,
+    end_forces_and_stiffness,
+    spans,
+    take_rows,
+)
+from cablestudy.statics.rounding import Bounds, of_stated
+from cablestudy.statics.tangent import GROUND
+from cablestudy.statics.tolerances import STATICS
+
+
+def satisfy_stated(suspension, state, record):
+    """Change lengths until preloads, sags and tensions are what the cables state, with the bodies in equilibrium.
+
+    Parameters
+    ----------
+    suspension : SuspendedSystem
+        With cases of shape (n,).
+    state : PoseState
+        In equilibrium.
+    record : SearchRecord
+        Of the search that led there.
+
+    Returns
+    -------
+    PoseState
+    SearchRecord
+        With the reason UNMET where the values are not met, and ROUNDED where the errors fall no further and are below
+        `Bounds.most`; else that of the last search for an equilibrium.
+    """
+    which = np.flatnonzero([kind != "unstretched_length" for kind in suspension.stated])
+    final, final_record = copy_record(state), copy_record(record)
+    active, subset = np.arange(len(state.length)), suspension
+    best_error, slow_steps = np.full(len(active), np.inf), np.zeros(len(active), dtype=int)
+    error, _, cables = stated_errors(subset, state, which)
+    for _ in range(STATICS.equilibrium_steps):
+        step, change = coupled_step(subset, state, cables, which, error)
+        state, error, rounding, cables, record = backtrack(subset, state, step, change, which, error)
+        assign_rows(final, active, state)
+        assign_rows(final_record, active, replace(record, steps=final_record.steps[active] + record.steps))
+        met = (np.abs(error) <= rounding.least).all(axis=-1)
+        largest_error = log_error(error)
+        slow = (largest_error > STATICS.equilibrium_progress * best_error[active]) | np.isinf(largest_error)
+        slow_steps[active] = np.where(slow, slow_steps[active] + 1, 0)
+        best_error[active] = np.minimum(best_error[active], largest_error)
+        stuck = slow_steps[active] >= STATICS.equilibrium_patience
+        rounded = stuck & (np.abs(error) <= rounding.most).all(axis=-1)
+        answered = met | ~record.converged
+        final_record.reason[active] = np.where(answered, record.reason, np.where(rounded, ROUNDED, UNMET))
+        going_on = np.flatnonzero(~(answered | stuck))
+        if not len(going_on):
+            break
+        if len(going_on) < len(active):
+            active, state, error = active[going_on], take_rows(state, going_on), error[going_on]
+            subset = suspension.take(active)
+            cables = catenary.solve(spans(subset, state), state.tension)
+    return final, final_record
+
+
+def backtrack(suspension, state, step, length_change, which, error):
+    """Shorten steps of bodies and lengths until they lower the errors of stated values, in equilibrium after each.
+
+    Where bodies move far, lengths that follow linearly are wrong by more than stiff cables stretch: before a step is
+    shortened, the whole of it is tried with those for which the cables have what they state where it leads. A step that
+    is no better after the last try is returned as it is.
+
+    Parameters
+    ----------
+    suspension, state, which, error
+        As of `stated_errors`.
+    step, length_change
+        As of `coupled_step`.
+
+    Returns
+    -------
+    state : PoseState
+    error, rounding, cables
+        As of `stated_errors`, in this state.
+    record : SearchRecord
+        Of the search for the equilibrium.
+    """
+    error_before, share, fitted = log_error(error), np.ones(len(error)), np.zeros(len(error), dtype=bool)
+    for number in range(STATICS.equilibrium_tries):
+        trial = with_lengths(displaced(suspension, state, step * share[:, None, None]), length_change * share[:, None])
+        trial = _with_stated_of(fitted, which, suspension, trial) if fitted.any() else trial
+        trial, record = descend(suspension, trial, STATICS.next_equilibrium_steps)
+        trial_error, rounding, cables = stated_errors(suspension, trial, which)
+        larger = ~(log_error(trial_error) < error_before) & (np.abs(trial_error) > rounding.most).any(axis=-1)
+        worse = larger | ~record.converged
+        if not worse.any():
+            break
+        share = np.where(worse, share / 4, share) if number else share
+        fitted = fitted & ~worse if number else worse
+    return trial, trial_error, rounding, cables, record
+
+
+def _with_stated_of(cases, which, suspension, state):
+    """`with_stated` of the cables `which` in some cases, a mask, and the state as it is of the others."""
+    fitted, chosen = with_stated(suspension, state), np.zeros(state.length.shape, dtype=bool)
+    chosen[:, which] = cases[:, None]
+    strain, length = np.where(chosen, fitted.strain, state.strain), np.where(chosen, fitted.length, state.length)
+    return replace(state, strain=strain, length=length)
+
+
+def log_error(error):
+    """Largest |log(value/(stated value))| of each case, from relative errors of shape (n, s), shape (n,)."""
+    return np.abs(np.log(np.maximum(1 + error, TINY))).max(axis=-1)
+
+
+def stated_errors(suspension, state, which):
+    """Errors of stated preloads, sags and tensions in a state.
+
+    Parameters
+    ----------
+    suspension : SuspendedSystem
+    state : PoseState
+    which : ndarray of int, shape (s,)
+        The cables that state one of these.
+
+    Returns
+    -------
+    error : ndarray, shape (n, s)
+        (Value in this state)/(stated value) - 1, infinite where it is not a number. [-]
+    rounding : Bounds
+        Of these errors.
+    cables : Catenary
+        All of them.
+    """
+    cables = catenary.solve(spans(suspension, state), state.tension)
+    error = (stated.actual_values(cables, suspension.stated) / suspension.value - 1)[:, which]
+    rounding = of_stated(state.ends[:, suspension.of_cables], state.strain, cables, suspension.stated, suspension.value)
+    rounding = Bounds(rounding.least[:, which], rounding.most[:, which])
+    return np.where(np.isfinite(error), error, np.inf), rounding, cables
+
+
+def with_lengths(state, change):
+    """State with unstretched lengths changed by dL/L, shape (n, c), the bodies at rest."""
+    strain = stated.with_relative_length(state.strain, change)
+    unknown = np.full(state.tension.shape, np.nan)
+    return replace(state, length=state.length * (1 + change), strain=strain, tension=unknown)
+
+
+def with_stated(suspension, state):
+    """State with the lengths for which the cables have what they state, in the same pose."""
+    strain, _, tension = fit_strains(spans(suspension, state), suspension.stated, suspension.value, state.strain)
+    return replace(state, strain=strain, length=size(state.chord) / (1 + strain), tension=tension)
+
+
+def coupled_step(suspension, state, cables, which, error):
+    """Newton step of bodies and lengths together towards what the cables `which` state.
+
+    Parameters
+    ----------
+    suspension, state, which
+        As of `stated_errors`, `cables` and `error` its results.
+
+    Returns
+    -------
+    step : ndarray, shape (n, b, 6)
+        [m], [rad]
+    change : ndarray, shape (n, c)
+        dL/L. [-]
+
+    Notes
+    -----
+    [K, -G; M, D] [q; dL/L] = [0; -error], with K the tangent stiffness, q the step, and the derivatives G of the net
+    forces by dL/L, M of the stated values by q and D of the stated values by dL/L; values are relative. Degrees of
+    freedom are scaled, see `tangent.magnitudes`, and dL/L is divided by the dL/L for which D alone gives a relative
+    change of 1. A step takes away an error of no more than `error_in_step`, and changes no length by more
+    than `length_change`.
+    """
+    rates = stated.rates(cables, suspension.stated)
+    forces, stiffness, _ = end_forces_and_stiffness(suspension, state, cables, rates.stiffness)
+    blocks = tangent.stiffness_blocks(suspension, state.rotation, state.arms, forces, stiffness)
+    measure, factor = linear_measure(error, np.array(suspension.stated, dtype=object)[which])
+    value = suspension.value[:, which] / np.where(np.isfinite(factor), factor, 1.0)
+    end_sign = np.array([-1.0, 1.0])[:, None]
+    value_by_ends = rates.by_end[:, which, None, :] * end_sign / value[..., None, None]
+    value_by_length = rates.by_length[:, which] / value
+    length_scale = np.where(value_by_length != 0, 1 / np.maximum(np.abs(value_by_length), TINY), 1.0)
+    force_by_length = tangent.wrenches(state.arms[:, which], rates.end_forces[:, which])
+    equations = CoupledEquations(
+        blocks,
+        scales=np.sqrt(np.maximum(tangent.magnitudes(blocks, suspension), TINY)),
+        which=which,
+        force_by_length=force_by_length * length_scale[..., None, None],
+        value_by_motion=tangent.wrenches(state.arms[:, which], value_by_ends),
+        value_by_length=value_by_length * length_scale,
+        right=-np.clip(measure, -1.0, STATICS.error_in_step),
+    )
+    motion, change = equations.solve(suspension)
+    step, changes = np.zeros((*state.position.shape[:-1], 6)), np.zeros(state.length.shape)
+    # without a definite form, as of a slack cable without weight, there are no rates
+    step[:, suspension.free] = np.nan_to_num(motion / equations.scales)
+    changes[:, which] = np.nan_to_num(change * length_scale)
+    divisor = np.maximum(1.0, np.abs(changes).max(axis=-1) / STATICS.length_change)
+    return step / divisor[:, None, None], changes / divisor[:, None]
+
+
+@dataclass(frozen=True)
+class CoupledEquations:
+    """Scaled equations of `coupled_step`: d free degrees of freedom of bodies and s lengths in each of n cases.
+
+    Attributes
+    ----------
+    blocks : tangent.Blocks
+        K.
+    scales : ndarray, shape (n, d)
+        By which rows and columns of the degrees of freedom are divided. [sqrt(N/m)], [sqrt(N m/rad)]
+    which : ndarray of int, shape (s,)
+        The cables whose lengths are sought.
+    force_by_length, value_by_motion : ndarray, shape (n, s, 2, 6)
+        G and M, for force, moment, displacement and rotation of what holds each of the two ends of these cables.
+    value_by_length : ndarray, shape (n, s)
+        Diagonal of D.
+    right : ndarray, shape (n, s)
+        Right-hand sides of the equations of the stated values, -error.
+    """
+
+    blocks: tangent.Blocks
+    scales: np.ndarray
+    which: np.ndarray
+    force_by_length: np.ndarray
+    value_by_motion: np.ndarray
+    value_by_length: np.ndarray
+    right: np.ndarray
+
+    def solve(self, suspension):
+        """Scaled motions, shape (n, d), and changes of length, shape (n, s)."""
+        n, d = self.scales.shape
+        right = np.concatenate([np.zeros((n, d)), self.right], axis=-1)
+        if right.shape[-1] <= STATICS.dense_freedoms:
+            solution = tangent.solved(self._dense(suspension), right)
+        else:
+            from scipy.sparse.linalg import splu
+
+            matrices = self._sparse(suspension)
+            solution = np.array([splu(matrix).solve(vector) for matrix, vector in zip(matrices, right, strict=True)])
+        return solution[:, :d], solution[:, d:]
+
+    def _dense(self, suspension):
+        """Matrices of all cases, shape (n, d + s, d + s)."""
+        (n, d), s, scales = self.scales.shape, len(self.which), self.scales[:, None, :]
+        columns = tangent.by_body(suspension, self.which, self.force_by_length) / scales
+        rows = tangent.by_body(suspension, self.which, self.value_by_motion) / scales
+        matrix = np.zeros((n, d + s, d + s))
+        matrix[:, :d, :d] = tangent.scaled_dense(self.blocks, suspension, self.scales)
+        matrix[:, :d, :d] += STATICS.added_stiffness * np.eye(d)
+        matrix[:, :d, d:], matrix[:, d:, :d] = -np.swapaxes(columns, -1, -2), rows
+        matrix[:, d:, d:] = (self.value_by_length[:, None, :] + STATICS.added_stiffness) * np.eye(s)
+        return matrix
+
+    def _sparse(self, suspension):
+        """Yield the matrix of each case: scaled [K, -G; M, D] of `coupled_step`, csc_array of shape (d + s, d + s)."""
+        from scipy.sparse import block_array, coo_array, diags_array, eye_array
+
+        d, s, free = self.scales.shape[-1], len(self.which), suspension.free
+        owner = suspension.owner[self.which]
+        number = np.where(free.ravel(), np.cumsum(free) - 1, -1).reshape(free.shape)
+        cable, end = np.nonzero(owner != GROUND)
+        column = number[owner[cable, end]]  # shape (ends, 6), -1 where held
+        is_free = column >= 0
+        position = np.broadcast_to(cable[:, None], column.shape)[is_free], column[is_free]
+        for case, scales in enumerate(self.scales):
+            columns, rows = (
+                coo_array((entries[case, cable, end][is_free], position), shape=(s, d)) @ diags_array(1 / scales)
+                for entries in (self.force_by_length, self.value_by_motion)
+            )
+            stiffness = tangent.scaled_sparse(self.blocks.of(case), suspension, scales)
+            stiffness = stiffness + STATICS.added_stiffness * eye_array(d)
+            by_length = diags_array(self.value_by_length[case] + STATICS.added_stiffness)
+            yield block_array([[stiffness, -columns.T], [rows, by_length]]).tocsc()
