@@ -229,17 +229,17 @@ def line_search(suspension, state, evaluation, step):
 
 
 def descend(suspension, state, most_steps=STATICS.descent_steps, small_net_force=0.0):
-    """Poses of least energy, from given starts.
+    """Find poses of least energy from given starts: `newton_step` and `line_search` until the forces balance.
 
     Parameters
     ----------
     suspension : SuspendedSystem
-        With cases of shape (n,).
+        With cases of shape (n,); each cable has the length of `state`, whatever it states.
     state : PoseState
         Where the searches begin; its tensions are not used.
     most_steps : int
-        Cases of which a whole step leaves no more than `STATICS.descent_settling` of the net force go on after these,
-        where the energy is convex: elsewhere other equilibria than those by way of softer cables may be found.
+        After which a search ends. Where the energy is convex, without rotations and links, it goes on while whole
+        steps leave no more than `STATICS.descent_settling` of the net force: there is one equilibrium only.
     small_net_force : float
         Net force over the sum of forces that counts as none, even if it is more than rounding. [-]
 

@@ -107,16 +107,20 @@ def leave_saddle_points(suspension, flat, state, record):
 
 
 def perturbed(suspension, state, motion, step_size):
-    """State after a step along motions of `Stability`, to leave a saddle of the energy.
+    """State after a step along a motion, to leave a saddle of the energy.
 
-    The largest rotation of the step, or displacement over extent of the suspension, is `step_size`.
+    Parameters
+    ----------
+    suspension, state
+        Of n cases.
+    motion : ndarray, shape (n, b, 6)
+        Of `Stability`.
+    step_size : float
+        Largest rotation of the step [rad], or displacement over extent of the suspension [-].
     """
-    step = motion.copy()
-    step[..., :3] /= extent(state)[:, None, None]
-    step[..., 3:] /= tangent.body_sizes(suspension)[..., None]
-    step *= step_size / np.maximum(largest(step).max(axis=-1), TINY)[:, None, None]
-    step[..., :3] *= extent(state)[:, None, None]
-    return displaced(suspension, state, step)
+    step = motion / tangent.motion_units(suspension)
+    sizes = np.maximum(largest(step[..., :3]) / extent(state)[:, None], largest(step[..., 3:])).max(axis=-1)
+    return displaced(suspension, state, step * (step_size / np.maximum(sizes, TINY))[:, None, None])
 
 
 def search_all(suspension, state):

@@ -78,8 +78,7 @@ def stability_of(equilibrium):
     verdict = np.where(least > tolerance, STABLE, np.where(least < -tolerance, UNSTABLE, MECHANISM))
     motion = np.zeros((*least.shape, *suspension.free.shape))
     motion[..., suspension.free] = vector / scales
-    # a rotation counts as the displacement of the body's rim
-    motion[..., 3:] *= tangent.body_sizes(suspension)[..., None]
+    motion *= tangent.motion_units(suspension)
     motion /= largest(motion).max(axis=-1)[..., None, None]
     return Stability(least, verdict, motion, suspension.body_names)
 

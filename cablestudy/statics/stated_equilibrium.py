@@ -50,14 +50,14 @@ def satisfy_stated(suspension, state, record):
         With the reason UNMET where the values are not met, and ROUNDED where the errors fall no further and are below
         `Bounds.most`; else that of the last search for an equilibrium.
     """
-    which = np.flatnonzero([kind != "unstretched_length" for kind in suspension.stated])
+    sought = np.flatnonzero([kind != "unstretched_length" for kind in suspension.stated])
     final, final_record = copy_record(state), copy_record(record)
     active, subset = np.arange(len(state.length)), suspension
     best_error, slow_steps = np.full(len(active), np.inf), np.zeros(len(active), dtype=int)
-    error, _, cables = stated_errors(subset, state, which)
+    error, _, cables = stated_errors(subset, state, sought)
     for _ in range(STATICS.equilibrium_steps):
-        step, change = coupled_step(subset, state, cables, which, error)
-        state, error, rounding, cables, record = backtrack(subset, state, step, change, which, error)
+        step, change = coupled_step(subset, state, cables, sought, error)
+        state, error, rounding, cables, record = backtrack(subset, state, step, change, sought, error)
         assign_rows(final, active, state)
         assign_rows(final_record, active, replace(record, steps=final_record.steps[active] + record.steps))
         met = (np.abs(error) <= rounding.least).all(axis=-1)
@@ -79,16 +79,16 @@ def satisfy_stated(suspension, state, record):
     return final, final_record
 
 
-def backtrack(suspension, state, step, length_change, which, error):
+def backtrack(suspension, state, step, length_change, sought, error):
     """Shorten steps of bodies and lengths until they lower the errors of stated values, in equilibrium after each.
 
-    Where bodies move far, lengths that follow linearly are wrong by more than stiff cables stretch: before a step is
-    shortened, the whole of it is tried with those for which the cables have what they state where it leads. A step that
-    is no better after the last try is returned as it is.
+    Where bodies move far, lengths that change linearly are wrong by more than stiff cables stretch. So a step that does
+    not lower the errors is first tried again whole, with the lengths for which the cables have what they state where it
+    leads, and shortened only then. A step that is no better after the last try is returned as it is.
 
     Parameters
     ----------
-    suspension, state, which, error
+    suspension, state, sought, error
         As of `stated_errors`.
     step, length_change
         As of `coupled_step`.
@@ -101,25 +101,25 @@ def backtrack(suspension, state, step, length_change, which, error):
     record : SearchRecord
         Of the search for the equilibrium.
     """
-    error_before, share, fitted = log_error(error), np.ones(len(error)), np.zeros(len(error), dtype=bool)
+    error_before, share, refitted = log_error(error), np.ones(len(error)), np.zeros(len(error), dtype=bool)
     for number in range(STATICS.equilibrium_tries):
         trial = with_lengths(displaced(suspension, state, step * share[:, None, None]), length_change * share[:, None])
-        trial = _with_stated_of(fitted, which, suspension, trial) if fitted.any() else trial
+        trial = _with_stated_of(refitted, sought, suspension, trial) if refitted.any() else trial
         trial, record = descend(suspension, trial, STATICS.next_equilibrium_steps)
-        trial_error, rounding, cables = stated_errors(suspension, trial, which)
+        trial_error, rounding, cables = stated_errors(suspension, trial, sought)
         larger = ~(log_error(trial_error) < error_before) & (np.abs(trial_error) > rounding.most).any(axis=-1)
         worse = larger | ~record.converged
         if not worse.any():
             break
         share = np.where(worse, share / 4, share) if number else share
-        fitted = fitted & ~worse if number else worse
+        refitted = refitted & ~worse if number else worse
     return trial, trial_error, rounding, cables, record
 
 
-def _with_stated_of(cases, which, suspension, state):
-    """`with_stated` of the cables `which` in some cases, a mask, and the state as it is of the others."""
+def _with_stated_of(cases, sought, suspension, state):
+    """`with_stated` of the cables `sought` in some cases, a mask, and the state as it is of the others."""
     fitted, chosen = with_stated(suspension, state), np.zeros(state.length.shape, dtype=bool)
-    chosen[:, which] = cases[:, None]
+    chosen[:, sought] = cases[:, None]
     strain, length = np.where(chosen, fitted.strain, state.strain), np.where(chosen, fitted.length, state.length)
     return replace(state, strain=strain, length=length)
 
@@ -129,15 +129,15 @@ def log_error(error):
     return np.abs(np.log(np.maximum(1 + error, TINY))).max(axis=-1)
 
 
-def stated_errors(suspension, state, which):
+def stated_errors(suspension, state, sought):
     """Errors of stated preloads, sags and tensions in a state.
 
     Parameters
     ----------
     suspension : SuspendedSystem
     state : PoseState
-    which : ndarray of int, shape (s,)
-        The cables that state one of these.
+    sought : ndarray of int, shape (s,)
+        The cables that state one of these, whose lengths are sought.
 
     Returns
     -------
@@ -149,9 +149,9 @@ def stated_errors(suspension, state, which):
         All of them.
     """
     cables = catenary.solve(spans(suspension, state), state.tension)
-    error = (stated.actual_values(cables, suspension.stated) / suspension.value - 1)[:, which]
+    error = (stated.actual_values(cables, suspension.stated) / suspension.value - 1)[:, sought]
     rounding = of_stated(state.ends[:, suspension.of_cables], state.strain, cables, suspension.stated, suspension.value)
-    rounding = Bounds(rounding.least[:, which], rounding.most[:, which])
+    rounding = Bounds(rounding.least[:, sought], rounding.most[:, sought])
     return np.where(np.isfinite(error), error, np.inf), rounding, cables
 
 
@@ -168,12 +168,12 @@ def with_stated(suspension, state):
     return replace(state, strain=strain, length=size(state.chord) / (1 + strain), tension=tension)
 
 
-def coupled_step(suspension, state, cables, which, error):
-    """Newton step of bodies and lengths together towards what the cables `which` state.
+def coupled_step(suspension, state, cables, sought, error):
+    """Newton step of bodies and lengths together towards what the cables `sought` state.
 
     Parameters
     ----------
-    suspension, state, which
+    suspension, state, sought
         As of `stated_errors`, `cables` and `error` its results.
 
     Returns
@@ -185,28 +185,26 @@ def coupled_step(suspension, state, cables, which, error):
 
     Notes
     -----
-    [K, -G; M, D] [q; dL/L] = [0; -error], with K the tangent stiffness, q the step, and the derivatives G of the net
-    forces by dL/L, M of the stated values by q and D of the stated values by dL/L; values are relative. Degrees of
-    freedom are scaled, see `tangent.magnitudes`, and dL/L is divided by the dL/L for which D alone gives a relative
-    change of 1. A step takes away an error of no more than `error_in_step`, and changes no length by more
-    than `length_change`.
+    It solves the equations of the module's docstring. Degrees of freedom are scaled, see `tangent.magnitudes`, and
+    dL/L is divided by the dL/L for which D alone gives a relative change of 1. A step takes away an error of no more
+    than `error_in_step`, and changes no length by more than `length_change`.
     """
     rates = stated.rates(cables, suspension.stated)
     forces, stiffness, _ = end_forces_and_stiffness(suspension, state, cables, rates.stiffness)
     blocks = tangent.stiffness_blocks(suspension, state.rotation, state.arms, forces, stiffness)
-    measure, factor = linear_measure(error, np.array(suspension.stated, dtype=object)[which])
-    value = suspension.value[:, which] / np.where(np.isfinite(factor), factor, 1.0)
+    measure, factor = linear_measure(error, np.array(suspension.stated, dtype=object)[sought])
+    value = suspension.value[:, sought] / np.where(np.isfinite(factor), factor, 1.0)
     end_sign = np.array([-1.0, 1.0])[:, None]
-    value_by_ends = rates.by_end[:, which, None, :] * end_sign / value[..., None, None]
-    value_by_length = rates.by_length[:, which] / value
+    value_by_ends = rates.by_end[:, sought, None, :] * end_sign / value[..., None, None]
+    value_by_length = rates.by_length[:, sought] / value
     length_scale = np.where(value_by_length != 0, 1 / np.maximum(np.abs(value_by_length), TINY), 1.0)
-    force_by_length = tangent.wrenches(state.arms[:, which], rates.end_forces[:, which])
+    force_by_length = tangent.wrenches(state.arms[:, sought], rates.end_forces[:, sought])
     equations = CoupledEquations(
         blocks,
         scales=np.sqrt(np.maximum(tangent.magnitudes(blocks, suspension), TINY)),
-        which=which,
+        sought=sought,
         force_by_length=force_by_length * length_scale[..., None, None],
-        value_by_motion=tangent.wrenches(state.arms[:, which], value_by_ends),
+        value_by_motion=tangent.wrenches(state.arms[:, sought], value_by_ends),
         value_by_length=value_by_length * length_scale,
         right=-np.clip(measure, -1.0, STATICS.error_in_step),
     )
@@ -214,7 +212,7 @@ def coupled_step(suspension, state, cables, which, error):
     step, changes = np.zeros((*state.position.shape[:-1], 6)), np.zeros(state.length.shape)
     # without a definite form, as of a slack cable without weight, there are no rates
     step[:, suspension.free] = np.nan_to_num(motion / equations.scales)
-    changes[:, which] = np.nan_to_num(change * length_scale)
+    changes[:, sought] = np.nan_to_num(change * length_scale)
     divisor = np.maximum(1.0, np.abs(changes).max(axis=-1) / STATICS.length_change)
     return step / divisor[:, None, None], changes / divisor[:, None]
 
@@ -229,7 +227,7 @@ class CoupledEquations:
         K.
     scales : ndarray, shape (n, d)
         By which rows and columns of the degrees of freedom are divided. [sqrt(N/m)], [sqrt(N m/rad)]
-    which : ndarray of int, shape (s,)
+    sought : ndarray of int, shape (s,)
         The cables whose lengths are sought.
     force_by_length, value_by_motion : ndarray, shape (n, s, 2, 6)
         G and M, for force, moment, displacement and rotation of what holds each of the two ends of these cables.
@@ -241,7 +239,7 @@ class CoupledEquations:
 
     blocks: tangent.Blocks
     scales: np.ndarray
-    which: np.ndarray
+    sought: np.ndarray
     force_by_length: np.ndarray
     value_by_motion: np.ndarray
     value_by_length: np.ndarray
@@ -262,9 +260,9 @@ class CoupledEquations:
 
     def _dense(self, suspension):
         """Matrices of all cases, shape (n, d + s, d + s)."""
-        (n, d), s, scales = self.scales.shape, len(self.which), self.scales[:, None, :]
-        columns = tangent.by_body(suspension, self.which, self.force_by_length) / scales
-        rows = tangent.by_body(suspension, self.which, self.value_by_motion) / scales
+        (n, d), s, scales = self.scales.shape, len(self.sought), self.scales[:, None, :]
+        columns = tangent.by_body(suspension, self.sought, self.force_by_length) / scales
+        rows = tangent.by_body(suspension, self.sought, self.value_by_motion) / scales
         matrix = np.zeros((n, d + s, d + s))
         matrix[:, :d, :d] = tangent.scaled_dense(self.blocks, suspension, self.scales)
         matrix[:, :d, :d] += STATICS.added_stiffness * np.eye(d)
@@ -276,8 +274,8 @@ class CoupledEquations:
         """Yield the matrix of each case: scaled [K, -G; M, D] of `coupled_step`, csc_array of shape (d + s, d + s)."""
         from scipy.sparse import block_array, coo_array, diags_array, eye_array
 
-        d, s, free = self.scales.shape[-1], len(self.which), suspension.free
-        owner = suspension.owner[self.which]
+        d, s, free = self.scales.shape[-1], len(self.sought), suspension.free
+        owner = suspension.owner[self.sought]
         number = np.where(free.ravel(), np.cumsum(free) - 1, -1).reshape(free.shape)
         cable, end = np.nonzero(owner != GROUND)
         column = number[owner[cable, end]]  # shape (ends, 6), -1 where held

@@ -122,25 +122,34 @@ def _sampled(equilibrium):
     forces = np.concatenate([signs * net_rounding[..., None], net[..., None]], axis=-1)
     cable, end, body = tangent.held_ends(suspension)
     arm = arms[..., cable, end, :]
-    wrench = np.ascontiguousarray(tangent.wrenches(arm, end_forces[..., cable, end, :]))
     bodies = sorted(set(body.tolist()))
     ends_of_bodies = [(owner, slice(*np.searchsorted(body, [owner, owner + 1]).tolist())) for owner in bodies]
-    for owner, of_owner in ends_of_bodies:
-        by_ends = np.swapaxes(wrench[..., of_owner, :], -1, -2) @ changes.take(cable[of_owner], axis=-2)
-        forces[..., owner, :, :] += by_ends
+    _add_by_changes(forces, tangent.wrenches(arm, end_forces[..., cable, end, :]), changes, cable, ends_of_bodies)
     tension = end_forces[..., 1, :, None] * changes[..., None, :]  # (..., c + l, 3, samples + 1)
     displacement = np.zeros(forces.shape)
     if free.any():
-        every = displacement.reshape(*displacement.shape[:-3], -1, displacement.shape[-1])
-        which = np.flatnonzero(free)
-        free_forces = forces.reshape(every.shape).take(which, axis=-2)
-        every[..., which, :] = _solved(suspension, _blocks(equilibrium, stiffness, length_known), free_forces)
+        of_all = displacement.reshape(*displacement.shape[:-3], -1, displacement.shape[-1])  # a view
+        freedoms = np.flatnonzero(free)
+        free_forces = forces.reshape(of_all.shape).take(freedoms, axis=-2)
+        of_all[..., freedoms, :] = _solved(suspension, _blocks(equilibrium, stiffness, length_known), free_forces)
         by_end = np.where(end == 1, 1.0, -1.0)[:, None, None] * stiffness[..., cable, 1, :, :]
         by_body = np.concatenate([by_end, cross(arm[..., None, :], by_end)], axis=-1)  # K [I, -[r x]]
         _add_by_displacements(tension, by_body, displacement, cable, ends_of_bodies)
     unit = np.maximum(cables.max_tension, STATICS.tiny)
     unit = joined(unit, equilibrium.links and np.ones_like(equilibrium.links.extension), -1)
     return _rms(displacement), _rms(size(np.swapaxes(tension, -1, -2)) / unit[..., None])
+
+
+def _add_by_changes(forces, wrench, changes, cable, ends_of_bodies):
+    """Add to net forces on bodies, (..., b, 6, samples), those by relative changes of cables, (..., c + l, samples).
+
+    `wrench` is the force and moment of each held end per change of its cable, (..., h, 6); the others are as of
+    `_add_by_displacements`.
+    """
+    wrench = np.ascontiguousarray(wrench)
+    for body, of_body in ends_of_bodies:
+        changes_of_ends = changes.take(cable[of_body], axis=-2)
+        forces[..., body, :, :] += np.swapaxes(wrench[..., of_body, :], -1, -2) @ changes_of_ends
 
 
 def _add_by_displacements(tension, by_body, displacement, cable, ends_of_bodies):
@@ -150,12 +159,12 @@ def _add_by_displacements(tension, by_body, displacement, cable, ends_of_bodies)
     link of that end, (h,); `ends_of_bodies` has pairs of a body and the slice of the ends that it holds.
     """
     lead, samples = tension.shape[:-3], tension.shape[-1]
-    for owner, of_owner in ends_of_bodies:
-        count = of_owner.stop - of_owner.start
-        all_ends = by_body[..., of_owner, :, :].reshape(*lead, 3 * count, 6)  # one below the other
-        by_ends = (all_ends @ displacement[..., owner, :, :]).reshape(*lead, count, 3, samples)
-        for place, of_cable in enumerate(cable[of_owner].tolist()):
-            tension[..., of_cable, :, :] += by_ends[..., place, :, :]
+    for body, of_body in ends_of_bodies:
+        count = of_body.stop - of_body.start
+        all_ends = by_body[..., of_body, :, :].reshape(*lead, 3 * count, 6)  # one below the other
+        by_ends = (all_ends @ displacement[..., body, :, :]).reshape(*lead, count, 3, samples)
+        for index, of_cable in enumerate(cable[of_body].tolist()):
+            tension[..., of_cable, :, :] += by_ends[..., index, :, :]
 
 
 def _force_changes(equilibrium, kinds):
@@ -219,7 +228,7 @@ def _rms(samples):
 
 
 def _stayed(equilibrium):
-    """True for cases in which all bodies are where the search began, within `STATICS.stayed`; shape (...)."""
+    """True for cases in which all bodies are where the search began, within `STATICS.stayed`, shape (...)."""
     suspension, longest = equilibrium.suspension, equilibrium.longest
     distance = largest(equilibrium.position - suspension.position).max(axis=-1, initial=0.0) / longest
     turn = np.abs(equilibrium.rotation - suspension.rotation).max(axis=(-1, -2, -3), initial=0.0)
