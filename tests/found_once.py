@@ -32,7 +32,7 @@ def rows_found_once(folder):
     evaluate = chunks.evaluate_tables
 
     def evaluate_tables(tables, columns, *how):
-        scenes = [(table.cases.tolist(), chunks.keys_of(table)) for table in tables]
+        scenes = [(table.cases.tolist(), chunks.scene_hashes(table)) for table in tables]
         known = folder / blake2b(repr((scenes, [column.name for column in columns], how)).encode()).hexdigest()
         if not known.exists():
             unfinished = known.with_suffix(f".{os.getpid()}")

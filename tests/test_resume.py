@@ -30,7 +30,7 @@ from cablestudy.study.scene_values import CaseTable, tables_of
 from cablestudy.sweeps import chunks, driver
 from cablestudy.sweeps.database import Database
 from cablestudy.sweeps.fingerprint import RESULTS_VERSION, digest, identity, versions
-from cablestudy.sweeps.run import usable
+from cablestudy.sweeps.run import reusable_columns
 
 pytestmark = pytest.mark.usefixtures("folder")
 
@@ -274,17 +274,17 @@ def test_a_growing_study_can_be_ended_too(folder, computed, monkeypatch):
 
 def key_alone(study, case):
     """The key of a case that is read alone."""
-    (key,) = chunks.keys_of(CaseTable(np.array([case]), study.case(case)[1], {}))
+    (key,) = chunks.scene_hashes(CaseTable(np.array([case]), study.case(case)[1], {}))
     return key
 
 
 def test_what_can_be_used_again():
     moving = ["sag_m", "cable_frequency_Hz"]
-    assert usable(["sag_m"], ["sag_m", "preload_N"]) == {"sag_m"}
-    assert usable(moving, [*moving, "preload_N"]) == set(moving)
-    assert usable(moving, [*moving, "axial_frequency_1_Hz"]) == {"sag_m"}
-    assert usable(moving, [*moving, "error_estimate"]) == set()
-    assert usable([*moving, "error_estimate"], ["error_estimate", *moving]) == {*moving, "error_estimate"}
+    assert reusable_columns(["sag_m"], ["sag_m", "preload_N"]) == {"sag_m"}
+    assert reusable_columns(moving, [*moving, "preload_N"]) == set(moving)
+    assert reusable_columns(moving, [*moving, "axial_frequency_1_Hz"]) == {"sag_m"}
+    assert reusable_columns(moving, [*moving, "error_estimate"]) == set()
+    assert reusable_columns([*moving, "error_estimate"], ["error_estimate", *moving]) == {*moving, "error_estimate"}
 
 
 def test_a_key_is_of_the_resolved_scene(folder):
@@ -318,7 +318,7 @@ def test_keys_of_many_cases_are_those_of_each(folder, text, base):
     study = read_study(study_file(folder, text, base))
     found = {}
     for table in tables_of(study, range(study.count))[0]:
-        found |= dict(zip(table.cases.tolist(), chunks.keys_of(table), strict=True))
+        found |= dict(zip(table.cases.tolist(), chunks.scene_hashes(table), strict=True))
     assert len(found) > 20
     assert found == {case: key_alone(study, case) for case in found}
     assert len(set(found.values())) == len(found)

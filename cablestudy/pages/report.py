@@ -23,7 +23,7 @@ from cablestudy.scene.scene import is_study
 from cablestudy.scene.study import study_of
 from cablestudy.scene.words import counted
 from cablestudy.study.table import TableFiles, write_whole
-from cablestudy.sweeps.fingerprint import origin, versions
+from cablestudy.sweeps.fingerprint import provenance, versions
 
 ENDINGS = (".html", ".htm")
 STATEMENT = (
@@ -239,13 +239,13 @@ def _study_page(source, sets, vary, title, begun, jobs, quiet, columns, where):
 
 
 def _add_provenance(page, begun, identity, documents):
-    """Append the record of the run that computed the numbers of a page, see `fingerprint.origin`.
+    """Append the record of the run that computed the numbers of a page, see `fingerprint.provenance`.
 
     `begun`: the command, and when it began; `documents`: whose files are named.
     """
     page.heading("Provenance")
     command, started = begun
-    record = origin(command, identity, started)
+    record = provenance(command, identity, started)
     entries = {
         "command": command,
         "files": ", ".join(dict.fromkeys(name for document in documents for name in document.files)),

@@ -123,9 +123,9 @@ def _compute_rows(chunk):
     columns = [column_named(study, name) for name in chunk.columns]
     headers = [column.header for column in columns if column.name != "status"]
     tables, errors_of_scenes = tables_of(study, chunk.cases)
-    keys = {}  # case -> hash of its scene, by which a later run recognises the row
+    hashes = {}  # by case
     for table in tables:
-        keys.update(zip(table.cases.tolist(), keys_of(table, study.find), strict=True))
+        hashes.update(zip(table.cases.tolist(), scene_hashes(table, study.find), strict=True))
     evaluate = partial(evaluate_found, study) if study.find else evaluate_tables
     rows = evaluate(tables, columns, chunk.explain, chunk.estimate)
     computed = []
@@ -134,7 +134,7 @@ def _compute_rows(chunk):
             computed.append((case, "", errors_of_scenes[case].without_places, [None] * len(headers), (), ()))
         else:
             cells, status, errors, notes = rows[case]
-            computed.append((case, keys[case], status, cells, errors, notes))
+            computed.append((case, hashes[case], status, cells, errors, notes))
     failed = sum(not has_answer(status) for _, _, status, *_ in computed)
     records, processor = pack_all(computed), time.process_time() - processor_begin
     return Done(headers, records, failed, time.perf_counter() - begin, processor)
@@ -161,12 +161,12 @@ def _study(pickled):
     return pickle.loads(pickled)
 
 
-def keys_of(table, find=None):
-    """Hashes of the scenes of a CaseTable, and of what a study solves for in them: list of str.
+def scene_hashes(table, find=None):
+    """Hash of each scene of a CaseTable, and of what a study solves for in it: list of str.
 
-    They identify the rows in later runs. Each is the hash of the JSON of a scene. Only one scene is written as JSON,
-    with a number in the place of each varied one that occurs nowhere else; the numbers of the cases are put there: in
-    several places where a key is that of all cables.
+    Later runs recognise rows by it. It is that of the JSON of the scene. Only one scene is written as JSON, which is
+    slow, with placeholders for the varied numbers: numbers that occur nowhere else, in several places where a key is
+    that of all cables. The numbers of each case then take their places in the text.
     """
     placeholders = {key: np.array([-1e-300 / (i + 1)]) for i, key in enumerate(table.values)}
     template = CaseTable(table.cases[:1], table.scene, placeholders).scene_of(0).model_dump_json().encode()

@@ -11,7 +11,7 @@ from cablestudy.version import __version__
 # Rows on disk are used again only if this number is the one they were computed with. Raise it by one with every change
 # of the code that changes a number of any table by more than its rounding, or the text of a `status`: whatever needs a
 # line under "Numbers changed" in CHANGELOG.md. A release that changes no result leaves it as it is.
-RESULTS_VERSION = 13
+RESULTS_VERSION = 14
 
 
 @cache
@@ -36,7 +36,7 @@ def digest(identity):
     return sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()[:32]
 
 
-def origin(command, identity, started, **entries):
+def provenance(command, identity, started, **entries):
     """Record of where the numbers of a table come from, for the YAML file beside it: dict of plain values.
 
     Parameters

@@ -22,9 +22,9 @@ from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.scene_values import tables_of
 from cablestudy.study.table import write_whole
 from cablestudy.study.table_rows import FALLEN, OK, OVER_STRENGTH, SLACK
-from cablestudy.sweeps.chunks import MAX_CASES, Chunks, keys_of
+from cablestudy.sweeps.chunks import MAX_CASES, Chunks, scene_hashes
 from cablestudy.sweeps.driver import compute_here, compute_on_cluster
-from cablestudy.sweeps.fingerprint import identity, origin
+from cablestudy.sweeps.fingerprint import identity, provenance
 from cablestudy.sweeps.progress import Progress
 from cablestudy.sweeps.record import pack, unpack
 from cablestudy.sweeps.rows import table_of
@@ -202,7 +202,7 @@ class Run:
         import yaml
 
         rows = {"total": len(self.cases), "reused": self._reused, "failed": self.failed}
-        content = origin(command, self.identity, self._started, rows=rows)
+        content = provenance(command, self.identity, self._started, rows=rows)
         content["study"] = {name: value for name, value in self.identity.items() if name != "versions"}
         return yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=120)
 
@@ -298,7 +298,7 @@ def read_shard(text):
 # --------------------------------------------------------------- rows of an earlier run that an edited study uses again
 
 
-def usable(old, new):
+def reusable_columns(old, new):
     """Columns whose stored values another run can use again, because it would compute the same digits.
 
     Closed forms depend on no other column. The model of the motion is refined until all columns that need it are
@@ -334,7 +334,7 @@ def _columns_of_motion(needs_of):
 def reuse_rows(store, study, cases, identity):
     """Give a store with the rows of an earlier run those cases (from 0) of the edited study that are the same."""
     headers = [header for header in identity["columns"] if header != "status"]
-    reusable = usable(store.headers, headers)
+    reusable = reusable_columns(store.headers, headers)
     partial = [header for header in headers if header in reusable] if not reusable.issuperset(headers) else []
     records = _reusable_records(store, study, cases, headers, reusable) if reusable else ()
     store.replace(identity, partial, records)
@@ -357,9 +357,9 @@ def _reusable_records(store, study, cases, headers, reusable):
 
 
 def _stored_rows_of(store, study, cases):
-    """Yield (case, stored row) where a complete row has the key of the scene of a case."""
+    """Yield (case, stored row) where a complete row has the hash of the scene of a case."""
     store.database.execute("CREATE TEMP TABLE cases (row INTEGER PRIMARY KEY, key TEXT)")
-    store.database.execute_many("INSERT INTO cases VALUES (?, ?)", _keys(study, cases))
+    store.database.execute_many("INSERT INTO cases VALUES (?, ?)", _hashes(study, cases))
     joined = store.database.execute(
         "SELECT cases.row, rows.row, rows.key, status, cells, errors, notes, sum FROM cases JOIN rows USING (key)"
         " WHERE status IS NOT NULL"
@@ -369,9 +369,9 @@ def _stored_rows_of(store, study, cases):
     store.database.execute("DROP TABLE cases")
 
 
-def _keys(study, cases):
-    """Yield row, from 1, and key of each case with a valid scene."""
+def _hashes(study, cases):
+    """Yield row, from 1, and hash of the scene of each case whose scene is valid."""
     for first in range(0, len(cases), MAX_CASES):
         tables, _ = tables_of(study, cases[first : first + MAX_CASES])
         for table in tables:
-            yield from zip((table.cases + 1).tolist(), keys_of(table, study.find), strict=True)
+            yield from zip((table.cases + 1).tolist(), scene_hashes(table, study.find), strict=True)
