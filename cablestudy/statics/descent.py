@@ -17,7 +17,6 @@ from cablestudy.cable.matrices import factors_of_each
 from cablestudy.cable.vectors import largest, size, times
 from cablestudy.statics import tangent
 from cablestudy.statics.pose_state import (
-    TINY,
     assign_rows,
     copy_record,
     displaced_with_work,
@@ -100,7 +99,7 @@ def newton_step(suspension, state, evaluation):
     least_stiffness = np.maximum(np.abs(evaluation.net), evaluation.least_rounding) / largest_step
     least_stiffness = tangent.free_values(suspension, least_stiffness)
     stiffness = np.maximum(tangent.magnitudes(blocks, suspension), least_stiffness)
-    scales = np.sqrt(np.maximum(stiffness, TINY))
+    scales = np.sqrt(np.maximum(stiffness, STATICS.tiny))
     if free.sum() <= STATICS.dense_freedoms:
         largest_scaled = tangent.free_values(suspension, largest_step) * scales
         scaled_step = _dense_step(tangent.scaled_dense(blocks, suspension, scales), force / scales, largest_scaled)
@@ -171,7 +170,7 @@ def imbalance(suspension, net, scale):
         Sum of the sizes of the forces on each body. [N]
     """
     free_net = np.where(suspension.free, net / tangent.motion_units(suspension), 0.0)
-    return (largest(free_net) / np.maximum(scale, TINY)).max(axis=-1, initial=0.0)
+    return (largest(free_net) / np.maximum(scale, STATICS.tiny)).max(axis=-1, initial=0.0)
 
 
 def _with_predicted_tensions(trial, state, evaluation):
@@ -218,7 +217,7 @@ def line_search(suspension, state, evaluation, step):
         assign_rows(new_evaluation, pending[good], take_rows(at_trial, good))
         accepted[pending[good]] = True
         # where the slope along the step vanishes, by the secant; a whole step at most
-        secant = descent[pending] / np.maximum(descent[pending] - np.minimum(descent_at_trial, 0.0), TINY)
+        secant = descent[pending] / np.maximum(descent[pending] - np.minimum(descent_at_trial, 0.0), STATICS.tiny)
         factor = np.where(at_trial.solved, np.clip(secant, 0.05, 0.5), 0.25)
         pending, factor = pending[~good], factor[~good]
         share[pending] *= factor

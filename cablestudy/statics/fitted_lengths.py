@@ -4,7 +4,7 @@ import numpy as np
 
 from cablestudy.cable import catenary, initial_length
 from cablestudy.cable.vectors import size
-from cablestudy.statics.stated import FORCES, actual_values, rates, with_relative_length
+from cablestudy.statics.stated import FORCES, actual_values, rates, strain_at_changed_length
 from cablestudy.statics.tolerances import STATICS
 
 EXACT = STATICS.sum_rounding * STATICS.rounding  # relative error of a stated value at which its length is found
@@ -93,7 +93,7 @@ def fit_strains(span, quantities, value, strain):
         usable = stated & (slope != 0) & np.isfinite(slope)
         change = np.where(usable, -measure / np.where(slope != 0, slope, 1.0), 0.0)
         change = np.clip(np.nan_to_num(change), -STATICS.stated_length_change, STATICS.stated_length_change)
-        next_strain = np.minimum(with_relative_length(strain, np.where(stated, change, 0.0)), highest_strain)
+        next_strain = np.minimum(strain_at_changed_length(strain, np.where(stated, change, 0.0)), highest_strain)
         too_long = of_force & (error < 0) & ~(by_length < 0)  # so long that a longer cable would be tauter
         next_strain = np.where(too_long, highest_strain, next_strain)
         strain, last_size = np.where(ended, strain, next_strain), error_size

@@ -188,7 +188,7 @@ def describe_failure(problem, result, case):
     bodies = [suspension.body_names[i] for i in range(suspension.bodies) if suspension.free[i].any()]
     held = ", ".join(bodies) or "the points"
     if not answer.held:
-        body, motion = np.argwhere(suspension.free)[int(np.argmax(np.abs(answer.left)))]
+        body, motion = np.argwhere(suspension.free)[int(np.argmax(np.abs(answer.residual)))]
         return f"no tensions hold {held} here: nothing balances {suspension.body_names[body]} {MOTIONS[motion]}"
     low, possible, high = problem.low[case], result.possible[case], problem.high[case]
     excess = np.maximum(possible - answer.tension, answer.tension - high)  # beyond the nearer bound

@@ -23,7 +23,7 @@ from cablestudy.statics.rigid import turn
 from cablestudy.statics.rounding import bounds
 from cablestudy.statics.tolerances import STATICS
 
-TINY, EPSILON = 1e-300, 2 * STATICS.rounding
+EPSILON = 2 * STATICS.rounding
 
 
 @dataclass(frozen=True)
@@ -144,7 +144,7 @@ def displaced_with_work(suspension, state, step):
     change = shift[..., 1, :] - shift[..., 0, :]
     # |d + change| - |d| without cancellation, so that the strain of a stiff cable keeps its digits
     lengthening = dot(2 * state.vector + change, change)
-    lengthening /= np.maximum(size(vector) + size(state.vector), TINY)
+    lengthening /= np.maximum(size(vector) + size(state.vector), STATICS.tiny)
     cables = state.length.shape[-1]
     vector[:, cables:] = state.vector[:, cables:] + change[:, cables:]  # so that short links keep their digits
     strain = state.strain + lengthening[:, :cables] / state.length

@@ -12,7 +12,6 @@ from cablestudy.statics.descent import UNMET, descend, least_energy_poses
 from cablestudy.statics.fitted_lengths import first_strains
 from cablestudy.statics.links import Links
 from cablestudy.statics.pose_state import (
-    TINY,
     PoseState,
     assign_rows,
     copy_record,
@@ -120,7 +119,7 @@ def perturbed(suspension, state, motion, step_size):
     """
     step = motion / tangent.motion_units(suspension)
     sizes = np.maximum(largest(step[..., :3]) / extent(state)[:, None], largest(step[..., 3:])).max(axis=-1)
-    return displaced(suspension, state, step * (step_size / np.maximum(sizes, TINY))[:, None, None])
+    return displaced(suspension, state, step * (step_size / np.maximum(sizes, STATICS.tiny))[:, None, None])
 
 
 def search_all(suspension, state):
@@ -166,7 +165,7 @@ def search_with_heavier_cables(suspension):
     """
     first_state = start(suspension)
     tension = catenary.solve(spans(suspension, first_state)).mean_tension.max(axis=-1, keepdims=True)
-    gravity = np.maximum(np.abs(suspension.gravity), TINY)
+    gravity = np.maximum(np.abs(suspension.gravity), STATICS.tiny)
     mass = STATICS.little_weight * tension / (gravity * extent(first_state))[:, None]
     heavier = replace(suspension, cable_mass=np.where(suspension.cable_mass > 0, suspension.cable_mass, mass))
     state, _ = search_with_softer_cables(heavier)

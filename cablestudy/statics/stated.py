@@ -107,7 +107,8 @@ def rates(cables, quantities):
         by_length = np.where(of_kind, (by_middle * middle_by_length).sum(axis=-1) + at_given_middle, by_length)
         by_end = np.where(of_kind[..., None], (stiffness @ by_middle[..., None])[..., 0], by_end)
     if (kinds == "sag").any():
-        sag = _differences(span, lambda varied: varied.sag[..., None], _slack_step(span))[..., 0, :]
+        step = STATICS.sag_difference * np.maximum(np.abs(span.chord_strain), 1e-8)  # a share of the slack or stretch
+        sag = _differences(span, lambda varied: varied.sag[..., None], step)[..., 0, :]
         by_length = np.where(kinds == "sag", sag[..., 0], by_length)
         by_end = np.where((kinds == "sag")[..., None], sag[..., 1:], by_end)
     return Rates(end_forces, stiffness, by_length, by_end)
@@ -176,10 +177,11 @@ def _gradients(cables, kinds):
     return gradients
 
 
-def end_forces_at_stated_values(cables, quantities):
-    """Derivatives of the end forces of cables whose lengths are adjusted so that they keep their stated values.
+def force_changes_at_stated_values(cables, quantities):
+    """Changes of the end forces of cables that keep their stated values, by the place of end 2, and by these values.
 
-    They tell how far rounding of the stated values, or of net forces, moves the equilibrium (`uncertainty`).
+    The lengths follow so that the values stay. The changes tell how far rounding of the stated values, or of net
+    forces, moves the equilibrium (`uncertainty`).
 
     Parameters
     ----------
@@ -220,8 +222,8 @@ def end_forces_at_stated_values(cables, quantities):
 def _changes_at_stated_tension(cables, quantities, value, chosen):
     """Changes dN of the tension vector at mid-length, and dL/L, of cables that keep a stated tension.
 
-    They solve [F, t; g, c] [dN; dL/L] = [d; dv], see `end_forces_at_stated_values`, with forces divided by the tension
-    and lengths by L so that all entries are of like size.
+    They solve [F, t; g, c] [dN; dL/L] = [d; dv], see `force_changes_at_stated_values`, with forces divided by the
+    tension and lengths by L so that all entries are of like size.
 
     Parameters
     ----------
@@ -276,11 +278,6 @@ def _rates_with_loads(cables, quantities):
     return Rates(end_forces, cables.global_end_stiffness, np.where(stated, rate[..., 6, 0], np.nan), by_end)
 
 
-def _slack_step(span):
-    """Relative change of length for the differences of a sag: a share of the slack or stretch of the cable."""
-    return STATICS.sag_difference * np.maximum(np.abs(span.chord_strain), 1e-8)
-
-
 def _differences(span, function, step):
     """Derivatives of any m quantities of cables by length and end position, by central differences.
 
@@ -312,7 +309,7 @@ def _differences(span, function, step):
     square_change = 2 * (vector * shift).sum(axis=-1) + (shift**2).sum(axis=-1)  # of the chord
     strain = span.chord_strain + square_change / (varied.chord + span.chord) / span.unstretched_length
     varied = replace(varied, load_fractions=span.load_fractions)
-    value = function(catenary.solve(varied.with_chord_strain(with_relative_length(strain, length_change))))
+    value = function(catenary.solve(varied.with_chord_strain(strain_at_changed_length(strain, length_change))))
     steps = 2 * step[..., None]
     columns = [(value[0] - value[1]) / steps]
     for axis in range(3):
@@ -321,6 +318,6 @@ def _differences(span, function, step):
     return np.stack(columns, axis=-1)
 
 
-def with_relative_length(strain, change):
+def strain_at_changed_length(strain, change):
     """Chord strain of cables whose unstretched lengths change by dL/L, the ends at rest."""
     return (strain - change) / (1 + change)

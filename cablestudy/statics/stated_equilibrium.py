@@ -18,7 +18,6 @@ from cablestudy.statics import stated, tangent
 from cablestudy.statics.descent import ROUNDED, UNMET, descend
 from cablestudy.statics.fitted_lengths import fit_strains, linear_measure
 from cablestudy.statics.pose_state import (
-    TINY,
     assign_rows,
     copy_record,
     displaced,
@@ -126,7 +125,7 @@ def _with_stated_of(cases, sought, suspension, state):
 
 def log_error(error):
     """Largest |log(value/(stated value))| of each case, from relative errors of shape (n, s), shape (n,)."""
-    return np.abs(np.log(np.maximum(1 + error, TINY))).max(axis=-1)
+    return np.abs(np.log(np.maximum(1 + error, STATICS.tiny))).max(axis=-1)
 
 
 def stated_errors(suspension, state, sought):
@@ -157,7 +156,7 @@ def stated_errors(suspension, state, sought):
 
 def with_lengths(state, change):
     """State with unstretched lengths changed by dL/L, shape (n, c), the bodies at rest."""
-    strain = stated.with_relative_length(state.strain, change)
+    strain = stated.strain_at_changed_length(state.strain, change)
     unknown = np.full(state.tension.shape, np.nan)
     return replace(state, length=state.length * (1 + change), strain=strain, tension=unknown)
 
@@ -197,11 +196,11 @@ def coupled_step(suspension, state, cables, sought, error):
     end_sign = np.array([-1.0, 1.0])[:, None]
     value_by_ends = rates.by_end[:, sought, None, :] * end_sign / value[..., None, None]
     value_by_length = rates.by_length[:, sought] / value
-    length_scale = np.where(value_by_length != 0, 1 / np.maximum(np.abs(value_by_length), TINY), 1.0)
+    length_scale = np.where(value_by_length != 0, 1 / np.maximum(np.abs(value_by_length), STATICS.tiny), 1.0)
     force_by_length = tangent.wrenches(state.arms[:, sought], rates.end_forces[:, sought])
     equations = CoupledEquations(
         blocks,
-        scales=np.sqrt(np.maximum(tangent.magnitudes(blocks, suspension), TINY)),
+        scales=np.sqrt(np.maximum(tangent.magnitudes(blocks, suspension), STATICS.tiny)),
         sought=sought,
         force_by_length=force_by_length * length_scale[..., None, None],
         value_by_motion=tangent.wrenches(state.arms[:, sought], value_by_ends),

@@ -29,7 +29,7 @@ class Distribution:
         Where none that balance the loads are within the bounds, those that exceed the bounds by the least sum. [N]
     unbounded : ndarray, shape (n, f)
         The unknowns y.
-    left : ndarray, shape (n, e)
+    residual : ndarray, shape (n, e)
         Net forces left over, which no tensions balance: zero where the loads can be held. [N]
     held, within : ndarray of bool, shape (n,)
         True if any tensions hold the loads, and if tensions within the bounds do.
@@ -37,7 +37,7 @@ class Distribution:
 
     tension: np.ndarray
     unbounded: np.ndarray
-    left: np.ndarray
+    residual: np.ndarray
     held: np.ndarray
     within: np.ndarray
 
@@ -69,9 +69,9 @@ def distribute(by_tension, by_unbounded, right, method, reference, low, high, da
     largest_norm = scales[:, :count].max(axis=-1, keepdims=True, initial=0.0)
     scales[:, :count] = np.where(largest_norm > 0, largest_norm, 1.0)  # the tensions stay comparable
     particular, null_space = _solutions(matrix, scales, right)
-    left = right - _product(matrix, particular)
+    residual = right - _product(matrix, particular)
     largest_load = np.maximum(np.abs(right).max(axis=-1, initial=0.0), np.finfo(float).tiny)
-    held = np.abs(left).max(axis=-1, initial=0.0) <= STATICS.unbalanced * largest_load
+    held = np.abs(residual).max(axis=-1, initial=0.0) <= STATICS.unbalanced * largest_load
     weights = damping[:, None] * np.concatenate(
         [np.sqrt(current.max(axis=-1, keepdims=True) / current), norms[:, count:]], axis=-1
     )
@@ -90,7 +90,7 @@ def distribute(by_tension, by_unbounded, right, method, reference, low, high, da
             solution[case] += null_space[case] @ (basis[case] @ shift)
         else:
             solution[case] = particular[case] + _least_excess(particular[case], null_space[case], *limits)
-    return Distribution(solution[:, :count], solution[:, count:], left, held, within)
+    return Distribution(solution[:, :count], solution[:, count:], residual, held, within)
 
 
 def _product(matrices, vectors):

@@ -21,10 +21,10 @@ from cablestudy.cable.matrices import of_each
 from cablestudy.cable.vectors import cross, largest, size
 from cablestudy.statics import rounding, stated, tangent
 from cablestudy.statics.links import joined
+from cablestudy.statics.stability import MOTIONS
 from cablestudy.statics.tolerances import STATICS
 
 LENGTH = 2 * STATICS.rounding  # rounding of a length, relative
-MOTIONS = ("x", "y", "z", "roll", "pitch", "yaw")
 
 
 @dataclass(frozen=True)
@@ -173,15 +173,15 @@ def _force_changes(equilibrium, kinds):
     Returns
     -------
     force_changes : ndarray, shape (..., c, 2, 3, 4)
-        See `stated.end_forces_at_stated_values`; at fixed length where the length is known.
+        See `stated.force_changes_at_stated_values`; at fixed length where the length is known.
     length_known : ndarray of bool, shape (..., c)
         True where the length is stated, or bodies that have not moved show that it is known.
     """
     cables, length_stated = equilibrium.catenary, np.array([kind == "unstretched_length" for kind in kinds], dtype=bool)
     length_known = _stayed(equilibrium)[..., None] | length_stated
-    force_changes = stated.end_forces_at_stated_values(cables, kinds)
+    force_changes = stated.force_changes_at_stated_values(cables, kinds)
     if (length_known & ~length_stated).any():
-        at_given_lengths = stated.end_forces_at_stated_values(cables, ("unstretched_length",) * len(kinds))
+        at_given_lengths = stated.force_changes_at_stated_values(cables, ("unstretched_length",) * len(kinds))
         force_changes = np.where(length_known[..., None, None, None], at_given_lengths, force_changes)
     return force_changes, length_known
 
