@@ -330,15 +330,19 @@ def scaled_dense(blocks, suspension, scales):
     return dense(blocks, suspension) / (scales[..., :, None] * scales[..., None, :])
 
 
-def dense(blocks, suspension):
-    """Sum of the blocks as a matrix of the free degrees of freedom, shape (..., d, d)."""
-    count, lead = len(suspension.body_names), blocks.matrices.shape[:-3]
-    matrix = np.zeros((*lead, count, count, 6, 6))
+def full(blocks, bodies):
+    """Sum of the blocks as a matrix of all degrees of freedom, held ones too, shape (..., 6 b, 6 b)."""
+    shape = blocks.matrices.shape[:-3]
+    matrix = np.zeros((*shape, bodies, bodies, 6, 6))
     for block, (row, column) in enumerate(zip(blocks.rows.tolist(), blocks.columns.tolist(), strict=True)):
         matrix[..., row, column, :, :] += blocks.matrices[..., block, :, :]
+    return np.swapaxes(matrix, -3, -2).reshape(*shape, 6 * bodies, 6 * bodies)
+
+
+def dense(blocks, suspension):
+    """Sum of the blocks as a matrix of the free degrees of freedom, shape (..., d, d)."""
     free = np.flatnonzero(suspension.free)
-    whole = np.swapaxes(matrix, -3, -2).reshape(*lead, 6 * count, 6 * count)
-    return whole.take(free, axis=-2).take(free, axis=-1)
+    return full(blocks, len(suspension.body_names)).take(free, axis=-2).take(free, axis=-1)
 
 
 def sparse(blocks, suspension, free=None):
