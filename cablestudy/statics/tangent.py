@@ -51,19 +51,20 @@ class Blocks:
 
 @dataclass(frozen=True)
 class PairsOfEnds:
-    """All ordered pairs, an end with itself too, of the ends of one cable or link that are not at the ground; p pairs.
+    """Pairs of ends between which a cable or link has stiffness: p ordered pairs, an end with itself too.
 
-    Those of the same two bodies follow each other, and the pairs of bodies with equally many of them.
+    Ends at the ground have no part. A pair of ends belongs to a pair of bodies, those that hold the two ends. The pairs
+    of ends are sorted so that the sums over those of each pair of bodies are a few products of stacked matrices: those
+    of one pair of bodies follow each other, and so do pairs of bodies with equally many pairs of ends, a run.
 
     Attributes
     ----------
     line, row, column : ndarray of int, shape (p,)
-        Cable (or link), and its two ends.
+        Cable or link; its end on which the force acts, 0 or 1; and its end that is displaced.
     row_body, column_body : ndarray of int, shape (g,)
-        The two bodies of each of the g different pairs of bodies.
+        The bodies at the row end and at the column end, of each of the g different pairs of bodies.
     runs : tuple of (slice, int, int)
-        Pairs of ends of the pairs of bodies that have equally many of them, the number of these pairs of bodies, and
-        how many each has.
+        Of each run its pairs of ends, the number of its pairs of bodies, and how many pairs of ends each of these has.
     """
 
     line: np.ndarray
@@ -84,9 +85,9 @@ def _pairs_of_owners(owners):
                 groups.setdefault((ends[row], ends[column]), []).append((line, row, column))
     bodies = sorted(groups, key=lambda pair: len(groups[pair]))
     runs, begin = [], 0
-    for each, joined_bodies in Counter(len(groups[pair]) for pair in bodies).items():
-        runs.append((slice(begin, begin + each * joined_bodies), joined_bodies, each))
-        begin += each * joined_bodies
+    for per_pair, body_pairs in Counter(len(groups[pair]) for pair in bodies).items():
+        runs.append((slice(begin, begin + per_pair * body_pairs), body_pairs, per_pair))
+        begin += per_pair * body_pairs
     pairs = np.array([pair for pair_of_bodies in bodies for pair in groups[pair_of_bodies]], dtype=int).reshape(-1, 3)
     return PairsOfEnds(*pairs.T, *np.array(bodies, dtype=int).reshape(-1, 2).T, tuple(runs))
 
@@ -119,8 +120,8 @@ def between_bodies(suspension, stiffness, arms):
     same = np.array_equal(ends.row, ends.column)
     second = stiffness @ (first if same else point_movement(arms[..., ends.line, ends.column, :]))  # K B_2
     lead, sums = first.shape[:-3], []
-    for run, joined_bodies, each in ends.runs:  # all ends that act on the same two bodies
-        shape = *lead, joined_bodies, 3 * each, 6  # one below the other
+    for run, body_pairs, per_pair in ends.runs:
+        shape = *lead, body_pairs, 3 * per_pair, 6  # all of the same two bodies one below the other
         left, right = (moved[..., run, :, :].reshape(shape) for moved in (first, second))
         sums.append(np.swapaxes(left, -1, -2) @ right)
     matrices = np.concatenate(sums, axis=-3) if sums else np.zeros((*lead, 0, 6, 6))
@@ -199,7 +200,7 @@ def _solved_or_nearest(matrix, vector):
 
 
 def by_body(suspension, cables, values):
-    """Forces of each of some cables on the free degrees of freedom of the bodies, from the forces at its two ends.
+    """Forces of each of some cables on the free degrees of freedom, from the forces and moments at its two ends.
 
     Parameters
     ----------
