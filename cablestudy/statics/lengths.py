@@ -141,8 +141,8 @@ def at_wanted_tensions(problem, suspension):
     if undecided.any():
         names = ", ".join(suspension.cable_names[cable] for cable in problem.open_cables[undecided])
         raise NoSolutionError(
-            f"nothing decides the tensions of {names}: no body stands at a given place, and what is free is in balance "
-            "somewhere for any tensions; state tensions.min, or the method closest with a reference"
+            f"nothing decides the tensions of {names}: what is free is in balance somewhere for any tensions; "
+            "state tensions.min, or the method closest with a reference"
         )
     found = rest.pose(problem.with_preloads(tension).broadcast(suspension.shape))
     texts = np.full(suspension.shape, "", dtype=object)
