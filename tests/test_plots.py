@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from campaign import campaign
 from command import CONFIGS, run, study_file, table_of
-from matplotlib.collections import LineCollection
+from matplotlib.collections import LineCollection, QuadMesh
 from matplotlib.text import Text
 from picture import curves, faults
 from scenes import computed
@@ -26,7 +26,7 @@ from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.columns import gondola_on_cable
 from cablestudy.study.one_cable.rows import evaluate
 from cablestudy.study.plots import style
-from cablestudy.study.plots.words import key_words, number, unit_text, value_text
+from cablestudy.study.plots.words import column_words, force_text, key_words, number, unit_text, value_text
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.sweeps.sensitivity import Sensitivity
 
@@ -502,6 +502,21 @@ def test_what_a_study_draws_by_itself(tmp_path, text, x, y):
     assert [axes.get_ylabel() for axes in figure.axes] == y
 
 
+def test_the_colour_bar_of_names_has_one_step_for_each(tmp_path):
+    materials = "vary: [{cable.material: [paper/aramid, paper/nylon, paper/polyester]}]\ncolumns: [sag, end_stiffness]\n"
+    plot = "plot: {x: end_stiffness, y: sag, color: cable.material, logx: true, logy: true}\n"
+    _, figure = drawn_study(tmp_path, materials + plot)
+    panel, bar = figure.axes
+    assert bar.get_ylim() == (-0.5, 2.5)
+    assert bar.get_yticks().tolist() == [0, 1, 2]
+    colours = [tuple(colour) for collection in panel.collections for colour in collection.get_facecolor()]
+    (steps,) = (collection.get_facecolor() for collection in bar.collections if isinstance(collection, QuadMesh))
+    assert [tuple(step) for step in steps] == colours
+    assert panel.get_xscale() == panel.get_yscale() == "log"
+    # of columns, unlike of varied keys, no own values but round numbers are ticks
+    assert {float(f"{tick:.1g}") for tick in panel.get_xticks()} == set(panel.get_xticks().round(12))
+
+
 def test_indices_are_drawn_with_their_intervals(tmp_path):
     over = "{gondola.mass: {from: 10 kg, to: 20 kg}, cable.preload: {from: 1 kN, to: 2 kN}}"
     text = f"sample: {{method: saltelli, count: 16, over: {over}}}\ncolumns: [gondola_frequency_static, mass]\n"
@@ -523,6 +538,11 @@ def test_numbers_and_names_of_pictures():
     assert {value: number(value) for value in numbers} == numbers
     units = {"kg/m^3": "kg/m³", "um": "µm", "N s/m^2": "N s/m²", "urad": "µrad", "um/s": "µm/s", "lumen": "lumen"}
     assert {unit: unit_text(unit) for unit in units} == units
+    forces = {784.8: "784.8 N", -9999.0: "−9999 N", 1e4: "10 kN", 154496.3: "154.5 kN"}
+    assert {force: force_text(force) for force in forces} == forces
+    columns = {"outofplane_frequency_1": "out-of-plane frequency 1", "n1.inplane_frequency_2": "n1 in-plane frequency 2",
+               "gondola_rms": "gondola RMS"}  # fmt: skip
+    assert {name: column_words(name) for name in columns} == columns
     keys = {
         "wind.speed": "wind speed", "cable.loads.0.fraction": "load 1 fraction", "points.up1.2": "up1 z",
         "winch.controller.notch.frequency": "notch frequency", "case": "load case", "gravity": "gravity",
@@ -594,8 +614,7 @@ def test_equal_tensions_have_one_colour_and_no_scale(at, equal):
     tension = case.equilibrium.catenary.mean_tension
     assert len(figure.axes) == (4 if equal else 5)
     if equal:
-        mean = float(f"{tension[0]:.4g}")
-        assert figure.get_suptitle() == f"Static form: 6 cables, mean tension {mean:.0f} N each"
+        assert figure.get_suptitle() == f"Static form: 6 cables, mean tension {tension[0] / 1e3:.1f} kN each"
     else:
         assert figure.axes[-1].get_ylim() == pytest.approx((tension.min() / 1e3, tension.max() / 1e3))
         assert figure.axes[-1].get_ylabel() == "mean tension of the cable [kN]"

@@ -237,7 +237,7 @@ def test_load_cases_are_drawn_together_over_the_ground(tmp_path):
     words = [text.get_text() for text in figure.legends[0].get_texts()]
     largest = [np.linalg.norm(case.equilibrium.end_forces, axis=-1).max() for case in cases.values()]
     assert words == [
-        *(f"{name}: up to {round(most, -1):.0f} N" for name, most in zip(cases, largest, strict=True)),
+        *(f"{name}: tension up to {most / 1e3:.2f} kN" for name, most in zip(cases, largest, strict=True)),
         "ground",
     ]
     assert lines(axes)["ground"].get_xydata().tolist() == [[-10, 2], [500, 5], [1100, 0]]

@@ -10,10 +10,12 @@ from cablestudy.study.plots.series import series_of
 from cablestudy.study.plots.style import (
     WIDTH,
     colour_bar,
+    colours_of_names,
     colours_over,
     heading,
     log_axis,
     name_axis,
+    own_ticks,
     panels,
     plain_axis,
     text_width,
@@ -25,6 +27,7 @@ PANELS = 6  # in one picture
 SPARSE = 4  # cells of a grid over rows, above which the rows are drawn as points instead
 CELLS = 9  # along a side, up to which each cell has its number, if all of these fit
 SIZE = 7.5  # of the numbers
+OWN_TICKS, LABEL = 6, 0.45  # up to so many varied values are ticks of a logarithmic axis; room of their labels [in]
 SMOOTH, LINES = 4, 7  # least cells along a side with lines of equal values; how many of these, about
 MANY = 3000  # cells or points above which a vector file has them as an image, which is far smaller
 EMPTY = "#f0f0f0"  # cells without a value
@@ -58,17 +61,17 @@ def colour_map(study, every, rows):
         axes.set_title(wrapped(series.label, (0.8 if alone else 0.38) * WIDTH, 8.5), loc="left", fontsize=8.5)
     for axes in grid[-side:]:
         axes.set_xlabel(wrapped(x.label, 0.7 * WIDTH / side, 9))
-    ticks = range(len(colour.categories or ()))
-    names = [shortened(colour.level(k), 24) for k in ticks]
-    colour_bar(figure, mappable, colour.label, grid, ticks, names, aspect=30)
+    names = [shortened(name, 24) for name in colour.names]
+    colour_bar(figure, mappable, colour.label, grid, range(len(names)), names, aspect=30)
     heading(figure, f"{study.title}{panels_left_out(count, len(drawn))}")
     return figure
 
 
 def _colours(colour, rows):
     """Colours for the values that a quantity has in rows, as a ScalarMappable."""
-    values = [value for row in rows if (value := colour.value(row)) is not None]
-    return colours_over(values or [0.0], logarithmic=None if colour.categories is None else False)
+    if colour.categories is not None:
+        return colours_of_names(len(colour.categories))
+    return colours_over([value for row in rows if (value := colour.value(row)) is not None] or [0.0])
 
 
 def _panel(axes, quantities, rows, mappable, plot, alone):
@@ -96,10 +99,11 @@ def _axis(axes, which, quantity, values, logarithmic, room):
     """Set scale and ticks of an axis, about `room` inches long, for the values of a quantity."""
     axis = getattr(axes, f"{which}axis")
     if quantity.categories is not None:
-        name_axis(axes, which, [quantity.level(k) for k in range(len(quantity.categories))], room)
+        name_axis(axes, which, quantity.names, room)
         return
     if logarithmic and len(values) and values[0] > 0:
-        log_axis(axis, values[0], values[-1], 7, values if len(values) <= 6 else ())
+        ticks = own_ticks(values, OWN_TICKS, LABEL / room * np.log10(values[-1] / values[0])) if quantity.key else ()
+        log_axis(axis, values[0], values[-1], 7, ticks)
     else:
         plain_axis(axis, 7)
 

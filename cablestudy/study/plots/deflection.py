@@ -102,6 +102,6 @@ def _paint(x, x_label, loads, title, y_words, lines, figure, place):
 def _length_unit(arrays):
     """Factor and unit that make lengths in metres readable."""
     largest = np.abs(arrays).max()
-    if largest > 10:
+    if largest >= 1:
         return 1.0, "m"
     return next(((scale, unit) for scale, unit in ((1e9, "nm"), (1e6, "µm")) if largest * scale < 100), (1e3, "mm"))

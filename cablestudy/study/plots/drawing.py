@@ -1,7 +1,7 @@
 """Places of all that the pictures of a case show, cables, points, bodies, loads, ground; and views of these places."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import ClassVar
 
 import numpy as np
@@ -10,7 +10,7 @@ from cablestudy.cable.geometry import clearance, load_sag, points_along
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.scene.words import counted
 from cablestudy.statics.suspension import GROUND
-from cablestudy.study.plots.words import quantity_text, shortened
+from cablestudy.study.plots.words import force_text, quantity_text, shortened
 from cablestudy.study.scene_kind import kind_of
 
 FINE, COARSE, FEW = 401, 61, 12  # points along a cable of a few, and of more cables than these
@@ -211,7 +211,7 @@ class Drawing:
         """Its name with the distance of the only cable or of a load on it from the chord, or the largest tension."""
         name = self.name
         if not self.single:
-            return f"{name}: up to {quantity_text(float(np.max(self.statics.max_tension, initial=0.0)), 'N')}"
+            return f"{name}: tension up to {force_text(float(np.max(self.statics.max_tension, initial=0.0)))}"
         if self.loads:  # a rider, for example, whose place differs from case to case
             form = self.form.take(0) if np.ndim(self.form.span.chord) else self.form
             below = load_sag(form)
@@ -232,14 +232,14 @@ class Drawing:
         """
         parts = [f"{f'Load case {shortened(self.case)}' if self.case else 'Static form'}: {self.contents}"]
         if self.single:
-            numbers = zip(("preload", "sag"), (self.tension[0], self.sag[0]), ("N", "m"), self.stated, strict=True)
-            for name, value, unit, stated in list(numbers)[: 1 + with_sag]:
+            texts, values = (force_text, partial(quantity_text, unit="m")), (float(self.tension[0]), float(self.sag[0]))
+            numbers = zip(("preload", "sag"), texts, values, self.stated, strict=True)
+            for name, text, value, stated in list(numbers)[: 1 + with_sag]:
                 other = stated is not None and abs(value - stated) > STATED * stated
-                reference = f" ({quantity_text(stated, unit)} in the reference state)" if other else ""
-                parts.append(f"{name} {quantity_text(float(value), unit)}{reference}")
+                parts.append(f"{name} {text(value)}{f' ({text(stated)} in the reference state)' if other else ''}")
         elif len(self.cables) and self.equally_tense:
             each = " each" if len(self.cables) > 1 else ""
-            parts.append(f"mean tension {quantity_text(float(self.tension.max()), 'N')}{each}")
+            parts.append(f"mean tension {force_text(float(self.tension.max()))}{each}")
         return ", ".join(parts)
 
     @property

@@ -30,7 +30,7 @@ from cablestudy.study.plots.style import (
     plain,
     styled,
 )
-from cablestudy.study.plots.words import quantity_text, shortened
+from cablestudy.study.plots.words import force_text, force_unit, quantity_text, shortened
 
 SIDEWAYS = 1e-6  # share of the size from which on a cable is drawn out of the vertical plane too
 HIDDEN = 0.06  # share of the height of the picture below which a sag is hidden by the slope of its chord
@@ -40,7 +40,6 @@ LONG = 0.25  # second largest extent over the largest below which a scene is lon
 RATIO = 0.3  # height over width of a view with an enlarged vertical scale
 SPACE_BELOW = 0.05  # between views of a scene in space, share of their height
 BAR = 1.2  # width of a scale of colours with its numbers [in]
-KILO = 1e4  # tension from which a scale is in kN [N]
 LENGTH = "length along the unstretched cable [m]"
 FORMS = 5  # of the cable that are drawn
 PATH_COLUMNS = "x_m", "y_m", "z_m", "clearance_m", "max_tension_N"
@@ -287,10 +286,11 @@ class _Picture:
         left, right = cell.subgridspec(1, 2, width_ratios=(3, 2)).subplots(sharey=True)
         plane, green = self.plane, {"colours": GREEN} if self.alone and self.first.single else {}
         lines = self._draw(left, lambda drawing: (drawing.lengths, plane(drawing.cables)[..., 1]))
-        self._draw(right, lambda drawing: (drawing.tensions, plane(drawing.cables)[..., 1]), label="", **green)
+        unit, factor = force_unit(max(drawing.tensions.max() for drawing in self.drawings))
+        self._draw(right, lambda drawing: (factor * drawing.tensions, plane(drawing.cables)[..., 1]), label="", **green)
         marks.draw_chords(left, lines[:, [0, -1]], "o")
         left.set(xlabel=LENGTH, ylabel=plane.labels[1])
-        right.set(xlabel="tension [N]")
+        right.set(xlabel=f"tension [{unit}]")
         plain(left, 7, 7)
         plain(right, 4, 7)
         if self.alone:
@@ -322,7 +322,7 @@ def _looks(drawings, unnamed):
     label = (drawing.name if unnamed else drawing.label) if drawing.single else ""
     colours, scale = BLUE, None
     if not drawing.equally_tense:
-        unit, factor = ("kN", 1e-3) if drawing.tension.max() >= KILO else ("N", 1.0)
+        unit, factor = force_unit(drawing.tension.max())
         tension = factor * drawing.tension
         colour = ScalarMappable(Normalize(tension.min(), tension.max()), SHADES)
         colours, scale = colour.to_rgba(tension), (colour, f"mean tension of the cable [{unit}]")
@@ -380,14 +380,15 @@ def load_path(path):
     known = np.isfinite(clearance)
     if ground is not None and known.any():
         mark_clearance(side, room_in(side, window, all_points), line[known], ground, float(clearance[known].min()))
-    below.plot(line[:, 0], tension / 1e3, dots, ls="-", color=RED)
+    unit, factor = force_unit(np.nanmax(tension))
+    below.plot(line[:, 0], factor * tension, dots, ls="-", color=RED)
     below.set(xlim=side.get_xlim(), xlabel="place of the load, horizontal distance from end 1 [m]")
-    below.set_ylabel("largest\ntension [kN]")
+    below.set_ylabel(f"largest\ntension [{unit}]")
     plain(below, 8, 5)
     legend_below(figure, list(zip(*side.get_legend_handles_labels(), strict=True)))
     least = f", least clearance {quantity_text(float(np.nanmin(clearance)), 'm')}" if ground is not None else ""
     heading(figure, f"{shortened(path.name)} from end to end: largest tension "
-                    f"{quantity_text(float(np.nanmax(tension)), 'N')}{least}")  # fmt: skip
+                    f"{force_text(float(np.nanmax(tension)))}{least}")  # fmt: skip
     return figure
 
 

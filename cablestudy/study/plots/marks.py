@@ -8,7 +8,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.transforms import blended_transform_factory
 
 from cablestudy.study.plots.style import BLUE, GREY, ORANGE, RED, nice, text_width
-from cablestudy.study.plots.words import quantity_text, shortened
+from cablestudy.study.plots.words import force_text, quantity_text, shortened
 
 GROUND = "#8c7355"
 MANY = 50  # anchors or junctions from which they are small
@@ -222,7 +222,7 @@ def mark_loads(axes, room, loads, paper):
             room.reserve(point, point + np.array([x, y]) / 72 * room.per_inch)
             spots = [(point, (x + 6 * side, y), (side, 0)) for side in (1, -1)]
         if len(loads) <= NAMED_LOADS:
-            room.write(quantity_text(size, "N"), spots)
+            room.write(force_text(size), spots)
 
 
 def name_all(room, drawing, view):

@@ -46,6 +46,11 @@ class DrawnQuantity:
         """Label of an axis."""
         return axis_label(self.words, self.unit)
 
+    @property
+    def names(self):
+        """Its values as text where they are no numbers: list, else empty."""
+        return [value_text(name) for name in self.categories or ()]
+
     def value(self, row, printed=False):
         """Its number in a row, of categories their position; None where the row has none."""
         cell = row.get(self.printed) if printed and self.printed else None
@@ -70,7 +75,7 @@ class DrawnQuantity:
         """One of its values, as `value` gives them, as text."""
         if self.categories is None:
             return quantity_text(position, self.unit)
-        return value_text(self.categories[int(position)])
+        return self.names[int(position)]
 
 
 def quantity_named(study, name, rows):

@@ -8,7 +8,14 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.lines import Line2D
 
 from cablestudy.study.plots.quantity import quantities_varied
-from cablestudy.study.plots.style import DASHES, GREY, SERIES, colours_over, spaced_logarithmically
+from cablestudy.study.plots.style import (
+    DASHES,
+    GREY,
+    SERIES,
+    colours_of_names,
+    colours_over,
+    spaced_logarithmically,
+)
 from cablestudy.study.plots.words import shortened
 
 MARKS = "os^DvP"
@@ -237,7 +244,7 @@ def _colours(series, factors, k):
     else:
         ticks, entries = range(0, count, -(-count // TICKS)), []
         names = [shortened(factor.text(level), 24) for level in ticks]
-        bar = Bar(colours_over(np.arange(count), logarithmic=False), shortened(factor.words), ticks, names)
+        bar = Bar(colours_of_names(count), shortened(factor.words), ticks, names)
         colours = bar.mappable.to_rgba(np.arange(count))
     for line in series:
         line.look["color"] = colours[line.levels[k]]

@@ -20,6 +20,7 @@ from cablestudy.study.plots.style import (
     legend_below,
     log_axis,
     name_axis,
+    own_ticks,
     panels,
     plain_axis,
     spaced_logarithmically,
@@ -259,12 +260,13 @@ def _scale(axes, which, quantity, logarithmic, lines):
     """Set scale and ticks of an axis for some lines; few values on a logarithmic x axis are themselves the ticks."""
     axis = getattr(axes, f"{which}axis")
     if quantity.categories is not None:
-        name_axis(axes, which, [value_text(name) for name in quantity.categories], WIDTH - 1.0)
+        name_axis(axes, which, quantity.names, WIDTH - 1.0)
         return
     values = _values(lines, which)
     axes.margins(**{which: AROUND[which]})
     if logarithmic and len(values) and values[0] > 0:
-        ticks = _value_ticks(lines, values) if which == "x" else []
+        computed = _values([line for line in lines if line.get_label() != "printed"], which)
+        ticks = own_ticks(computed, OWN_TICKS, 0.08 * np.log10(values[-1] / values[0])) if which == "x" else ()
         log_axis(axis, values[0], values[-1], DECADE_TICKS[which], ticks)
         return
     if len(values):
@@ -282,14 +284,6 @@ def _widen(axes, which, values):
     else:
         return
     getattr(axes, f"set_{which}lim")(middle - around, middle + around)
-
-
-def _value_ticks(lines, values):
-    """The values along a logarithmic x axis that are its ticks themselves: if they are few and not too close."""
-    computed = _values([line for line in lines if line.get_label() != "printed"], "x")
-    if not 1 < len(computed) <= OWN_TICKS:
-        return []
-    return computed if np.diff(np.log10(computed)).min() >= 0.08 * np.log10(values[-1] / values[0]) else []
 
 
 def _values(lines, which):

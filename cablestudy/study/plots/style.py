@@ -250,6 +250,21 @@ def log_ticks(axis, low, high, count=8, own=()):
     axis.set_minor_locator(NullLocator())
 
 
+def own_ticks(values, most, apart):
+    """The ticks of a logarithmic axis that are its values themselves: if they are few and not too close, else none.
+
+    Parameters
+    ----------
+    values : ndarray
+        Distinct, ascending.
+    most : int
+        Largest number of such ticks.
+    apart : float
+        Least ratio of neighbouring values, as its logarithm of base 10.
+    """
+    return values if 1 < len(values) <= most and np.diff(np.log10(values)).min() >= apart else []
+
+
 def colours_over(values, logarithmic=None):
     """Colours for values, as a ScalarMappable: dark to light, none so light that it is lost on white.
 
@@ -262,6 +277,11 @@ def colours_over(values, logarithmic=None):
     if low == high:
         low, high = low - (0.1 * abs(low) or 1.0), high + (0.1 * abs(high) or 1.0)
     return ScalarMappable(LogNorm(low, high) if logarithmic else Normalize(low, high), SHADES)
+
+
+def colours_of_names(count):
+    """Colours for names at 0, 1, 2, ..., as a ScalarMappable: those of as many numbers, in steps."""
+    return ScalarMappable(Normalize(-0.5, count - 0.5), SHADES.resampled(count))
 
 
 def spans_decades(values):

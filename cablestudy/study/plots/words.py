@@ -14,6 +14,8 @@ NAMED = ("bodies", "cables", "points", "actuators", "winches", "cases", "anchors
 LISTED = {"loads": "load", "ends": "end"}  # tables without names: counted from 1
 SPECIAL = {"case": "load case", "model.elements": "number of elements", "model.order": "order of the elements"}
 AXES = ("x", "y", "z")
+KILO = 1e4  # size of a force from which it is given in kN [N]
+SPELLED = {"rms": "RMS", "inplane": "in-plane", "outofplane": "out-of-plane"}  # words in names of columns
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -66,6 +68,17 @@ def quantity_text(value, unit=""):
     return f"{number(value)} {unit_text(unit)}".rstrip()
 
 
+def force_unit(largest):
+    """Unit of forces the largest of which has a size [N], and the factor to this unit: kN from KILO on, else N."""
+    return ("kN", 1e-3) if largest >= KILO else ("N", 1.0)
+
+
+def force_text(force):
+    """A force [N] with its unit."""
+    unit, factor = force_unit(abs(force))
+    return quantity_text(factor * force, unit)
+
+
 def shortened(text, most=LONGEST):
     """A text of at most so many characters, with an ellipsis in the middle where it is longer."""
     if len(text) <= most:
@@ -76,7 +89,7 @@ def shortened(text, most=LONGEST):
 def column_words(name):
     """Words for a column: its owner in a suspension, and its name with spaces."""
     owner, _, own = name.rpartition(".")
-    own = re.sub(r"\brms\b", "RMS", own.replace("_", " "))
+    own = " ".join(SPELLED.get(word, word) for word in own.split("_"))
     return shortened(f"{owner.replace('.', ' ')} {own}".strip(), 2 * LONGEST)
 
 
