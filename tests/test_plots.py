@@ -503,7 +503,8 @@ def test_what_a_study_draws_by_itself(tmp_path, text, x, y):
 
 
 def test_the_colour_bar_of_names_has_one_step_for_each(tmp_path):
-    materials = "vary: [{cable.material: [paper/aramid, paper/nylon, paper/polyester]}]\ncolumns: [sag, end_stiffness]\n"
+    materials = "vary: [{cable.material: [paper/aramid, paper/nylon, paper/polyester]}]\n"
+    materials += "columns: [sag, end_stiffness]\n"
     plot = "plot: {x: end_stiffness, y: sag, color: cable.material, logx: true, logy: true}\n"
     _, figure = drawn_study(tmp_path, materials + plot)
     panel, bar = figure.axes
@@ -540,8 +541,10 @@ def test_numbers_and_names_of_pictures():
     assert {unit: unit_text(unit) for unit in units} == units
     forces = {784.8: "784.8 N", -9999.0: "−9999 N", 1e4: "10 kN", 154496.3: "154.5 kN"}
     assert {force: force_text(force) for force in forces} == forces
-    columns = {"outofplane_frequency_1": "out-of-plane frequency 1", "n1.inplane_frequency_2": "n1 in-plane frequency 2",
-               "gondola_rms": "gondola RMS"}  # fmt: skip
+    columns = {
+        "outofplane_frequency_1": "out-of-plane frequency 1", "n1.inplane_frequency_2": "n1 in-plane frequency 2",
+        "gondola_rms": "gondola RMS",
+    }  # fmt: skip
     assert {name: column_words(name) for name in columns} == columns
     keys = {
         "wind.speed": "wind speed", "cable.loads.0.fraction": "load 1 fraction", "points.up1.2": "up1 z",
