@@ -178,8 +178,8 @@ class Drawing:
         return np.linalg.norm(tension.reshape(*self.shares.shape, -1), axis=-1)
 
     @cached_property
-    def below(self):
-        """Heights above the chord along each cable, shape (c, j). [m]
+    def above_chord(self):
+        """Heights of each cable above its chord, negative where it sags, shape (c, j). [m]
 
         At the same horizontal distance; of an upright cable at the same share of the length.
         """

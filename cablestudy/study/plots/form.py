@@ -12,7 +12,6 @@ import cablestudy.study.plots.marks as marks
 from cablestudy.cable.geometry import points_along
 from cablestudy.study.plots.deflection import deflections
 from cablestudy.study.plots.drawing import FLAT, VIEWS, direction, drawing_of, ground_in, upright_plane, view_from_end_1
-from cablestudy.study.plots.marks import draw_lines, mark_clearance
 from cablestudy.study.plots.style import (
     BLUE,
     DASHES,
@@ -25,6 +24,7 @@ from cablestudy.study.plots.style import (
     WIDTH,
     Window,
     colour_bar,
+    entries_of,
     heading,
     legend_below,
     plain,
@@ -127,9 +127,7 @@ class _Picture:
         for cell, (_, paint) in zip(grid, self.panels, strict=True):
             paint(figure, cell)
         marked = [axes for axes in figure.axes if axes.get_legend() is None]
-        entries = {
-            label: artist for axes in marked for artist, label in zip(*axes.get_legend_handles_labels(), strict=True)
-        }
+        entries = {label: artist for axes in marked for artist, label in entries_of(axes)}
         cables_first = sorted(entries.items(), key=lambda entry: entry[0] in ("chord", "ground", "link", "winch"))
         legend_below(figure, [(artist, label) for label, artist in cables_first])
         title_of_several = f"Load cases: {max(self.drawings, key=lambda drawing: len(drawing.cables)).contents}"
@@ -162,8 +160,8 @@ class _Picture:
         views = self._chosen_views()
         grounds = [ground_in(view, self.first.ground, view(self.places)[:, 0]) for view in views]
         windows = self._windows(views, grounds)
-        below = np.concatenate([drawing.below.ravel() for drawing in self.drawings])
-        height, sag = windows[0].ratio * windows[0].width, np.abs(below).max(initial=0.0) * windows[0].factor
+        above_chord = np.concatenate([drawing.above_chord.ravel() for drawing in self.drawings])
+        height, sag = windows[0].ratio * windows[0].width, np.abs(above_chord).max(initial=0.0) * windows[0].factor
         hidden = self.plane is not None and 0 < sag < HIDDEN * height
         width = WIDTH - 0.8 - (BAR if self.scale is not None else 0.0)
         heights = [3.1 if self.in_space else 0.7 + window.ratio * width for window in windows]
@@ -171,7 +169,7 @@ class _Picture:
         panels = list(zip(heights, paints, strict=True))
         if hidden:
             panels = panels if self.alone or grounds[0] is not None else []
-            window = Window(self.plane(self.places)[:, 0], np.append(below, 0.0), 0.26)
+            window = Window(self.plane(self.places)[:, 0], np.append(above_chord, 0.0), 0.26)
             panels.append((2.6, partial(self._draw_from_chord, window)))
         return panels
 
@@ -252,7 +250,7 @@ class _Picture:
     def _draw_from_chord(self, window, figure, cell):
         """Draw the height of each cable above its chord over the horizontal distance, in a cell of a figure's grid."""
         axes, plane = figure.add_subplot(cell), self.plane
-        lines = self._draw(axes, lambda drawing: (plane(drawing.cables)[..., 0], drawing.below))
+        lines = self._draw(axes, lambda drawing: (plane(drawing.cables)[..., 0], drawing.above_chord))
         window.apply(axes)
         chords = plane(self.first.ends) * np.array([1.0, 0.0])
         marks.draw_chords(axes, chords, "o")
@@ -269,11 +267,11 @@ class _Picture:
     def _draw_along_span(self, figure, cell):
         """Draw the cables as seen along the span, from their chords: each is a line at its angle of swing."""
         axes = figure.add_subplot(cell)
-        self._draw(axes, lambda drawing: (self._aside(drawing), drawing.below), label="")
+        self._draw(axes, lambda drawing: (self._aside(drawing), drawing.above_chord), label="")
         for drawing, look in zip(self.drawings, self.looks, strict=True):
-            aside, below = self._aside(drawing), drawing.below
-            lowest = np.arange(len(below)), np.hypot(aside, below).argmax(axis=-1)
-            axes.scatter(aside[lowest], below[lowest], s=16, c=look["colours"], zorder=3)
+            aside, above = self._aside(drawing), drawing.above_chord
+            farthest = np.arange(len(above)), np.hypot(aside, above).argmax(axis=-1)
+            axes.scatter(aside[farthest], above[farthest], s=16, c=look["colours"], zorder=3)
         axes.plot(0, 0, "o", color=GREY, ms=4)
         axes.set_aspect("equal", adjustable="datalim")
         axes.margins(0.12)
@@ -373,19 +371,20 @@ def load_path(path):
     tall = 0.7 + window.ratio * (WIDTH - 0.8)
     figure = Figure(figsize=(WIDTH, tall + 2.6), layout="constrained")
     side, below = figure.subplots(2, 1, height_ratios=(tall, 1.9))
-    draw_lines(side, forms, GREY, linewidths=0.7, alpha=0.7, label="the cable in some of the places")
+    marks.draw_lines(side, forms, GREY, linewidths=0.7, alpha=0.7, label="the cable in some of the places")
     dots = "." if len(line) <= DOTS else ""
     side.plot(*line.T, dots, ls="-", color=BLUE, lw=1.8, label=f"path of {shortened(path.name)}")
     finish_view(side, view, window, ground)
     known = np.isfinite(clearance)
     if ground is not None and known.any():
-        mark_clearance(side, room_in(side, window, all_points), line[known], ground, float(clearance[known].min()))
+        room, least = room_in(side, window, all_points), float(clearance[known].min())
+        marks.mark_clearance(side, room, line[known], ground, least)
     unit, factor = force_unit(np.nanmax(tension))
     below.plot(line[:, 0], factor * tension, dots, ls="-", color=RED)
     below.set(xlim=side.get_xlim(), xlabel="place of the load, horizontal distance from end 1 [m]")
     below.set_ylabel(f"largest\ntension [{unit}]")
     plain(below, 8, 5)
-    legend_below(figure, list(zip(*side.get_legend_handles_labels(), strict=True)))
+    legend_below(figure, entries_of(side))
     least = f", least clearance {quantity_text(float(np.nanmin(clearance)), 'm')}" if ground is not None else ""
     heading(figure, f"{shortened(path.name)} from end to end: largest tension "
                     f"{force_text(float(np.nanmax(tension)))}{least}")  # fmt: skip

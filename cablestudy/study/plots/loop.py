@@ -17,16 +17,17 @@ from cablestudy.study.plots.style import (
     DASHES,
     GREEN,
     GREY,
-    LIGHT,
     RED,
     SERIES,
     WIDTH,
+    entries_of,
     heading,
     legend_below,
     panels,
     plain,
     plain_axis,
     styled,
+    zero_lines,
 )
 from cablestudy.study.plots.words import axis_label, with_minus
 
@@ -80,7 +81,7 @@ def loop_margins(closed_loop, span=None):
         axes.tick_params(labelbottom=False)
     nyquist, margins_as_text = figure.add_subplot(grid[-1, 0]), figure.add_subplot(grid[-1, 1])
     _nyquist(nyquist, closed_loop, value)
-    _numbers(margins_as_text, closed_loop)
+    _write_margins(margins_as_text, closed_loop)
     margins_as_text.legend(*nyquist.get_legend_handles_labels(), loc="lower left", fontsize=8)
     figure.align_ylabels([upper, *lower])
     heading(figure, _title(closed_loop))
@@ -184,8 +185,7 @@ def _nyquist(axes, closed_loop, value):
 
     `value` is the loop gain L of k coordinates at f frequencies, shape (f, k, k).
     """
-    axes.axhline(0, color=LIGHT, lw=0.9)
-    axes.axvline(0, color=LIGHT, lw=0.9)
+    zero_lines(axes)
     circle = np.exp(1j * np.linspace(0, TURN, 361))
     axes.plot(circle.real, circle.imag, color=GREY, lw=0.8, ls="--", label="unit circle")
     several = value.shape[-1] > 1
@@ -230,8 +230,8 @@ def _eigenvalues(value):
     return eigenvalues
 
 
-def _numbers(axes, closed_loop):
-    """Write the margins as text."""
+def _write_margins(axes, closed_loop):
+    """Write gains and margins of a loop beside its Nyquist plot, a line for each: its name, and the number."""
     axes.set_axis_off()
     limit, loop, law = _has_limit(closed_loop), closed_loop.loop, closed_loop.loop.law
     largest = closed_loop.stability.largest_gain if limit else None
@@ -241,14 +241,15 @@ def _numbers(axes, closed_loop):
     lines += [("delay", f"{law.delay:.4g} s")] if law.delay else []
     lines += [("largest gain", f"{largest:.4g} rad/s" if largest else "none")]
     lines += [("gain margin", f"{_margin(closed_loop):.4g} dB")] if limit else []
-    lines += _of_stable(closed_loop.stability.margins) if closed_loop.stability.stable else [("loop", "unstable")]
+    stability = closed_loop.stability
+    lines += _margins_in_words(stability.margins) if stability.stable else [("loop", "unstable")]
     for row, (name, number) in enumerate(lines):
         height = 0.97 - LINE * row
         axes.text(0.02, height, name, transform=axes.transAxes, fontsize=8)
         axes.text(0.98, height, with_minus(number), transform=axes.transAxes, ha="right", fontsize=8)
 
 
-def _of_stable(margins):
+def _margins_in_words(margins):
     """Names and texts of the margins of a stable loop: list of (str, str)."""
     lines = []
     if margins.phase_margin is not None:
@@ -281,13 +282,13 @@ def loop_in_time(solved):
     winch_axes.set_ylabel("winches [mm]" if several else "winch [mm]")
     winch_axes.set_xlabel("time [s]")
     if several:
-        legend_below(figure, list(zip(*winch_axes.get_legend_handles_labels(), strict=True)))
+        legend_below(figure, entries_of(winch_axes))
     winch_axes.set_xlim(time[0], time[-1])
     plain_axis(winch_axes.xaxis, 8)
     for axes in grid:
         plain_axis(axes.yaxis, 5)
     figure.align_ylabels(grid)
-    figure.suptitle(f"Loop, gain {solved.gain:.4g} rad/s: {solved.input.what}", x=0.01, ha="left", fontsize=10)
+    heading(figure, f"Loop, gain {solved.gain:.4g} rad/s: {solved.input.what}")
     return figure
 
 

@@ -24,6 +24,7 @@ from cablestudy.study.plots.style import (
     WIDTH,
     Window,
     bold,
+    figure_without_panels,
     heading,
     nice,
     panels,
@@ -318,9 +319,7 @@ def _figure(shown, frequency, listed, peak, share, drawing, distance):
         Label of the distance along the plane of the panels; None in perspective.
     """
     if not shown:
-        figure = Figure(figsize=(WIDTH, 1.2), layout="constrained")
-        figure.suptitle("There is no mode to show")
-        return figure
+        return figure_without_panels("There is no mode to show")
     count, columns, factors = len(shown), columns_of(len(shown)), [mode.factor(peak) for mode in shown]
     enlarged = [distance is None and mode.turns_in_a_small_body(drawing.size) for mode in shown]
     window, inset = _window(shown, factors, share, any(enlarged), LAYOUT[columns] if distance else None)

@@ -16,6 +16,7 @@ from cablestudy.study.plots.style import (
     WIDTH,
     bold,
     colour_bar,
+    figure_without_panels,
     heading,
     legend_below,
     log_axis,
@@ -107,9 +108,7 @@ def _line_figure(study, every, rows, chosen):
 
 def _nothing(study, reason):
     """Figure of a study of which there is nothing to draw, with the reason."""
-    figure = Figure(figsize=(WIDTH, 1.2), layout="constrained")
-    heading(figure, f"{study.title}: {reason}".lstrip(": "))
-    return figure
+    return figure_without_panels(f"{study.title}: {reason}".lstrip(": "))
 
 
 def _draw_panels(grid, along_x, along_y, series, joined, side):

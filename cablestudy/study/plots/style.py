@@ -333,6 +333,24 @@ def legend_below(figure, entries, size=8.5):
     return figure.legend(*zip(*entries, strict=True), loc="outside lower center", ncols=columns, fontsize=size)
 
 
+def entries_of(axes):
+    """Entries of a legend for all that has a label in axes: list of (artist, str)."""
+    return list(zip(*axes.get_legend_handles_labels(), strict=True))
+
+
+def zero_lines(axes):
+    """Draw the lines x = 0 and y = 0."""
+    axes.axhline(0, color=LIGHT, lw=0.9)
+    axes.axvline(0, color=LIGHT, lw=0.9)
+
+
+def figure_without_panels(reason):
+    """Figure that has nothing to draw, with the reason as its title."""
+    figure = Figure(figsize=(WIDTH, 1.2), layout="constrained")
+    heading(figure, reason)
+    return figure
+
+
 def heading(figure, text):
     """The title of a figure, at its left, in lines that fit; none for an empty text."""
     if text:

@@ -2,12 +2,25 @@
 
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from cablestudy.errors import ConvergenceError, NoSolutionError, NothingToDrawError
-from cablestudy.study.plots.style import BLUE, BOX, GREEN, GREY, LIGHT, ORANGE, RED, WIDTH, heading, plain, styled
+from cablestudy.study.plots.style import (
+    BLUE,
+    BOX,
+    GREEN,
+    GREY,
+    ORANGE,
+    RED,
+    WIDTH,
+    heading,
+    plain,
+    styled,
+    zero_lines,
+)
 from cablestudy.study.plots.words import quantity_text, shortened
 from cablestudy.study.suspension.wind_columns import PLACES, TURNS
 from cablestudy.wind.spectrum import admittance, speed_spectrum
@@ -180,30 +193,40 @@ def _states(winds, at_rest, names, point, frequency):
     closed_loop = winds[0].closed_loop
     rest = "at mid-span" if point.endswith(MIDSPAN) else "without control"
     rest = f"winch{'es' * (len(closed_loop.winches) != 1)} at rest" if closed_loop.winches else rest
-    looks = [("winch loop closed", RED, "-", False, winds), (rest, GREY, "--", True, at_rest)]
+    controlled, state_of = winds[0].response.loop, partial(_drawn_state, names, point, frequency)
     if not closed_loop.actuators:
-        looks = looks if winds[0].response.loop else [(rest, RED, "-", True, at_rest)]
-        return [_drawn_state(look, names, point, frequency) for look in reversed(looks)]
-    controlled = "loop and actuators" if winds[0].response.loop else "with actuators"
-    states = [_drawn_state((controlled, RED, "-", False, winds), names, point, frequency)]
+        if not controlled:
+            return [state_of(rest, RED, "-", at_rest, open_loop=True)]
+        return [state_of(rest, GREY, "--", at_rest, open_loop=True), state_of("winch loop closed", RED, "-", winds)]
+    states = [state_of("loop and actuators" if controlled else "with actuators", RED, "-", winds)]
     with suppress(NoSolutionError, ConvergenceError):  # unstable without them, for example
         without = [winds[0].without_actuators]
-        looks = [("loop, no actuators", "#000000", "--", False, without),
-                 ("winches at rest, no actuators", GREY, ":", True, without)]  # fmt: skip
-        if not without[0].response.loop:
-            looks = [("without actuators", GREY, "--", True, without)]
-        states += [_drawn_state(look, names, point, frequency) for look in looks]
-    return states[::-1]
+        if without[0].response.loop:
+            at_rest = state_of("winches at rest, no actuators", GREY, ":", without, open_loop=True)
+            states = [at_rest, state_of("loop, no actuators", "#000000", "--", without), *states]
+        else:
+            states = [state_of("without actuators", GREY, "--", without, open_loop=True), *states]
+    return states
 
 
-def _drawn_state(look, names, point, frequency):
+def _drawn_state(names, point, frequency, label, colour, dashes, winds, open_loop=False):
     """Compute the curves that are drawn of one state of control, such as "winches at rest": `DrawnState`.
 
-    They are spectra and RMS of the outputs `names`, such as `camera.x`, and the covariance of the displacements of a
-    point, at frequencies of shape (f,) [Hz]. `look` has label, colour and dashes of the state, whether the winches are
-    at rest, and a list of `DynamicAnalysis`, one for each wind, whose spectra add.
+    Parameters
+    ----------
+    names : list of str
+        Outputs whose spectra and RMS are drawn, such as `camera.x`.
+    point : str
+        Body, marker or cable at mid-span, whose covariance of displacements gives the ellipses.
+    frequency : ndarray, shape (f,)
+        [Hz]
+    label, colour, dashes : str
+        Of the state.
+    winds : list of DynamicAnalysis
+        One for each wind; their spectra add.
+    open_loop : bool
+        Whether the winches are at rest.
     """
-    label, colour, dashes, open_loop, winds = look
     of_point = [f"{point}.{axis}" for axis in PLACES]  # outputs, of which some may be held
     spectra, variances, covariance = {}, {}, np.zeros((3, 3))
     for wind in winds:
@@ -314,8 +337,7 @@ def _draw_rms_ellipses(figure, grid, states, closed_loop, point):
     half = 1.25 * MM * np.sqrt(max(np.linalg.eigvalsh(state.covariance)[-1] for state in states))
     for column, (plane, labels, heading_text) in enumerate(planes):
         axes = figure.add_subplot(grid[3, column])
-        axes.axhline(0, color=LIGHT, lw=0.9)
-        axes.axvline(0, color=LIGHT, lw=0.9)
+        zero_lines(axes)
         for state in states:
             x, y = MM * ellipse(plane @ frame.T @ state.covariance @ frame @ plane.T)
             axes.plot(x, y, color=state.colour, ls=state.dashes, label=state.label)
