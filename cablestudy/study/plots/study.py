@@ -85,7 +85,7 @@ def not_drawn(study):
 
 def _line_figure(study, every, rows, chosen):
     """Figure of one panel for each column, all over one x; arguments as of `colour_map`, `chosen` of `study_plot`."""
-    x, columns, logx, logy = _drawn(study, every, chosen)
+    x, columns, *logarithmic = _drawn(study, every, chosen)
     if not columns:
         return _nothing(study, "no column is a number")
     series, factors = series_of(study, every, rows, x)
@@ -95,7 +95,13 @@ def _line_figure(study, every, rows, chosen):
     height = HEIGHT * -(-len(columns) // side) + 0.9 + 0.2 * -(-len(entries) // 3)
     figure = Figure(figsize=(WIDTH, height), layout="constrained")
     grid = panels(figure, len(columns), side)
-    if _draw_panels(grid, (x, logx), (columns, logy, _by_ratio(x, factors)), series, joined, side):
+    printed = [_panel(axes, x, column, series, joined) for axes, column in zip(grid, columns, strict=True)]
+    _scale_panels(grid, x, columns, logarithmic, _by_ratio(x, factors))
+    for axes, column in zip(grid, columns, strict=True):
+        axes.set_ylabel(wrapped(column.label, 0.9 * HEIGHT, 9))
+    for axes in grid[-side:]:
+        axes.set_xlabel(wrapped(x.label, 0.8 * WIDTH / side, 9))
+    if any(printed):
         entries = [*entries, (Line2D([], [], **PRINTED), "printed")]
     if len(entries) > 1 or (entries and series[0].label and len(series) > 1):
         legend_below(figure, entries)
@@ -111,42 +117,29 @@ def _nothing(study, reason):
     return figure_without_panels(f"{study.title}: {reason}".lstrip(": "))
 
 
-def _draw_panels(grid, along_x, along_y, series, joined, side):
-    """Draw all panels of a study: the series of each column, and scales and labels of the axes.
+def _scale_panels(grid, x, columns, logarithmic, by_ratio):
+    """Set scales and ticks of all panels of a study.
 
     Parameters
     ----------
     grid : list of Axes
-        A panel for each column.
-    along_x : (DrawnQuantity, bool or None)
-        Quantity along x, and whether it is logarithmic; None where the values decide.
-    along_y : (list of DrawnQuantity, bool or None, bool)
-        Columns, whether they are logarithmic (None as for x), and whether values that span decades make them so even
-        over a linear x.
-    series : list of Series
-    joined : bool
-        Whether the points of a series are joined by lines.
-    side : int
-        Number of panels side by side.
-
-    Returns
-    -------
-    bool
-        True if there are printed values.
+        A panel for each column, with its lines.
+    x : DrawnQuantity
+    columns : list of DrawnQuantity
+    logarithmic : (bool or None, bool or None)
+        Whether x and y are logarithmic, as the study states it; where it does not (None), x is if its values are spaced
+        so, and over such an x each y whose values span decades.
+    by_ratio : bool
+        Whether values that span decades make y so over any x.
     """
-    (x, logx), (columns, logy, by_ratio) = along_x, along_y
-    printed = [_panel(axes, x, column, series, joined) for axes, column in zip(grid, columns, strict=True)]
+    logx, logy = logarithmic
     lines = [line for axes in grid for line in axes.lines]
     if logx is None:
         logx = x.name != ROW and spaced_logarithmically(_values(lines, "x"))
     for axes, column in zip(grid, columns, strict=True):
-        axes.set_ylabel(wrapped(column.label, 0.9 * HEIGHT, 9))
         _scale(axes, "x", x, logx, lines)
         decides = logy is None and (logx or by_ratio)
         _scale(axes, "y", column, spans_decades(_values(axes.lines, "y")) if decides else logy, axes.lines)
-    for axes in grid[-side:]:
-        axes.set_xlabel(wrapped(x.label, 0.8 * WIDTH / side, 9))
-    return any(printed)
 
 
 def _drawn(study, rows, chosen):
