@@ -15,7 +15,7 @@ def write_parquet(table, file):
     ----------
     table : Table
     file : binary file
-        Written from its beginning to its end: a pipe will do.
+        Written from its beginning to its end, and left open: a pipe will do.
     """
     import pyarrow
     from pyarrow.parquet import ParquetWriter
@@ -30,7 +30,7 @@ def write_parquet(table, file):
         for field in table.fields
     ])  # fmt: skip
     rows = iter(table.rows)
-    with ParquetWriter(_WriteOnlyFile(file), schema) as writer:
+    with ParquetWriter(file, schema) as writer:
         while block := list(islice(rows, STUDY.parquet_rows)):
             columns = [[_cell(row.get(name), name in texts) for row in block] for name in schema.names]
             arrays = [pyarrow.array(cells, kind) for cells, kind in zip(columns, schema.types, strict=True)]
@@ -47,33 +47,3 @@ def _cell(value, text):
     if value is None:
         return None
     return (value if isinstance(value, str) else exact(value)) if text else float(value)
-
-
-class _WriteOnlyFile:
-    """A file with the methods that pyarrow needs to write it, even if it has no `tell`, as a pipe."""
-
-    closed = False
-
-    def __init__(self, file):
-        self._file, self._position = file, 0
-
-    def write(self, data):
-        """Write bytes."""
-        self._file.write(data)
-        self._position += len(data)
-        return len(data)
-
-    def tell(self):
-        """Number of bytes written."""
-        return self._position
-
-    def flush(self):
-        """Flush the file."""
-        self._file.flush()
-
-    def writable(self):
-        """True."""
-        return True
-
-    def close(self):
-        """The file stays open."""
