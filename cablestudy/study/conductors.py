@@ -63,14 +63,8 @@ class LinearCables:
 
     def take(self, index):
         """`LinearCables` of several of the conductors, or of one."""
-        return LinearCables(
-            **{
-                field.name: value.take(index)
-                if isinstance(value := getattr(self, field.name), Condition)
-                else value[index]
-                for field in fields(self)
-            }
-        )
+        values = (getattr(self, field.name) for field in fields(self))
+        return LinearCables(*(value.take(index) if isinstance(value, Condition) else value[index] for value in values))
 
 
 def curves_of(cables, shape):
@@ -334,12 +328,15 @@ def _uneven_strain(condition, strain, along):
 def uneven_errors(linear, catenary):
     """Estimated relative errors of k equilibria in which linear cables stand for conductors, shape (k,). [-]
 
-    A linear cable has the conductor's strain at the mean tension only, but the tension varies along the cable. The
-    estimate is the sum of two errors, both to first order. Error of the tension: the mean strain of a conductor exceeds
-    its strain at the mean tension, which lengthens it and changes the tension by the stiffness of the span; as much was
-    missing when its length followed from the reference state, and its permanent sets from creep and load. Error of
-    the positions of points: off the mean tension, the strain of a conductor differs from the strain of the linear
-    cable, whose slope is that of the final moduli.
+    A linear cable has the conductor's strain at the mean tension T_m only, but the tension T varies along the cable.
+    The estimate is the sum of two errors, both to first order:
+
+    Of the tension: e L K/T_m. The mean strain of the conductor exceeds its strain at the mean tension by e, which makes
+    it longer by e L and changes its tension by the stiffness K of the span. e counts what was missing in the same way
+    when the length followed from the reference state, and the permanent sets from creep and load.
+
+    Of the positions of points: |1/EA_c - 1/EA| max |T - T_m|. Off the mean tension the strain follows the slope EA_c of
+    the conductor's curve, that of the linear cable the final moduli, EA.
 
     Parameters
     ----------

@@ -59,8 +59,9 @@ def nodal_deflections(case):
 def _by_tangent(unloaded, mesh, span):
     """Displacements of the nodes of a mesh by the tangent of a catenary without loads, in closed form.
 
-    End 1 of the catenary gives a change of the tension vector, and each load takes its force from it; the flexibility
-    of each piece between two nodes turns what is left into a movement.
+    The tension vector of piece i, between the nodes i and i + 1, changes by c - f_i: c is its change at end 1, f_i the
+    sum of the loads before the piece. By its flexibility F_i the nodes move apart by u_(i+1) - u_i = F_i (c - f_i), and
+    c follows from the ends, which stay: (sum of F_i) c = sum of F_i f_i.
 
     Parameters
     ----------
@@ -82,13 +83,13 @@ def _by_tangent(unloaded, mesh, span):
     terms = segment.segment_terms(tension, weight, *angles)
     per_length = np.array(segment.flexibility(tension, weight, span.axial_stiffness, *angles, terms))
     entries = span.unstretched_length * shares * per_length  # qq, nn, yy, qn, qy, ny [m/N]
-    pieces = entries[[[0, 3, 4], [3, 1, 5], [4, 5, 2]]]  # shape (3, 3, pieces)
+    flexibility = entries[[[0, 3, 4], [3, 1, 5], [4, 5, 2]]]  # shape (3, 3, pieces)
     forces = np.zeros((mesh.nodes, 3))
     np.add.at(forces, _nodes_of_loads(mesh, span), span.load_forces)
-    taken = np.cumsum(forces, axis=0)[:-1].T  # by the loads before each piece
-    given = segment.solve_symmetric(entries.sum(axis=-1), (pieces * taken).sum(axis=(1, 2)))
-    changes = (pieces * (np.array(given)[:, None] - taken)).sum(axis=1)
-    return np.concatenate([np.zeros((1, 3)), np.cumsum(changes.T, axis=0)])
+    loads_before = np.cumsum(forces, axis=0)[:-1].T
+    change_at_end_1 = segment.solve_symmetric(entries.sum(axis=-1), (flexibility * loads_before).sum(axis=(1, 2)))
+    moved_apart = (flexibility * (np.array(change_at_end_1)[:, None] - loads_before)).sum(axis=1)
+    return np.concatenate([np.zeros((1, 3)), np.cumsum(moved_apart.T, axis=0)])
 
 
 def _by_elements(unloaded, span):

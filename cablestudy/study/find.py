@@ -155,7 +155,7 @@ def search(goal, document, enclose=False, column_at=None):
         ranges = ranges_about(start, goal.quantity.low, goal.quantity.high, effort.points, effort.reach)
     # a zero of the least margin is first searched with those limits alone that decide there, which costs less
     of_limits = goal.column.name == "limit_margin" and not goal.value
-    cheaper = partial(_margin_function, goal, document) if of_limits else None
+    cheaper = partial(_margin_of_failing, goal, document) if of_limits else None
     zeros_found = find_zeros(difference, ranges, effort, enclose, cheaper)
     notes = [] if goal.between else [
         f"searched: {goal.key.name} from {goal.of_key(zeros_found.low, zeros_found.high)}; {goal.elsewhere}"
@@ -165,11 +165,12 @@ def search(goal, document, enclose=False, column_at=None):
     return zeros_found, statuses, notes
 
 
-def _margin_function(goal, document, low, high):
-    """Function that has the zeros of the least margin of all limits between two values of the key, and costs less.
+def _margin_of_failing(goal, document, low, high):
+    """Function with the zeros of the least margin of all limits between two values of the key, which costs less.
 
-    Each limit is taken in each of its load cases by itself. Those that hold at both values are left out: the least
-    margin passes zero where one of the others does. A limit without a margin counts as one that fails.
+    It is the least margin of those limits that fail at `low` or `high`: between the two, the least margin of all passes
+    zero where one of these does. A limit counts in each of its load cases by itself, and one without a margin as one
+    that fails.
 
     Parameters
     ----------

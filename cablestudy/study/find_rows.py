@@ -94,7 +94,7 @@ def _only_solution(study, goal, case, column_at):
 
 
 def _values_in_cases(study, goal, cases, values_of_searches):
-    """The column of the goal at values of the key in many cases.
+    """Answer the questions of many searches at once: the column of the goal at the values of the key that each tries.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def _values_in_cases(study, goal, cases, values_of_searches):
     """
     counts = [len(values) for values in values_of_searches.values()]
     key_values = KeyValues(study.document_of, goal, np.concatenate(list(values_of_searches.values())), study.entries)
-    steps = np.arange(len(key_values.values))
+    steps = np.arange(len(key_values.values))  # a case of `key_values`: that of the study, and the step of its key
     case_of_step = np.repeat([cases[number] for number in values_of_searches], counts)
     numbers, statuses = column_values(goal, key_values, case_of_step * len(steps) + steps)
     ends = np.cumsum(counts).tolist()

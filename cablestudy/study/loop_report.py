@@ -12,6 +12,7 @@ from cablestudy.scene.scene import missing
 from cablestudy.study.column import attribute
 from cablestudy.study.motion_columns import SENSITIVITY
 from cablestudy.study.one_cable.rows import evaluate_named
+from cablestudy.study.ssm_tables import near_poles
 from cablestudy.study.table import Field, Table
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.residues import residues
@@ -21,7 +22,8 @@ COLUMNS = (
     *SENSITIVITY,
 )  # fmt: skip
 CURVES = ("open_loop", "sensitivity", "complementary_sensitivity")  # names of columns: L, S, T
-HALF_WIDTHS = np.array([0.0, 0.5, 1.0, 2.0, 4.0])  # frequencies beside a pole that a table has too, in its half-widths
+# frequencies about a resonance that a table has too, in its half-widths
+BESIDE_PEAKS = np.array([-4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0])
 
 
 def loop_table(document, scene, estimate=False):
@@ -121,10 +123,8 @@ def frequencies_of(closed_loop, span):
         From `ssm.read_response_range`.
     """
     low, high, count = span
-    poles = resonances(closed_loop) / (2 * np.pi)
-    near_poles = np.abs(poles)[:, None] + np.abs(poles.real)[:, None] * np.concatenate([-HALF_WIDTHS[1:], HALF_WIDTHS])
-    near_poles = near_poles[(near_poles > low) & (near_poles < high)]
-    return np.unique(np.concatenate([np.geomspace(low, high, count), near_poles]))
+    on_peaks = near_poles(resonances(closed_loop), BESIDE_PEAKS, low, high)
+    return np.unique(np.concatenate([np.geomspace(low, high, count), on_peaks]))
 
 
 def drawn_frequencies(closed_loop, span):

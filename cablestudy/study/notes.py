@@ -289,7 +289,7 @@ def above_accuracy(rows):
     ----------
     rows : iterable of (dict, float or None)
         Of each row: name of a number -> its estimated relative error, None where it is not known; and the accuracy,
-        None of a scene that states its elements instead. An error counts if it is above with the two digits told. [-]
+        None of a scene that states its elements instead. [-] Errors are compared with the two digits that are told.
     """
     above, asked = {}, set()  # name -> errors
     for errors, accuracy in rows:

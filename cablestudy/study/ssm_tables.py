@@ -52,15 +52,29 @@ def with_resonances(span, poles):
     low, high, count = span
     size = np.abs(poles)
     resonant = (poles.imag > 0) & (-poles.real < STUDY.resonant * size) & (-poles.real > MOTION.undamped_motion * size)
-    offsets = poles.real[resonant, None] * WITHIN
-    frequency = np.unique((size[resonant, None] + offsets) / (2 * np.pi))
-    frequency = frequency[(frequency > low) & (frequency < high)]
+    frequency = near_poles(poles[resonant], WITHIN, low, high)
     # without those that coincide with a frequency at equal ratios, or with each other
     log_step = np.log(high / low) / (count - 1)
     steps_from_low = np.log(frequency / low) / log_step
     frequency = frequency[np.abs(steps_from_low - np.rint(steps_from_low)) * log_step > STUDY.equal_frequencies]
     distinct = np.diff(frequency, prepend=0.0) > STUDY.equal_frequencies * frequency
     return FrequencyGrid(low, high, count, tuple(frequency[distinct].tolist()))
+
+
+def near_poles(poles, half_widths, low, high):
+    """Frequencies within a range near resonances, ascending. [Hz]
+
+    Parameters
+    ----------
+    poles : ndarray, shape (p,)
+        Complex. [rad/s]
+    half_widths : ndarray
+        Distances of the frequencies from that of a pole, in half-widths of its peak. [-]
+    low, high : float
+        Ends of the range. [Hz]
+    """
+    frequency = (np.abs(poles)[:, None] + np.abs(poles.real)[:, None] * half_widths) / (2 * np.pi)
+    return np.unique(frequency[(frequency > low) & (frequency < high)])
 
 
 def response_blocks(span, shown):

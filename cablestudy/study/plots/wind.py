@@ -22,6 +22,7 @@ from cablestudy.study.plots.style import (
     zero_lines,
 )
 from cablestudy.study.plots.words import quantity_text, shortened
+from cablestudy.study.ssm_tables import near_poles
 from cablestudy.study.suspension.wind_columns import PLACES, TURNS
 from cablestudy.wind.spectrum import admittance, speed_spectrum
 
@@ -177,9 +178,7 @@ def _grid(winds, names):
     responses = [wind.response_of(open_loop) for wind in winds for open_loop in (False, True)]
     poles = np.concatenate([response.resonances(names) for response in responses])
     poles = poles[np.abs(poles.real) < NARROW * np.abs(poles)]
-    centre, width = np.abs(poles) / TURN, np.abs(poles.real) / TURN
-    points = np.concatenate([np.geomspace(*RANGE, POINTS), (centre[:, None] + width[:, None] * HALF_WIDTHS).ravel()])
-    return np.unique(points[(points >= RANGE[0]) & (points <= RANGE[1])])
+    return np.unique(np.concatenate([np.geomspace(*RANGE, POINTS), near_poles(poles, HALF_WIDTHS, *RANGE)]))
 
 
 def _share_below(frequency, spectrum):
