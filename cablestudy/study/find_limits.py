@@ -80,7 +80,7 @@ def _range_ends(zeros_found, statuses):
     points, ends = sorted(margins), []
 
     def end(word, index, next_index):
-        """One end, `from` or `to`, at a point; the next point beyond it, if there is one, tells the reason."""
+        """One end of a range, at the point of an index; the status at the point beyond it may be the reason."""
         searched = 0 <= next_index < len(points)
         reason = f"beyond, {statuses.get(points[next_index])}" if searched else "the end of what was searched"
         return word, points[index], "" if points[index] in crossings else reason

@@ -158,8 +158,13 @@ def _limit(scene, name, table):
 
     Its terms are the load cases that the table names, by default all and the reference state, each with all cables that
     the column can be of. A term is left out if the scene cannot have the column there, or the cable is lost in the
-    case. ValueError for a limit that cannot be checked: its column is no result, its number is zero or does not fit
-    the unit of the column, or the scene cannot have the column: in a load case named, or by default in all of them.
+    case.
+
+    Raises
+    ------
+    ValueError
+        The column is no result; the number is zero, or does not fit the unit of the column; the scene cannot have the
+        column in a load case that the table names or, if it names none, in any.
     """
     stated = comparison(table.that)
     # (cable, column of this cable); of a column that belongs to no cable one pair, with "" for the cable

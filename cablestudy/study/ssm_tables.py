@@ -34,6 +34,11 @@ class FrequencyGrid(NamedTuple):
     count: int  # of those of equal ratios
     others: tuple = ()
 
+    @property
+    def size(self):
+        """Number of all of them."""
+        return self.count + len(self.others)
+
 
 def with_resonances(span, poles):
     """Frequencies for a response whose narrow resonances must not be missed: `FrequencyGrid`.
@@ -133,7 +138,7 @@ def response_table(span, shown):
         suffix = f"_{re.sub('[ ()]', '', curve.unit).replace('/', '_per_')}" if curve.unit else ""
         fields += [Field(f"{before}magnitude{suffix}", f"{title}magnitude", curve.unit)]
         fields += [Field(f"{before}phase_deg", f"{title}phase", "deg")]
-    return Table(tuple(fields), _Rows([field.name for field in fields], span, shown))
+    return Table(tuple(fields), _Rows([field.name for field in fields], FrequencyGrid(*span), shown))
 
 
 @dataclass(frozen=True)
@@ -141,23 +146,24 @@ class _Rows(Sequence):
     """Rows computed on demand, from the first on, since a long response does not fit in memory."""
 
     names: list
-    span: tuple
+    grid: FrequencyGrid
     shown: list
 
     def __len__(self):
-        return self.span[2] + sum(map(len, self.span[3:]))
+        return self.grid.size
 
-    def __getitem__(self, place):
-        if isinstance(place, slice):
-            return list(self._between(*place.indices(len(self))[:2]))[:: place.step]
-        return self[place : place + 1 or None][0]
+    def __getitem__(self, index):
+        if isinstance(index, slice):
+            return list(self._between(*index.indices(len(self))[:2]))[:: index.step]
+        return self[index : index + 1 or None][0]  # of the last row, -1, the slice has no end
 
     def __iter__(self):
         return self._between(0, len(self))
 
     def _between(self, first, end):
+        """Yield the rows from a first one to the one before an end: dict of name -> number, or None."""
         begin = 0
-        for block in response_blocks(self.span, self.shown):
+        for block in response_blocks(self.grid, self.shown):
             if begin >= end:
                 return
             part = slice(max(first - begin, 0), max(end - begin, 0))

@@ -164,8 +164,19 @@ def _exact_value(column, case):
 def _refined_value(levels, column):
     """Value of a column by the model, of finer and finer ones, whose value differs least from that of the one before.
 
-    `levels` yields name and case of each model, the coarsest first; once the value settles no more are asked for.
-    Returns estimated relative error [-], value and name of the model.
+    Parameters
+    ----------
+    levels : iterable of (str, case)
+        Name and case of each model, the coarsest first; once the value settles no more are asked for.
+    column : Column
+
+    Returns
+    -------
+    error : float
+        Estimated relative error of the value. [-]
+    value : float or None
+    note : str
+        Name of the model.
     """
     candidates, previous, failure = [], None, "no two models have a value"
     for note, case in levels:

@@ -85,8 +85,8 @@ class Factor:
 def series_of(study, every, rows, *drawn):
     """Divide the rows of a study into the series of a picture: each is one line, or one kind of mark.
 
-    Each entry of a study varies one key, or several keys together. Entries of the keys that are drawn vary along a
-    series, and so do samples; the others tell series apart. If only columns are drawn, the last entry varies along it.
+    Each entry of a study varies one key, or several keys together. Along a series those entries vary whose keys are
+    drawn, and a sample; if there are none, the last entry. All other entries tell series apart.
 
     Parameters
     ----------
