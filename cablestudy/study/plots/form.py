@@ -165,7 +165,9 @@ class _Picture:
         hidden = self.plane is not None and 0 < sag < HIDDEN * height
         width = WIDTH - 0.8 - (BAR if self.scale is not None else 0.0)
         heights = [3.1 if self.in_space else 0.7 + window.ratio * width for window in windows]
-        paints = [partial(self._view, *about, hidden) for about in zip(views, windows, grounds, strict=True)]
+        marked = next((number for number, ground in enumerate(grounds) if ground is not None), None)  # with clearance
+        abouts = enumerate(zip(views, windows, grounds, strict=True))
+        paints = [partial(self._view, *about, number == marked, hidden) for number, about in abouts]
         panels = list(zip(heights, paints, strict=True))
         if hidden:
             panels = panels if self.alone or grounds[0] is not None else []
@@ -190,40 +192,37 @@ class _Picture:
             outlines = [(outline.min(axis=0) + outline.max(axis=0)) / 2 + half for outline in outlines]
         return [Window(*outline.T, RATIO, 1.0 if self.in_space else TALL) for outline in outlines]
 
-    def _view(self, view, window, ground, hidden, figure, cell):
+    def _view(self, view, window, ground, with_clearance, hidden, figure, cell):
         """Draw one view of the scene in a cell of a figure's grid.
 
-        A single load case is drawn with names, loads, dimensions of sags, and clearance. `window` limits the view,
-        `ground` is from `ground_in`; if sags are `hidden` by the slopes of the chords, they have no dimensions.
+        `window` limits the view, `ground` is from `ground_in`. Of a single load case the clearance is marked if
+        `with_clearance`, and sags have no dimensions if they are `hidden` by the slopes of the chords.
         """
-        axes, first = figure.add_subplot(cell), self.first
+        axes = figure.add_subplot(cell)
         for drawing, look in zip(self.drawings, self.looks, strict=True):
             marks.draw_parts(axes, drawing, view, **look)
-        if first.single:
-            marks.draw_chords(axes, view(first.ends))
+        if self.first.single:
+            marks.draw_chords(axes, view(self.first.ends))
         finish_view(axes, view, window, ground, 5 if self.in_space else 8)
-        if not self.alone:
-            return
-        chords = view(first.ends)
+        if self.alone:
+            self._annotate(axes, view, window, ground if with_clearance else None, view is self.plane and not hidden)
+
+    def _annotate(self, axes, view, window, ground, with_sags):
+        """Write names, loads, dimensions of sags, and the clearance above a ground that is not None, into a view."""
+        first, chords = self.first, view(self.first.ends)
         along = np.linspace(chords[:, 0], chords[:, 1], 99).reshape(-1, 2)
         room = room_in(axes, window, np.concatenate([view(first.cables).reshape(-1, 2), along]), 1 + self.in_space)
         if not view.labels[0]:
             corner = np.array([window.x[1], window.y[0]])
             room.reserve(corner, corner + np.array([-0.3, 0.1]) * window.width)  # for the bar of the scale
         marks.mark_loads(axes, room, [(view(place), force) for place, force, _ in first.loads], view.axes)
-        if view is self.plane and not hidden:
+        if with_sags:
             self._mark_sags(axes, room, chords, window)
-        is_first_with_ground = ground is not None and not self._has_ground(figure.axes[:-1])
-        cable_and_clearance = first.least_clearance() if is_first_with_ground else None
+        cable_and_clearance = None if ground is None else first.least_clearance()
         if cable_and_clearance is not None and abs(cable_and_clearance[1]) > FLAT * first.size:
             cable, clearance = cable_and_clearance
             marks.mark_clearance(axes, room, view(first.cables[cable]), ground, clearance)
         marks.name_all(room, first, view)
-
-    @staticmethod
-    def _has_ground(views):
-        """True if the ground is drawn in some views."""
-        return any("ground" in axes.get_legend_handles_labels()[1] for axes in views)
 
     def _mark_sags(self, axes, room, chords, window):
         """Dimensions of the sags of a few cables from chords on the paper, shape (c, 2, 2), where they can be seen."""
