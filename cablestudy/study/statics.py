@@ -14,6 +14,7 @@ class ClosedStatics:
     """Statics of the elastic catenary, of one cable or with an axis of cases: tensions [N], length [m], iterations."""
 
     def __init__(self, catenary):
+        """Take the statics from a `Catenary`."""
         self._catenary = catenary
         self.mean_tension, self.max_tension = catenary.mean_tension, catenary.max_tension
         # the solver leaves a folded cable a tiny tension at its fold, and an upright one a tiny horizontal tension

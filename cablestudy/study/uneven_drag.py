@@ -20,7 +20,7 @@ from cablestudy.cable.vectors import size
 from cablestudy.study.tolerances import STUDY
 
 
-def changes(drag, catenary, stretched=False, steps=STUDY.drag_steps):
+def changes_by_actual_drag(drag, catenary, stretched=False, steps=STUDY.drag_steps):
     """Compute how n equilibria change if drag that varies along each cable takes the place of uniform drag.
 
     The changes are the errors of results with uniform drag.
@@ -288,10 +288,10 @@ def uneven_drag_errors(drag, catenary, stretched=False):
     Notes
     -----
     The drag of the cable where it hangs, by its own tangent and stretched length and by the wind there, differs from
-    the uniform one: `changes`. The error is the larger one of the change of the tension vector over the tension and
-    of the movement at mid-length over its distance from the chord.
+    the uniform one, see `changes_by_actual_drag`. The error is the larger one of the change of the tension vector over
+    the tension and of the movement at mid-length over its distance from the chord.
     """
-    error, end_changes, displacement, tensions, pieces = changes(drag, catenary, stretched)
+    error, end_changes, displacement, tensions, pieces = changes_by_actual_drag(drag, catenary, stretched)
     windy = drag.normal_drag > 0
     error = np.where(windy, STUDY.second_order * bounded_errors(error), 0.0)
     end_forces = np.where(windy[:, None, None], end_changes * np.array([1.0, -1.0])[:, None], 0.0)

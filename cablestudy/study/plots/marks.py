@@ -162,14 +162,14 @@ def draw_body(axes, flat, colour, mark, ms, zorder, lw=1.2):
 
 
 def draw_ground(axes, ground):
-    """The ground in a view from the side, two arrays, if it is known."""
+    """Draw the ground in a view from the side, two arrays, if it is known."""
     if ground is not None:
         axes.plot(*ground, color=GROUND, lw=1.5, label="ground")
         axes.fill_between(*ground, axes.get_ylim()[0], color=GROUND, alpha=0.15, lw=0)
 
 
 def mark_clearance(axes, room, line, ground, least):
-    """An arrow with the clearance, a length, where a line of shape (j, 2) is nearest above the ground, two arrays."""
+    """Draw an arrow with the clearance [m] where a line, shape (j, 2), is nearest above the ground, two arrays."""
     level = np.interp(line[:, 0], *ground)
     place = int(np.argmin(line[:, 1] - level))
     low = line[place, 0], level[place]
@@ -244,7 +244,7 @@ def name_all(room, drawing, view):
 
 
 def scale_bar(axes, size):
-    """A bar of a round length at the lower right, with that length."""
+    """Draw a bar of a round length at the lower right, with that length, for a scene of a size. [m]"""
     length = nice(size / 5)
     place = blended_transform_factory(axes.transData, axes.transAxes)
     right = axes.get_xlim()[1]

@@ -352,7 +352,7 @@ def figure_without_panels(reason):
 
 
 def heading(figure, text):
-    """The title of a figure, at its left, in lines that fit; none for an empty text."""
+    """Write the title of a figure, at its left, in lines that fit; none for an empty text."""
     if text:
         figure.suptitle(wrapped(text, figure.get_figwidth() - 0.2, 10), x=0.01, ha="left", fontsize=10)
 

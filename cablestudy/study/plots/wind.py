@@ -350,7 +350,7 @@ def _draw_rms_ellipses(figure, grid, states, closed_loop, point):
 
 
 def _wind_arrow(axes, along):
-    """An arrow in the upper left corner that points where the wind blows."""
+    """Draw an arrow in the upper left corner that points where the wind blows."""
     centre, half = np.array([0.11, 0.89]), 0.07 * along
     arrow = {"arrowstyle": "->", "color": BLUE, "lw": 1.4}
     frame = axes.transAxes

@@ -1,6 +1,6 @@
 """Places of bodies in a mean wind whose drag follows the cables where they hang, in place of uniform drag on each.
 
-Between fixed ends the drag that follows a cable changes the forces on its ends (`uneven_drag.changes`). With these
+Between fixed ends the drag that follows a cable changes the forces on its ends (`changes_by_actual_drag`). With these
 changes as loads on the bodies, found again where these move, the equilibrium under uniform drag is that in drag which
 follows the cables.
 """
@@ -11,7 +11,7 @@ import numpy as np
 
 from cablestudy.study.suspension.load_cases import drag_on_cables
 from cablestudy.study.tolerances import STUDY
-from cablestudy.study.uneven_drag import changes
+from cablestudy.study.uneven_drag import changes_by_actual_drag
 from cablestudy.wind.mean import equilibrium_in_wind
 
 
@@ -71,6 +71,6 @@ def _changes_of_end_forces(equilibrium, drag):
     forces, drag_of_cables = np.zeros((*equilibrium.lengths.shape, 2, 3)), drag_on_cables(drag, equilibrium)
     windy = np.nonzero((drag_of_cables.normal_drag > 0) & equilibrium.record.converged[:, None])
     cables = drag_of_cables.take(windy), equilibrium.catenary.take(windy)
-    _, ends, *_ = changes(*cables, drag.stretched, STUDY.following_drag_steps)
+    _, ends, *_ = changes_by_actual_drag(*cables, drag.stretched, STUDY.following_drag_steps)
     forces[windy] = ends * np.array([1.0, -1.0])[:, None]
     return forces
