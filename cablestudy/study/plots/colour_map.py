@@ -23,14 +23,14 @@ from cablestudy.study.plots.style import (
 )
 from cablestudy.study.plots.words import number, panels_left_out, shortened
 
-PANELS = 6  # in one picture
-SPARSE = 4  # cells of a grid over rows, above which the rows are drawn as points instead
-CELLS = 9  # along a side, up to which each cell has its number, if all of these fit
-SIZE = 7.5  # of the numbers
-OWN_TICKS, LABEL = 6, 0.45  # up to so many varied values are ticks of a logarithmic axis; room of their labels [in]
-SMOOTH, LINES = 4, 7  # least cells along a side with lines of equal values; how many of these, about
-MANY = 3000  # cells or points above which a vector file has them as an image, which is far smaller
-EMPTY = "#f0f0f0"  # cells without a value
+MOST_PANELS = 6  # in one picture
+MOST_CELLS_PER_ROW = 4  # cells of a grid over rows, above which the rows are drawn as points instead
+NUMBERED_CELLS = 9  # along a side, up to which each cell has its number, if all of these fit
+NUMBER_SIZE = 7.5  # of the numbers
+OWN_TICKS, TICK_ROOM = 6, 0.45  # up to so many varied values are ticks of a logarithmic axis; room of their labels [in]
+CONTOURED_CELLS, CONTOURS = 4, 7  # least cells along a side with lines of equal values; how many of these, about
+MANY_POINTS = 3000  # cells or points above which a vector file has them as an image, which is far smaller
+EMPTY_CELL = "#f0f0f0"  # cells without a value
 
 
 def colour_map(study, every, rows):
@@ -51,7 +51,7 @@ def colour_map(study, every, rows):
     along_y = [quantity_named(study, name, every) for name in plot.y]
     drawn = [(y, series) for y in along_y for series in series_of(study, every, rows, x, y, colour)[0]]  # of panels
     mappable = _colours(colour, rows)
-    alone, count = len(drawn) == 1, min(len(drawn), PANELS)
+    alone, count = len(drawn) == 1, min(len(drawn), MOST_PANELS)
     side = 1 if alone else 2
     figure = Figure(figsize=(WIDTH, -(-count // side) * (4.4 if alone else 3.0) + 0.6), layout="constrained")
     grid = panels(figure, count, side)
@@ -82,7 +82,7 @@ def _panel(axes, quantities, rows, mappable, plot, alone):
     x_values, y_values = np.unique(x), np.unique(y)
     room = (WIDTH - 2.0) / (1 if alone else 2)
     gridded = all(quantity.key for quantity in quantities[:2]) and len({*zip(x, y, strict=True)}) == len(x)
-    gridded = gridded and 1 < len(x_values) * len(y_values) <= SPARSE * len(x)
+    gridded = gridded and 1 < len(x_values) * len(y_values) <= MOST_CELLS_PER_ROW * len(x)
     _axis(axes, "x", quantities[0], x_values, plot.logx, room)
     _axis(axes, "y", quantities[1], y_values, plot.logy, room)
     if gridded:
@@ -90,7 +90,7 @@ def _panel(axes, quantities, rows, mappable, plot, alone):
         _heat(axes, (x_values, y_values), (x, y, c), mappable, alone, contoured)
         return
     answered = np.isfinite(c)
-    look = {"s": 22, "lw": 0.4, "ec": "white", "rasterized": len(x) > MANY}
+    look = {"s": 22, "lw": 0.4, "ec": "white", "rasterized": len(x) > MANY_POINTS}
     axes.scatter(x[answered], y[answered], c=mappable.to_rgba(c[answered]), **look)
     axes.plot(x[~answered], y[~answered], "x", color="#888888", ms=4)
 
@@ -102,7 +102,8 @@ def _axis(axes, which, quantity, values, logarithmic, room):
         name_axis(axes, which, quantity.names, room)
         return
     if logarithmic and len(values) and values[0] > 0:
-        ticks = own_ticks(values, OWN_TICKS, LABEL / room * np.log10(values[-1] / values[0])) if quantity.key else ()
+        apart = TICK_ROOM / room * np.log10(values[-1] / values[0])
+        ticks = own_ticks(values, OWN_TICKS, apart) if quantity.key else ()
         log_axis(axis, values[0], values[-1], 7, ticks)
     else:
         plain_axis(axis, 7)
@@ -126,20 +127,20 @@ def _heat(axes, sides, points, mappable, numbered, contoured):
     cells = np.full((len(y_values), len(x_values)), np.nan)
     cells[np.searchsorted(y_values, y), np.searchsorted(x_values, x)] = colour
     edges = [_edges(values, axes, which) for values, which in zip(sides, "xy", strict=True)]
-    axes.set_facecolor(EMPTY)
+    axes.set_facecolor(EMPTY_CELL)
     axes.grid(visible=False)
-    look = {"norm": mappable.norm, "cmap": mappable.cmap, "rasterized": cells.size > MANY}
+    look = {"norm": mappable.norm, "cmap": mappable.cmap, "rasterized": cells.size > MANY_POINTS}
     axes.pcolormesh(*edges, np.ma.masked_invalid(cells), **look)
     axes.set(xlim=edges[0][[0, -1]], ylim=edges[1][[0, -1]])
-    few = max(cells.shape) <= CELLS
+    few = max(cells.shape) <= NUMBERED_CELLS
     written = np.argwhere(np.isfinite(cells)) if few and numbered else ()
     numbers = {(row, column): number(float(f"{cells[row, column]:.3g}")) for row, column in written}
     if numbers and _fit(numbers, edges[0], axes):
         for (row, column), text in numbers.items():
             dark = np.dot(mappable.to_rgba(cells[row, column])[:3], (0.3, 0.6, 0.1)) < 0.5
-            look = {"ha": "center", "va": "center", "fontsize": SIZE, "color": "white" if dark else "black"}
+            look = {"ha": "center", "va": "center", "fontsize": NUMBER_SIZE, "color": "white" if dark else "black"}
             axes.text(x_values[column], y_values[row], text, **look)
-    elif contoured and min(cells.shape) >= SMOOTH and (numbered or not few):
+    elif contoured and min(cells.shape) >= CONTOURED_CELLS and (numbered or not few):
         _contours(axes, sides, np.ma.masked_invalid(cells), mappable)
 
 
@@ -147,18 +148,19 @@ def _fit(numbers, edges, axes):
     """True if the numbers of cells, a dict of (row, column) -> text, are not wider than the cells, with their edges."""
     along = np.column_stack([edges, np.full(len(edges), axes.get_ylim()[0])])
     width = np.diff((axes.transScale + axes.transLimits).transform(along)[:, 0]) * axes.bbox.width / axes.figure.dpi
-    return all(text_width(text, SIZE) < width[column] for (_row, column), text in numbers.items())
+    return all(text_width(text, NUMBER_SIZE) < width[column] for (_row, column), text in numbers.items())
 
 
 def _contours(axes, sides, cells, mappable):
     """Draw lines of equal values through the middles of the cells, at round values, with their numbers on them."""
     low, high = mappable.norm.vmin, mappable.norm.vmax
     logarithmic = isinstance(mappable.norm, LogNorm) and high > 10 * low
-    levels = LogLocator(subs=(1, 2, 5)) if logarithmic else MaxNLocator(LINES)
+    levels = LogLocator(subs=(1, 2, 5)) if logarithmic else MaxNLocator(CONTOURS)
     levels = [level for level in levels.tick_values(low, high) if cells.min() < level < cells.max()]
     if levels:
         lines = axes.contour(*sides, cells, levels, colors="black", linewidths=0.8)
-        numbers = axes.clabel(lines, fontsize=SIZE, inline=False, fmt=lambda level: number(float(f"{level:.6g}")))
+        look = {"fontsize": NUMBER_SIZE, "inline": False}
+        numbers = axes.clabel(lines, fmt=lambda level: number(float(f"{level:.6g}")), **look)
         keep_apart(axes, numbers)
 
 
@@ -167,7 +169,7 @@ def keep_apart(axes, texts):
     size, kept = axes.bbox.size / axes.figure.dpi, np.zeros((0, 2))
     for text in texts:
         position = (axes.transScale + axes.transLimits).transform(text.get_position()) * size  # [in]
-        distance = text_width(text.get_text(), SIZE) + 0.1  # enough whatever the angles of both
+        distance = text_width(text.get_text(), NUMBER_SIZE) + 0.1  # enough whatever the angles of both
         over_edge = (np.minimum(position, size - position) < distance / 2).any()
         if over_edge or (np.hypot(*(kept - position).T) < distance).any():
             text.remove()

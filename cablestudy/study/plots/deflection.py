@@ -11,12 +11,12 @@ from cablestudy.study.plots.style import BLUE, GREEN, GREY, ORANGE, RED, padded,
 WORDS = {"vertical": "upwards", "sideways": "sideways", "horizontal": "horizontally"}
 FULL = {"color": BLUE, "label": "full, non-linear"}
 LINEAR = {"color": RED, "ls": "--", "lw": 1.3, "label": "linear, about the unloaded form"}
-APART = {
+DIFFERENCES = {
     "vertical": {"color": BLUE, "label": "vertical"},
     "sideways": {"color": RED, "ls": "--", "label": "sideways"},
     "horizontal": {"color": GREEN, "ls": "-.", "label": "horizontal"},
 }
-HEIGHT = 1.9  # of a panel [in]
+PANEL_HEIGHT = 1.9  # of a panel [in]
 
 
 def deflections(case, abscissa, label):
@@ -52,9 +52,9 @@ def deflections(case, abscissa, label):
                 list(zip(movement[name].T, (FULL, LINEAR), strict=True)))
         for name in names
     ]  # fmt: skip
-    differences = [(movement[name][:, 1] - movement[name][:, 0], APART[name]) for name in names]
+    differences = [(movement[name][:, 1] - movement[name][:, 0], DIFFERENCES[name]) for name in names]
     painted.append(partial(panel, "Difference of the two", "linear − full\n", differences))
-    return [(HEIGHT, paint) for paint in painted]
+    return [(PANEL_HEIGHT, paint) for paint in painted]
 
 
 def interpolate_elements(mesh, nodal):

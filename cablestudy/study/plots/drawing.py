@@ -13,7 +13,7 @@ from cablestudy.statics.suspension import GROUND
 from cablestudy.study.plots.words import force_text, quantity_text, shortened
 from cablestudy.study.scene_kind import kind_of
 
-FINE, COARSE, FEW = 401, 61, 12  # points along a cable of a few, and of more cables than these
+FINE_POINTS, COARSE_POINTS, FEW_CABLES = 401, 61, 12  # points along a cable of a few, and of more cables than these
 FLAT = 1e-3  # extent over that of the scene below which it is none
 STATED = 5e-4  # relative difference from which a number and the one that the scene states differ in four digits
 AZIMUTH, ELEVATION, DISTANCE = np.radians(-58), np.radians(18), 3.0  # of the eye; distance over the size of the scene
@@ -189,13 +189,16 @@ class Drawing:
         along = (apart[..., :2] * chord[:, None, :2]).sum(axis=-1) / np.where(upright, 1.0, run)[:, None]
         return apart[..., 2] - np.where(upright[:, None], self.shares, along) * chord[:, None, 2]
 
+    def form_of(self, cable):
+        """`Catenary` or `State` of one cable by its number."""
+        return self.form.take(cable) if np.ndim(self.form.span.chord) else self.form
+
     def least_clearance(self):
         """The cable that is nearest above the ground, where that is known, and its clearance [m]; or None."""
         least = {}
         for cable in range(len(self.cables)) if self.ground is not None else ():
-            form = self.form.take(cable) if np.ndim(self.form.span.chord) else self.form
             try:
-                least[cable] = clearance(form, self.ends[cable, 0], self.ground)
+                least[cable] = clearance(self.form_of(cable), self.ends[cable, 0], self.ground)
             except NoSolutionError:  # it leaves the range where the ground is known
                 continue
         nearest = min(least, key=least.get, default=None)
@@ -213,8 +216,7 @@ class Drawing:
         if not self.single:
             return f"{name}: tension up to {force_text(float(np.max(self.statics.max_tension, initial=0.0)))}"
         if self.loads:  # a rider, for example, whose place differs from case to case
-            form = self.form.take(0) if np.ndim(self.form.span.chord) else self.form
-            below = load_sag(form)
+            below = load_sag(self.form_of(0))
             return f"{name}: load {quantity_text(abs(below), 'm')} {'below' if below >= 0 else 'above'} the chord"
         return f"{name}: sag {quantity_text(float(self.sag[0]), 'm')}"
 
@@ -323,7 +325,7 @@ def _shares(span):
 def _curves(case):
     """Points along each cable [m], shape (c, j, 3), and their shares of the unstretched length, shape (c, j)."""
     ends, form = case.equilibrium.ends[case.equilibrium.suspension.of_cables], case.form
-    even, loads = np.linspace(0.0, 1.0, FINE if len(ends) <= FEW else COARSE), _shares(form.span)
+    even, loads = np.linspace(0.0, 1.0, FINE_POINTS if len(ends) <= FEW_CABLES else COARSE_POINTS), _shares(form.span)
     shares = np.sort(np.concatenate([np.broadcast_to(even, (*loads.shape[:-1], len(even))), loads], axis=-1))
     count = len(ends), shares.shape[-1]
     return points_along(form, shares).reshape(*count, 3) + ends[:, :1], shares.reshape(count)

@@ -20,7 +20,7 @@ from cablestudy.study.plots.style import (
     RED,
     SERIES,
     SHADES,
-    TALL,
+    TALLEST_PANEL,
     WIDTH,
     Window,
     colour_bar,
@@ -33,18 +33,18 @@ from cablestudy.study.plots.style import (
 from cablestudy.study.plots.words import force_text, force_unit, quantity_text, shortened
 
 SIDEWAYS = 1e-6  # share of the size from which on a cable is drawn out of the vertical plane too
-HIDDEN = 0.06  # share of the height of the picture below which a sag is hidden by the slope of its chord
-SMALL = 0.03  # share of the height of the picture below which a sag has no dimension
-SAGS = 6  # cables up to which sags have dimensions
-LONG = 0.25  # second largest extent over the largest below which a scene is long
-RATIO = 0.3  # height over width of a view with an enlarged vertical scale
+HIDDEN_SAG = 0.06  # share of the height of the picture below which a sag is hidden by the slope of its chord
+SMALL_SAG = 0.03  # share of the height of the picture below which a sag has no dimension
+MOST_SAGS = 6  # cables up to which sags have dimensions
+LONG_SCENE = 0.25  # second largest extent over the largest below which a scene is long
+ENLARGED_RATIO = 0.3  # height over width of a view with an enlarged vertical scale
 SPACE_BELOW = 0.05  # between views of a scene in space, share of their height
-BAR = 1.2  # width of a scale of colours with its numbers [in]
-LENGTH = "length along the unstretched cable [m]"
-FORMS = 5  # of the cable that are drawn
+BAR_WIDTH = 1.2  # width of a scale of colours with its numbers [in]
+LENGTH_LABEL = "length along the unstretched cable [m]"
+DRAWN_FORMS = 5  # of the cable that are drawn
 PATH_COLUMNS = "x_m", "y_m", "z_m", "clearance_m", "max_tension_N"
-DOTS = 50  # places up to which each is marked
-POINTS = np.linspace(0.0, 1.0, 201)
+MOST_DOTS = 50  # places up to which each is marked
+FORM_POINTS = np.linspace(0.0, 1.0, 201)
 
 
 @styled
@@ -110,7 +110,7 @@ class _Picture:
         self.places, self.plane = np.concatenate([drawing.places for drawing in drawings]), upright_plane(drawings)
         extent = np.ptp(self.places, axis=0)
         self.seen, (least, middle, most) = extent > FLAT * extent.max(), np.sort(extent)
-        self.in_space = self.alone and self.plane is None and least > FLAT * most and middle >= LONG * most
+        self.in_space = self.alone and self.plane is None and least > FLAT * most and middle >= LONG_SCENE * most
         held = np.concatenate([drawing.held for drawing in drawings])
         self.upright = self.first.single and np.ptp(held[:, :2], axis=0).max() < FLAT * most
         has_loads = case is not None and self.first.single and len(self.first.loads) and self.first.ground is None
@@ -151,7 +151,8 @@ class _Picture:
             panels.append((2.6, self._draw_along_span))
         if self.loaded:
             cable, first = self.case.hanging(next(iter(self.case.scene.cables))), self.first
-            x, label = (first.lengths[0], LENGTH) if self.upright else (plane(first.cables[0])[:, 0], plane.labels[0])
+            of_plane = (plane(first.cables[0])[:, 0], plane.labels[0])
+            x, label = (first.lengths[0], LENGTH_LABEL) if self.upright else of_plane
             panels += deflections(cable, lambda shares: np.interp(shares, first.shares[0], x), label)
         return panels
 
@@ -162,8 +163,8 @@ class _Picture:
         windows = self._windows(views, grounds)
         above_chord = np.concatenate([drawing.above_chord.ravel() for drawing in self.drawings])
         height, sag = windows[0].ratio * windows[0].width, np.abs(above_chord).max(initial=0.0) * windows[0].factor
-        hidden = self.plane is not None and 0 < sag < HIDDEN * height
-        width = WIDTH - 0.8 - (BAR if self.scale is not None else 0.0)
+        hidden = self.plane is not None and 0 < sag < HIDDEN_SAG * height
+        width = WIDTH - 0.8 - (BAR_WIDTH if self.scale is not None else 0.0)
         heights = [3.1 if self.in_space else 0.7 + window.ratio * width for window in windows]
         marked = next((number for number, ground in enumerate(grounds) if ground is not None), None)  # with clearance
         abouts = enumerate(zip(views, windows, grounds, strict=True))
@@ -190,7 +191,7 @@ class _Picture:
         if self.in_space:
             half = max(np.ptp(outline, axis=0).max() for outline in outlines) / 2 * np.array([[-1], [1]])
             outlines = [(outline.min(axis=0) + outline.max(axis=0)) / 2 + half for outline in outlines]
-        return [Window(*outline.T, RATIO, 1.0 if self.in_space else TALL) for outline in outlines]
+        return [Window(*outline.T, ENLARGED_RATIO, 1.0 if self.in_space else TALLEST_PANEL) for outline in outlines]
 
     def _view(self, view, window, ground, with_clearance, hidden, figure, cell):
         """Draw one view of the scene in a cell of a figure's grid.
@@ -227,8 +228,8 @@ class _Picture:
     def _mark_sags(self, axes, room, chords, window):
         """Dimensions of the sags of a few cables from chords on the paper, shape (c, 2, 2), where they can be seen."""
         first = self.first
-        large = first.sag > SMALL * (window.y[1] - window.y[0])
-        large &= large.sum() <= SAGS
+        large = first.sag > SMALL_SAG * (window.y[1] - window.y[0])
+        large &= large.sum() <= MOST_SAGS
         if not first.single and large.any():
             marks.draw_chords(axes, chords[large])
         for middle, sag in zip(chords[large].mean(axis=1), first.sag[large].tolist(), strict=True):
@@ -286,7 +287,7 @@ class _Picture:
         unit, factor = force_unit(max(drawing.tensions.max() for drawing in self.drawings))
         self._draw(right, lambda drawing: (factor * drawing.tensions, plane(drawing.cables)[..., 1]), label="", **green)
         marks.draw_chords(left, lines[:, [0, -1]], "o")
-        left.set(xlabel=LENGTH, ylabel=plane.labels[1])
+        left.set(xlabel=LENGTH_LABEL, ylabel=plane.labels[1])
         right.set(xlabel=f"tension [{unit}]")
         plain(left, 7, 7)
         plain(right, 4, 7)
@@ -366,12 +367,12 @@ def load_path(path):
     forms, line = [view(form) for form in _forms(path.cables)], view(np.stack(positions, axis=-1))
     all_points = np.concatenate([*forms, line[np.isfinite(line[:, 0])]])  # on the paper, shape (n, 2)
     ground = ground_in(view, first.ground, all_points[:, 0])
-    window = Window(*with_ground(all_points, ground).T, RATIO)
+    window = Window(*with_ground(all_points, ground).T, ENLARGED_RATIO)
     tall = 0.7 + window.ratio * (WIDTH - 0.8)
     figure = Figure(figsize=(WIDTH, tall + 2.6), layout="constrained")
     side, below = figure.subplots(2, 1, height_ratios=(tall, 1.9))
     marks.draw_lines(side, forms, GREY, linewidths=0.7, alpha=0.7, label="the cable in some of the places")
-    dots = "." if len(line) <= DOTS else ""
+    dots = "." if len(line) <= MOST_DOTS else ""
     side.plot(*line.T, dots, ls="-", color=BLUE, lw=1.8, label=f"path of {shortened(path.name)}")
     finish_view(side, view, window, ground)
     known = np.isfinite(clearance)
@@ -397,5 +398,7 @@ def _numbers(path, name):
 
 def _forms(cables):
     """Some cables that are drawn: list of places, shape (j, 3). [m]"""
-    chosen = np.unique(np.linspace(0, len(cables) - 1, FORMS + 2).round().astype(int))[1:-1]
-    return [points_along(one.form, POINTS) + one.end_1 for one in [cables[number] for number in chosen] or cables[:1]]
+    chosen = np.unique(np.linspace(0, len(cables) - 1, DRAWN_FORMS + 2).round().astype(int))[1:-1]
+    return [
+        points_along(one.form, FORM_POINTS) + one.end_1 for one in [cables[number] for number in chosen] or cables[:1]
+    ]

@@ -32,12 +32,12 @@ from cablestudy.study.plots.style import (
 from cablestudy.study.plots.words import axis_label, with_minus
 
 TURN = 2 * np.pi
-BELOW, ABOVE = 0.02, 3.0  # ends of the default range over the lowest and highest marked frequency, see `_span`
-POINTS = 1500  # of a curve, without those near resonances
-LEAST = -100.0  # magnitude that is drawn [dB]
-LINE = 0.052  # height of a line of text beside the Nyquist plot, over that of the plot
-NEAR = 2.2  # half width of the Nyquist plot [-]
-PHASES = 540.0  # range of phases from which marks are 180 degrees apart [deg]
+SPAN_BELOW, SPAN_ABOVE = 0.02, 3.0  # ends of the default range over the lowest and highest frequency marked
+CURVE_POINTS = 1500  # of a curve, without those near resonances
+LEAST_MAGNITUDE = -100.0  # magnitude that is drawn [dB]
+LINE_HEIGHT = 0.052  # height of a line of text beside the Nyquist plot, over that of the plot
+NYQUIST_HALF = 2.2  # half width of the Nyquist plot [-]
+WIDE_PHASES = 540.0  # range of phases from which marks are 180 degrees apart [deg]
 LEGEND = {"fontsize": 8, **BOX}
 ARROW = {"arrowstyle": "<->", "lw": 1.2, "shrinkA": 0, "shrinkB": 0}  # of a margin
 NO_LOOP = "the gain of the loop is zero: there is nothing to draw"
@@ -100,7 +100,7 @@ def _span(closed_loop):
     marked = [*closed_loop.body.coupled_frequencies, closed_loop.loop.gain / TURN]
     marked += [closed_loop.stability.limit.omega / TURN] if _has_limit(closed_loop) else []
     marked += [notch.rolloff_omega / TURN for notch in closed_loop.body.notches if notch]
-    return min(0.2 * max(marked), BELOW / ABOVE * 10 * min(marked)), ABOVE * max(marked), POINTS
+    return min(0.2 * max(marked), SPAN_BELOW / SPAN_ABOVE * 10 * min(marked)), SPAN_ABOVE * max(marked), CURVE_POINTS
 
 
 def _has_limit(closed_loop):
@@ -121,9 +121,10 @@ def _magnitude(axes, closed_loop, frequency, value):
     sizes = decibels(singular_values(value)).T
     labels = ["|L|"] if len(sizes) == 1 else ["largest singular value of L", "others", *[None] * len(sizes)]
     for number, (size, label) in enumerate(zip(sizes, labels, strict=False)):
-        axes.semilogx(frequency, np.maximum(size, 2 * LEAST), color=BLUE, lw=0.7 if number else 1.3, label=label)
+        size = np.maximum(size, 2 * LEAST_MAGNITUDE)
+        axes.semilogx(frequency, size, color=BLUE, lw=0.7 if number else 1.3, label=label)
     axes.axhline(0.0, color=GREY, lw=0.8)
-    axes.set_ylim(max(LEAST, np.nanmin(sizes) - 5), np.nanmax(sizes) + 10)
+    axes.set_ylim(max(LEAST_MAGNITUDE, np.nanmin(sizes) - 5), np.nanmax(sizes) + 10)
     axes.set_ylabel("loop gain [dB]")
     if _has_limit(closed_loop):
         margin, crossing = _margin(closed_loop), closed_loop.stability.limit.omega / TURN
@@ -146,7 +147,7 @@ def _phase(axes, closed_loop, frequency, value):
     phase = Phase()(value)
     axes.semilogx(frequency, phase, color=BLUE, lw=1.3)
     low, high = np.nanmin(phase), np.nanmax(phase)
-    axes.yaxis.set_major_locator(MultipleLocator(90 if high - low < PHASES else 180))
+    axes.yaxis.set_major_locator(MultipleLocator(90 if high - low < WIDE_PHASES else 180))
     for turn in np.arange(np.floor((low - 180) / 360), np.ceil((high + 180) / 360) + 1):
         axes.axhline(-180 + 360 * turn, color=GREY, lw=0.8, ls="--")
     axes.set_ylim(min(low, -180) - 20, max(high, low + 90) + 20)
@@ -193,7 +194,7 @@ def _nyquist(axes, closed_loop, value):
     label = "eigenvalues of L" if several else "L"
     for eigenvalue, colour in zip(_eigenvalues(value).T, colours, strict=False):
         # far outside nothing is drawn, so that no line crosses the picture between two points far away
-        locus = np.where(np.abs(eigenvalue) < 20 * NEAR, eigenvalue, np.nan)
+        locus = np.where(np.abs(eigenvalue) < 20 * NYQUIST_HALF, eigenvalue, np.nan)
         axes.plot(locus.real, locus.imag, color=colour, lw=1.3, zorder=3, label=label)
         axes.plot(locus.real, -locus.imag, color=colour, lw=0.6, alpha=0.5, zorder=3)
         label = None
@@ -211,7 +212,7 @@ def _nyquist(axes, closed_loop, value):
         axes.plot(-closed_loop.loop.gain / closed_loop.stability.largest_gain, 0, "o", color=RED, ms=4, zorder=5,
                   label=with_minus(f"gain margin {_margin(closed_loop):.4g} dB"))  # fmt: skip
     name = "the eigenvalues of L" if several else "L"
-    axes.set(xlim=(-0.6 - NEAR, -0.6 + NEAR), ylim=(-NEAR, NEAR))
+    axes.set(xlim=(-0.6 - NYQUIST_HALF, -0.6 + NYQUIST_HALF), ylim=(-NYQUIST_HALF, NYQUIST_HALF))
     axes.set(xlabel=f"real part of {name}", ylabel=f"imaginary part of {name}")
     axes.set_aspect("equal", adjustable="box")
     plain(axes, 6, 6)
@@ -244,7 +245,7 @@ def _write_margins(axes, closed_loop):
     stability = closed_loop.stability
     lines += _margins_in_words(stability.margins) if stability.stable else [("loop", "unstable")]
     for row, (name, number) in enumerate(lines):
-        height = 0.97 - LINE * row
+        height = 0.97 - LINE_HEIGHT * row
         axes.text(0.02, height, name, transform=axes.transAxes, fontsize=8)
         axes.text(0.98, height, with_minus(number), transform=axes.transAxes, ha="right", fontsize=8)
 

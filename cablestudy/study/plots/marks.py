@@ -10,16 +10,16 @@ from matplotlib.transforms import blended_transform_factory
 from cablestudy.study.plots.style import BLUE, GREY, ORANGE, RED, nice, text_width
 from cablestudy.study.plots.words import force_text, quantity_text, shortened
 
-GROUND = "#8c7355"
-MANY = 50  # anchors or junctions from which they are small
-NAMED = 12  # anchors up to which each is named
+GROUND_COLOUR = "#8c7355"
+MANY_MARKS = 50  # anchors or junctions from which they are small
+NAMED_ANCHORS = 12  # anchors up to which each is named
 NAMED_LOADS = 6  # the labels of more would overlap
-PALE = 0.5  # opacity of lost cables
-CLEAR = {"boxstyle": "square,pad=0.05", "fc": "white", "ec": "none", "alpha": 0.75}  # behind a text over lines
+LOST_OPACITY = 0.5  # opacity of lost cables
+TEXT_BOX = {"boxstyle": "square,pad=0.05", "fc": "white", "ec": "none", "alpha": 0.75}  # behind a text over lines
 ACROSS, UPRIGHT = ("center", "left", "right"), ("center", "bottom", "top")  # alignment of a text at side 0, 1, -1
 CORNERS = ((1, -1), (1, 1), (-1, 1), (-1, -1))  # of a place where its name may stand, along x and y
-ARROW = {"arrowstyle": "<->", "shrinkA": 0, "shrinkB": 0, "color": RED, "lw": 1}  # of a dimension
-LOAD = 26  # length of the arrow of a load [pt]
+DIMENSION = {"arrowstyle": "<->", "shrinkA": 0, "shrinkB": 0, "color": RED, "lw": 1}  # of a dimension
+LOAD_ARROW = 26  # length of the arrow of a load [pt]
 
 
 @dataclass
@@ -65,7 +65,7 @@ class Room:
         best = min(free, key=lambda k: self._covered(boxes[k])) if free else 0
         point, offset, (side_x, side_y) = spots[best]
         self.taken.append(boxes[best])
-        self.axes.annotate(text, point, offset, textcoords="offset points", fontsize=fontsize, zorder=6, bbox=CLEAR,
+        self.axes.annotate(text, point, offset, textcoords="offset points", fontsize=fontsize, zorder=6, bbox=TEXT_BOX,
                            ha=ACROSS[side_x], va=UPRIGHT[side_y], **look)  # fmt: skip
 
     def reserve(self, start, end):
@@ -121,7 +121,7 @@ def draw_parts(axes, drawing, view, colours, label="", lost="", dashes="-", own=
     draw_lines(axes, view(drawing.cables), colours, linestyles=[dashes], linewidths=1.4, label=label)
     of_links = {"linestyles": "--", "linewidths": 1.4, "label": "link" if own is None else ""}
     draw_lines(axes, view(drawing.links), own or ORANGE, **of_links)
-    pale = (*to_rgb(own or GREY), PALE)
+    pale = (*to_rgb(own or GREY), LOST_OPACITY)
     draw_lines(axes, view(drawing.lost), pale, linestyles="--", linewidths=1.1, zorder=1.5, label=lost)
     draw_points(axes, view, [place for _, place in drawing.anchors], "^", color=GREY, ms=5, zorder=3)
     draw_points(axes, view, drawing.junctions.values(), "o", color=own or "#333333", ms=3, zorder=4)
@@ -151,7 +151,7 @@ def draw_points(axes, view, places, mark, ms, **look):
     """Draw marks at places in a view, small ones where they are many."""
     places = np.array(list(places)).reshape(-1, 3)
     if len(places):
-        axes.plot(*view(places).T, mark, ms=ms if len(places) < MANY else 0.4 * ms, **look)
+        axes.plot(*view(places).T, mark, ms=ms if len(places) < MANY_MARKS else 0.4 * ms, **look)
 
 
 def draw_body(axes, flat, colour, mark, ms, zorder, lw=1.2):
@@ -164,8 +164,8 @@ def draw_body(axes, flat, colour, mark, ms, zorder, lw=1.2):
 def draw_ground(axes, ground):
     """Draw the ground in a view from the side, two arrays, if it is known."""
     if ground is not None:
-        axes.plot(*ground, color=GROUND, lw=1.5, label="ground")
-        axes.fill_between(*ground, axes.get_ylim()[0], color=GROUND, alpha=0.15, lw=0)
+        axes.plot(*ground, color=GROUND_COLOUR, lw=1.5, label="ground")
+        axes.fill_between(*ground, axes.get_ylim()[0], color=GROUND_COLOUR, alpha=0.15, lw=0)
 
 
 def mark_clearance(axes, room, line, ground, least):
@@ -173,7 +173,7 @@ def mark_clearance(axes, room, line, ground, least):
     level = np.interp(line[:, 0], *ground)
     place = int(np.argmin(line[:, 1] - level))
     low = line[place, 0], level[place]
-    axes.annotate("", low, line[place], arrowprops=ARROW)
+    axes.annotate("", low, line[place], arrowprops=DIMENSION)
     # in the ground below the arrow, where the cable is not in its way
     spots = [(low, (0, -7), (side, -1)) for side in (0, 1, -1)]
     room.write(f"clearance {quantity_text(least, 'm')}", spots, color=RED)
@@ -187,7 +187,7 @@ def mark_sag(axes, room, middle, sag):
     down = np.array([0.0, sag])
     if not room.reserve(middle - down, middle):
         return
-    axes.annotate("", middle - down, middle, arrowprops=ARROW)
+    axes.annotate("", middle - down, middle, arrowprops=DIMENSION)
     spots = [(middle - down / 2, (5 * side, 0), (side, 0)) for side in (1, -1)]
     spots += [(middle, (-4 * side, 3), (-side, 1)) for side in (1, -1)]
     room.write(f"sag {quantity_text(sag, 'm')}", spots, color=RED)
@@ -216,7 +216,7 @@ def mark_loads(axes, room, loads, paper):
             axes.plot(*point, "." if force @ np.cross(*paper.T) > 0 else "x", ms=5, color=ORANGE, zorder=5)
             spots = [(point, (0, 9 * side), (0, side)) for side in (1, -1)]
         else:
-            x, y = -LOAD * on_paper / np.hypot(*on_paper)  # from the tip to the tail of the arrow
+            x, y = -LOAD_ARROW * on_paper / np.hypot(*on_paper)  # from the tip to the tail of the arrow
             look = {"arrowstyle": "-|>", "shrinkA": 0, "shrinkB": 0, "color": ORANGE, "lw": 1.6}
             axes.annotate("", point, (x, y), textcoords="offset points", arrowprops=look)
             room.reserve(point, point + np.array([x, y]) / 72 * room.per_inch)
@@ -229,7 +229,7 @@ def name_all(room, drawing, view):
     """Name bodies, and anchors if they are few, where there is room beside cables; names at one place share a text."""
     bodies = [(name, view(places[-1])) for name, places in drawing.bodies.items()]
     anchors = [(name, view(place)) for name, place in drawing.anchors]
-    for places, size, colour in ((bodies, 8, RED), (anchors if len(anchors) <= NAMED else (), 7, GREY)):
+    for places, size, colour in ((bodies, 8, RED), (anchors if len(anchors) <= NAMED_ANCHORS else (), 7, GREY)):
         shared = []
         for name, place in places:
             near = (names for names, other in shared if (np.abs(other - place) < 0.05 * room.per_inch).all())

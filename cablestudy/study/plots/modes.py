@@ -45,16 +45,16 @@ STILL = "#b0b0b0"
 PAPER_PEAK = 0.1  # largest displacement of one cable that is drawn, as in the paper's Fig. 5 [m]
 PEAK_OVER_SIZE = 0.08  # largest displacement of a suspension that is drawn, over the size of the scene
 LARGEST_TURN = 0.6  # largest rotation drawn [rad]
-FULL = 0.25  # share of the largest displacement from which a part has its full colour
-PANELS = 48  # mode shapes in one picture, at most
-LAYOUT = {1: 0.6, 2: 0.45, 3: 0.5}  # columns: height over width of a panel
-POINTS = 80  # that are drawn along each cable of a suspension, about
-SMALL = 0.08  # size of a body over that of the scene, below which its rotation is drawn enlarged
-MANY = 100  # cables from which lines are thin
-TALL = 1.8  # height over width of the tallest panel in perspective
-ENLARGED = 0.27  # side of the picture of the enlarged body over the width of its panel
-FITTED = 6  # vertical scales that are tried until displacements are enlarged alike in both directions
-TRUE = 1e-3  # height over width of a picture that is not enlarged
+FULL_COLOUR = 0.25  # share of the largest displacement from which a part has its full colour
+MOST_MODES = 48  # mode shapes in one picture, at most
+PANEL_RATIOS = {1: 0.6, 2: 0.45, 3: 0.5}  # columns: height over width of a panel
+CABLE_POINTS = 80  # that are drawn along each cable of a suspension, about
+SMALL_BODY = 0.08  # size of a body over that of the scene, below which its rotation is drawn enlarged
+MANY_CABLES = 100  # cables from which lines are thin
+TALLEST_PANEL = 1.8  # height over width of the tallest panel in perspective
+INSET_WIDTH = 0.27  # side of the picture of the enlarged body over the width of its panel
+TRIED_SCALES = 6  # vertical scales that are tried until displacements are enlarged alike in both directions
+NOT_ENLARGED = 1e-3  # height over width of a picture that is not enlarged
 ENDINGS = (".gif", ".html")
 FRAMES, PAUSE = 20, 60  # of one period; time between them [ms]
 RESOLUTION = 100  # of the frames [dots/in]
@@ -124,7 +124,7 @@ class ModeDrawing:
 
     def turns_in_a_small_body(self, size):
         """True if a body turns that is small beside the size of the scene. [m]"""
-        return self.body is not None and np.ptp(self.bodies[self.body][0], axis=0).max() < SMALL * size
+        return self.body is not None and np.ptp(self.bodies[self.body][0], axis=0).max() < SMALL_BODY * size
 
     def factor(self, peak):
         """Factor to a largest displacement [m], or to a smaller one where a body would turn too far."""
@@ -132,7 +132,7 @@ class ModeDrawing:
 
     def colour_of(self, moved):
         """Colour of a part with displacements, shape (k, 3): of what moves, grey where it hardly moves."""
-        share = min(float(np.linalg.norm(moved, axis=-1).max()) / self.largest / FULL, 1.0)
+        share = min(float(np.linalg.norm(moved, axis=-1).max()) / self.largest / FULL_COLOUR, 1.0)
         return tuple(share * np.array(to_rgb(self.colour)) + (1 - share) * np.array(to_rgb(STILL)))
 
 
@@ -148,7 +148,7 @@ def mode_shapes(case, modes, share=None):
     share : float, optional
         Displacement over the largest one, from -1 to 1, of a picture in a row of them that are of equal size.
     """
-    shown = _of_cable(case, modes, min(len(modes), PANELS))
+    shown = _of_cable(case, modes, min(len(modes), MOST_MODES))
     chord = float(case.span.chord)
     depth = float(np.abs(case.statics.shape(np.linspace(0.0, 1.0, 401))[0][:, 1]).max() * case.span.unstretched_length)
     # of a sag as it is too large for the paper's 0.1 m, of a chord too small
@@ -192,7 +192,7 @@ def coupled_mode_shapes(case, modes, listed=None, share=None):
     modes : CoupledModes
         Modes of the case.
     listed : int, optional
-        Number of modes asked for; by default all. The figure shows at most PANELS of them.
+        Number of modes asked for; by default all. The figure shows at most MOST_MODES of them.
     share : float, optional
         Displacement over its largest value, from -1 to 1, for one picture of an animation; see `mode_shapes`.
     """
@@ -200,7 +200,7 @@ def coupled_mode_shapes(case, modes, listed=None, share=None):
     plane, peak = upright_plane([drawing]), nice(PEAK_OVER_SIZE * drawing.size)  # peak: largest displacement drawn [m]
     if plane is not None and np.ptp(plane(drawing.places)[:, 0]) < FLAT * drawing.size:
         plane = None
-    shown = [_drawing_of_coupled_mode(case, modes, drawing, plane, number) for number in range(min(listed, PANELS))]
+    shown = [_drawing_of_coupled_mode(case, modes, drawing, plane, number) for number in range(min(listed, MOST_MODES))]
     if plane is not None and shown:
         shown, peak = _alike_in_both_directions(shown, drawing, Window(*plane(drawing.places).T, _ratio(shown)).factor)
     return _figure(shown, modes.frequency, listed, peak, share, drawing, plane and plane.labels[0])
@@ -208,7 +208,7 @@ def coupled_mode_shapes(case, modes, listed=None, share=None):
 
 def _ratio(shown):
     """Height over width of the panel of each of so many modes."""
-    return LAYOUT[columns_of(len(shown))]
+    return PANEL_RATIOS[columns_of(len(shown))]
 
 
 def _alike_in_both_directions(shown, drawing, enlargement):
@@ -216,7 +216,7 @@ def _alike_in_both_directions(shown, drawing, enlargement):
 
     `enlargement` is that of the vertical scale without displacements: with them it may be less, which is looked for.
     """
-    for _ in range(FITTED):
+    for _ in range(TRIED_SCALES):
         peak = nice(PEAK_OVER_SIZE * drawing.size / enlargement)
         shown = [replace(mode, across=enlargement) for mode in shown]
         window, _ = _window(shown, [mode.factor(peak) for mode in shown], None, False, _ratio(shown))
@@ -257,14 +257,14 @@ def _drawing_of_coupled_mode(case, modes, drawing, plane, number):
 
 
 def _moving_cables(equilibrium, modes, number):
-    """About POINTS places along each cable, and their displacements in a mode, both (j, 3): list of pairs."""
+    """About CABLE_POINTS places along each cable, and their displacements in a mode, both (j, 3): list of pairs."""
     starts, cables = equilibrium.ends[equilibrium.suspension.of_cables, 0], []
     for start, mesh, nodal in zip(starts, modes.solution.models.meshes, modes.nodes(number), strict=True):
         places_and_moves = np.stack(nodal)
         if mesh is not None:
             _, between = interpolate_elements(mesh, np.moveaxis(places_and_moves, 0, 1))
             between = np.moveaxis(between, 1, 0)
-            step = max(1, (between.shape[1] - 1) // POINTS)
+            step = max(1, (between.shape[1] - 1) // CABLE_POINTS)
             places_and_moves = np.concatenate([between[:, :-1:step], between[:, -1:]], axis=1)
         cables.append((start + places_and_moves[0], places_and_moves[1]))
     return cables
@@ -322,7 +322,7 @@ def _figure(shown, frequency, listed, peak, share, drawing, distance):
         return figure_without_panels("There is no mode to show")
     count, columns, factors = len(shown), columns_of(len(shown)), [mode.factor(peak) for mode in shown]
     enlarged = [distance is None and mode.turns_in_a_small_body(drawing.size) for mode in shown]
-    window, inset = _window(shown, factors, share, any(enlarged), LAYOUT[columns] if distance else None)
+    window, inset = _window(shown, factors, share, any(enlarged), PANEL_RATIOS[columns] if distance else None)
     width, rows = WIDTH / columns, -(-count // columns)
     figure = Figure((columns * width, rows * (window.ratio * (width - 0.45) + 0.55) + 0.6), layout="constrained")
     # displacements are enlarged to the peak, or to less where a body would turn too far
@@ -369,10 +369,10 @@ def _window(shown, factors, share, with_inset, ratio):
     displaced = (0.0, 1.0) if share is None else (-1.0, 1.0)
     outlines = [mode.outline(part * factor) for part in displaced for mode, factor in zip(shown, factors, strict=True)]
     outline = np.concatenate(outlines)
-    inset = ENLARGED * float(np.ptp(outline[:, 0]))
+    inset = INSET_WIDTH * float(np.ptp(outline[:, 0]))
     if with_inset:
         outline = np.concatenate([outline, [outline.min(axis=0) - [0.0, inset]]])
-    return Window(*outline.T, *((TRUE, TALL) if ratio is None else (ratio,))), inset
+    return Window(*outline.T, *((NOT_ENLARGED, TALLEST_PANEL) if ratio is None else (ratio,))), inset
 
 
 def _label_plane(figure, shown, distance):
@@ -384,7 +384,7 @@ def _label_plane(figure, shown, distance):
 
 def _draw(axes, mode, factor, anchors):
     """Draw the static form, and over it the displaced scene in the colour of what moves, where it does."""
-    width, view = 1.4 if len(mode.cables) < MANY else 0.5, mode.view
+    width, view = 1.4 if len(mode.cables) < MANY_CABLES else 0.5, mode.view
     draw_lines(axes, [view(places) for places, _ in mode.cables], STILL, linewidths=0.7 * width, label="static form")
     colours = [mode.colour_of(moved) for _, moved in mode.cables]
     lines = [mode.displaced(places, moved, factor) for places, moved in mode.cables]

@@ -20,10 +20,10 @@ from cablestudy.study.plots.words import shortened
 
 MARKS = "os^DvP"
 MARKED_DASHES = (*DASHES, (0, (1, 3)))  # of lines with these marks
-LABEL = 80  # characters of an entry of a legend
-NAMED = len(SERIES)  # series that are told apart by a legend of their own
-MANY = 12  # series from which lines are thin
-TICKS = 24  # names beside a colour bar
+LONGEST_LABEL = 80  # characters of an entry of a legend
+NAMED_SERIES = len(SERIES)  # series that are told apart by a legend of their own
+MANY_SERIES = 12  # series from which lines are thin
+BAR_NAMES = 24  # names beside a colour bar
 
 
 @dataclass
@@ -132,7 +132,7 @@ def _label(factors, levels, companions, rows):
     """Label of a series: its levels, and the values that its rows have in common."""
     parts = [f"{factor.words} {factor.text(level)}" for factor, level in zip(factors, levels, strict=True)]
     parts += [_common(quantity, rows) for quantity in companions]
-    return shortened(", ".join(parts), LABEL)
+    return shortened(", ".join(parts), LONGEST_LABEL)
 
 
 def _grouped(rows, factors, categories):
@@ -185,10 +185,16 @@ def _common(quantity, rows):
 def give_looks(series, factors, joined):
     """Give each series of a picture its colour, mark and dashes, and make the legend for them.
 
-    Up to NAMED series have a colour and a mark each. Of more series, the factor with most levels decides the colour, on
-    a colour bar if its levels are many, and the next factor the mark and the dashes. By further factors series are not
-    told apart: the legend says so. `series` and `factors` are from `series_of`; `joined`: whether lines join the
-    points.
+    Up to NAMED_SERIES series have a colour and a mark each. Of more series, the factor with most levels decides the
+    colour, on a colour bar if its levels are many, and the next factor the mark and the dashes. By further factors
+    series are not told apart: the legend says so.
+
+    Parameters
+    ----------
+    series, factors
+        From `series_of`.
+    joined : bool
+        Whether lines join the points.
 
     Returns
     -------
@@ -197,10 +203,10 @@ def give_looks(series, factors, joined):
     bar : Bar or None
         Colour bar.
     """
-    many = len(series) > MANY
+    many = len(series) > MANY_SERIES
     for line in series:
         line.look = {"ms": 3.0 if many else 4.5, "lw": 1.0 if many else 1.6, "marker": "o", "ls": "-"}
-    if len(series) <= NAMED:
+    if len(series) <= NAMED_SERIES:
         for line, colour, mark in zip(series, SERIES, MARKS, strict=False):
             line.look |= {"color": colour, "marker": mark}
         return [(Line2D([], [], **_shown(line.look, joined)), line.label or "computed") for line in series], None
@@ -221,20 +227,20 @@ def _shown(look, joined):
 
 def _named(factor, level):
     """Entry of a legend for a level of a factor."""
-    return shortened(f"{factor.words} {factor.text(level)}", LABEL)
+    return shortened(f"{factor.words} {factor.text(level)}", LONGEST_LABEL)
 
 
 def _not_told_apart(factor):
     """Entry of a legend for a factor by whose levels series look alike."""
     first, last = factor.text(0), factor.text(len(factor.levels) - 1)
-    return shortened(f"one for each {factor.words}: {first} … {last}", LABEL)
+    return shortened(f"one for each {factor.words}: {first} … {last}", LONGEST_LABEL)
 
 
 def _colours(series, factors, k):
     """Entries of a legend or a colour bar for a factor, whose levels are the colours of the series."""
     factor, numbers = factors[k], factors[k].numbers
     count = len(factor.levels)
-    if count <= NAMED:
+    if count <= NAMED_SERIES:
         colours, bar = SERIES, None
         entries = [(Line2D([], [], color=SERIES[level], lw=3), _named(factor, level)) for level in range(count)]
     elif numbers is not None and None not in numbers:
@@ -242,7 +248,7 @@ def _colours(series, factors, k):
         bar = Bar(mappable, factor.quantities[0].label)
         colours = bar.mappable.to_rgba(numbers)
     else:
-        ticks, entries = range(0, count, -(-count // TICKS)), []
+        ticks, entries = range(0, count, -(-count // BAR_NAMES)), []
         names = [shortened(factor.text(level), 24) for level in ticks]
         bar = Bar(colours_of_names(count), shortened(factor.words), ticks, names)
         colours = bar.mappable.to_rgba(np.arange(count))

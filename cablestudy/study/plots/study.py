@@ -37,21 +37,21 @@ ROW = "row of the table"
 NUMBER_OF_ROW = DrawnQuantity(ROW, "row of the table", "")
 OTHER_COLUMNS = 4  # columns drawn of a study without `plot:`
 # texts over rows, from which a picture has the texts along x: the few rows of the same text are drawn at one place
-SELDOM = 0.5
-HEIGHT = 1.75  # of a panel [in]
+SELDOM_REPEATED = 0.5
+PANEL_HEIGHT = 1.75  # of a panel [in]
 MANY_POINTS = 3000  # above it the points of a vector file (SVG, PDF) are an image, which keeps the file small
 OWN_TICKS = 8  # up to so many values along a logarithmic x axis, each value has a tick
-AROUND = {"x": 0.08, "y": 0.15}  # margin about the values along an axis, as a share of their range
+MARGINS = {"x": 0.08, "y": 0.15}  # margin about the values along an axis, as a share of their range
 ROUND_TICKS, DECADE_TICKS = {"x": 7, "y": 5}, {"x": 8, "y": 6}  # at most, on a linear and on a logarithmic axis
-EQUAL = 1e-9  # range over the largest value, up to which values differ by rounding
-NARROWEST = 2e-3  # range of a linear y axis over the largest value at least: its ticks differ in four digits
+ROUNDING_RANGE = 1e-9  # range over the largest value, up to which values differ by rounding
+NARROWEST_RANGE = 2e-3  # range of a linear y axis over the largest value at least: its ticks differ in four digits
 PRINTED = {"marker": "o", "ms": 9, "mfc": "none", "mec": RED, "mew": 1.3, "ls": "none"}
-PANELS = 12  # in one picture
+MOST_PANELS = 12  # in one picture
 INDICES = {
     "first_order": {"color": BLUE, "marker": "o", "label": "first order: of the key alone"},
     "total": {"color": ORANGE, "marker": "s", "mfc": "white", "label": "total: with all that it interacts in"},
 }
-LIMITS = (-0.05, 1.05)  # of the shares, always shown
+SHARE_LIMITS = (-0.05, 1.05)  # of the shares, always shown
 
 
 @styled
@@ -92,13 +92,13 @@ def _line_figure(study, every, rows, chosen):
     joined = x.categories is None and x.name != ROW and study.sample is None
     entries, bar = give_looks(series, factors, joined)
     side = 1 if len(columns) <= OTHER_COLUMNS else 2
-    height = HEIGHT * -(-len(columns) // side) + 0.9 + 0.2 * -(-len(entries) // 3)
+    height = PANEL_HEIGHT * -(-len(columns) // side) + 0.9 + 0.2 * -(-len(entries) // 3)
     figure = Figure(figsize=(WIDTH, height), layout="constrained")
     grid = panels(figure, len(columns), side)
     printed = [_panel(axes, x, column, series, joined) for axes, column in zip(grid, columns, strict=True)]
     _scale_panels(grid, x, columns, logarithmic, _by_ratio(x, factors))
     for axes, column in zip(grid, columns, strict=True):
-        axes.set_ylabel(wrapped(column.label, 0.9 * HEIGHT, 9))
+        axes.set_ylabel(wrapped(column.label, 0.9 * PANEL_HEIGHT, 9))
     for axes in grid[-side:]:
         axes.set_xlabel(wrapped(x.label, 0.8 * WIDTH / side, 9))
     if any(printed):
@@ -187,7 +187,7 @@ def _first_varied(study, rows):
         return None
     apart = [quantity for entry in entries for quantity in _telling_apart(study, entry, rows)]
     numbers = [q for q in apart if q.categories is None and len({q.value(row) for row in rows}) > 1]
-    repeated = [q for q in entries[0] if q.categories and len(q.categories) >= SELDOM * len(rows)]
+    repeated = [q for q in entries[0] if q.categories and len(q.categories) >= SELDOM_REPEATED * len(rows)]
     return (numbers or apart or repeated or [NUMBER_OF_ROW])[0]
 
 
@@ -255,7 +255,7 @@ def _scale(axes, which, quantity, logarithmic, lines):
         name_axis(axes, which, quantity.names, WIDTH - 1.0)
         return
     values = _values(lines, which)
-    axes.margins(**{which: AROUND[which]})
+    axes.margins(**{which: MARGINS[which]})
     if logarithmic and len(values) and values[0] > 0:
         computed = _values([line for line in lines if line.get_label() != "printed"], which)
         ticks = own_ticks(computed, OWN_TICKS, 0.08 * np.log10(values[-1] / values[0])) if which == "x" else ()
@@ -269,10 +269,10 @@ def _scale(axes, which, quantity, logarithmic, lines):
 def _widen(axes, which, values):
     """Set limits about values that are equal, or along y nearly so: else rounding and noise look like a result."""
     middle, largest = (values[0] + values[-1]) / 2, np.abs(values).max()
-    if np.ptp(values) <= EQUAL * largest:
+    if np.ptp(values) <= ROUNDING_RANGE * largest:
         around = 0.1 * abs(middle) or 1.0
-    elif which == "y" and np.ptp(values) < NARROWEST * largest:
-        around = NARROWEST * largest / 2
+    elif which == "y" and np.ptp(values) < NARROWEST_RANGE * largest:
+        around = NARROWEST_RANGE * largest / 2
     else:
         return
     getattr(axes, f"set_{which}lim")(middle - around, middle + around)
@@ -302,7 +302,7 @@ def sensitivity_plot(study, table):
     fixed = ("column", "parameter", *(f"{kind}{end}" for kind in INDICES for end in ("", "_low", "_high")))
     others = [field for field in table.fields if field.name not in fixed]  # keys that vary beside the sample
     groups = _groups(table.rows, others)
-    count = min(len(groups), PANELS)
+    count = min(len(groups), MOST_PANELS)
     columns = 1 if count == 1 else 2
     keys = max((len(rows) for rows in groups.values()), default=1)
     panel_rows = -(-count // columns)
@@ -316,7 +316,7 @@ def sensitivity_plot(study, table):
     for axes in grid[-columns:]:
         axes.set_xlabel("share of the variance")
     drawn = [row[name] for row in table.rows for name in fixed[2:] if row.get(name) is not None]
-    grid[0].set_xlim(min([LIMITS[0], *drawn]) - 0.02, max([LIMITS[1], *drawn]) + 0.02)
+    grid[0].set_xlim(min([SHARE_LIMITS[0], *drawn]) - 0.02, max([SHARE_LIMITS[1], *drawn]) + 0.02)
     legend_below(figure, [(Line2D([], [], ls="none", **look), look["label"]) for look in INDICES.values()])
     heading(figure, f"{study.title or 'Sensitivity'}: Sobol's indices{panels_left_out(count, len(groups))}")
     return figure

@@ -55,11 +55,11 @@ BOX = {"frameon": True, "edgecolor": "none", "framealpha": 0.85}  # of a legend 
 UNDATED = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
 WIDTH = 7.5  # of a picture [in]
 MOST_NAMES = 30  # along an axis
-STEEP = 2.8  # names per inch from which they stand upright
-TALL = 0.75  # height over width of the tallest panel
+UPRIGHT_NAMES = 2.8  # names per inch from which they stand upright
+TALLEST_PANEL = 0.75  # height over width of the tallest panel
 SHADES = ListedColormap(colormaps["viridis"](np.linspace(0.0, 0.88, 256)), "shades")  # of numbers
-DECADE = 9.9  # ratio from which values that are spaced by ratios are drawn so
-DEEP = 0.1  # sag over chord from which a cable is drawn true to scale
+RATIO_OF_LOGARITHMIC = 9.9  # ratio from which values that are spaced by ratios are drawn so
+DEEP_SAG = 0.1  # sag over chord from which a cable is drawn true to scale
 
 
 def styled(draw):
@@ -132,11 +132,11 @@ class Window:
         Largest height over width. [-]
     """
 
-    def __init__(self, x, y, ratio, tallest=TALL):
+    def __init__(self, x, y, ratio, tallest=TALLEST_PANEL):
         low, high = np.min(y), np.max(y)
         self.x = padded(np.min(x), np.max(x), 0.03, 0.03)
         self.width = max(self.x[1] - self.x[0], 1e-3 * (high - low))
-        margin = 0.18 if high - low < DEEP * self.width else 0.10
+        margin = 0.18 if high - low < DEEP_SAG * self.width else 0.10
         self.y = padded(low, high, 1.6 * margin, margin)
         height = self.y[1] - self.y[0]
         factor = nice(ratio * self.width / max(height, 1e-12 * self.width))
@@ -295,7 +295,7 @@ def spaced_logarithmically(values):
     Their median is then nearer to the geometric mean of the smallest and the largest than to the arithmetic one; that
     holds of ranges, of lists as 1, 2, 5, 10, and of samples.
     """
-    if len(values) < 3 or not 0 < DECADE * values[0] <= values[-1]:
+    if len(values) < 3 or not 0 < RATIO_OF_LOGARITHMIC * values[0] <= values[-1]:
         return False
     geometric, arithmetic = np.sqrt(values[0]) * np.sqrt(values[-1]), values[0] / 2 + values[-1] / 2
     return bool(np.median(values) < np.sqrt(geometric) * np.sqrt(arithmetic))
@@ -408,6 +408,6 @@ def name_axis(axes, which, names, room):
     if all(text_width(word, 8) <= width for name in shown for word in name.split()):
         axes.set_xticks(positions, [wrapped(name, width, 8) for name in shown], fontsize=8)
     else:
-        steep = len(shown) > STEEP * room
+        steep = len(shown) > UPRIGHT_NAMES * room
         angle = {"rotation": 90, "va": "center"} if steep else {"rotation": 30}
         axes.set_xticks(positions, shown, fontsize=8, ha="right", rotation_mode="anchor", **angle)

@@ -44,7 +44,7 @@ LOOK = {
 }
 MARKED = {"fontsize": 7, "path_effects": [withStroke(linewidth=2, foreground="white")]}  # text over lines
 WORDS = {"error control": "accuracy", "high order": "1 element of order"}
-BAND = 0.09  # height of the band below the reference's own error, share of a panel's height
+BAND_HEIGHT = 0.09  # height of the band below the reference's own error, share of a panel's height
 CAPTION = (
     "Each mark is one model, asked for this column alone. Grey line: the Pareto front, than which nothing is both "
     "faster and more accurate. Grey area: below the reference's own error."
@@ -119,8 +119,8 @@ def _panel(axes, trade, column):
         return
     times, errors = np.transpose([_point(entry, name) for entries in curves.values() for entry in entries])
     top = 8 * max(errors.max(), 1e3 * reference_error)
-    # errors below the reference's own are meaningless: a grey band of the height BAND at the bottom of the panel
-    bottom = reference_error * (reference_error / top) ** (BAND / (1 - BAND))
+    # errors below the reference's own are meaningless: a grey band of the height BAND_HEIGHT at the bottom of the panel
+    bottom = reference_error * (reference_error / top) ** (BAND_HEIGHT / (1 - BAND_HEIGHT))
     right = 1.4 * times.max()
     axes.set(xscale="log", yscale="log", xlim=(times.min() / 1.4, right), ylim=(bottom, top))
     axes.axhspan(bottom, reference_error, color=LIGHT, lw=0, zorder=0)

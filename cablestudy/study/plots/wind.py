@@ -27,10 +27,10 @@ from cablestudy.study.suspension.wind_columns import PLACES, TURNS
 from cablestudy.wind.spectrum import admittance, speed_spectrum
 
 TURN = 2 * np.pi
-RANGE, POINTS = (1e-3, 1e2), 1200  # frequencies of a picture [Hz], and how many of equal ratios
-NARROW = 0.3  # damping ratio below which a pole gets frequencies of its own
+FREQUENCIES, CURVE_POINTS = (1e-3, 1e2), 1200  # frequencies of a picture [Hz], and how many of equal ratios
+NARROW_POLE = 0.3  # damping ratio below which a pole gets frequencies of its own
 HALF_WIDTHS = np.sinh(np.linspace(-3.6, 3.6, 57))  # distances of these frequencies from the pole, in its half-widths
-DECADES = 10  # that are shown below the largest value of a spectrum
+SHOWN_DECADES = 10  # that are shown below the largest value of a spectrum
 PAIRS = ((0, 1), (0, 2), (1, 2))
 COLOURS, WIDTHS = (BLUE, GREEN, ORANGE), (1.8, 1.2, 0.7)
 MM = 1e3
@@ -174,11 +174,12 @@ def _drawn(closed_loop):
 
 
 def _grid(winds, names):
-    """Frequencies of RANGE with equal ratios, and closer ones near the narrow poles of some outputs. [Hz]"""
+    """Frequencies of FREQUENCIES with equal ratios, and closer ones near the narrow poles of some outputs. [Hz]"""
     responses = [wind.response_of(open_loop) for wind in winds for open_loop in (False, True)]
     poles = np.concatenate([response.resonances(names) for response in responses])
-    poles = poles[np.abs(poles.real) < NARROW * np.abs(poles)]
-    return np.unique(np.concatenate([np.geomspace(*RANGE, POINTS), near_poles(poles, HALF_WIDTHS, *RANGE)]))
+    poles = poles[np.abs(poles.real) < NARROW_POLE * np.abs(poles)]
+    on_peaks = near_poles(poles, HALF_WIDTHS, *FREQUENCIES)
+    return np.unique(np.concatenate([np.geomspace(*FREQUENCIES, CURVE_POINTS), on_peaks]))
 
 
 def _share_below(frequency, spectrum):
@@ -264,11 +265,11 @@ def _covariance(frequency, spectra, spectra_of_sums, variances, names):
 
 
 def _highest(frequency, states, kinds):
-    """Power of ten that is above all frequencies at which a spectrum is DECADES below the largest of its kind. [Hz]"""
+    """Power of ten above all frequencies at which a spectrum is SHOWN_DECADES below the largest of its kind. [Hz]"""
     last = frequency[1]
     for names, *_ in kinds:
         spectra = np.array([state.spectra[name] for state in states for name in names])
-        last = max(last, frequency[(spectra > 10.0**-DECADES * spectra.max()).any(axis=0)].max())
+        last = max(last, frequency[(spectra > 10.0**-SHOWN_DECADES * spectra.max()).any(axis=0)].max())
     return min(10.0 ** np.ceil(np.log10(last)), frequency[-1])
 
 
@@ -290,7 +291,7 @@ def _spectra(axes, frequency, states, kind, several):
                 look = {"color": state.colour, "lw": 1.3, "ls": state.dashes, "label": state.label}
             axes.loglog(frequency, scale**2 * state.spectra[name], **look)
     largest = max(scale**2 * state.spectra[name].max() for state in states for name in names)
-    axes.set_ylim(10.0 ** (np.ceil(np.log10(largest)) - DECADES), 10 * largest)
+    axes.set_ylim(10.0 ** (np.ceil(np.log10(largest)) - SHOWN_DECADES), 10 * largest)
     axes.tick_params(labelbottom=False)
     if several:
         by_cable = scale**2 * states[-1].parts[names[0]]

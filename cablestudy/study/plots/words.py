@@ -10,11 +10,11 @@ from cablestudy.study.table import short
 
 LONGEST = 40  # characters of a name or value in a picture
 # tables of the scene whose entries have names that the user gives: the name says more than the table
-NAMED = ("bodies", "cables", "points", "actuators", "winches", "cases", "anchors")
-LISTED = {"loads": "load", "ends": "end"}  # tables without names: counted from 1
-SPECIAL = {"case": "load case", "model.elements": "number of elements", "model.order": "order of the elements"}
+NAMED_TABLES = ("bodies", "cables", "points", "actuators", "winches", "cases", "anchors")
+LISTED_TABLES = {"loads": "load", "ends": "end"}  # tables without names: counted from 1
+WORDS_OF_KEYS = {"case": "load case", "model.elements": "number of elements", "model.order": "order of the elements"}
 AXES = ("x", "y", "z")
-KILO = 1e4  # size of a force from which it is given in kN [N]
+KILO_FORCE = 1e4  # size of a force from which it is given in kN [N]
 SPELLED = {"rms": "RMS", "inplane": "in-plane", "outofplane": "out-of-plane"}  # words in names of columns
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -69,8 +69,8 @@ def quantity_text(value, unit=""):
 
 
 def force_unit(largest):
-    """Unit of forces the largest of which has a size [N], and the factor to this unit: kN from KILO on, else N."""
-    return ("kN", 1e-3) if largest >= KILO else ("N", 1.0)
+    """Unit of forces the largest of which has a size [N], and the factor to it: kN from KILO_FORCE on, else N."""
+    return ("kN", 1e-3) if largest >= KILO_FORCE else ("N", 1.0)
 
 
 def force_text(force):
@@ -95,20 +95,20 @@ def column_words(name):
 
 def key_words(key):
     """Words for a dotted key of a scene, with the table that it belongs to: `wind.speed` is "wind speed"."""
-    if key in SPECIAL:
-        return SPECIAL[key]
+    if key in WORDS_OF_KEYS:
+        return WORDS_OF_KEYS[key]
     parts, words = list(split_key(key)), []
-    owner = parts.pop(1) if parts[0] in NAMED and len(parts) > 2 else ""
+    owner = parts.pop(1) if parts[0] in NAMED_TABLES and len(parts) > 2 else ""
     for before, part in zip(["", *parts], parts, strict=False):
-        if part.isdigit() and before in LISTED:
-            words[-1] = f"{LISTED[before]} {int(part) + 1}"
+        if part.isdigit() and before in LISTED_TABLES:
+            words[-1] = f"{LISTED_TABLES[before]} {int(part) + 1}"
         elif part.isdigit() and int(part) < len(AXES):
             words.append(AXES[int(part)])
         else:
             words.append(part.replace("_", " "))
     last = words[-3:] if words[-1] in AXES else words[-2:]
     if owner:
-        last = [owner, *(last[1:] if last[0] in NAMED else last)]
+        last = [owner, *(last[1:] if last[0] in NAMED_TABLES else last)]
     return shortened(" ".join(last), 2 * LONGEST)
 
 
