@@ -18,8 +18,6 @@ SAFE = (
     "1125 m (open and flat), 1225 m (few obstacles), 1425 m (trees, buildings), at the mean temperature of the coldest "
     "month, before creep (CIGRE Technical Brochure 273, 2005)"
 )
-
-
 ALUMINIUM = ("acsr-", "aac-")  # built-in materials that these values are for, as their names begin
 OTHERS = "for another material no published value is known here"
 
