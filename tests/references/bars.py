@@ -83,12 +83,6 @@ def solve_spatial(span, L, EA, w, n, loads=()):
     )
 
 
-def solve(a, b, L, EA, w, n):
-    """Equilibrium of n equal bars in the plane: tensions (n,) [N] and nodes (n + 1, 2) as (x, z) [m]."""
-    chain = solve_spatial((a, 0, b), L, EA, w, n)
-    return chain.tensions, chain.nodes[:, [0, 2]]
-
-
 def matrices(chain, L, EA, m):
     """Dense K (3 n + 3, 3 n + 3) [N/m] and the diagonal of the lumped M [kg], ordered (x, y, z) node by node.
 

@@ -15,7 +15,7 @@ Fixed ends: with J the integral from end 1, N = c - lambda m J u and u(L) = 0 gi
     G = J^T C J - (J^T C 1) (1^T C 1)^-1 (1^T C J),
 
 whose LARGEST eigenvalues are the lowest modes: these are accurate to rounding. Axial modes of a cable with EA/T = 1e10
-are the small eigenvalues and keep about 16 - log10(EA/T) digits; the estimate of `full_output` shows it.
+are the small eigenvalues and keep about 16 - log10(EA/T) digits; `Modes.error` shows it.
 """
 
 import functools
@@ -179,19 +179,16 @@ def _fixed_modes(mesh, count):
 
 @dataclass(frozen=True)
 class Modes:
-    """Modes between fixed ends, at Gauss points s (N,) [m], of which each piece has `points`.
+    """Modes between fixed ends.
 
     frequencies (count,), ascending [Hz]; end_forces (count, 2, 3): force on ends 1 and 2 per mass-normalised mode
     (integral of m u.u ds = 1), up to one sign per mode, of the size of the participation |psi^T K21 e_j| [N/(m
-    sqrt(kg))]; shapes (count, N, 3) [1/sqrt(kg)]; error: estimate of the largest relative error of the frequencies.
+    sqrt(kg))]; error: estimate of the largest relative error of the frequencies.
     """
 
     frequencies: np.ndarray
     end_forces: np.ndarray
-    s: np.ndarray
-    shapes: np.ndarray
     error: float
-    points: int
 
 
 def modes(a, b, L, EA, m, g, count, plane="in", n=None, loads=None, tolerance=1e-12):
@@ -207,21 +204,20 @@ def modes(a, b, L, EA, m, g, count, plane="in", n=None, loads=None, tolerance=1e
     previous = _fixed_modes(_mesh(cable, plane, first), count)[0]
     for points in [first + 8] if n else range(first + 8, first + 49, 8):
         mesh = _mesh(cable, plane, points)
-        frequencies, ends, shapes = _fixed_modes(mesh, count)
+        frequencies, ends, _ = _fixed_modes(mesh, count)
         shared = min(len(previous), len(frequencies))
         error = float(np.max(np.abs(frequencies[:shared] / previous[:shared] - 1)))
         if best is None or error < best.error:
-            best = Modes(frequencies, ends, mesh.s * mesh.length, shapes, error, points)
+            best = Modes(frequencies, ends, error)
         if error < tolerance:
             break
         previous = frequencies
     return best
 
 
-def frequencies(a, b, L, EA, m, g, count, plane="in", n=None, loads=None, full_output=False):
-    """Frequencies of `modes`, ascending [Hz]; with full_output also their estimated relative error."""
-    result = modes(a, b, L, EA, m, g, count, plane, n, loads)
-    return (result.frequencies, result.error) if full_output else result.frequencies
+def frequencies(a, b, L, EA, m, g, count, plane="in", n=None, loads=None):
+    """Frequencies of `modes`, ascending. [Hz]"""
+    return modes(a, b, L, EA, m, g, count, plane, n, loads).frequencies
 
 
 def _ends(mesh, omega):
@@ -248,15 +244,11 @@ def _ends(mesh, omega):
     return K / np.outer(unit, unit) * mesh.tension / mesh.length
 
 
-def dynamic_stiffness_both_ends(
-    a, b, L, EA, m, g, omega, n=None, loads=None, eta=0.0, axes="global", full_output=False
-):
-    """Forces on (end 1, end 2) for harmonic motions of both, the cable's own mass included.
+def dynamic_stiffness_both_ends(a, b, L, EA, m, g, omega, n=None, loads=None, eta=0.0):
+    """Forces on (end 1, end 2) for harmonic motions of both, the cable's own mass included, along x, y, z.
 
     Shape (6, 6), complex if omega or eta is [N/m]; omega = 0 is the static limit. `eta`: loss factor, EA (1 + i eta)
-    in the elastic part of D (Kelvin-Voigt: eta = omega tau). `axes`: "global" (x, y, z) or "chord" (along, y, across
-    in the vertical plane; keeps the digits of a stiff cable). With full_output also the estimated error, relative to
-    sqrt(K_ii K_jj) of the static matrix. `n`, `loads` as in `modes`.
+    in the elastic part of D (Kelvin-Voigt: eta = omega tau). `n`, `loads` as in `modes`.
     """
     cable = _equilibrium(a, b, L, EA, m, g, loads)
 
@@ -279,20 +271,16 @@ def dynamic_stiffness_both_ends(
         if error < 1e-12:
             break
         coarse = fine
-    if axes == "global":
-        mesh = _mesh(cable, "in", 4)
-        R = np.column_stack([mesh.axes[:, 0], [0.0, 1.0, 0.0], mesh.axes[:, 1]])
-        R = np.kron(np.eye(2), R)
-        best = R @ best @ R.T
-    return (best, best_error) if full_output else best
+    mesh = _mesh(cable, "in", 4)
+    turn = np.kron(np.eye(2), np.column_stack([mesh.axes[:, 0], [0.0, 1.0, 0.0], mesh.axes[:, 1]]))
+    return turn @ best @ turn.T
 
 
-def dynamic_end_stiffness(a, b, L, EA, m, g, omega, n=None, loads=None, eta=0.0, axes="global", full_output=False):
+def dynamic_end_stiffness(a, b, L, EA, m, g, omega, n=None, loads=None, eta=0.0):
     """The part of `dynamic_stiffness_both_ends` that belongs to end 2, (3, 3), end 1 fixed. [N/m]"""
-    K, error = dynamic_stiffness_both_ends(a, b, L, EA, m, g, omega, n, loads, eta, axes, full_output=True)
-    return (K[3:, 3:], error) if full_output else K[3:, 3:]
+    return dynamic_stiffness_both_ends(a, b, L, EA, m, g, omega, n, loads, eta)[3:, 3:]
 
 
-def static_end_stiffness(a, b, L, EA, m, g, n=None, loads=None, axes="global", full_output=False):
+def static_end_stiffness(a, b, L, EA, m, g, n=None, loads=None):
     """Static limit of `dynamic_end_stiffness`, omega = 0; shape (3, 3). [N/m]"""
-    return dynamic_end_stiffness(a, b, L, EA, m, g, 0.0, n, loads, 0.0, axes, full_output)
+    return dynamic_end_stiffness(a, b, L, EA, m, g, 0.0, n, loads)
