@@ -1,4 +1,4 @@
-"""Numbers of scenes of one cable that differ from those of their twins (`twins`), by classes of scenes."""
+"""Numbers of scenes of one cable that differ from those of their twins (`twins`)."""
 
 import math
 from dataclasses import dataclass
@@ -65,8 +65,8 @@ class Difference:
     ----------
     scene : str
         Its name.
-    classes : tuple of str
-        Of CLASSES, those that the scene belongs to.
+    lossy : bool
+        Whether its cable has a loss factor.
     column : str
         Of one cable.
     one, twin : float or None
@@ -77,7 +77,7 @@ class Difference:
     """
 
     scene: str
-    classes: tuple
+    lossy: bool
     column: str
     one: float | None
     twin: float | None
@@ -85,19 +85,9 @@ class Difference:
     stated: float
 
 
-def _damping(scene):
-    return scene["cable"].get("damping", {})
-
-
-# Name -> which scenes it holds, in the order in which a difference is assigned to them.
-CLASSES = {
-    "hysteretic": lambda scene: number(_damping(scene).get("loss_factor", 0.0), "") > 0,
-    "modal, to an accuracy": lambda scene: "elements" not in scene.get("model", {}) and "ratio" in _modal(scene),
-    "bars, kelvin_voigt": lambda scene: _bars(scene) and "time" in _damping(scene),
-    "one element with a load": lambda scene: scene.get("model", {}).get("elements") == 1 and has_loads(scene),
-    "bare cable": lambda scene: "gondola" not in scene,
-    "any": lambda scene: True,
-}
+def is_lossy(scene):
+    """Whether the cable of a scene has a loss factor."""
+    return number(scene["cable"].get("damping", {}).get("loss_factor", 0.0), "") > 0
 
 
 def is_one_bar(scene):
@@ -105,26 +95,9 @@ def is_one_bar(scene):
     return scene.get("model", {}).get("elements") == 1 and scene["model"].get("order", 1) == 1
 
 
-def _bars(scene):
-    return "elements" in scene.get("model", {}) and scene["model"].get("order", 1) == 1
-
-
-def _modal(scene):
-    """The table of the damping where it is modal, with the ratio that it has by default."""
-    damping = _damping(scene)
-    if {"loss_factor", "time"} & set(damping) or damping.get("model", "modal") != "modal":
-        return {}
-    return damping if damping else {"ratio": 0.01}
-
-
 def has_loads(scene):
     """Whether there are point loads on the cable, or on that of the chosen load case."""
     return bool(scene["cable"].get("loads") or chosen_case(scene).get("loads"))
-
-
-def classes_of(scene):
-    """Names of the CLASSES that hold a scene: tuple."""
-    return tuple(name for name, holds in CLASSES.items() if holds(scene))
 
 
 def bound_of(scene):
@@ -153,12 +126,12 @@ def difference(name, scene, column, numbers, errors, scale=0.0):
     stated = sum(min(error or 0.0, bound_of(scene)) for error in errors)
     if one is None or twin is None:
         side = "one cable" if one is None else "twin"
-        found = Difference(name, classes_of(scene), f"{column}, {side} refuses", one, twin, 1.0, stated)
+        found = Difference(name, is_lossy(scene), f"{column}, {side} refuses", one, twin, 1.0, stated)
         return None if one is twin else found
     size = abs(one - twin) / max(abs(one), abs(twin), scale) if one != twin else 0.0
     rounding = INTEGRATED if column in VARIANCES else PLACE_OF_PEAK if column == "sensitivity_frequency" else ROUNDING
     agrees = size <= rounding + stated
-    return None if agrees else Difference(name, classes_of(scene), column, one, twin, size, stated)
+    return None if agrees else Difference(name, is_lossy(scene), column, one, twin, size, stated)
 
 
 def compare(scenes, twins, columns):
@@ -309,7 +282,7 @@ def compare_state_space(scenes):
         right = response(scene, ("force_gondola", "gondola_position"), FREQUENCIES, with_="gondola")
         found = response(twin, ("gondola.force_x", "gondola.x"), FREQUENCIES)
         yield from _over_frequency(name, scene, "response to a force", found, right)
-        if "loss_factor" not in _damping(scene):  # whose equivalent depends on what moves with the cable
+        if not is_lossy(scene):  # whose equivalent depends on what moves with the cable
             twin["winches"]["cable"].pop("direction")
             found = response(twin, ("winch.cable", "gondola.x"), FREQUENCIES)
             yield from _over_frequency(name, scene, "response to the winch", found, by_reeling(scene))
@@ -318,7 +291,7 @@ def compare_state_space(scenes):
 def _over_frequency(name, scene, column, found, right):
     size = float((np.abs(found - right) / np.abs(right)).max())
     if size > ROUNDING:
-        yield Difference(name, classes_of(scene), column, None, None, size, 0.0)
+        yield Difference(name, is_lossy(scene), column, None, None, size, 0.0)
 
 
 def by_reeling(scene):
@@ -337,16 +310,3 @@ def reeled(scene):
     tension = float(np.linalg.norm(force))
     stiffness = solve(scene, "axial_stiffness").values["axial_stiffness"]
     return 1 + tension / stiffness, -force / tension
-
-
-def largest(differences):
-    """Class of scene and column -> the largest of some differences: dict.
-
-    A scene of several classes counts for the first of them.
-    """
-    found = {}
-    for one in differences:
-        key = one.classes[0], one.column
-        if key not in found or found[key].size < one.size:
-            found[key] = one
-    return found
