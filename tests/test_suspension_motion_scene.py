@@ -226,65 +226,37 @@ MORE = f"with it the actuators of gondola have more inertia than gondola itself,
 HORIZONTAL = "the mean wind is horizontal, and its direction an angle from x towards y"
 # what is changed in the file, and the lines that say what is wrong with it
 MISTAKES = {
-    "no stroke": (
-        [(" stroke: 50 mm,", "")],
-        "22:11: actuators.mass_x: missing key: stroke (an actuator without limits)",
-    ),
-    "no limits of a wheel": (
-        [(", momentum: 5 N m s,\n            torque: 2 N m", "")],
+    "no stroke": ([(" stroke: 50 mm,", "")],
+        "22:11: actuators.mass_x: missing key: stroke (an actuator without limits)"),
+    "no limits of a wheel": ([(", momentum: 5 N m s,\n            torque: 2 N m", "")],
         ["24:12: actuators.wheel_z: missing key: momentum (an actuator without limits)",
-         "24:12: actuators.wheel_z: missing key: torque (an actuator without limits)"],
-    ),
-    "neither mass nor wheel": (
-        [(" inertia: 500 kg cm^2,", "")],
-        "24:12: actuators.wheel_z: missing key: one of mass (a reaction mass), inertia (a reaction wheel)",
-    ),
-    "mass and wheel": (
-        [("mass: 2 kg", "mass: 2 kg, inertia: 3")],
+         "24:12: actuators.wheel_z: missing key: torque (an actuator without limits)"]),
+    "neither mass nor wheel": ([(" inertia: 500 kg cm^2,", "")],
+        "24:12: actuators.wheel_z: missing key: one of mass (a reaction mass), inertia (a reaction wheel)"),
+    "mass and wheel": ([("mass: 2 kg", "mass: 2 kg, inertia: 3")],
         "22:11: actuators.mass_x: mass is given together with inertia: a reaction mass has mass, a reaction wheel "
-        "inertia",
-    ),
-    "a number for an actuator": (
-        [("correction", "  m: 3\ncorrection")],
-        "26:6: actuators.m: expected a mapping with the key mass or inertia, got 3",
-    ),
-    "a key of the other kind": (
-        [("rate_gain", "stroke")],
+        "inertia"),
+    "a number for an actuator": ([("correction", "  m: 3\ncorrection")],
+        "26:6: actuators.m: expected a mapping with the key mass or inertia, got 3"),
+    "a key of the other kind": ([("rate_gain", "stroke")],
         ["24:67: actuators.wheel_z.stroke: unknown key (allowed: body, axis, high_pass, inertia, rate_gain, momentum, "
-         "torque)"],
-    ),
-    "an actuator named as a body": (
-        [("mass_x:", "gondola:")],
-        "22:3: actuators.gondola: a name must be unique, and there is a body of this name",
-    ),
-    "an actuator on an unknown body": (
-        [("mass_x: {body: gondola", "mass_x: {body: box")],
-        f"22:18: actuators.mass_x.body: {NO_SUCH}",
-    ),
-    "an axis without direction": (
-        [("axis: [0, 0, 2]", "axis: [0, 0, 0]")],
-        "24:34: actuators.wheel_z.axis: the axis has no direction: all zero",
-    ),
-    "a mass above that of its body": (
-        [("mass: 2 kg", "mass: 50 kg")],
-        f"22:67: actuators.mass_x.mass: the reaction masses of gondola together have its mass or more, {PARTS}",
-    ),
-    "a mass far from its body": (
-        [("at: [0.1, 0, 0]", "at: [0, 3 m, 0]")],
-        f"22:11: actuators.mass_x: {MORE}",
-    ),
-    "a wheel above its body": (
-        [("500 kg cm^2", "6")],
-        f"24:12: actuators.wheel_z: {MORE}",
-    ),
-    "a wheel on a body without inertia": (
-        [("    inertia: [4, 4, 6]\n", "    free: [x, z]\n")],
-        "4:5: bodies.gondola: missing key: inertia (that of the wheel wheel_z is a part of it)",
-    ),
-    "control without winches": (
-        [("winches: {n: {}, s: {end: to}}\n", "")],
-        "15:3: control: needs a winch: the cables that are reeled are listed under winches",
-    ),
+         "torque)"]),
+    "an actuator named as a body": ([("mass_x:", "gondola:")],
+        "22:3: actuators.gondola: a name must be unique, and there is a body of this name"),
+    "an actuator on an unknown body": ([("mass_x: {body: gondola", "mass_x: {body: box")],
+        f"22:18: actuators.mass_x.body: {NO_SUCH}"),
+    "an axis without direction": ([("axis: [0, 0, 2]", "axis: [0, 0, 0]")],
+        "24:34: actuators.wheel_z.axis: the axis has no direction: all zero"),
+    "a mass above that of its body": ([("mass: 2 kg", "mass: 50 kg")],
+        f"22:67: actuators.mass_x.mass: the reaction masses of gondola together have its mass or more, {PARTS}"),
+    "a mass far from its body": ([("at: [0.1, 0, 0]", "at: [0, 3 m, 0]")],
+        f"22:11: actuators.mass_x: {MORE}"),
+    "a wheel above its body": ([("500 kg cm^2", "6")],
+        f"24:12: actuators.wheel_z: {MORE}"),
+    "a wheel on a body without inertia": ([("    inertia: [4, 4, 6]\n", "    free: [x, z]\n")],
+        "4:5: bodies.gondola: missing key: inertia (that of the wheel wheel_z is a part of it)"),
+    "control without winches": ([("winches: {n: {}, s: {end: to}}\n", "")],
+        "15:3: control: needs a winch: the cables that are reeled are listed under winches"),
     "weights of cables without a winch": (
         [("winches: {n: {}, s: {end: to}}", "winches: {n: {}}"), ("weights: {n: 2}", "weights: {s: 2, q: 3}")],
         ["20:41: control.allocation.weights.s: no winch reels this cable (allowed: n)",
@@ -292,79 +264,51 @@ MISTAKES = {
     ),
     "a weight of zero": ([("{n: 2}", "{n: 0}")], "20:44: control.allocation.weights.n: must be positive, got 0"),
     "a winch on no cable": ([("s: {end: to}}", "q: {}}")], "14:18: winches.q: unknown cable (allowed: n, s)"),
-    "a measured motion that is held": (
-        [("mass: 50 kg", "mass: 50 kg\n    free: [x, y, roll]")],
-        "18:17: control.measured.1: z of gondola is held (free: x, y, roll)",
-    ),
+    "a measured motion that is held": ([("mass: 50 kg", "mass: 50 kg\n    free: [x, y, roll]")],
+        "18:17: control.measured.1: z of gondola is held (free: x, y, roll)"),
     "nothing measured": ([("[x, z]", "[]")], "17:13: control.measured: expected at least 1 item, got 0"),
     "a motion measured twice": ([("[x, z]", "[x, z, x]")], "17:13: control.measured: x is given twice"),
     "an unknown motion": ([("[x, z]", "[x, rz]")], '17:17: control.measured.1: got "rz" (did you mean z?)'),
     "control of an unknown body": ([("  body: gondola", "  body: gondol")],
                                    "16:9: control.body: unknown body (did you mean gondola?)"),
-    "one of two bodies": (
-        [("  body: gondola\n", ""), SECOND],
-        "17:3: control: missing key: body (the suspension has 2 bodies: gondola, box)",
-    ),
-    "control of a body that is held": (
-        [("body: gondola\n  measured: [x, z]", "body: box"), SECOND],
-        "17:3: control: box is held, so that there is nothing to measure",
-    ),
+    "one of two bodies": ([("  body: gondola\n", ""), SECOND],
+        "17:3: control: missing key: body (the suspension has 2 bodies: gondola, box)"),
+    "control of a body that is held": ([("body: gondola\n  measured: [x, z]", "body: box"), SECOND],
+        "17:3: control: box is held, so that there is nothing to measure"),
     "no gain": ([("  gain: 0.325 rad/s\n", "")], "16:3: control: missing key: gain"),
-    "a word for the gain": (
-        [("0.325 rad/s", "auto")],
-        '18:9: control.gain: expected an angular rate in rad/s (a number, or text such as "0.325 rad/s"), got "auto"',
-    ),
-    "a margin of zero": (
-        [("0.325 rad/s", "{auto: 0 dB}")],
-        '18:16: control.gain.auto: must be positive, got "0 dB"',
-    ),
+    "a word for the gain": ([("0.325 rad/s", "auto")],
+        '18:9: control.gain: expected an angular rate in rad/s (a number, or text such as "0.325 rad/s"), got "auto"'),
+    "a margin of zero": ([("0.325 rad/s", "{auto: 0 dB}")],
+        '18:16: control.gain.auto: must be positive, got "0 dB"'),
     "an unknown notch": ([("{frequency: 0.5 Hz}", "{frequenzy: 0.5 Hz}")],
                          "19:11: control.notch.frequenzy: unknown key (did you mean frequency?)"),
     "a bandwidth of zero": ([("20 Hz", "0 Hz")], '26:48: correction.bandwidth: must be positive, got "0 Hz"'),
-    "an unknown marker": (
-        [("gondola.focus", "gondola.fokus")],
-        '26:22: correction.marker: unknown marker "gondola.fokus" (did you mean gondola.focus?)',
-    ),
-    "no markers": (
-        [("    markers: {focus: [0, 0, -0.5]}\n", "")],
-        '25:22: correction.marker: unknown marker "gondola.focus" (no body has markers)',
-    ),
+    "an unknown marker": ([("gondola.focus", "gondola.fokus")],
+        '26:22: correction.marker: unknown marker "gondola.fokus" (did you mean gondola.focus?)'),
+    "no markers": ([("    markers: {focus: [0, 0, -0.5]}\n", "")],
+        '25:22: correction.marker: unknown marker "gondola.focus" (no body has markers)'),
     "no exposure": ([("exposure: 1 ms", "exposure: 0")], "27:11: exposure: must be positive, got 0"),
-    "a wind from below ground": (
-        [("90 deg", "[1, 0, 0.2]")],
-        f"28:33: wind.direction: a wind from below ground: {HORIZONTAL}",
-    ),
-    "a vector for the direction": (
-        [("90 deg", "[1, 0, 0]")],
-        f"28:33: wind.direction: got a list: {HORIZONTAL}",
-    ),
-    "two turbulences": (
-        [("direction: 90 deg", "turbulence_rms: 3")],
+    "a wind from below ground": ([("90 deg", "[1, 0, 0.2]")],
+        f"28:33: wind.direction: a wind from below ground: {HORIZONTAL}"),
+    "a vector for the direction": ([("90 deg", "[1, 0, 0]")],
+        f"28:33: wind.direction: got a list: {HORIZONTAL}"),
+    "two turbulences": ([("direction: 90 deg", "turbulence_rms: 3")],
         "28:22: wind.turbulence_rms: given together with turbulence_intensity: give exactly one of "
-        "turbulence_intensity, turbulence_rms",
-    ),
-    "two components": (
-        [("[0.15, 0.12, 8 %]", "[0.15, 0.12]")],
-        "28:63: wind.turbulence_intensity: expected 3 components, got 2",
-    ),
-    "a mapping for the turbulence": (
-        [("[0.15, 0.12, 8 %]", "{x: 3}")],
-        "28:63: wind.turbulence_intensity: expected one number, or [along, across, vertical], got a mapping",
-    ),
-    "a key of the wind on one cable": (
-        [("direction: 90 deg", "coherence_length: 3 m")],
-        "28:22: wind.coherence_length: unknown key (did you mean coherence_decay?)",
-    ),
+        "turbulence_intensity, turbulence_rms"),
+    "two components": ([("[0.15, 0.12, 8 %]", "[0.15, 0.12]")],
+        "28:63: wind.turbulence_intensity: expected 3 components, got 2"),
+    "a mapping for the turbulence": ([("[0.15, 0.12, 8 %]", "{x: 3}")],
+        "28:63: wind.turbulence_intensity: expected one number, or [along, across, vertical], got a mapping"),
+    "a key of the wind on one cable": ([("direction: 90 deg", "coherence_length: 3 m")],
+        "28:22: wind.coherence_length: unknown key (did you mean coherence_decay?)"),
     "a wind on bodies that offer nothing": (
         [("on: cables", "on: bodies"),
          ("    wind: {area: [0.6, 0.5 m^2, 0.4], drag_coefficient: 1.17, center_of_pressure: [0, 0, 10 cm]}\n", "")],
         "27:106: wind.on: bodies: no body has the key wind (area, drag_coefficient), so that there is nothing "
         "to act on",
     ),
-    "a body without drag coefficient": (
-        [(" drag_coefficient: 1.17,", "")],
-        "10:11: bodies.gondola.wind: missing key: drag_coefficient",
-    ),
+    "a body without drag coefficient": ([(" drag_coefficient: 1.17,", "")],
+        "10:11: bodies.gondola.wind: missing key: drag_coefficient"),
 }  # fmt: skip
 
 

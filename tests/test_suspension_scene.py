@@ -688,18 +688,6 @@ def test_a_net_is_what_its_script_writes_and_loads_without_much_work():
     np.testing.assert_allclose(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=-1), 1, rtol=1e-15)
 
 
-def test_sweep_refuses_columns_of_a_single_cable():
-    outcome = run("sweep", study_on_good("vary: [{gravity: [9, 10]}]\ncolumns: [preload]\n"), code=2)
-    expected = "preload is a column of a single cable; here it is CABLE.preload"
-    assert outcome.lines == [f"study.yaml:3:11: columns.0: {expected}"]
-
-
-def test_validate_reports_each_mistake_with_exit_code_2():
-    Path("s.yaml").write_text(changed((END, "to: gondla.a")), encoding="utf-8")
-    outcome = run("validate", "s.yaml", code=2)
-    assert outcome.lines == ['s.yaml:15:23: cables.v.to: unknown end "gondla.a" (did you mean gondola.a?)']
-
-
 def test_the_schema_knows_every_key():
     schema = suspension_schema()
     for path, model in SUSPENSION_TABLES:
