@@ -3,19 +3,20 @@
 from dataclasses import replace
 
 import numpy as np
+import suspensions
 
 from cablestudy.cable import catenary
 from cablestudy.cable.span import Span
 from cablestudy.statics import descent, rest
-from cablestudy.statics.rigid import from_angles
-from cablestudy.statics.suspension import GROUND, Equilibrium, SuspendedSystem
+from cablestudy.statics.suspension import Equilibrium
 
 G = 9.81
+AXES = ("x", "y", "z", "rx", "ry", "rz")
 STANDS = descent.SearchRecord(*(np.array(value) for value in (0, 0.0, 0.0, descent.CONVERGED)))
 
 
 def suspension(bodies, cables, gravity=G):
-    """A `SuspendedSystem` from plain tables.
+    """A `SuspendedSystem` from plain tables, its cables c1, c2, ... of lengths that are not known yet.
 
     Parameters
     ----------
@@ -25,42 +26,16 @@ def suspension(bodies, cables, gravity=G):
     cables : list of (end, end, EA, mass per length)
         An end is a place, or (name of a body, place from its reference point in its axes).
     """
-    names, parts = list(bodies), list(bodies.values())
-    count = len(parts)
+    parts = [_part(name, **table) for name, table in bodies.items()]
+    bodies = len(parts) - sum("junction" in table for table in bodies.values())
+    found = suspensions.suspension(parts[:bodies], [suspensions.cable(*one) for one in cables], parts[bodies:], gravity)
+    return replace(found, cable_names=tuple(f"c{i + 1}" for i in range(len(cables))))
 
-    def each(key, default):
-        return np.array([np.asarray(part.get(key, default), dtype=float) for part in parts]).reshape(
-            count, *np.shape(default)
-        )
 
-    def owner(end):
-        return names.index(end[0]) if isinstance(end[0], str) else GROUND
-
-    def place(end):
-        return end[1] if isinstance(end[0], str) else end
-
-    axes = ("x", "y", "z", "rx", "ry", "rz")
-    free = [[axis in part.get("free", axes[:3] if part.get("junction") else axes) for axis in axes] for part in parts]
-    return SuspendedSystem(
-        gravity=np.array(gravity),
-        body_names=tuple(names),
-        position=each("at", np.zeros(3)),
-        rotation=from_angles(each("angles", np.zeros(3))),
-        mass=each("mass", 0.0),
-        center=each("center", np.zeros(3)),
-        inertia=each("inertia", np.zeros((3, 3))),
-        force=each("force", np.zeros(3)),
-        moment=each("moment", np.zeros(3)),
-        free=np.array(free, dtype=bool).reshape(count, 6),
-        junctions=sum(bool(part.get("junction")) for part in parts),
-        cable_names=tuple(f"c{i + 1}" for i in range(len(cables))),
-        owner=np.array([[owner(one), owner(two)] for one, two, _, _ in cables]),
-        place=np.array([[place(one), place(two)] for one, two, _, _ in cables], dtype=float),
-        axial_stiffness=np.array([cable[2] for cable in cables], dtype=float),
-        cable_mass=np.array([cable[3] for cable in cables], dtype=float),
-        stated=("unstretched_length",) * len(cables),
-        value=np.full(len(cables), np.nan),
-    )
+def _part(name, at=(0, 0, 0), angles=(0, 0, 0), mass=0.0, inertia=None, free=None, junction=False, **other):
+    free = (AXES[:3] if junction else AXES) if free is None else free
+    part = suspensions.body(name, at, mass, attitude=angles, free=[axis in free for axis in AXES], **other)
+    return part | {"inertia": np.zeros((3, 3)) if inertia is None else inertia}
 
 
 def with_lengths(model, lengths):

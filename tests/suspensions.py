@@ -72,8 +72,6 @@ def suspension(bodies, cables, points=(), gravity=9.81):
 
 def with_values(suspension, kind, values):
     """The same suspension whose cables all state `kind`."""
-    from dataclasses import replace
-
     return replace(suspension, stated=(kind,) * len(suspension.stated), value=np.asarray(values, dtype=float))
 
 

@@ -183,7 +183,7 @@ def test_columns_that_a_slack_cable_without_weight_leaves_open():
 
 
 def test_stiffness_and_modes_of_bars(twin, chain):
-    stiffness = bars.dynamic_end_stiffness(chain, twin.length, twin.stiffness, twin.mass)
+    stiffness = chain.end_stiffness
     modes = bars.modes(chain, twin.length, twin.stiffness, twin.mass)
     # the chain is plane: a mode moves out of its plane, or in it
     shapes = modes.vectors.reshape(-1, 3, len(modes.frequencies))

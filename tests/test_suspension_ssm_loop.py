@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from command import CONFIGS, refused_in_one_line, rows_of, run
 from suspension_scenes import platform
-from test_suspension_ssm import MARKERS, WINCHES, by_bars, model
+from test_suspension_ssm import MARKERS, WINCHES, agree, by_bars, model
 from test_suspension_ssm_command import read, response
 
 from cablestudy.cable.damping import Damping
@@ -92,11 +92,6 @@ def closed_by_bars(state, frequency):
     shown = whole[:, :3] @ wound
     shown[:, 3:] += whole[:, 3:]
     return np.concatenate([shown, wound])
-
-
-def agree(found, expected, tolerance):
-    size = np.abs(expected).max(axis=1)
-    assert np.abs(found - expected).max(axis=1) / size == pytest.approx(0 * size, abs=tolerance)
 
 
 @pytest.fixture(scope="module")

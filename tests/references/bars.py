@@ -131,17 +131,6 @@ def modes(chain, L, EA, m):
     return Modes(np.sqrt(values) / (2 * np.pi), psi, np.abs(psi.T @ K[inner, end]), (along**2).sum(axis=0))
 
 
-def dynamic_end_stiffness(chain, L, EA, m, omega=0.0):
-    """K11 - K12 (K22 - w^2 M22)^-1 K21 of end 2, end 1 fixed, (3, 3) [N/m]; omega = 0: static.
-
-    The mass lumped on end 2 is not in it (as in the paper).
-    """
-    K, M = matrices(chain, L, EA, m)
-    inner, end = slice(3, -3), slice(-3, None)
-    interior = K[inner, inner] - omega**2 * np.diag(M[inner])
-    return K[end, end] - K[end, inner] @ np.linalg.solve(interior, K[inner, end])
-
-
 def _product(*factors):
     """Product of 3 x 3 matrices as lists of rows."""
     first, *rest = factors
