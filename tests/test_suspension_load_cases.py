@@ -54,28 +54,38 @@ cables:
 """
 
 
+def cells_of(scene, *names):
+    """Cells of a row of a suspension: header -> value."""
+    return evaluate_suspensions([scene], [find(name) for name in names])[0].cells
+
+
 def numbers(scene, *names):
     """Values of columns of a suspension, by the names given."""
-    columns = [find(name) for name in names]
-    row = evaluate_suspensions([scene], columns)[0]
-    assert row.cells["status"].startswith(("ok", "over strength")), row.cells["status"]
-    return {name: row.cells[column.header] for name, column in zip(names, columns, strict=True)}
+    cells = cells_of(scene, *names)
+    assert cells["status"].startswith(("ok", "over strength")), cells["status"]
+    return {name: cells[find(name).header] for name in names}
 
 
 def test_a_chord_between_held_ends_needs_no_equilibrium(made):
     """At -1e-3 of its length per degree next to nothing is left of the cable, but its ends are where they were."""
     cable = "cable: {elastic_modulus: 70 GPa, density: 3500, diameter: 22 mm, expansion: -1e-3 1/K}\n"
     text = cable + "cases: {fire: {temperature: 1000 degC}}\ncables: {a: {from: [0, 0, 0], to: [30, 0, 40], STATED}}\n"
-    one = made(text.replace("STATED", "unstretched_length: 50.1 m"), "case=fire")
-    row = evaluate_suspensions([one], [find("a.chord"), find("a.sag")])[0]
-    assert row.cells["a.chord_m"] == pytest.approx(50.0, rel=1e-15)
-    assert row.cells["a.sag_m"] is None
-    assert "next to nothing is left" in row.cells["status"]
+    cells = cells_of(made(text.replace("STATED", "unstretched_length: 50.1 m"), "case=fire"), "a.chord", "a.sag")
+    assert cells["a.chord_m"] == pytest.approx(50.0, rel=1e-15)
+    assert cells["a.sag_m"] is None
+    assert "next to nothing is left" in cells["status"]
 
 
 def body(*sets, stated="unstretched_length: 77 m"):
     """The text of the body on four cables, and changes."""
     return BODY.replace("STATED", stated), *sets
+
+
+def file_of(folder, cases=CASES):
+    """The body on four cables as a file in a folder."""
+    path = folder / "s.yaml"
+    path.write_text(body()[0].replace(CASES, cases), encoding="utf-8")
+    return path
 
 
 # ------------------------------------------------------------------------------------------------ as a single cable
@@ -244,7 +254,7 @@ cables:
   right: {{from: [45, 0, 40], to: knot, tension: {{at: horizontal, value: 3 kN}}}}
   left: {{from: knot, to: [-40, 0, 30], tension: {{at: horizontal, value: 2 kN}}}}
 """
-    status = evaluate_suspensions([made(text)], [find("knot.z")])[0].cells["status"]
+    status = cells_of(made(text), "knot.z")["status"]
     assert re.search(r"(right|left) has a horizontal_tension of \d.* N instead of \d000 N", status)
 
 
@@ -366,46 +376,8 @@ def test_cases_with_and_without_the_loads_are_each_as_alone(made):
         assert first.cells == second.cells == alone
 
 
-EXTREME_LOADS = [  # what is stated, a load on a, and other changes
-    ("preload: 20 kN", "at: 1e-6, mass: 1e9", ()),
-    ("preload: 20 kN", "fraction: 0.5, mass: 1e-9", ()),
-    ("preload: 20 kN", "fraction: 0.5, mass: 5000", ()),
-    ("preload: 20 kN", "fraction: 0.5, mass: 3", ("gravity=0",)),
-    ("preload: 5 N", "fraction: 0.5, mass: 3", ()),
-    ("sag: 1 m", "at: 38.5, mass: 3}, {fraction: 0.5, mass: 3", ()),
-    ("sag: 1 m", "fraction: 0.5, force: [0, 0, 1e5]", ()),
-    ("", "at: 1e-6, mass: 1e9", ("solve_for=lengths",)),
-]
-
-
-@pytest.mark.parametrize(("stated", "load", "more"), campaign(EXTREME_LOADS, [EXTREME_LOADS[k] for k in (0, 3, 5, 7)]))
-def test_extreme_loads_in_the_reference_state_have_an_answer_or_a_reason(made, stated, load, more):
-    sets = f"cables.a.loads=[{{{load}}}]", WITH_LOADS, *more
-    row = evaluate_suspensions([made(*body(*sets, stated=stated))], [find("gondola.z")])[0]
-    assert "\n" not in row.cells["status"]
-    if row.cells["status"].startswith(("ok", "over strength")):
-        assert np.isfinite(row.cells["gondola.z_m"])
-    else:
-        assert len(row.cells["status"]) > 20
-
-
-def test_a_load_beyond_the_end_in_the_reference_state_is_told(made):
-    """Of a sag the end is named. Of a preload there is a cable so long that its weight gives it: that is no answer."""
-    for stated, reason in (
-        ("sag: 1 m", r"a: the load at 90 m is beyond the cable's end, at 7\d\.\d+ m"),
-        (
-            "preload: 20 kN",
-            r"in the reference state: a has its preload only at \d+ m, where a longer cable would be tauter",
-        ),
-    ):
-        sets = "cables.a.loads=[{at: 90 m, mass: 3}]", WITH_LOADS
-        row = evaluate_suspensions([made(*body(*sets, stated=stated))], [find("gondola.z")])[0]
-        assert re.fullmatch(reason, row.cells["status"])
-
-
 def test_all_cases_are_the_rows_of_each(tmp_path):
-    path = tmp_path / "s.yaml"
-    path.write_text(BODY.replace("STATED", "unstretched_length: 77 m"), encoding="utf-8")
+    path = file_of(tmp_path)
 
     def tables(case):
         return json.loads(run("static", path, "--case", case, "--format", "json").out)
@@ -420,8 +392,7 @@ def test_all_cases_are_the_rows_of_each(tmp_path):
 
 
 def test_all_cases_go_on_beside_one_without_an_answer(tmp_path):
-    path = tmp_path / "s.yaml"
-    path.write_text(BODY.replace("STATED", "unstretched_length: 77 m"), encoding="utf-8")
+    path = file_of(tmp_path)
     sets = "--set", "cables.b.expansion=1e-2", "--set", "cases.cold.temperature=100"
     done = run("static", path, *sets, "--case", "all", "--table", "bodies", "--format", "jsonl", code=3)
     rows = [json.loads(line) for line in done.out.splitlines()]
@@ -431,9 +402,7 @@ def test_all_cases_go_on_beside_one_without_an_answer(tmp_path):
     assert cold["status"].startswith("b: at the temperature of the case")
     assert all(row["status"] == "ok" or row["status"].startswith("over strength: ") for row in rows if row != cold)
     assert any(re.match(rf"{path}: case cold: b: at the temperature of the case", line) for line in done.lines)
-    bare = BODY.replace("STATED", "unstretched_length: 77 m").replace(CASES, "")
-    path.write_text(bare, encoding="utf-8")
-    assert "has no cases" in run("static", path, "--case", "all", code=2).err
+    assert "has no cases" in run("static", file_of(tmp_path, ""), "--case", "all", code=2).err
 
 
 @pytest.mark.parametrize("day", [None, "cold", "ice"])
@@ -655,8 +624,7 @@ def test_what_a_case_needs_of_each_cable_is_told_once(made):
 
 
 def test_what_is_explained(tmp_path):
-    path = tmp_path / "s.yaml"
-    path.write_text(BODY.replace("STATED", "unstretched_length: 77 m"), encoding="utf-8")
+    path = file_of(tmp_path)
     lines = run("static", path, "--set", "case=storm", "--explain", "--table", "bodies").lines
     expected = r"load case storm: on the unstretched lengths of the reference state; drag is uniform .* 1\.\de-02"
     assert any(re.fullmatch(expected, line) for line in lines), lines
@@ -682,36 +650,61 @@ EXTREMES = [
     ["cables.a.loads=[{at: 38.5, mass: 3}, {fraction: 0.5, mass: 3}]", "case=cold"],
     ["gravity=0", "case=heavy", "cable.unstretched_length=75"],
 ]
+EXTREME_LOADS = [  # what is stated with the loads on, a load on a, and other changes
+    ("preload: 20 kN", "at: 1e-6, mass: 1e9", ()),
+    ("preload: 20 kN", "fraction: 0.5, mass: 1e-9", ()),
+    ("preload: 20 kN", "fraction: 0.5, mass: 5000", ()),
+    ("preload: 20 kN", "fraction: 0.5, mass: 3", ("gravity=0",)),
+    ("preload: 5 N", "fraction: 0.5, mass: 3", ()),
+    ("sag: 1 m", "at: 38.5, mass: 3}, {fraction: 0.5, mass: 3", ()),
+    ("sag: 1 m", "fraction: 0.5, force: [0, 0, 1e5]", ()),
+    ("", "at: 1e-6, mass: 1e9", ("solve_for=lengths",)),
+]
+
+
+def check_answer_or_reason(scene, *names):
+    """Each number of a row is finite, or its status says in a line why there is none."""
+    cells = cells_of(scene, *names)
+    status = cells.pop("status")
+    assert "\n" not in status
+    if status.startswith(("ok", "over strength")):
+        assert np.isfinite(list(cells.values())).all()
+    else:
+        assert len(status) > 20
 
 
 @pytest.mark.parametrize("sets", campaign(EXTREMES, EXTREMES[::2]))
 def test_extremes_have_an_answer_or_a_reason(made, sets):
-    columns = [find(name) for name in ("gondola.z", "a.max_tension", "b.sag", "a.swing", "frequency_1")]
-    row = evaluate_suspensions([made(*body(*sets, "ground=-40"))], columns)[0]
-    values = [value for name, value in row.cells.items() if name != "status"]
-    assert "\n" not in row.cells["status"]
-    if row.cells["status"].startswith(("ok", "over strength")):
-        assert np.isfinite(values).all()
-    else:
-        assert len(row.cells["status"]) > 20
+    scene = made(*body(*sets, "ground=-40"))
+    check_answer_or_reason(scene, "gondola.z", "a.max_tension", "b.sag", "a.swing", "frequency_1")
 
 
-def test_a_load_beyond_the_end_that_is_found_is_told(made):
-    loads = "cables.a.loads=[{at: 90 m, mass: 3}]"
-    row = evaluate_suspensions([made(*body(loads, stated="preload: 20 kN"))], [find("gondola.z")])[0]
-    assert re.fullmatch(r"a: the load at 90 m is beyond the cable's end, at 7\d\.\d+ m", row.cells["status"])
+@pytest.mark.parametrize(("stated", "load", "more"), campaign(EXTREME_LOADS, [EXTREME_LOADS[k] for k in (0, 3, 5, 7)]))
+def test_extreme_loads_in_the_reference_state_have_an_answer_or_a_reason(made, stated, load, more):
+    check_answer_or_reason(made(*body(f"cables.a.loads=[{{{load}}}]", WITH_LOADS, *more, stated=stated)), "gondola.z")
 
 
-def test_cables_that_shrink_to_nothing_are_named(made):
-    sets = "cables.b.expansion=1e-2", "cases.cold.temperature=100", "case=cold"
-    row = evaluate_suspensions([made(*body(*sets))], [find("gondola.z")])[0]
-    assert row.cells["status"].startswith("b: at the temperature of the case next to nothing is left of its length")
+LONG_ONLY = r"in the reference state: a has its preload only at \d+ m, where a longer cable would be tauter"
+BEYOND_END = r"a: the load at 90 m is beyond the cable's end, at 7\d\.\d+ m"
+
+
+@pytest.mark.parametrize(
+    ("stated", "more", "reason"),
+    [
+        ("preload: 20 kN", (), BEYOND_END),
+        ("sag: 1 m", (WITH_LOADS,), BEYOND_END),
+        ("preload: 20 kN", (WITH_LOADS,), LONG_ONLY),  # so long that its weight gives the preload: that is no answer
+    ],
+)
+def test_a_load_beyond_the_end_that_is_found_is_told(made, stated, more, reason):
+    cells = cells_of(made(*body("cables.a.loads=[{at: 90 m, mass: 3}]", *more, stated=stated)), "gondola.z")
+    assert re.fullmatch(reason, cells["status"])
 
 
 def test_a_sag_without_weight_has_no_answer(made, monkeypatch):
     monkeypatch.setattr(type(STATICS), "softened", campaign(STATICS.softened, STATICS.softened[-1:]))
-    row = evaluate_suspensions([made(*body("gravity=0", stated="sag: 14 m"))], [find("gondola.z")])[0]
-    assert row.cells["status"].startswith("no equilibrium: no lengths were found")
+    cells = cells_of(made(*body("gravity=0", stated="sag: 14 m")), "gondola.z")
+    assert cells["status"].startswith("no equilibrium: no lengths were found")
 
 
 def test_stated_lengths_need_no_equilibrium_of_the_reference_state(made):
@@ -769,13 +762,8 @@ def test_a_sweep_over_cases_and_numbers(made):
         clearance = columns[0].compute(case)
         lowest = numbers(one, "a.lowest_point")["a.lowest_point"]
         assert clearance == pytest.approx(lowest + 12, abs=1e-9)
-    without = evaluate_suspensions([replace_ground(scenes[0])], columns[:1])[0]
-    assert "a.clearance needs the key ground" in without.cells["status"]
-
-
-def replace_ground(scene):
-    """The same without ground."""
-    return scene.model_copy(update={"ground": None})
+    without = cells_of(scenes[0].model_copy(update={"ground": None}), "a.clearance")
+    assert "a.clearance needs the key ground" in without["status"]
 
 
 # ------------------------------------------------------------------------------------------- the shape in the wind
