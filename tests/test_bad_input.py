@@ -228,13 +228,6 @@ def test_mistakes_of_all_parts_of_a_study_are_told_at_once(folder):
     assert [":".join(line.split(":")[1:3]) for line in lines] == [without_base[0], "2:7", *without_base[1:]]
 
 
-def test_a_column_of_the_gondola_needs_a_gondola(folder):
-    Path("scene.yaml").write_text(changed("gondola: {mass: 50 kg}\n", ""), encoding="utf-8")
-    Path("study.yaml").write_text(changed("preload]", "gondola_frequency]", STUDY), encoding="utf-8")
-    message = "study.yaml:4:16: columns.1: gondola_frequency needs the key gondola.mass, which the scene does not have"
-    assert refused(folder, "sweep", "study.yaml") == [message]
-
-
 @pytest.mark.parametrize(
     ("table", "messages"),
     [

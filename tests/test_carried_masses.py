@@ -360,17 +360,6 @@ def test_a_selection_of_modes_keeps_masses_and_damping():
         assert one == pytest.approx(expected, rel=1e-9, abs=1e-9 * np.abs(expected).max())
 
 
-def test_eigenvalues_of_the_state_space_are_modes_and_damping():
-    case, _ = loaded("cable.damping={ratio: 0.02}")
-    model = case.end_model
-    omega = 2 * np.pi * case.dynamics.modes(case.dynamics.dof).frequency
-    assert model.omega == pytest.approx(omega, rel=1e-14)
-    expected = omega * (-0.02 + 1j * math.sqrt(1 - 0.02**2))
-    found = np.linalg.eigvals(state_space(model).a)
-    for pole in expected:
-        assert np.abs(found - pole).min() < 1e-9 * abs(pole) + 1e-13 * omega[-1]
-
-
 def test_no_mass_changes_no_digit():
     span = chord_span(100.0, 20.0, -0.01, 1e6, loads=[(0.3, (0.0, 0.0, -30.0))])
     bare, none = (spectral(one, 20) for one in (span, carrying(span, 0.0)))
@@ -380,15 +369,6 @@ def test_no_mass_changes_no_digit():
     assert not other.uneven
     s = np.array([0.3j, 4j])
     assert np.array_equal(one.dynamic_stiffness(s), other.dynamic_stiffness(s))
-
-
-def test_a_mass_is_its_weight_and_its_inertia():
-    """Statics are those of the weight; modes are lower than those of the weight alone, as mode by mode they must be."""
-    case, bare = loaded("model={accuracy: 1e-8}")
-    names = ("preload", "max_tension", "sag", "end_stiffness")
-    assert cells(case.scene, *names) == pytest.approx(cells(bare.scene, *names), rel=1e-12)
-    one, other = (modes(some, 10)[1].frequency for some in (case, bare))
-    assert np.all(one < other)
 
 
 def test_cases_of_a_batch_are_as_if_they_were_alone():

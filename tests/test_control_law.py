@@ -1,6 +1,7 @@
-"""PID, delay and lag of the winch: closed forms, python-control, encirclements of the loop with exp(-s T) itself."""
+"""PID, delay and lag of the winch: closed forms, python-control, encirclements of the loop with exp(-s T) itself.
 
-from functools import cache
+The law over frequency: `test_statespace`; encirclements by the loops of suspensions: `test_suspension_control_law`.
+"""
 
 import control
 import numpy as np
@@ -10,7 +11,6 @@ from command import CARLINA, run, table_of
 from one_loop import OneLoop, encirclements, spring_loop
 from scenes import cells, scene
 from test_stability import random_scene
-from test_winch import loop_gain
 
 from cablestudy.control.law import Law
 from cablestudy.control.notch import Notch
@@ -20,89 +20,10 @@ from cablestudy.system.assemble import assemble
 
 MASS, STIFFNESS = 50.0, 1025.0
 NATURAL = np.sqrt(STIFFNESS / MASS)
-DRIVES = {
-    "delay": ("winch.delay=20 ms",),
-    "long delay": ("winch.delay=300 ms",),
-    "lag": ("winch.bandwidth=5 Hz",),
-    "PI": ("winch.bandwidth=20 Hz", "winch.controller.proportional_gain=0.05"),
-    "PID": ("winch.bandwidth=20 Hz", "winch.delay=10 ms", "winch.controller.proportional_gain=0.02",
-            "winch.controller.derivative_gain=0.01 s", "winch.controller.derivative_filter=5 Hz"),
-    "PID, gondola": ("winch.bandwidth=50 Hz", "winch.delay=2 ms", "winch.controller.proportional_gain=0.2",
-                     "winch.controller.derivative_gain=0.02 s", "winch.controller.derivative_filter=30 Hz",
-                     "winch.location=gondola", "winch.controller.notch=none"),
-    "viscous": ("winch.delay=40 ms", "cable.damping={model: kelvin_voigt, time: 1e-3, viscous: 0.02}"),
-}  # fmt: skip
-each_drive = pytest.mark.parametrize("name", DRIVES)
-
-
-@cache
-def loop_of(name):
-    """The loop of 40 bars."""
-    return OneLoop(scene(*DRIVES[name]))
-
-
-def own_law(name, s):
-    """C1 N times the gain of the scene, from the keys of the scene as text, typed anew."""
-    given = dict(text.split("=", 1) for text in DRIVES[name])
-
-    def number(key, default):
-        return float(given.get(key, str(default)).split()[0])
-
-    milli = 1e-3 * number("winch.delay", 0)
-    value = 0.325 / s + number("winch.controller.proportional_gain", 0)
-    if "winch.controller.derivative_gain" in given:
-        corner = 2 * np.pi * number("winch.controller.derivative_filter", 0)
-        value = value + number("winch.controller.derivative_gain", 0) * s * corner / (s + corner)
-    if "winch.bandwidth" in given:
-        lag = 2 * np.pi * number("winch.bandwidth", 0)
-        value = value * lag / (s + lag)
-    return value * np.exp(-milli * s)
-
-
-class Exact:
-    """A plant for the count of encirclements, whose loop gain at factor 1 is the sum over modes times `own_law`."""
-
-    def __init__(self, name):
-        loop = loop_of(name)
-        self.name, self.notch, self.open_poles, self.cable = name, loop.notch, loop.open_poles, loop.cable
-        self._loop = loop
-
-    def unit_gain(self, s):
-        if self.cable.strain is None:  # the modes as DESIGN.md writes them
-            bare = loop_gain(self._loop, s.imag) * s / self._loop.gain
-        else:
-            own, driven = self.cable.dynamic_stiffness(s, [3], [3, 0])[:, 0].T
-            bare = -self.notch(s) * driven / (self._loop.mass * s**2 + own)
-        return own_law(self.name, s) * bare
-
-
-@each_drive
-def test_the_loop_gain_is_that_of_the_law_typed_anew(name):
-    s = 1j * np.geomspace(0.01, 300, 200)
-    loop = loop_of(name)
-    assert loop.gain * loop.unit_gain(s) == pytest.approx(Exact(name).unit_gain(s), rel=1e-9)
-
-
-@each_drive
-def test_encirclements_of_the_exact_loop_count_the_unstable_poles(name):
-    loop, exact = loop_of(name), Exact(name)
-    for factor in (0.1, 0.5, 2.0, 6.0, 15.0, 40.0):
-        try:
-            found = loop.unstable(factor * loop.gain)
-        except NoSolutionError:  # refused, and not judged wrongly
-            assert (name, factor >= 6) == ("long delay", True)
-            continue
-        assert found == encirclements(exact, factor), factor
-
-
-@each_drive
-def test_the_largest_gain_is_the_first_at_which_the_exact_curve_encircles(name):
-    loop, exact = loop_of(name), Exact(name)
-    factor = loop.largest_gain / loop.gain
-    assert all(encirclements(exact, part) == 0 for part in factor * np.append(np.geomspace(1e-3, 0.9, 10), 0.9999))
-    assert encirclements(exact, 1.0001 * factor) > 0
-    gains = loop.closed_loop.stability.gains
-    assert gains.unstable(0.999 * loop.largest_gain) == 0 < gains.unstable(1.001 * loop.largest_gain)
+PID = (
+    "winch.bandwidth=20 Hz", "winch.delay=10 ms", "winch.controller.proportional_gain=0.02",
+    "winch.controller.derivative_gain=0.01 s", "winch.controller.derivative_filter=5 Hz",
+)  # fmt: skip
 
 
 @pytest.mark.parametrize("location", ["ground", "gondola"])
@@ -162,7 +83,7 @@ def test_the_margins_of_a_pid_loop_with_delay_have_the_error_that_they_state(acc
     damped = ("cable.damping={model: kelvin_voigt, time: 1e-3, viscous: 0.02}",)
     names = "largest_gain", "phase_margin", "sensitivity_peak"
     exact, found = (
-        cells(scene(*DRIVES["PID"], *damped, f"model={{accuracy: {a}}}"), *names) for a in (1e-8, accuracy)
+        cells(scene(*PID, *damped, f"model={{accuracy: {a}}}"), *names) for a in (1e-8, accuracy)
     )  # fmt: skip
     for name in names:
         assert found[name] == pytest.approx(exact[name], rel=3 * accuracy)

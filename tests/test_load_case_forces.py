@@ -342,13 +342,8 @@ def test_modes_and_studies_take_the_case(tmp_path):
 
 
 def test_a_force_that_cuts_cables_anew_is_told(tmp_path):
-    moved = run("static", MAST, "--set", "points.top.force=[10 kN, 0, 46.6 kN]", "--table", "points")
-    (line,) = moved.lines
-    assert line.startswith("note: ")
-    assert "move top by 16.31 m" in line
-    assert "cases.NAME.forces" in line
+    """In a study and in a search once, of the first row and of the first solution; static: test_suspension_commands."""
     assert run("static", MAST, "--table", "points").err == ""
-    # a study and a search tell it once, of the first row and of the first solution
     pushed = "points.top.force=[10 kN, 0, 46.6 kN]"
     study = tmp_path / "s.yaml"
     study.write_text(f"base: {MAST}\nset: {{points.top.force: [10 kN, 0, 46.6 kN]}}\n"

@@ -116,16 +116,6 @@ def test_margins_are_those_of_python_control(gain, ratio):
     assert margins.delay_margin == pytest.approx((np.radians(phases % 360) / at_phase).min(), rel=1e-6)
 
 
-@pytest.mark.parametrize("location", ["ground", "gondola"])
-def test_delay_and_phase_margin_of_an_integrator_in_closed_form(location):
-    """Far below the gondola's frequency the loop is K/s: it crosses at K with 90 degrees, a delay of pi/(2 K)."""
-    gain = 1e-5 * NATURAL
-    margins = spring(gain, None, location).loop_for_margins.stability.margins
-    assert TURN * margins.gain_crossover == pytest.approx(gain, rel=1e-9)
-    assert margins.phase_margin == pytest.approx(90, abs=1e-3)
-    assert margins.delay_margin == pytest.approx(np.pi / (2 * gain), rel=1e-4)
-
-
 @pytest.mark.parametrize("name", BARS)
 def test_curves_are_those_of_the_stiffness_of_the_cable_at_its_ends(name):
     case, frequency = case_of(*BARS[name]), np.geomspace(1e-3, 30, 200)
@@ -348,16 +338,6 @@ def test_pictures_show_the_margins_within_the_figure(sets):
     limit, _ = case_of(*sets).analysis.largest_gain
     assert f"{limit:.4g} rad/s" in said
     assert ("unstable" in said) == ("80" in str(sets))
-
-
-def test_a_loop_without_gain_has_its_largest_gain_and_no_crossover(folder):
-    """S is I: its peak is 1, that of S - I/2 is 1/2, and no eigenvalue of L has the size 1."""
-    sets = "--set", "cable.damping={loss_factor: 0.02, viscous: 0.05}", "--set", "model={accuracy: 1e-4}"
-    (row,) = table_of("loop", CARLINA, *sets, "--set", "winch.controller.gain=0")
-    (other,) = table_of("loop", CARLINA, *sets, "--set", "winch.controller.gain=0.01")
-    assert row["largest_gain_rad_per_s"] == pytest.approx(other["largest_gain_rad_per_s"], rel=1e-4)
-    assert (row["sensitivity_peak"], row["disk_margin"], row["status"]) == (1, 2, "ok")
-    assert row["phase_margin_deg"] is row["gain_crossover_Hz"] is None
 
 
 def test_a_gain_of_zero_has_no_picture():

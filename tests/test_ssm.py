@@ -268,14 +268,6 @@ def test_response_with_a_gondola_has_both_curves():
     assert (rows[0]["ground_magnitude"], rows[0]["gondola_magnitude"]) == pytest.approx((1, 1), rel=1e-4)
 
 
-def test_response_of_the_loop_is_that_of_the_state_space():
-    rows = table_of("ssm", CARLINA, "--set", FEW, "--with", "loop", "--response", "0.01:50:9")
-    s = 2j * np.pi * np.array([row["frequency_Hz"] for row in rows])
-    system = system_of(CARLINA, FEW, attached="loop")
-    expected = np.abs(system.response(s)[:, 0, system.input_names.index("force_gondola")])
-    assert [row["magnitude_m_per_N"] for row in rows] == pytest.approx(expected, rel=1e-9)
-
-
 def test_a_response_without_a_number_is_an_empty_cell():
     curve = ssm_tables.Curve("", "", "N/m", lambda frequency: np.array([1.0, complex(np.inf, np.nan)]))
     table = ssm_tables.response_table((1.0, 2.0, 2), [curve])

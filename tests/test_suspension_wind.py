@@ -635,7 +635,6 @@ def by_lyapunov(own, gain):
 
 @pytest.mark.crossed
 @pytest.mark.usefixtures("white")
-@pytest.mark.crossed
 @pytest.mark.parametrize("gain", [None, 0.0])
 @pytest.mark.parametrize("name", ["one body", "two bodies"])
 def test_variances_in_white_wind_are_those_of_lyapunovs_equation(name, gain, monkeypatch):
