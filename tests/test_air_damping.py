@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import scipy.linalg
 from cables import along_x, pole_of_mass
-from campaign import campaign
 from command import CARLINA, run, table_of
 from one_loop import OneLoop
 from references import loop_matrix
@@ -13,9 +12,7 @@ from test_windrms import WHITE, case_with, loop_of, rms_of, white  # noqa: F401 
 
 from cablestudy.control.one_cable import state_space
 from cablestudy.scene.scene import load_scene
-from cablestudy.study.columns import find
 from cablestudy.study.one_cable.case import CableCase
-from cablestudy.study.one_cable.rows import evaluate, evaluate_cases
 from cablestudy.study.one_cable.ssm import choose
 from cablestudy.study.ssm import StateSpaceOptions
 
@@ -150,20 +147,6 @@ def test_an_undamped_cable_is_damped_by_the_air():
     assert row["gondola_damping_ratio"] == pytest.approx(C / (2 * 50.0 * 2 * np.pi * 0.7188), rel=0.01)
     outcome = run("windrms", CARLINA, *(part for one in sets for part in ("--set", one)), code=3)
     assert "undamped" in outcome.err
-
-
-@pytest.mark.parametrize("model", campaign(["{elements: 40}", "{accuracy: 1e-4}"], ["{accuracy: 1e-4}"]))
-def test_rows_in_several_winds_are_as_alone(model):
-    names = ("gondola_rms", "gondola_rms_open_loop", "gondola_rms_all_wind", "gain_margin", "gondola_damping_ratio")
-    columns = [find(name) for name in names]
-    damping = "cable.damping={model: hysteretic, loss_factor: 0.02, viscous: 1e-3}"
-    sets = (AIR, f"model={model}", damping, "winch.controller.gain=0.05")
-    winds = ("wind.speed=3 m/s", "wind.speed=6 m/s", "wind.air_density=0.6", "gondola.drag_coefficient=2")
-    scenes = [scene(*sets, wind) for wind in winds]
-    together = [row.cells for row in evaluate_cases(scenes, columns)]
-    assert together == [evaluate(one, columns).cells for one in scenes]
-    assert len({row["gondola_rms_mm"] for row in together}) == len(winds)
-    assert len({row["gondola_damping_ratio"] for row in together}) == 3  # half the speed and half the air are alike
 
 
 def test_explain_says_what_is_damped():

@@ -29,7 +29,6 @@ from cablestudy.study.suspension.rows import evaluate_suspensions
 from cablestudy.study.tolerances import STUDY
 from cablestudy.sweeps.chunks import Chunk, _freeze, compute
 from cablestudy.sweeps.fingerprint import versions
-from cablestudy.system.residues import eigen_of_rows
 from cablestudy.wind.tolerances import WindTolerances
 
 STATIC = [column for column in COLUMNS if column.needs in ("scene", "statics", "stiffness")]
@@ -214,31 +213,6 @@ def test_a_case_without_an_answer_fails_alone():
     assert [row.failed for row in rows] == [True, False, False]
     assert rows[0].cells["status"].startswith("a mean tension of 1 N")
     assert catenary.solve(rows[1].case.span).mean_tension == rows[1].cells["preload_N"]
-
-
-@pytest.mark.parametrize("damping", ["{model: kelvin_voigt, time: 1 ms, viscous: 1e-3}", "{loss_factor: 0.02}"])
-def test_rows_of_loop_and_wind_are_solved_together_and_as_alone(damping, monkeypatch):
-    """Gains from none to an unstable one, two places of the winch: equal digits and reasons; one eigenvalue problem."""
-    sets = [f"cable.damping={damping}", "model={accuracy: 1e-4}", "exposure=10 ms"]
-    loops = [(0.01, "ground"), (0.0, "ground"), (0.01, "gondola"), (0.02, "ground"), (300.0, "ground")]
-    scenes = []
-    for k, (gain, place) in enumerate([*loops, loops[0]]):
-        winch = f"winch={{location: {place}, controller: {{gain: {gain}}}}}"
-        scenes.append(scene(*sets, f"cable.diameter={1.6 + k / 4} mm", winch))
-    names = ("gondola_rms", "gondola_rms_velocity_open_loop", "exposure", "peak", "winch_rms_speed", "gain_margin")
-    columns, sizes = [find(name) for name in names], []
-    alone = [evaluate(one, columns) for one in scenes]
-
-    def counted(matrices):
-        sizes.append(len(matrices))
-        return eigen_of_rows(matrices)
-
-    monkeypatch.setattr("cablestudy.system.state_spaces.eigen_of_rows", counted)
-    together = evaluate_cases(scenes, columns)
-    assert [(row.cells, row.errors) for row in together] == [(row.cells, row.errors) for row in alone]
-    assert "unstable" in together[4].cells["status"]
-    assert all(row.cells["gondola_rms_mm"] for row in together[:4])
-    assert max(sizes) > 1
 
 
 def test_modes_end_where_the_quadrature_makes_most_of_the_error(monkeypatch):
