@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.linalg
-import scipy.optimize
 import scipy.signal
 import suspensions
 from campaign import campaign
 from command import CONFIGS, ROOT, rows_of
+from references import catenary_mp
 from references.bars_in_wind import BarsInWind, von_karman
 from references.panels import panels
 from references.straight_suspension import Straight
@@ -1116,7 +1116,7 @@ def along_the_wind(to=(40.0, 0.0, 0.0), direction=0.0, **model):
 
 
 def drag_by_hand(to, direction, points=400):
-    """Force of a unit speed along x, y, z on that cable, shape (3, 3) [N s/m]: of an elastic catenary, solved here."""
+    """Force of a unit speed along x, y, z on that cable, an elastic catenary, shape (3, 3). [N s/m]"""
     weight, stiffness, length = 7850.0 * 1.5e-5 * G, 7e10 * 1.5e-5, 40.3
     wind = np.array([np.cos(direction), np.sin(direction), 0.0])
     u, share = np.polynomial.legendre.leggauss(points)
@@ -1128,10 +1128,7 @@ def drag_by_hand(to, direction, points=400):
         size = np.linalg.norm(pull, axis=1, keepdims=True)
         return pull / size, pull / size + pull / stiffness
 
-    def gap(forces):
-        return (length * share @ course(forces, length * u)[1] - to)[[0, 2]]
-
-    forces = scipy.optimize.fsolve(gap, [120.0, -23.0], xtol=1e-13)
+    forces = [float(part) for part in catenary_mp.solve(to[0], to[2], length, stiffness, weight)]
     lowest, total = -forces[1] / weight, np.zeros((3, 3))
     for end in (0.0, length):  # points lie close together at the lowest point, where the drag has its kink
         tangents, slopes = course(forces, lowest + (end - lowest) * u**3)
