@@ -249,15 +249,6 @@ def test_the_picture_shows_mid_span_in_the_worse_wind(bare):
     assert (speed.get_legend() is not None, side.get_xlabel()) == (True, "along the wind [mm]")
 
 
-def test_a_sweep_of_bare_cables_is_each_alone(bare, tmp_path):
-    study = tmp_path / "study.yaml"
-    study.write_text(f"base: {bare}\nvary: [{{wind.speed: [3 m/s, 6 m/s]}}]\ncolumns: [midspan_rms, tension_rms]\n")
-    rows = table_of("sweep", study, "--no-write")
-    for row, speed in zip(rows, (3, 6), strict=True):
-        midspan, tension = motion(bare, f"wind.speed={speed} m/s")
-        assert (row["midspan_rms_mm"], row["tension_rms_N"]) == (1e3 * midspan, tension)
-
-
 def test_a_row_without_wind_lacks_it_and_leaves_the_others(bare):
     windy, calm = loaded(bare, ACCURATE), loaded(bare, ACCURATE, "wind=null")
     rows = evaluate_cases([windy, calm], [find("tension_rms")])

@@ -270,7 +270,7 @@ def test_cables_that_hang_alike_share_no_more_than_they_have_in_common(gondola, 
     columns = [find(name) for name in ("gondola_rms_open_loop_all_wind", "gondola_damping_ratio")]
     if not gondola:
         plain, other = (one.model_copy(update={"gondola": None, "winch": None}) for one in (plain, other))
-        columns = [find("midspan_rms"), find("cable_frequency")]
+        columns = [find(name) for name in ("midspan_rms", "tension_rms", "cable_frequency")]
     together = [(row.cells, row.errors) for row in evaluate_cases([plain, other, plain], columns)]
     alone = [(row.cells, row.errors) for row in (evaluate(one, columns) for one in (plain, other))]
     assert together == [*alone, alone[0]]
