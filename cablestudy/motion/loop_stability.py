@@ -40,7 +40,7 @@ class GainTrials:
     ----------
     effects : DrivingBounds
     driven_cables : dict
-        Exponent of a gain tried, a power of two in rad/s -> `DrivenCables`.
+        Exponent of a trial gain, a power of two times the lowest frequency of the modes -> `DrivenCables`.
     first_gains : dict
         Gain of a loop -> the gain that its search tries first. [rad/s]
     """
@@ -128,18 +128,17 @@ class LoopStability:
         if gain not in first_gains:
             first_gains[gain] = yield from self._first_gain_tried()
         gain = first_gains[gain]
-        # exponents of the gains tried, powers of two, and their `DrivenCables`
-        powers, driven_of_gain = [], None
+        powers, driven_of_gain = [], None  # exponents of the trial gains, and the last `DrivenCables`
         for _ in range(MOTION.gain_trials):
             if powers and driven_of_gain.models is not self._closed_loop.modes.solution.models:
                 driven_cables.pop(powers[-1], None)  # its models may be large
                 driven_of_gain = None
-            powers.append(ceil(log2(gain)))
+            powers.append(self._exponent(gain))
             driven_of_gain = self._driven_cables_of(gain)
             yield driven_of_gain
             limit = driven_of_gain.limit
-            needed_gain = limit.factor if limit else MOTION.unlimited_gain * self._closed_loop.modes.solution.omega[0]
-            if needed_gain <= 2.0 ** powers[-1]:
+            needed_gain = limit.factor if limit else MOTION.unlimited_gain * self._lowest_frequency
+            if self._exponent(needed_gain) <= powers[-1]:
                 driven_cables.update(dict.fromkeys(powers, driven_of_gain))
                 break
             gain = needed_gain
@@ -155,7 +154,21 @@ class LoopStability:
             except (NoSolutionError, ConvergenceError):  # that gain may be far above the largest one
                 continue
             return trial
-        return self._closed_loop.untuned_loop.gain or MOTION.little_gain
+        return self._least_gain_to_try
+
+    @property
+    def _lowest_frequency(self):
+        """Lowest frequency of the modes, to which trial gains are referred. [rad/s]"""
+        return self.effects.omega[0]
+
+    @property
+    def _least_gain_to_try(self):
+        """Gain of the loop, or a tiny one where that is zero. [rad/s]"""
+        return self._closed_loop.untuned_loop.gain or MOTION.little_gain * self._lowest_frequency
+
+    def _exponent(self, gain):
+        """Exponent of the power of two, times the lowest frequency, to which a gain [rad/s] is raised for a trial."""
+        return ceil(log2(gain / self._lowest_frequency))
 
     @cached_property
     def _trial_gains(self):
@@ -166,7 +179,7 @@ class LoopStability:
         whose modes are all there, rather one far above the largest.
         """
         loop, effects, safety = self._closed_loop.untuned_loop, self.effects, MOTION.first_gain_safety
-        gain = loop.gain or MOTION.little_gain
+        gain = self._least_gain_to_try
         trials = [gain / MOTION.nearly_largest_gain]
         for factor in (safety,) if self._closed_loop.plant.model is None else (MOTION.element_gain_safety, safety):
             near_largest = max(gain, factor * (loop.limit_by_modes or 0.0))
@@ -176,10 +189,11 @@ class LoopStability:
         return trials
 
     def _driven_cables_of(self, gain):
-        """`DrivenCables` of a gain [rad/s] raised to the next power of two, shared by loops of other gains."""
-        power, driven_cables = ceil(log2(gain)), self._trials.driven_cables
+        """`DrivenCables` of a gain [rad/s] raised to that of the next trial (`_exponent`); other gains share it."""
+        power, driven_cables = self._exponent(gain), self._trials.driven_cables
         if power not in driven_cables:
-            driven_cables[power] = DrivenCables(self._closed_loop, 2.0**power, list(driven_cables.values()))
+            trial_gain = 2.0**power * self._lowest_frequency
+            driven_cables[power] = DrivenCables(self._closed_loop, trial_gain, list(driven_cables.values()))
         return driven_cables[power]
 
     @property
