@@ -202,7 +202,7 @@ class LeftOutModes:
         """Changes of the variances of the speeds of winches, shape (w, i); arguments as of `of_displacements`."""
         if not (self._moves_winches and np.isfinite(least)):
             return np.zeros(variances.shape)
-        return self._changes(self._winch_speeds, weights, variances, stated, least)
+        return self._changes(self._winch_speeds, weights, variances, stated, least, closed=True)
 
     @cached_property
     def _displacements(self):
@@ -227,7 +227,7 @@ class LeftOutModes:
             model = turbulence.response_to_forces(plant.loads_on_bodies, rows)
 
             def by_forces(s):
-                exact, displacements = self._on_all_modes, self._receptance(s)
+                exact, displacements = self._with_loop, self._receptance(s)
                 released = self._released(s, displacements)
                 return plant.all_modes.tensions_by(exact, s, displacements, released), model(s)
 
@@ -250,15 +250,9 @@ class LeftOutModes:
 
     @cached_property
     def _winch_speeds(self):
-        """`_Spectra` of the speeds of winches; of a loop that only integrates by motions with winches at rest."""
-        plant, turbulence, loads = self._plant, self._turbulence, self._plant.loads_on_bodies
-        if self._beyond_integrator:
-            model = turbulence.response_to_forces(loads, speeds=True)
-        else:
-            at_rest = plant.at_rest.response_to_forces(loads, np.arange(loads.shape[1]))
-
-            def model(s):
-                return s[:, None, None] * self._released(s, at_rest(s))
+        """`_Spectra` of the speeds of winches."""
+        plant, turbulence = self._plant, self._turbulence
+        model = turbulence.response_to_forces(plant.loads_on_bodies, speeds=True)
 
         def by_forces(s):
             return s[:, None, None] * self._released(s, self._receptance(s)), model(s)
@@ -266,20 +260,22 @@ class LeftOutModes:
         return _Spectra(_Responses(plant, turbulence, by_forces), turbulence.winch_speeds[-1], plant.gusts)
 
     def _receptance(self, s):
-        """Free displacements of bodies by forces on them, by the `LoopGain` `_on_all_modes`, shape (f, d, d)."""
-        free, gain = len(self._plant.layout.free), self._loop.gain if self._beyond_integrator else 0.0
-        return self._on_all_modes.receptance(s, gain)[:, :free, :free]
+        """Free displacements of bodies by forces on them, with the loop closed, by `_with_loop`, shape (f, d, d)."""
+        free = len(self._plant.layout.free)
+        return self._with_loop.receptance(s, self._loop.gain)[:, :free, :free]
 
     @property
     def unknown(self):
         """True if rounding spoils the response of a cable, so that no change is known."""
-        return self._on_all_modes is None
+        return self._unknown(self._beyond_integrator)
+
+    def _unknown(self, closed):
+        """`unknown` of responses with the loop closed, or with the winches at rest."""
+        return (self._with_loop if closed else self._plant.all_modes.loop_gain) is None
 
     @cached_property
-    def _on_all_modes(self):
-        """`LoopGain` with all modes of the cables that count; None where rounding spoils the response of a cable."""
-        if not self._beyond_integrator:
-            return self._plant.all_modes.loop_gain
+    def _with_loop(self):
+        """`LoopGain` of the loop with all modes that count; None where rounding spoils the response of a cable."""
         loop_gain = self._closed_loop.stability.judged_by.loop_gain
         return loop_gain if isinstance(loop_gain, LoopGain) else None
 
@@ -296,9 +292,12 @@ class LeftOutModes:
         bound = MOTION.left_out_change_at_most * _integrals(spectra.responses.coarse, spectra.coarse, weights)
         return bool((bound > _least_changes(variances, least)).any())
 
-    def _changes(self, spectra, weights, variances, stated, least):
-        """Changes of the variances of the r outputs of `_Spectra`, shape (w, r); others as of `of_displacements`."""
-        if not self._may_change(spectra, weights, variances, least) or self.unknown:
+    def _changes(self, spectra, weights, variances, stated, least, closed=False):
+        """Changes of the variances of the r outputs of `_Spectra`, shape (w, r).
+
+        Other arguments are as of `of_displacements`; `closed` tells whether the loop is closed, though it integrates.
+        """
+        if not self._may_change(spectra, weights, variances, least) or self._unknown(closed or self._beyond_integrator):
             return np.zeros(variances.shape)
         smallest = np.maximum(_least_changes(variances, least), stated)
 
