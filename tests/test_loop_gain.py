@@ -262,6 +262,20 @@ def test_the_effect_of_other_frequencies_of_the_cables_follows_from_their_poles(
     assert np.abs(first - whole).max() < 0.1 * np.abs(whole - found(s)).max()
 
 
+def test_poles_of_overdamped_modes_stay_real_to_first_order():
+    """Also where their vectors are complex, by any factor: sums over poles tell them by an imaginary part of zero."""
+    found, _ = both(14)  # all cables with Kelvin-Voigt damping
+    element = found.elements[0]
+    overdamped = replace(element, strain=replace(element.strain, amount=4 / element.omega.max()))
+    known = overdamped.coupling_damping
+    poles, left, right = known._pole_sum_and_resolvent[1]
+    factor = np.exp(1j * np.arange(len(poles)))
+    other = replace(overdamped, omega=overdamped.omega * (1 - 1e-3)).coupling_damping
+    changed, *_ = other._to_first_order(known.matrices, poles, left * factor, right / factor[:, None])
+    assert 0 < np.count_nonzero(poles.imag == 0) < len(poles)
+    assert np.array_equal(changed.imag == 0, poles.imag == 0)
+
+
 @pytest.mark.parametrize("seed", [0, 2, 14])
 def test_the_largest_gain_to_first_order_is_that_of_little_damped_modes(seed):
     text = scene_of(seed)

@@ -279,6 +279,8 @@ class CouplingDamping:
         changes = [np.diagonal(own - other)[:n] for own, other in zip(self.matrices, matrices, strict=True)]
         change = sum(diagonal[:, None] * poles**order for order, diagonal in enumerate(changes))
         changed = poles - (right.T * change * left).sum(axis=0)
+        if not np.iscomplexobj(self.matrices[0]):  # `sum_over_poles` tells real poles by an imaginary part of zero
+            changed[poles.imag == 0] = changed[poles.imag == 0].real
         return changed, left, right if self._squared else right * (poles / changed)[:, None]
 
     @property
