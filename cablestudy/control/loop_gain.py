@@ -129,6 +129,11 @@ class LoopGain:
             forces += cable.connection.T @ cable.stiffness(s) @ cable.columns(winches)
         return forces
 
+    @property
+    def by_equations(self):
+        """Copy that solves the equations of the cables' modes at few frequencies, in place of sums over their poles."""
+        return replace(self, near=None)
+
     def find_pole_sums(self):
         """Find the sums over poles of the cables' stiffness, which few frequencies alone would not pay for."""
         _ = self._divided

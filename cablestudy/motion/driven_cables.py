@@ -29,7 +29,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from cablestudy.activity import doing
-from cablestudy.control.gain_limits import StableGains, limits_near, too_many
+from cablestudy.control.gain_limits import StableGains, limit_near, limits_near, too_many
 from cablestudy.control.loop_gain import LoopGain
 from cablestudy.control.loop_gain_poles import narrow_poles, poles_of_modes
 from cablestudy.control.motion import with_strokes
@@ -173,7 +173,13 @@ class DrivenCables:
                 break
             driven = DrivenCables(self.closed_loop, self._gain, resolved_to=resolved_to)
             limits = driven._limits_near(limits)
-        return (limits[0] if limits else None), driven
+        return (driven._located_by_equations(limits[0]) if limits else None), driven
+
+    def _located_by_equations(self, limit):
+        """A `Limit` located without poles in windows, which are less accurate; itself where there are none."""
+        if self.spoilt or not self.loop_gain.windowed or limit.undamped or limit.factor > self._gain:
+            return limit
+        return limit_near(self.loop_gain.by_equations, limit) or limit
 
     def resolves(self, omega):
         """True if waves across the cables are resolved at a frequency [rad/s]; true of stated elements at any."""
@@ -280,7 +286,7 @@ class DrivenCables:
         if largest > max(MOTION.resolved_waves, resolved_to * travel_time[ACROSS].max() / np.pi) * (1 + 1e-9):
             raise too_many(self._gain_in_words, int(min(largest, 1e9)), highest[direction, cable])
         plant, cables = self.closed_loop.plant, base.models.cables
-        search = Search(plant.equilibrium, len(base.omega), plant.accuracy, cables=cables)
+        search = Search(plant.equilibrium, len(base.omega), MOTION.mesh_of_driven * plant.accuracy, cables=cables)
         meshes = cables.meshes(search.orders_of(half_waves.max(axis=0)))
         return Models(cables, meshes, most_modes=MOTION.driven_modes_of_cable)
 

@@ -92,20 +92,19 @@ class LoopGainErrors:
         return MOTION.by_other_modes if self._vectors_used or self._driven.loop_gain.windowed else 0.0
 
     def of_pole_sums(self, omega):
-        """Relative error of the loop gain from sums over poles of cables, at narrow resonances; 0 elsewhere. [-]
+        """Relative error of the loop gain from sums over poles of cables at some frequencies, shape (f,) [rad/s]. [-]
 
-        At such a resonance a small error of a pole (by rounding, or by windows) is a large error of the loop gain. It
-        is compared with the loop gain of solved equations, at frequencies `omega` close to poles, shape (f,) [rad/s].
+        It is compared with the loop gain of solved equations: where poles are found in windows at all frequencies, else
+        at narrow resonances alone, where a small error of a pole by rounding is a large one of the loop gain.
         """
         if not self._driven.coupling_damping:
             return 0.0
         s, poles = 1j * np.unique(omega), result_of(self._driven.poles_outcome)
         narrow = np.abs(s[:, None] - poles).min(axis=1, initial=np.inf) < MOTION.narrow_resonance * np.abs(s)
-        s = s[narrow][-SYSTEM.solved_frequencies :]
+        s = s[narrow | self._driven.loop_gain.windowed][-SYSTEM.solved_frequencies :]
         if not len(s):
             return 0.0
-        without_sums = replace(self._driven.loop_gain, near=None)  # a copy solves equations at few frequencies
-        summed, solved = self._driven.loop_gain(s), without_sums(s)
+        summed, solved = self._driven.loop_gain(s), self._driven.loop_gain.by_equations(s)
         return float((np.abs(summed - solved).max(axis=(1, 2)) / np.abs(solved).max(axis=(1, 2))).max())
 
     @property
@@ -132,8 +131,8 @@ class LoopGainErrors:
         # at the few frequencies of a local search poles cost more than they spare
         by_models, by_drag = resolving.errors.by_models, resolving.errors.by_drag
         changed, count = [*by_models, *by_drag], len(by_models)
-        changed = [replace(loop_gain, near=None) for loop_gain in changed]
-        nearby = nearby_limits(resolving.loop_gain, changed, limit) if changed else []
+        changed = [loop_gain.by_equations for loop_gain in changed]
+        nearby = nearby_limits(resolving.loop_gain.by_equations, changed, limit) if changed else []
         limits = [found or limit_near(loop_gain, limit) for found, loop_gain in zip(nearby, changed, strict=True)]
         for cause, of_cause in enumerate((limits[:count], limits[count:])):
             if None not in of_cause:

@@ -263,9 +263,9 @@ class LoopStability:
 
     @cached_property
     def least_margin_error(self):
-        """Relative error of the margins, at least: both `simplification` and `of_pole_sums` of `LoopGainErrors`. [-]"""
+        """Relative error of the margins, at least: by `simplification` and `of_pole_sums` of `LoopGainErrors`. [-]"""
         margins, driven = self._margins_and_cables
-        return driven.errors.simplification + driven.errors.of_pole_sums(margins.deciding)
+        return driven.errors.simplification + MOTION.margin_safety * driven.errors.of_pole_sums(margins.deciding)
 
     @cached_property
     def single_limits(self):

@@ -40,7 +40,7 @@ class MotionTolerances:
     # of a model with stated elements, where fewer change the RMS by more than the share
     element_modes: int = 250
     element_modes_change: float = 1e-9  # that share
-    margin_safety: float = 2.0  # on the change of a margin by fewer modes
+    margin_safety: float = 2.0  # on the change of a margin by fewer modes, or of its loop gain by poles of cables
     # on the error of an RMS that one model shows, as far as the accuracy allows, and least
     one_model_safety: float = 4.0
     # share of the accuracy: of 220 numbers of random scenes ten were more wrong than shown, up to 2.3 times, or by
@@ -115,6 +115,9 @@ class MotionTolerances:
     all_modes_from: float = 1e-5  # accuracy from which on all modes are kept,
     vectors: int = 6  # vectors that stand for others,
     worth: float = 0.7  # and share of the modes from which on these spare nothing
+    # accuracy of the meshes that the gain needs, over that asked for: the stated errors of limits add up those of many
+    # modes of the cables
+    mesh_of_driven: float = 0.1
     resolved_waves: int = 300  # half-waves along a cable that are resolved,
     driven_modes_of_cable: int = 1600  # and its modes that are computed
     resolution_trials: int = 5  # of the frequency up to which waves across the cables are resolved,
