@@ -9,6 +9,7 @@ import pytest
 from command import CONFIGS
 
 from cablestudy.motion.gust_response import GustResponse
+from cablestudy.motion.left_out_modes import _resolved
 from cablestudy.motion.peaks import winch_speeds
 from cablestudy.scene.scene import CableScene, load_scene
 from cablestudy.scene.suspension import SuspensionScene
@@ -92,8 +93,23 @@ def test_waves_along_three_bridles_above_the_modes_are_in_the_stated_error():
         assert 5e-4 * true.weighted["rate"][row] < change < error < 5 * change
 
 
+@pytest.mark.parametrize("ratio", [1e-2, 1e-4])
+def test_frequencies_on_both_sides_of_a_peak_that_show_equal_values_do_not_hide_it(ratio):
+    """A resonance at 1 with the values at 1 - d and 1 + d equal, however narrow it is; its integral is an arctan."""
+
+    def peak(omega):
+        return 1 / (1 + ((omega - 1) / ratio) ** 2)
+
+    begin = np.array([0.5, 1 - 8 * ratio, 1 - 4 * ratio, 1 + 4 * ratio, 1 + 8 * ratio, 1.5])
+    omega, values = _resolved(peak, begin, peak(begin), lambda omega, values: np.ones(len(omega) - 1, dtype=bool))
+    assert np.trapezoid(values, omega) == pytest.approx(2 * ratio * np.arctan(0.5 / ratio), rel=0.05)
+    assert len(omega) < 200
+
+
 PID = {"gain": 1.5, "proportional_gain": 0.15, "derivative_gain": 0.008, "derivative_filter": 20.0, "bandwidth": 60.0,
        "notch": "none"}  # fmt: skip
+SLOW_PID = {"gain": 4.0, "proportional_gain": 1.2, "derivative_gain": 0.16, "derivative_filter": 6.25,
+            "bandwidth": 16.5, "notch": "none"}  # fmt: skip
 NOTCH = {"frequency": 3.29, "damping_ratio": 0.05, "rolloff_frequency": 32.9, "rolloff_damping_ratio": 1.0}
 NOTCHED = {"gain": 0.1, "notch": NOTCH}
 # 0.98 of the largest stable gain of one light body, at which a wave just below the highest mode of the model grows
@@ -132,7 +148,10 @@ def row_of_bodies(masses, lengths, law, accuracy):
 
 
 def variances_of_row(masses, lengths, law):
-    """Variances of the tensions at both ends of each cable, then of speed and acceleration of the winch."""
+    """Variances of the tensions at both ends of each cable, of speed and acceleration of the winch, and of the bodies.
+
+    Of the bodies those of all displacements along x, then of all velocities.
+    """
     stretched, lengths = 1 + STRAIN, np.array(lengths)[:, None] / (1 + STRAIN)
 
     def spectra(frequency):
@@ -156,7 +175,7 @@ def variances_of_row(masses, lengths, law):
         speed = s * released * moved[0] / stretched
         x = frequency * SCALE / SPEED
         gusts = SIGMA**2 * SCALE / SPEED * 4 / (1 + 70.7 * x**2) ** (5 / 6) * (DENSITY * SPEED) ** 2
-        return np.abs(np.array([*tensions, speed, s * speed])) ** 2 * gusts
+        return np.abs(np.array([*tensions, speed, s * speed, *moved, *(s * moved)])) ** 2 * gusts
 
     return integrals(spectra, height=0)
 
@@ -177,6 +196,7 @@ ROWS = [
     ([30.0, 80.0], [20.0, 35.0, 15.0], None),
     ([30.0, 80.0], [120.0, 135.0, 115.0], None),
     ([60.0], [30.0, 45.0], PID),
+    ([340.0], [50.0, 60.0], SLOW_PID),
 ]
 
 
@@ -185,7 +205,7 @@ ROWS = [
 @pytest.mark.parametrize(("masses", "lengths", "law"), ROWS)
 def test_waves_along_cables_between_moving_bodies_are_in_the_stated_error_of_tensions(masses, lengths, law, accuracy):
     """Both ends of the cable in the middle move."""
-    expected = np.sqrt(variances_of_row(masses, lengths, law)[:-2])
+    expected = np.sqrt(variances_of_row(masses, lengths, law)[: 2 * len(lengths)])
     case = row_of_bodies(masses, lengths, law, accuracy)
     for number in range(len(lengths)):
         found, error = find(f"c{number}.rms_tension").compute(case)
@@ -196,9 +216,21 @@ def test_waves_along_cables_between_moving_bodies_are_in_the_stated_error_of_ten
 
 
 @pytest.mark.parametrize("accuracy", [1e-4, 1e-6])
+@pytest.mark.parametrize(("masses", "lengths", "law"), ROWS[-2:])
+def test_motion_behind_a_pid_law_below_the_first_wave_along_the_cables(masses, lengths, law, accuracy):
+    """Static responses to winches alone are wrong by the square of frequency, which the loop amplifies."""
+    *_, value, rate = np.sqrt(variances_of_row(masses, lengths, law))
+    analysis = row_of_bodies(masses, lengths, law, accuracy).analysis
+    for expected, name in ((value, "value"), (rate, "rate")):
+        found, error = analysis.rms(["body0.x"], name, open_loop=False)
+        assert abs(found - expected) <= error * expected
+        assert error < 2e-2
+
+
+@pytest.mark.parametrize("accuracy", [1e-4, 1e-6])
 def test_the_peak_of_a_winch_behind_a_notch_that_passes_waves(accuracy):
     """The notch passes a hundred times as much of what is above the modes of the model as of what is below."""
-    *_, speed, acceleration = variances_of_row([60.0], [30.0, 45.0], NOTCHED)
+    *_, speed, acceleration, _, _ = variances_of_row([60.0], [30.0, 45.0], NOTCHED)
     analysis = row_of_bodies([60.0], [30.0, 45.0], NOTCHED, accuracy).analysis
     assert analysis.response.closed_loop.modes.frequency[-1] < NOTCH["rolloff_frequency"]
     expected = np.sqrt(speed) * peak_factor(np.sqrt(acceleration / speed) / TURN, analysis.scene.wind.duration)

@@ -430,8 +430,11 @@ def _resolved(function, omega, values, matters):
         Frequencies and values -> where more are needed, between neighbours, ndarray of bool, shape (f - 1,).
     """
     for _ in range(MOTION.left_out_rounds):
-        logarithm = np.log(np.maximum(values, MOTION.tiny)).reshape(len(omega), -1)
-        fast = (np.abs(np.diff(logarithm, axis=0)) > MOTION.left_out_change).any(axis=1)
+        logarithm, width = np.log(np.maximum(values, MOTION.tiny)).reshape(len(omega), -1), np.diff(omega)[:, None]
+        slope = np.pad(np.abs(np.diff(logarithm, axis=0)) / width, ((1, 1), (0, 0)))
+        # the slope to either side too: it shows a peak between two frequencies with equal values
+        steepest = np.maximum(np.maximum(slope[:-2], slope[2:]), slope[1:-1])
+        fast = (steepest * width > MOTION.left_out_change).any(axis=1)
         fast &= (np.diff(omega) > MOTION.left_out_step * omega[1:]) & matters(omega, values)
         if not fast.any():
             break

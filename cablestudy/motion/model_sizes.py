@@ -48,14 +48,19 @@ class ModelSizes:
         that only integrates. Modal damping, unless of stated elements, depends on the number of modes: it
         is then one of the usual numbers.
         """
-        control, usual = self._scene.control, self.usual
-        all_excited = self._wind_on_cables or (control is not None and not law_from(control)[0].integrates_only)
+        usual, all_excited = self.usual, self._wind_on_cables or self.fast_loop
         small = map(self._for_cables, (MOTION.few_modes,) if self._fixed else (MOTION.fewest_modes, MOTION.few_modes))
         small = [count for count in small if count < usual[0]]
         count_matters = self.damping_grows and not self._fixed
         if not small or all_excited or count_matters or not self._moves:
             return tuple(count for count in usual if count >= self._fewest) or (self._fewest,)
         return *small, *usual
+
+    @cached_property
+    def fast_loop(self):
+        """True if the control law has a proportional or derivative part, which moves winches at high frequencies."""
+        control = self._scene.control
+        return control is not None and not law_from(control)[0].integrates_only
 
     @cached_property
     def usual(self):
