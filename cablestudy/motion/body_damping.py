@@ -17,11 +17,11 @@ from cablestudy.system.tolerances import SYSTEM
 def damping_ratios(modes):
     """Damping ratios of the poles of modes, each to the accuracy of its row: of many rows at once.
 
-    All modes of the cables are in the models of the poles; with stated elements, those of the coupled
-    modes. A mode that does not oscillate has the ratio 1, and a ratio of no more than rounding is zero. The error is
-    the change from coarser meshes; it is not a number for stated elements and without oscillation. Ever
-    finer models are tried until the error is within the accuracy, or the mesh has as many unknowns as may be. No digit
-    of a row depends on the others.
+    All modes of the cables are in the models of the poles; with stated elements, those of the coupled modes. A mode
+    that does not oscillate has the ratio 1, and a ratio of no more than rounding is zero. The error is the change from
+    coarser meshes; it is not a number for stated elements and without oscillation. Finer and finer models are tried
+    until the error is within the accuracy, or the mesh has as many unknowns as may be. No digit of a row depends on the
+    others.
 
     Parameters
     ----------
@@ -36,28 +36,47 @@ def damping_ratios(modes):
     models = [mode.damped_models() for mode in modes]
     found, pending = [None] * len(modes), list(range(len(modes)))
     while pending:
-        together = {}  # rows of one trial that are solved alike, whatever the others are, and each once
-        uses = Counter()  # of each row of a trial: cases that hang alike share it
+        tried = []
         for row in pending:
             attempt = outcome_of(partial(_next_damped, models[row]))
             if isinstance(attempt, Exception):
                 found[row] = attempt
             elif attempt is not None:
-                mode, airflow = attempt
-                model, cables_in_air = mode.damped[0].solution.model, airflow is not None and airflow.damps_cables
-                use = id(model.trial), model.row
-                key = id(model.trial), uses[use], model.complete, model.laws, cables_in_air
-                uses[use] += 1
-                together.setdefault(key, []).append((row, mode, airflow))
+                tried.append((row, *attempt))
         pending = []
-        for members in together.values():
-            members.sort(key=lambda member: member[1].damped[0].solution.model.row)
-            rows, tried, airflows = zip(*members, strict=True)
-            for row, ratio in zip(rows, _damping_ratios(tried, airflows), strict=True):
+        for members in _solved_together(tried):
+            rows, body_modes, airflows = zip(*members, strict=True)
+            for row, ratio in zip(rows, _ratios_of_trial(body_modes, airflows), strict=True):
                 found[row] = ratio
                 if not (isinstance(ratio, Exception) or ratio.finest or ratio.within(modes[row].accuracy)):
                     pending.append(row)
     return found
+
+
+def _solved_together(tried):
+    """Groups of rows whose poles are found in the same calls: rows of one `Trial` that are solved alike.
+
+    Each row of a trial is in a group once: cases that hang alike share it. Groups do not depend on which others there
+    are.
+
+    Parameters
+    ----------
+    tried : list of (int, BodyMode, Airflow or None)
+        Row and the model that is tried for it.
+
+    Returns
+    -------
+    list of list of (int, BodyMode, Airflow or None)
+        Each in the order of the trial.
+    """
+    groups, uses = {}, Counter()
+    for row, mode, airflow in tried:
+        model, cables_in_air = mode.damped[0].solution.model, airflow is not None and airflow.damps_cables
+        use = id(model.trial), model.row
+        key = id(model.trial), uses[use], model.complete, model.laws, cables_in_air
+        uses[use] += 1
+        groups.setdefault(key, []).append((row, mode, airflow))
+    return [sorted(group, key=lambda member: member[1].damped[0].solution.model.row) for group in groups.values()]
 
 
 def _next_damped(models):
@@ -91,14 +110,28 @@ class DampingRatio:
         return bool(np.isnan(self.error)) or self.error <= accuracy
 
 
-def _damping_ratios(modes, airflows):
-    """`DampingRatio` of each of some `BodyMode` of one `Trial`, or the reason why there is none: list."""
+def _ratios_of_trial(modes, airflows):
+    """Damping ratios of modes of bodies, of different rows of one `Trial`, and their errors by coarser meshes.
+
+    Parameters
+    ----------
+    modes : sequence of BodyMode
+        All of stated elements, or none.
+    airflows : sequence of (Airflow or None)
+        Air that damps each.
+
+    Returns
+    -------
+    list of (DampingRatio or ConvergenceError)
+        The error where no pole is found.
+    """
     search, exact = _PoleSearch(modes, airflows), modes[0].exact
     models = search.trial.coordinates.models
     all_modes = exact or modes[0].damped[0].solution.model.complete
     fine = models if all_modes else models.with_all_displacements(MOTION.damped_pole_freedoms)
     poles, near = search.poles(fine)
-    ratio, finest = _ratios(poles), search.any_cable(_differ(models.meshes, fine.meshes))
+    differs = np.array([mesh != other for mesh, other in zip(models.meshes, fine.meshes, strict=True)], dtype=bool)
+    ratio, finest = _ratios(poles), search.any_cable(differs)
     estimated = (ratio > 0) & (ratio < 1) & (not exact)
     coarse_poles = near = np.where(estimated, poles, near)
     if estimated.any():
@@ -116,11 +149,6 @@ def _damping_ratios(modes, airflows):
         else:
             outcomes.append(DampingRatio(float(ratio[row]), float(error[row]), bool(finest[row])))
     return outcomes
-
-
-def _differ(meshes, others):
-    """True where meshes of cables differ, shape (c,)."""
-    return np.array([mesh != other for mesh, other in zip(meshes, others, strict=True)], dtype=bool)
 
 
 def _ratios(poles):
@@ -159,11 +187,19 @@ class _PoleSearch:
         return values[self._cables].reshape(len(self._rows), -1).any(axis=1)
 
     def poles(self, models):
-        """The poles with the modes of the cables of `Models`, and where they were looked for, shape (n,). [rad/s]
+        """Find the pole of each row with all modes of the cables of `Models`.
 
-        The search begins, with light damping, at the pole of the undamped shape alone, s^2 + c s + w^2 + i h = 0 with
-        the viscous and hysteretic damping c and h of this shape, else at the pole of the model of the coupled modes. A
-        pole is -w, w the undamped frequency, where the mode does not oscillate, and not a number where it is not found.
+        With light damping the search begins at the pole of the undamped shape alone, the root of
+
+            s^2 + c s + w^2 + i h = 0
+
+        with its frequency w, and its viscous and hysteretic damping c and h; else at the pole of the coupled modes.
+
+        Returns
+        -------
+        poles, near : ndarray, complex, shape (n,)
+            Poles, and where the search began. A pole is -w where the mode does not oscillate, and not a number where it
+            is not found. [rad/s]
         """
         viscous, hysteretic = self._damping_of_shapes()
         near = 1j * np.sqrt(self._omega**2 + 1j * hysteretic - viscous**2 / 4) - viscous / 2
@@ -181,12 +217,12 @@ class _PoleSearch:
         return poles, near
 
     def poles_near(self, models, near, far):
-        """The poles within relative distances of others, shape (n,), see `damped_pole.poles_near`. [rad/s]"""
+        """Poles within relative distances `far` of others, `near`, shape (n,): `damped_pole.poles_near`. [rad/s]"""
         far, damping = np.broadcast_to(far, near.shape), self._damping_of_bodies
         return poles_near(self._layout, self._cables_in_air(models), near, self._displacements, damping, far)
 
     def _cables_in_air(self, models):
-        """`CondensedCables` of the rows, with the aerodynamic damping of each: list."""
+        """`CondensedCables` of all rows, with the aerodynamic damping of each cable: list."""
         if models not in self._condensed:
             condensed, count, air = models.condensed(self._cables), self._cable_count, {}
             for row, airflow in enumerate(self._airflows):

@@ -5,7 +5,6 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from cablestudy.cable.steady_drag import concatenate
 from cablestudy.control.margins import Margins
 from cablestudy.errors import ConvergenceError, outcome_of, result_of, without_errors
 from cablestudy.motion.closed_loop import ClosedLoop
@@ -17,7 +16,7 @@ from cablestudy.motion.plant import Plant
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.motion.turbulence import OWN
 from cablestudy.system.comparison import relative
-from cablestudy.system.coupled_modes import coupled_modes, coupled_modes_of_cases
+from cablestudy.system.coupled_modes import coupled_modes, shaping_modes
 from cablestudy.system.mode_search import shaping_modes
 from cablestudy.system.together import computed_together
 
@@ -476,36 +475,3 @@ class DynamicAnalysis:
         """Tension at both ends of a cable in the mean wind, shape (2,). [N]"""
         cable = self.equilibrium.suspension.cable_names.index(name)
         return np.linalg.norm(self.equilibrium.end_forces[cable], axis=-1)
-
-
-def solve_modes(analyses, equilibrium):
-    """Compute the coupled modes that many analyses need first, all cases together, and keep them in each analysis.
-
-    What these analyses need later is computed for all of them too, when one is asked for it. One computation for many
-    cases of a study costs less than one for each. Cases whose first models have the same key
-    (`DynamicAnalysis.first_model`) are computed together.
-
-    Parameters
-    ----------
-    analyses : list of DynamicAnalysis
-        Of n suspensions with equal names and connections; the dict of modes of each is filled.
-    equilibrium : Equilibrium
-        Equilibria of these suspensions, shape (n,).
-    """
-    for analysis in analyses:
-        analysis.together = analyses
-    indices_by_model = {}  # key of the first model -> {id of a dict of modes: index of one analysis that shares it}
-    for index, analysis in enumerate(analyses):
-        if analysis.first_model[0] not in analysis.modes:
-            indices_by_model.setdefault(analysis.first_model, {})[id(analysis.modes)] = index
-    for (count, accuracy, planes, elements), by_dict in indices_by_model.items():
-        indices = list(by_dict.values())
-        group, model = [analyses[index] for index in indices], elements
-        damping = [cable.damping for analysis in group for cable in analysis.scene.cables.values()]
-        if elements and elements.drag is not None:
-            model = replace(elements, drag=concatenate([analysis.model.drag for analysis in group]))
-        arguments = equilibrium.take(np.array(indices)), count, accuracy, damping, planes
-        for analysis, modes in zip(group, coupled_modes_of_cases(*arguments, damped=True, model=model), strict=True):
-            # the modes with damping, or the error that says why there are none
-            result = modes if isinstance(modes, Exception) else outcome_of(lambda modes=modes: modes.damped)
-            analysis.modes[count] = result

@@ -156,10 +156,14 @@ class GustResponse:
         )
 
     def _variances(self, weights=None):
-        """Variances under some weights, or `Turbulence.variances`; their errors by modes and by a delay: three (w, o).
+        """Compute variances with some weights over frequency, or those of the outputs and their rates.
 
-        The error by modes is the smaller one of two, the share of the highest modes and the change from a model with
-        fewer modes, and the change by modes that both leave out.
+        Returns
+        -------
+        value, by_modes, by_delay : ndarray, shape (w, o)
+            Variances; their errors by modes, and by an approximated delay. The error by modes is the smaller one of
+            the share of the highest modes and of the change from the model `before`, plus the change by modes that all
+            of these leave out (`LeftOutModes`).
         """
         value, by_modes, by_delay = self._variances_of(self.turbulence, weights)
         if self._before is not None:
@@ -171,7 +175,7 @@ class GustResponse:
     @computed_together
     def own_variances(responses):
         """`_variances` of displacements and rates."""
-        plants = [one.closed_loop.plant for one in responses if one._compared_at_rest]
+        plants = [one.closed_loop.plant for one in responses if one._needs_bodies_at_rest]
         BodiesOnAllModes.loop_gain.compute([plant.all_modes for plant in plants])
         Turbulence.space.compute([plant.at_rest for plant in plants])
         return ((one, one._variances()) for one in responses)
@@ -182,9 +186,9 @@ class GustResponse:
         return self.closed_loop.left_out_modes
 
     @property
-    def _compared_at_rest(self):
-        """`LeftOutModes.compared_at_rest` of the variances of displacements and rates."""
-        return self._left_out.compared_at_rest(OWN, self.turbulence.variances[0], self._least)
+    def _needs_bodies_at_rest(self):
+        """`LeftOutModes.needs_bodies_at_rest` of the variances of displacements and rates."""
+        return self._left_out.needs_bodies_at_rest(self.turbulence.variances[0], self._least)
 
     @staticmethod
     def _variances_of(turbulence, weights):
@@ -192,11 +196,11 @@ class GustResponse:
 
     @cached_property
     def displacement_truncation_error(self):
-        """Largest relative error, by the modes left out, of a variance of displacements, summed over x, y and z. [-]
+        """Largest relative error by the modes left out, of variances that decide on the number of modes. [-]
 
-        It covers displacements and velocities of bodies and markers, their displacements as a telescope sees them (high
-        modes matter more to these and to velocities), and displacements of mid-spans. Free points count only where the
-        plant has static responses to loads on them (`points`), or where no body is free.
+        These are variances of displacements and velocities of bodies and markers, of their displacements as a telescope
+        sees them, and of displacements of mid-spans, each summed over x, y and z. Free points count where the plant has
+        static responses to loads on them (`Plant.points`), or where no body is free.
         """
         suspension, plant = self.closed_loop.equilibrium.suspension, self.closed_loop.plant
         points_count = plant.points or not suspension.free[: suspension.bodies].any()
@@ -257,11 +261,14 @@ class GustResponse:
 
     def _by_waves(self, value, by_modes):
         """Errors of the variances of tensions by waves, shape (w, o): of moving ends, and of gusts on the cables."""
-        of_ends, plant = self._left_out.of_tensions(OWN, value, by_modes, self._least), self.closed_loop.plant
+        of_ends, plant = self._left_out.of_tensions(value, by_modes, self._least), self.closed_loop.plant
         return of_ends + plant.change_by_waves if plant.gusts.strips or self._left_out.unknown else of_ends
 
     def _energy_by_cables(self, weights):
-        """Energy of displacements if all force of gusts on cables acted on them, shape (w, o); 0 of other outputs."""
+        """Energies of displacements if all force of gusts on cables acted on them, shape (w, o); 0 of other outputs.
+
+        They are bounds by which rounding is told: `force^2/stiffness`, of rates times the lowest frequency squared.
+        """
         displacements = [name.endswith((".x", ".y", ".z")) for name in self.names]
         slow = float(self.closed_loop.modes.solution.omega[0]) ** 2
         factors = np.array([slow if name == "rate" else 1.0 for name in weights])
@@ -285,7 +292,7 @@ class GustResponse:
         """
         value, by_modes, undamped, _ = self.turbulence.winch_speeds
         self._refuse(undamped)
-        by_modes = by_modes + self._left_out.of_winch_speeds(OWN, value, by_modes, self._least)
+        by_modes = by_modes + self._left_out.of_winch_speeds(value, by_modes, self._least)
         return value, by_modes + (self.integration_error + MOTION.winch_speeds) * value
 
     @property
@@ -306,7 +313,7 @@ def _of_tensions(value, by_modes, is_tension):
 
 
 def _groups(names):
-    """Number of the group of each output: displacements of one body or marker, its rotations, tensions of a cable."""
+    """Number of the group of each output, list: displacements of a body or marker, rotations, tensions of a cable."""
     numbers, groups = {}, []
     for name in names:
         owner, _, quantity = name.rpartition(".")

@@ -1,15 +1,18 @@
-"""Changes of variances by modes of cables that a model leaves out, as by a wave along a cable above its modes.
+"""Errors of variances by the modes of cables that a model leaves out, such as a wave along a cable above its modes.
 
 A model has the lowest modes, and static responses in place of the others. Where a wave along a cable lies above these
 modes, a static response moves the bodies with another frequency than the wave does, in a model with fewer modes too:
 comparing the two shows nothing of it. Here the bodies stand on the dynamic stiffness of the cables with all modes of
-their elements, in the notation of `control.loop_gain`
+their elements: in the notation of `control.loop_gain` forces on them move them by
 
-    H(s) = (Z(s) + g F(s) A C1(s) N(s) P)^-1,
+    u = R(s) f,   R(s) = (Z(s) + g F(s) A C1(s) N(s) P)^-1,
 
-and the spectrum of each displacement, or speed of a winch, changes by the ratio of its squared responses to forces on
-the bodies, those of H over those of the model. So does that of each tension: with the displacements u of the bodies,
-and the lengths v that winches reel in, it is t^T S(s) (G u + H v), t being the tangent at that end.
+and the tension at an end with the tangent t is t^T S(s) (G u + H v), with the lengths v that winches reel in. With the
+responses Y of an output to forces on the bodies, by all modes and by the model, its spectrum W in the gusts changes by
+
+    W (|Y_all|^2/|Y_model|^2 - 1)
+
+whose integral over the frequencies above the modes of the model is the change of the variance.
 """
 
 from functools import cached_property
@@ -21,6 +24,7 @@ from cablestudy.control.loop_gain import LoopGain
 from cablestudy.control.margins_grid import distinct, near_poles
 from cablestudy.control.motion import with_strokes
 from cablestudy.motion.tolerances import MOTION
+from cablestudy.motion.turbulence import OWN
 from cablestudy.statics.suspension import outward
 from cablestudy.system.coupling_damping import compute_pole_sums
 from cablestudy.system.together import computed_together
@@ -29,7 +33,9 @@ TURN = 2 * np.pi
 
 
 class BodiesOnAllModes:
-    """Bodies of a `Plant` with gusts, on their cables with all modes that may add to a variance, winches at rest.
+    """Responses of the bodies of a `Plant` to forces on them, by all modes of the cables that may add to a variance.
+
+    The winches are at rest.
 
     Parameters
     ----------
@@ -51,7 +57,7 @@ class BodiesOnAllModes:
         """Elements of each cable, in the air, with the modes that the plant may have, or that may add to a variance."""
         added = []
         for element, by_bodies in zip(self._models.elements, self._moved, strict=True):
-            of_cable = _added(element.omega, element.coupling @ by_bodies, element.omega)
+            of_cable = _variances_added(element.omega, element.coupling @ by_bodies, element.omega)
             added.append(np.where(element.omega > MOTION.left_out_from * self.highest, of_cable, 0.0))
         least = MOTION.left_out_share * max((of_cable.max(initial=0.0) for of_cable in added), default=0.0)
         pairs = zip(self._models.elements, added, strict=True)
@@ -61,7 +67,7 @@ class BodiesOnAllModes:
 
     @computed_together
     def loop_gain(bodies):
-        """`LoopGain` without a loop, whose receptance is H; None where rounding spoils the response of a cable."""
+        """`LoopGain` without a loop, whose receptance is R; None where rounding spoils the response of a cable."""
         loop_gains = {one: one._loop_gain for one in bodies}
         usable = [loop_gain for loop_gain in loop_gains.values() if not loop_gain.spoilt]
         compute_pole_sums(damping for loop_gain in usable for damping in loop_gain.coupling_damping)
@@ -86,19 +92,22 @@ class BodiesOnAllModes:
 
     @cached_property
     def _resonances(self):
-        """Poles, between fixed ends, of the modes of each cable, upper half plane [rad/s], and what they add: pairs."""
+        """Poles of the modes of each cable between fixed ends, upper half plane [rad/s], and what they add: pairs."""
         pairs = []
         for element, by_bodies in zip(self._elements, self._moved, strict=True):
             decay = np.maximum(element.decay, MOTION.undamped_motion * element.omega)
-            of_cable = _added(element.omega, element.coupling @ by_bodies, decay)
+            of_cable = _variances_added(element.omega, element.coupling @ by_bodies, decay)
             above = element.omega > MOTION.left_out_from * self.highest
             pairs.append((1j * element.omega - element.decay, np.where(above, of_cable, 0.0)))
         return pairs
 
-    def resonances(self, of_each):
-        """Poles of the modes that add most, of all cables together or, with `of_each`, of each cable by itself."""
+    def resonances(self, of_each_cable):
+        """Poles of the modes of cables that add most to variances, complex, shape (r,). [rad/s]
+
+        They are those that add most of all cables together or, with `of_each_cable`, of each cable by itself.
+        """
         largest = [added.max(initial=0.0) for _, added in self._resonances]
-        largest = largest if of_each else [max(largest, default=0.0)] * len(largest)
+        largest = largest if of_each_cable else [max(largest, default=0.0)] * len(largest)
         pairs = zip(self._resonances, largest, strict=True)
         chosen = [poles[added > MOTION.left_out_resonances * most] for (poles, added), most in pairs]
         return np.concatenate([np.zeros(0, dtype=complex), *chosen])  # none of no cable
@@ -128,7 +137,7 @@ class BodiesOnAllModes:
         def by_forces(s):
             return self.tensions_by(self.loop_gain, s, self.loop_gain.receptance(s)[:, :free, :free]), model(s)
 
-        return _Responses(plant, plant.at_rest, by_forces, of_each=True)
+        return _Responses(plant, plant.at_rest, by_forces, of_each_cable=True)
 
     def tensions_by(self, loop_gain, s, displacements, released=None):
         """Tensions at both ends of all cables, shape (f, 2 c, j), by all modes of the elements of a `LoopGain`.
@@ -150,8 +159,8 @@ class BodiesOnAllModes:
         return outward(self._plant.equilibrium)[0]
 
 
-def _added(omega, coupling, decay):
-    """What resonances of modes add to variances, over an unknown factor, shape (n,).
+def _variances_added(omega, coupling, decay):
+    """What resonances of modes add to the variances of bodies, over an unknown factor, shape (n,).
 
     A mode with a coupling c to the bodies, shape (n, d), and a decay a [1/s] adds about c^4 S/(a w^2), and the spectrum
     S of the gusts falls with w^(-5/3).
@@ -160,7 +169,7 @@ def _added(omega, coupling, decay):
 
 
 class LeftOutModes:
-    """Changes of the variances of a `ClosedLoop` by the modes that its model leaves out.
+    """Errors of the variances of a `ClosedLoop` by the modes that its model leaves out: sizes of their changes.
 
     Parameters
     ----------
@@ -171,45 +180,44 @@ class LeftOutModes:
     def __init__(self, closed_loop):
         self._closed_loop, self._plant, self._turbulence = closed_loop, closed_loop.plant, closed_loop.turbulence
         self._loop = self._turbulence.loop
-        self._beyond_integrator = self._loop is not None and not self._loop.law.integrates_only
+        self._fast_loop = self._loop is not None and not self._loop.law.integrates_only
 
-    def of_displacements(self, weights, variances, stated, least):
-        """Changes of the variances of displacements of bodies, shape (w, o); 0 of other outputs.
+    def of_displacements(self, weights, variances, others, least):
+        """Errors of the variances of displacements of bodies, shape (w, o); 0 of other outputs.
 
         Parameters
         ----------
         weights : dict
             Name -> function of frequency [Hz], as of `Turbulence.seen`.
-        variances, stated : ndarray, shape (w, o)
+        variances, others : ndarray, shape (w, o)
             Variances of the model, and their errors from other causes: changes smaller than these are not resolved.
         least : float
             Smallest relative error that an RMS is stated with, infinite if none: smaller changes are not computed.
         """
         rows, change = self._plant.displacements[0], np.zeros(variances.shape)
         if len(rows) and np.isfinite(least):
-            change[:, rows] = self._changes(self._displacements, weights, variances[:, rows], stated[:, rows], least)
+            change[:, rows] = self._changes(self._displacements, weights, variances[:, rows], others[:, rows], least)
         return change
 
-    def of_tensions(self, weights, variances, stated, least):
-        """Changes of the variances of tensions, shape (w, o); 0 of others; arguments as of `of_displacements`."""
+    def of_tensions(self, variances, others, least):
+        """Errors of the variances of tensions and their rates, shape (2, o); 0 of others; as `of_displacements`."""
         rows, change = self._plant.tension_rows, np.zeros(variances.shape)
-        if not (len(self._plant.layout.free) and np.isfinite(least)):
-            return change
-        change[:, rows] = self._changes(self._tensions, weights, variances[:, rows], stated[:, rows], least)
+        if len(self._plant.layout.free) and np.isfinite(least):
+            change[:, rows] = self._changes(self._tensions, OWN, variances[:, rows], others[:, rows], least)
         return change
 
-    def of_winch_speeds(self, weights, variances, stated, least):
-        """Changes of the variances of the speeds of winches, shape (w, i); arguments as of `of_displacements`."""
+    def of_winch_speeds(self, variances, others, least):
+        """Errors of the variances of speeds and accelerations of winches, shape (2, i); as `of_displacements`."""
         if not (self._moves_winches and np.isfinite(least)):
             return np.zeros(variances.shape)
-        return self._changes(self._winch_speeds, weights, variances, stated, least, closed=True)
+        return self._changes(self._winch_speeds, OWN, variances, others, least, closed=True)
 
     @cached_property
     def _displacements(self):
         """`_Spectra` of the displacements of bodies."""
         plant, turbulence, (rows, of_bodies) = self._plant, self._turbulence, self._plant.displacements
         responses = plant.all_modes.displacements
-        if self._beyond_integrator:
+        if self._fast_loop:
             model = turbulence.response_to_forces(plant.loads_on_bodies, rows)
 
             def by_forces(s):
@@ -223,7 +231,7 @@ class LeftOutModes:
         """`_Spectra` of the tensions of cables."""
         plant, turbulence, rows = self._plant, self._turbulence, self._plant.tension_rows
         responses = plant.all_modes.tensions
-        if self._beyond_integrator:
+        if self._fast_loop:
             model = turbulence.response_to_forces(plant.loads_on_bodies, rows)
 
             def by_forces(s):
@@ -231,14 +239,14 @@ class LeftOutModes:
                 released = self._released(s, displacements)
                 return plant.all_modes.tensions_by(exact, s, displacements, released), model(s)
 
-            responses = _Responses(plant, turbulence, by_forces, of_each=True)
+            responses = _Responses(plant, turbulence, by_forces, of_each_cable=True)
         return _Spectra(responses, turbulence.residues.of_outputs(rows), plant.gusts)
 
     @property
     def _moves_winches(self):
-        """True if motions above the model's modes may move winches: of an integrator, where a notch passes them."""
+        """True if motions above the model's modes may move winches: of an integrator where a notch passes them."""
         loop = self._loop
-        if loop is None or self._beyond_integrator:
+        if loop is None or self._fast_loop:
             return loop is not None
         return any(notch and notch.rolloff_omega > self._plant.all_modes.highest for notch in loop.notches)
 
@@ -267,7 +275,7 @@ class LeftOutModes:
     @property
     def unknown(self):
         """True if rounding spoils the response of a cable, so that no change is known."""
-        return self._unknown(self._beyond_integrator)
+        return self._unknown(self._fast_loop)
 
     def _unknown(self, closed):
         """`unknown` of responses with the loop closed, or with the winches at rest."""
@@ -279,12 +287,12 @@ class LeftOutModes:
         loop_gain = self._closed_loop.stability.judged_by.loop_gain
         return loop_gain if isinstance(loop_gain, LoopGain) else None
 
-    def compared_at_rest(self, weights, variances, least):
-        """True if bodies on all modes, winches at rest, are needed for variances of the outputs, shape (w, o)."""
+    def needs_bodies_at_rest(self, variances, least):
+        """True if errors of variances of displacements and rates, shape (2, o), need `BodiesOnAllModes.loop_gain`."""
         rows = self._plant.displacements[0]
-        if self._beyond_integrator or not (len(rows) and np.isfinite(least)):
+        if self._fast_loop or not (len(rows) and np.isfinite(least)):
             return False
-        return self._may_change(self._displacements, weights, variances[:, rows], least)
+        return self._may_change(self._displacements, OWN, variances[:, rows], least)
 
     @staticmethod
     def _may_change(spectra, weights, variances, least):
@@ -292,14 +300,14 @@ class LeftOutModes:
         bound = MOTION.left_out_change_at_most * _integrals(spectra.responses.coarse, spectra.coarse, weights)
         return bool((bound > _least_changes(variances, least)).any())
 
-    def _changes(self, spectra, weights, variances, stated, least, closed=False):
+    def _changes(self, spectra, weights, variances, others, least, closed=False):
         """Changes of the variances of the r outputs of `_Spectra`, shape (w, r).
 
         Other arguments are as of `of_displacements`; `closed` tells whether the loop is closed, though it integrates.
         """
-        if not self._may_change(spectra, weights, variances, least) or self._unknown(closed or self._beyond_integrator):
+        if not self._may_change(spectra, weights, variances, least) or self._unknown(closed or self._fast_loop):
             return np.zeros(variances.shape)
-        smallest = np.maximum(_least_changes(variances, least), stated)
+        smallest = np.maximum(_least_changes(variances, least), others)
 
         @np.errstate(divide="ignore", invalid="ignore")  # where nothing moves
         def matters(omega, squares):
@@ -310,7 +318,7 @@ class LeftOutModes:
             density = np.max(shares, axis=(0, 2))
             return MOTION.left_out_flank * np.maximum(density[:-1], density[1:]) * np.diff(frequency) > 1
 
-        omega, squares = _resolved(spectra.responses.squares, *spectra.responses.first, matters)
+        omega, squares = _refined(spectra.responses.squares, *spectra.responses.first, matters)
         changes = spectra.forcing(omega) * (squares[:, 0] - squares[:, 1])
         return MOTION.left_out_safety * _integrals(omega, changes, weights)
 
@@ -328,7 +336,7 @@ def _least_changes(variances, least):
 
 
 class _Responses:
-    """Responses of some outputs to forces on the bodies, by all modes and by those of a model, above the model's.
+    """Responses of r outputs to forces on the bodies, by all modes and by those of a model, above the modes of this.
 
     Parameters
     ----------
@@ -336,8 +344,8 @@ class _Responses:
     turbulence : Turbulence
         Of this plant: by its poles, and its range of frequencies.
     by_forces : callable
-        s, shape (f,) -> responses of r outputs to forces on the free displacements, by all modes and by the model.
-    of_each : bool
+        s, shape (f,) -> responses to forces on the d free displacements, by all modes and by the model: (f, r, d) both.
+    of_each_cable : bool
         True if resonances of each cable are looked at, not only those that add most to the motion of bodies.
 
     Attributes
@@ -346,11 +354,11 @@ class _Responses:
         Frequencies, ascending, at which the response of the model shows how it falls. [rad/s]
     """
 
-    def __init__(self, plant, turbulence, by_forces, of_each=False):
+    def __init__(self, plant, turbulence, by_forces, of_each_cable=False):
         low, high = MOTION.left_out_from * plant.all_modes.highest, TURN * turbulence.range[1]
         self.coarse = np.geomspace(low, max(high, low), MOTION.left_out_points)
         self._plant, self._turbulence, self._by_forces = plant, turbulence, by_forces
-        self._of_each = of_each
+        self._of_each = of_each_cable
 
     def squares(self, omega):
         """Squared responses to forces, by all modes and by the model, shape (f, 2, r)."""
@@ -364,12 +372,12 @@ class _Responses:
 
     @cached_property
     def first(self):
-        """Frequencies that are looked at first, beside poles of the model and resonances of cables, and `squares`."""
+        """Frequencies to begin with: `coarse`, and close to poles of the model and resonances; and `squares` there."""
         poles = (self._turbulence.loop or self._plant.motion).eigen.poles
         poles = np.concatenate([self._plant.all_modes.resonances(self._of_each), poles[poles.imag > 0]])
         omega = distinct(np.append(self.coarse, near_poles(poles)))
         omega = omega[(omega >= self.coarse[0]) & (omega <= self.coarse[-1])]
-        return _with_values(omega, self.squares(omega))
+        return _where_finite(omega, self.squares(omega))
 
     @cached_property
     def of_model(self):
@@ -379,7 +387,7 @@ class _Responses:
 
 
 class _Spectra:
-    """Spectra of the outputs of `_Responses` in gusts.
+    """Spectra in the gusts of the r outputs of `_Responses`, by the model.
 
     Parameters
     ----------
@@ -394,13 +402,13 @@ class _Spectra:
 
     @cached_property
     def coarse(self):
-        """Spectra by the model at the frequencies `coarse` of the responses, shape (f, r)."""
+        """Spectra at the frequencies `coarse` of the responses, shape (f, r)."""
         coarse = self.responses.coarse
         return self._gusts.input_spectra(coarse / TURN, np.swapaxes(self._residues.response(1j * coarse), -1, -2))
 
     @cached_property
     def _forcing(self):
-        """Spectra over squared responses to forces, which are smoother than both, at the frequencies `coarse`."""
+        """W/|Y_model|^2 of the module's docstring, smoother than both, at the frequencies `coarse`, shape (f, r)."""
         of_model = self.responses.of_model
         return np.divide(self.coarse, of_model, out=np.zeros_like(of_model), where=of_model > 0)
 
@@ -409,14 +417,14 @@ class _Spectra:
         return np.stack([np.interp(omega, self.responses.coarse, of_output) for of_output in self._forcing.T], axis=-1)
 
 
-def _with_values(omega, values):
-    """Those of some frequencies that have a value, shape (f, ...), and the values."""
+def _where_finite(omega, values):
+    """Frequencies at which all values, shape (f, ...), are finite, and these values."""
     known = np.isfinite(values).reshape(len(omega), -1).all(axis=1)
     return omega[known], values[known]
 
 
-def _resolved(function, omega, values, matters):
-    """Frequencies close enough for a function of them, with more where its logarithm changes fast, and its values.
+def _refined(function, omega, values, matters):
+    """Refine a grid of frequencies until the logarithm of a function changes little between neighbours.
 
     Parameters
     ----------
@@ -427,7 +435,12 @@ def _resolved(function, omega, values, matters):
     values : ndarray, shape (f, ...)
         Values there.
     matters : callable
-        Frequencies and values -> where more are needed, between neighbours, ndarray of bool, shape (f - 1,).
+        Frequencies and values -> True where more are of use, between neighbours, shape (f - 1,).
+
+    Returns
+    -------
+    omega, values : ndarray, shapes (f,), (f, ...)
+        Of the finer grid, where the function has values.
     """
     for _ in range(MOTION.left_out_rounds):
         logarithm, width = np.log(np.maximum(values, MOTION.tiny)).reshape(len(omega), -1), np.diff(omega)[:, None]
@@ -441,5 +454,5 @@ def _resolved(function, omega, values, matters):
         between = (omega[:-1] + omega[1:])[fast] / 2
         order = np.argsort(np.append(omega, between), kind="stable")
         omega, values = np.append(omega, between)[order], np.concatenate([values, function(between)])[order]
-        omega, values = _with_values(omega, values)
+        omega, values = _where_finite(omega, values)
     return omega, values

@@ -1,13 +1,18 @@
-"""Search of models with as many modes as the numbers of many rows need, each step for all rows together."""
+"""Modes and models of many rows, each step for all rows together: as many modes as the numbers of each row need."""
 
 import itertools
+from dataclasses import replace
 from functools import partial
 
+import numpy as np
+
 from cablestudy.activity import doing
+from cablestudy.cable.steady_drag import concatenate
 from cablestudy.errors import outcome_of, result_of, without_errors
 from cablestudy.motion.gust_response import GustResponse
 from cablestudy.motion.plant import Plant
 from cablestudy.motion.turbulence import Turbulence
+from cablestudy.system.coupled_modes import coupled_modes_of_cases
 
 
 def search_models(analyses):
@@ -83,3 +88,35 @@ def _turbulence_of_stated_gains(closed_loops):
     """`Turbulence` of each `ClosedLoop` with a loop whose gain is stated and whose law has no delay: list."""
     stated = [closed_loop for closed_loop in closed_loops if closed_loop.gain_is_stated]
     return list(without_errors({one: outcome_of(partial(getattr, one, "turbulence")) for one in stated}).values())
+
+
+def solve_modes(analyses, equilibrium):
+    """Compute the coupled modes that many analyses need first, and keep them in `DynamicAnalysis.modes`.
+
+    Analyses whose first models have the same key (`DynamicAnalysis.first_model`) are computed in one call, which costs
+    less than one for each. What these analyses need later is computed for all of them, too, when one is asked for it.
+
+    Parameters
+    ----------
+    analyses : list of DynamicAnalysis
+        Of n suspensions with equal names and connections; the dict of modes of each is filled.
+    equilibrium : Equilibrium
+        Equilibria of these suspensions, shape (n,).
+    """
+    for analysis in analyses:
+        analysis.together = analyses
+    indices_by_model = {}  # key of the first model -> {id of a dict of modes: index of one analysis that shares it}
+    for index, analysis in enumerate(analyses):
+        if analysis.first_model[0] not in analysis.modes:
+            indices_by_model.setdefault(analysis.first_model, {})[id(analysis.modes)] = index
+    for (count, accuracy, planes, elements), by_dict in indices_by_model.items():
+        indices = list(by_dict.values())
+        group, model = [analyses[index] for index in indices], elements
+        damping = [cable.damping for analysis in group for cable in analysis.scene.cables.values()]
+        if elements and elements.drag is not None:
+            model = replace(elements, drag=concatenate([analysis.model.drag for analysis in group]))
+        arguments = equilibrium.take(np.array(indices)), count, accuracy, damping, planes
+        for analysis, modes in zip(group, coupled_modes_of_cases(*arguments, damped=True, model=model), strict=True):
+            # the modes with damping, or the error that says why there are none
+            result = modes if isinstance(modes, Exception) else outcome_of(lambda modes=modes: modes.damped)
+            analysis.modes[count] = result

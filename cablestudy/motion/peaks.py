@@ -1,7 +1,8 @@
-"""Largest values that outputs of a `DynamicAnalysis`, and its winches, are expected to reach in the wind.
+"""Largest values that outputs of a `DynamicAnalysis`, and the speeds of its winches, are expected to reach in the wind.
 
-The mean and g times the RMS; g is Davenport's peak factor (`wind.peak`) of the rate of up-crossings, RMS of the rate of
-change over 2 pi RMS.
+    |mean| + g(n, T) RMS,   n = RMS of the rate of change/(2 pi RMS)
+
+g is Davenport's peak factor (`wind.peak`) for the rate n of up-crossings of the mean in a time T.
 """
 
 import numpy as np
@@ -13,7 +14,7 @@ TURN = 2 * np.pi
 
 
 def peak(analysis, names, mean=0.0, crossings=0.0, mean_error=0.0):
-    """Largest size that some outputs are expected to reach in the wind, |mean| + g RMS, and its relative error.
+    """Largest size that some outputs together are expected to reach in the wind, and its relative error.
 
     Parameters
     ----------
@@ -38,9 +39,9 @@ def peak(analysis, names, mean=0.0, crossings=0.0, mean_error=0.0):
 
 
 def peak_of_change(analysis, names):
-    """Largest change from their mean that some outputs are expected to have in the wind, g RMS of `peak`.
+    """Largest change from their mean that some outputs together are expected to have in the wind, g RMS.
 
-    Its error, which costs much for tensions, is not computed.
+    Its error, which takes long for tensions, is not computed.
     """
     rms, rms_rate = (np.sqrt(analysis.variance_of(names, variance, False)[-1]) for variance in ("value", "rate"))
     return peak_factor(rms_rate / (TURN * rms), analysis.scene.wind.duration) * rms if rms else rms
@@ -68,13 +69,12 @@ def winch_speeds(analysis):
     divisor = np.where(variances > 0, variances, 1.0)
     (rms, rms_rate), (error, rate_error) = np.sqrt(variances), errors / (2 * divisor)
     plant, left_out = response.closed_loop.plant, response.closed_loop.left_out_modes
-    if (
-        plant.gusts.strips and not plant.responses
-    ):  # gusts on cables excite modes above the model's, each a winch or two
+    # gusts on cables excite modes above the model's, each of which moves a winch or two
+    if plant.gusts.strips and not plant.responses:
         rate_error = MOTION.one_model_safety * rate_error.max()
-    of_rate = np.maximum(rate_error + error, MOTION.crossings if left_out.unknown else 0.0)
+    crossings_error = np.maximum(rate_error + error, MOTION.crossings if left_out.unknown else 0.0)
     rate, duration = rms_rate / (TURN * np.sqrt(divisor[0])), analysis.scene.wind.duration
-    peaks, peak_errors = _expected_peak(rms, rate, error, of_rate, duration)
+    peaks, peak_errors = _expected_peak(rms, rate, error, crossings_error, duration)
     largest, fastest = int(np.argmax(rms)), int(np.argmax(peaks))
     known = 0.0 if analysis.sizes.error_known else np.nan
     return (
@@ -85,9 +85,16 @@ def winch_speeds(analysis):
 
 
 def _expected_peak(rms, rate, error, rate_error, duration):
-    """Peak factor of a rate of crossings [Hz] in a duration [s], times RMS, and its error by those of both; arrays too.
+    """Peak factor times RMS, and its relative error.
 
-    The errors are relative. [-]
+    Parameters
+    ----------
+    rms, rate : float or ndarray
+        RMS, and rate of up-crossings [Hz].
+    error, rate_error : float or ndarray
+        Their relative errors. [-]
+    duration : float
+        [s]
     """
     factor = peak_factor(rate, duration)
     return factor * rms, error + peak_factor(rate * (1 + rate_error), duration) / factor - 1

@@ -19,7 +19,7 @@ from cablestudy.motion.left_out_modes import BodiesOnAllModes
 from cablestudy.motion.reduction_basis import MIDSPAN, applied_loads, loads_and_bases, space_with_fewer_modes
 from cablestudy.motion.tension_waves import change_by_waves
 from cablestudy.motion.tolerances import MOTION
-from cablestudy.motion.turbulence import OWN, Turbulence
+from cablestudy.motion.turbulence import Turbulence
 from cablestudy.scene.actuator_tables import ReactionWheel
 from cablestudy.system.connected import observed
 from cablestudy.system.first_order import state_rows
@@ -303,7 +303,7 @@ class Plant:
     @cached_property
     def change_by_waves(self):
         """`tension_waves.change_by_waves` of the outputs and of their rates, which all loops share, shape (2, o)."""
-        return change_by_waves(self, OWN)
+        return change_by_waves(self)
 
     @cached_property
     def gusts(self):

@@ -12,12 +12,13 @@ from dataclasses import replace
 import numpy as np
 
 from cablestudy.motion.tolerances import MOTION
+from cablestudy.motion.turbulence import OWN
 from cablestudy.wind.integrals import Integrals
 
 TURN = 2 * np.pi
 
 
-def change_by_waves(plant, weights):
+def change_by_waves(plant):
     """Estimate how much waves on cables change the variances of tensions in the wind: an error of the model.
 
     The share of the gusts' force that a model transfers to the ends of cables at once follows a wave instead, and the
@@ -26,15 +27,14 @@ def change_by_waves(plant, weights):
     Parameters
     ----------
     plant : Plant
-    weights : dict
-        Name -> function of frequency [Hz], those of `Turbulence.variances`: the panels of the gusts resolve them.
+        With gusts.
 
     Returns
     -------
-    ndarray, shape (w, o)
-        For w weights and the o outputs of the plant; 0 for all but tensions. For rates of tensions it is up to five
-        times too small: nearly all of the change is the resonance of the first wave along a cable that sags, which is
-        excited more than that share of the force implies. No column shows the rate of a tension; the largest tension
+    ndarray, shape (2, o)
+        For the o outputs of the plant and for their rates; 0 for all but tensions. For rates of tensions it is up to
+        five times too small: nearly all of the change is the resonance of the first wave along a cable that sags, which
+        is excited more than that share of the force implies. No column shows the rate of a tension; the largest tension
         depends on its logarithm, see `crossings`.
     """
     gusts, turbulence, variances = plant.gusts, plant.at_rest, plant.at_rest.variances[0]
@@ -56,7 +56,7 @@ def change_by_waves(plant, weights):
     )
     low, high = turbulence.range
     edges = gusts.edges(low, max(high, MOTION.wave_range * np.abs(poles).max() / TURN))
-    integrals = Integrals.on(edges, gusts, weights, turbulence.least)
+    integrals = Integrals.on(edges, gusts, OWN, turbulence.least)
     # both changes of each tension are added, each with its safety factor
     factor = np.repeat([MOTION.waves_along, MOTION.waves_across], len(tension_rows) // directions)
     np.add.at(change.T, tension_rows, (factor * np.abs(integrals.variances(with_waves) - variances[:, tension_rows])).T)

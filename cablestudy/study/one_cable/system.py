@@ -16,7 +16,8 @@ from cablestudy.cable.assembly import IN_PLANE
 from cablestudy.errors import outcome_of
 from cablestudy.motion.airflow import Airflow, drag_of
 from cablestudy.motion.body_mode import BodyMode, RefinedMode
-from cablestudy.motion.dynamic_analysis import DynamicAnalysis, solve_modes
+from cablestudy.motion.dynamic_analysis import DynamicAnalysis
+from cablestudy.motion.model_search import solve_modes
 from cablestudy.scene.one_cable import CABLE, GONDOLA, as_suspension
 from cablestudy.statics.suspension import GROUND, Equilibrium, SuspendedSystem
 from cablestudy.study.motion_columns import GONDOLA_X, MIDSPAN

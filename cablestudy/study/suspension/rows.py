@@ -86,7 +86,7 @@ def prepare(cases):
     ----------
     cases : sequence of SuspensionCase
     """
-    from cablestudy.motion.dynamic_analysis import solve_modes
+    from cablestudy.motion.model_search import solve_modes
 
     groups = {}
     for case in cases:
