@@ -233,11 +233,15 @@ def largest_share(share):
 def error_by_mixing(number, shares, frequency, error):
     """Relative error of the share of one mode by those of the frequencies of all modes, of a model too stiff. [-]
 
-    With eigenvalues l and relative errors e of frequencies the model adds to the stiffness a positive semidefinite
-    matrix with 2 e l on the diagonal, whose other entries are at most the geometric means of these. To first order it
-    adds to a mode k the modes j with the factors of at most 2 sqrt(e_j l_j e_k l_k)/|l_j - l_k|. Inertia that the model
-    leaves out, with 2 e on the diagonal, adds at most 2 sqrt(e_j e_k) l_k/|l_j - l_k|, more of modes below k. The
-    eigenvalue itself changes by 2 e_k, and this inertia changes a share by at most as much again.
+    The model has eigenvalues l, and relative errors e of frequencies. To the true stiffness it adds a positive
+    semidefinite matrix with 2 e l on the diagonal, whose other entries are at most the geometric means of these. To
+    first order this adds to a mode k each mode j with a factor of at most
+
+        2 sqrt(e_j l_j e_k l_k)/|l_j - l_k|.
+
+    Inertia that the model leaves out, with 2 e on the diagonal, adds at most 2 sqrt(e_j e_k) l_k/|l_j - l_k|, which is
+    more of modes below k. The eigenvalue itself changes by 2 e_k, and this inertia changes a share by at most as much
+    again.
 
     Parameters
     ----------

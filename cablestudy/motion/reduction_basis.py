@@ -58,7 +58,9 @@ def _moving_loads(plant):
 
 
 def loads_and_bases(plants, size):
-    """Yield each plant, and its loads and basis; those whose arrays have equal sizes are computed together.
+    """Yield the basis of the model of each plant, and the loads whose static responses are in it.
+
+    Those whose arrays have equal sizes are computed together.
 
     Parameters
     ----------
@@ -69,9 +71,10 @@ def loads_and_bases(plants, size):
     Yields
     ------
     plant : Plant
-    loads, basis : ndarray, shape (n, r); (ndarray, ndarray), shapes (m,) and (n, m)
-        Forces on the coordinates whose static responses are in the basis; its frequencies [rad/s] and shapes, of modes
-        and then of static responses.
+    loads : ndarray, shape (n, r)
+        Forces on the n coordinates of the full system.
+    basis : (ndarray, ndarray), shapes (m,) and (n, m)
+        Frequencies [rad/s] and shapes of the m coordinates of the model: modes, then static responses.
     """
     loads = {plant: (_applied_and_midspan_loads(plant), _moving_loads(plant)) for plant in plants}
 
@@ -93,9 +96,10 @@ def loads_and_bases(plants, size):
 
 
 def space_with_fewer_modes(plant, loads):
-    """Basis of a space of the coordinates, shape (m, r): fewer modes, static responses to `loads`, all strokes.
+    """Basis of a smaller model, whose results tell the error by the modes left out, shape (m, r).
 
-    The highest of the lowest modes are left out; modes that the loop could drive stay.
+    Of the m coordinates of a plant it has the lowest modes, a share `MOTION.fewer_modes` of them, static responses to
+    `loads`, shape (n, j), modes that the loop could drive, and all strokes.
     """
     (omega, shapes), count = plant.basis, len(plant.kept)
     modes = np.count_nonzero(plant.kept < len(plant.modes) - plant.driven)

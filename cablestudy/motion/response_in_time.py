@@ -17,11 +17,13 @@ WIND_INPUT = "gust"  # name of the input of a state space that is a gust
 def in_time(closed_loop, output, input_, components, times):
     """Response of a displacement over time to an input of a closed loop: `TimeResponse`.
 
-    It is computed with all coordinates, in a smaller space of them, and with twice as many modes: the differences give
-    the estimated error by the modes that any model leaves out. A corner in time has amplitudes of modes that fall with
-    the square of their frequency: with twice as many modes it is half as wrong, and twice the change counts. A corner
-    that a step makes after a delay has no end in frequency: with twice as many approximants in the smaller space it is
-    half as wrong. All these errors add up.
+    Its estimated error is the sum of
+
+    * the change to a smaller space of the coordinates (`Plant.coarse_space_in_time`);
+    * twice the change to twice as many modes: at a corner in time amplitudes of modes fall with the square of their
+      frequency, so that twice as many make it half as wrong;
+    * twice the change by twice as many approximants of a delay, in the smaller space: after a delay a step makes a
+      corner that contains all frequencies.
 
     Parameters
     ----------

@@ -142,7 +142,10 @@ class Turbulence:
         return self.plant.model is None or self.plant.responses
 
     def delay_error(self, integrals):
-        """Error of the variances by frequencies where the delay is approximated badly, shape (w, o) or (w, 1)."""
+        """Error of the variances by frequencies above `Loop.right_up_to`, where the delay is approximated badly.
+
+        Shape (w, o), or 0 of shape (w, 1) without a delay.
+        """
         if self.loop is None or not self.loop.law.delay:
             return np.zeros((len(integrals.weights), 1))
         beyond = TURN * integrals.panels.frequency > self.loop.right_up_to
@@ -152,9 +155,16 @@ class Turbulence:
 
     @cached_property
     def winch_speeds(self):
-        """Variances of speed and acceleration of each winch, their errors by modes, both of shape (2, i).
+        """Variances of speed and acceleration of the i winches, and what their errors follow from.
 
-        And of each winch the pole that nothing damps, see `Integrals.undamped`; and the `residues` of the speeds.
+        Returns
+        -------
+        value, by_modes : ndarray, shape (2, i)
+            Variances, and their errors by modes.
+        undamped : ndarray, shape (i,)
+            Pole that nothing damps of each winch, see `Integrals.undamped`.
+        residues : Residues or DelayedResponse
+            Response of the speeds to the gusts.
         """
         residues = _residues_of_rows([self], speeds=True)[0]
         value, coarse = self._integrals.variances(residues), np.nan

@@ -115,13 +115,18 @@ class Arc:
 
 
 def coherence_of_cables(kappa, cable, other):
-    """Mean coherence of the functions of all elements of two cables, shape (f, q, p).
+    """Mean coherence of the functions of two cables.
 
     Parameters
     ----------
     kappa : ndarray, shape (f,)
         The coherence at a distance r is exp(-kappa r). [1/m]
     cable, other : list of Arc
+        Their elements, with q and p functions in all.
+
+    Returns
+    -------
+    ndarray, shape (f, q, p)
     """
     places, others = (np.concatenate([arc.points for arc in arcs]) for arcs in (cable, other))
     distance = size(places[:, None] - others)
@@ -140,15 +145,21 @@ def coherence_of_cables(kappa, cable, other):
 
 
 def coherence_of_chords(kappa, cable):
-    """Coherence between places of one cable by their distances, less that by their distances along it, (f, q, q).
+    """Mean of exp(-kappa r) - exp(-kappa a) for functions of one cable, by straight distances r and those along it, a.
 
-    Of the functions of all elements; smooth, since both distances are nearly equal where they are short.
+    `Strips.gust_covariance` has the distance along the cable; this is what the straight one adds. It is smooth, since
+    both distances are nearly equal where they are short.
 
     Parameters
     ----------
     kappa : ndarray, shape (f,)
         [1/m]
     cable : list of Arc
+        Its elements, with q functions in all.
+
+    Returns
+    -------
+    ndarray, shape (f, q, q)
     """
     count = len(cable[0].points)
     positions, weights = gauss(WIND.chord_points * count - 1)
@@ -170,9 +181,18 @@ def coherence_with_points(kappa, places, cable):
 
 
 def _sinh_rule(count, center, scale):
-    """Points on [0, 1], and weights, shape (..., q) both, for a peak at a centre (...), of a width `scale` (...).
+    """Rule of quadrature on [0, 1] for a polynomial times a narrow peak, which is none in u: t = center + scale sinh(u).
 
-    `count` is the number of points of the polynomials that the peak multiplies.
+    Parameters
+    ----------
+    count : int
+        Number of coefficients of the polynomial.
+    center, scale : ndarray, shape (...)
+        Place and width of the peak.
+
+    Returns
+    -------
+    points, weights : ndarray, shape (..., q)
     """
     points, weights = _ends_refined(max(count + WIND.load_points, WIND.peak_points))
     kinked = np.any(scale < WIND.narrow_peak)

@@ -137,7 +137,7 @@ class Gusts:
         return covariance
 
     def _table_weights(self, kappa):
-        """Weights of the k tabulated covariances (`_table`) by which one is interpolated at a decay kappa of coherence.
+        """Weights of the k covariances of `_table` in those interpolated at other kappa.
 
         Parameters
         ----------
@@ -220,7 +220,7 @@ class Gusts:
         return half + np.swapaxes(half, -1, -2)
 
     def _loads(self, kappa):
-        """Loads by the gusts: those on each cable, then those on all bodies together, if any.
+        """Yield the loads by the gusts: those on each cable, then those on all bodies together, if any.
 
         Parameters
         ----------
@@ -230,14 +230,14 @@ class Gusts:
         Yields
         ------
         places : list of Arc, or ndarray, shape (b, 3)
-            The elements of the cable, or the places of the bodies [m], with q functions in all.
+            Elements of the cable, whose functions are q in all, or the q places of the bodies. [m]
         work : ndarray, shape (q, t, k)
-            Its work, by each of these functions, on k coordinates of its own by each of the t components of the
-            turbulence that are not zero; for the bodies the speeds themselves.
+            Work of the load on its own k coordinates by each of the t components of the turbulence that are not zero,
+            with the form of each function; for the bodies the speeds themselves.
         coordinates : ndarray, shape (k, i)
-            Its coordinates in terms of the inputs, see `input_matrix`.
+            These coordinates by the inputs, see `input_matrix`.
         own_covariance : ndarray, shape (f, k, k)
-            Covariance of the work on its coordinates.
+            Covariance of the work on these coordinates.
         """
         rms, count, bodies = np.array(self.wind.turbulence), self._cable_inputs, np.arange(len(self.areas))
         nonzero, inputs = np.flatnonzero(rms), np.eye(count + 3 * len(bodies))
@@ -284,7 +284,10 @@ def _cross_covariance(kappa, places, work, cables, other_work):
 
 
 def _covariance(coherence, work, other_work):
-    """Sums of products of the work by q and p functions, shapes (q, t, k) and (p, t, l), and coherence, (f, q, p)."""
+    """Covariance of the work by q and by p functions, shapes (q, t, k), (p, t, l), coherence (f, q, p): (f, k, l).
+
+    It is the sum over both functions, and over the t components of the turbulence, of work times coherence times work.
+    """
     (count, components, inputs), functions = other_work.shape, len(work)
     by_function = coherence.reshape(-1, count) @ other_work.reshape(count, -1)
     work = work.reshape(functions * components, work.shape[-1])

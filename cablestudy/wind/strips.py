@@ -263,11 +263,11 @@ def on_cables(solution, layout, shapes, drag):
 
 
 def amplitudes(solution, layout, shapes, groups):
-    """Amplitudes of the coordinates of cables in shapes of the suspension, and in two end movements of each cable.
+    """Amplitudes of the coordinates of cables in m shapes of the suspension, and in two end movements of each cable.
 
-    They turn the wind forces of `Strips` into those on the shapes, and into tensions. In an end movement one end is
-    moved out of its cable along the tangent by one, and nothing else: the work of a load on this movement is the
-    decrease of the tension at that end by the load.
+    By them the wind forces of `Strips` on a cable's coordinates become those on the shapes, and tensions. In an end
+    movement one end moves out of its cable along the tangent by one, and nothing else moves: the work of a load on this
+    movement is the decrease of the tension at that end by the load.
 
     Parameters
     ----------
@@ -299,10 +299,15 @@ def amplitudes(solution, layout, shapes, groups):
 
 
 def _courses(models, catenary):
-    """Course of each cable in its chord frame, list: arguments of `Strips` and `_closest_to_wind`.
+    """Direction and stretch along each cable in its chord frame, for `Strips` and `_closest_to_wind`.
 
-    Unit tangents and |r'| at the points of the tensions, tension vectors in the middle of each element and half of
-    their changes; a cable without mass counts as straight.
+    A cable without mass counts as straight.
+
+    Returns
+    -------
+    list of (direction, stretch, middle, half)
+        Unit tangents, shape (e, order, 3), and |r'|, (e, order), at the points of the tensions; tension vectors in the
+        middle of each element, and half of their changes over it, both (e, 3). [N]
     """
     along = np.eye(3)[:1]
     mean_stretch = (1 + catenary.mean_tension / catenary.span.axial_stiffness)[:, None, None]
