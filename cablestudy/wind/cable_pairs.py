@@ -181,7 +181,7 @@ def coherence_with_points(kappa, places, cable):
 
 
 def _sinh_rule(count, center, scale):
-    """Rule of quadrature on [0, 1] for a polynomial times a narrow peak, which is none in u: t = center + scale sinh(u).
+    """Rule of quadrature on [0, 1] for a polynomial times a narrow peak, broad in u: t = center + scale sinh(u).
 
     Parameters
     ----------
