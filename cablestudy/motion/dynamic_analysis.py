@@ -77,7 +77,7 @@ class DynamicAnalysis:
         arguments = self.scene, self.equilibrium.suspension, self.model is not None, in_planes, on_cables
         return ModelSizes(*arguments, self.fewest_modes)
 
-    def closed_loop_of(self, count, responses=False, among=0):
+    def closed_loop_of(self, count, responses=False, computed=0):
         """`ClosedLoop` of the lowest modes, stable or not, shared by all cases for which it is the same.
 
         It is kept in `plants_and_loops` in four layers, whose keys add what the next object depends on: the plant
@@ -89,8 +89,8 @@ class DynamicAnalysis:
             Number of modes.
         responses : bool
             Whether static responses to the inertia and damping of moving bodies are coordinates too, see `Plant`.
-        among : int
-            Number of modes that are computed, if it is larger: `count` of them, the lowest, are taken.
+        computed : int
+            Number of modes that are computed, if it is larger: of these the lowest `count` are taken.
 
         Raises
         ------
@@ -98,7 +98,7 @@ class DynamicAnalysis:
             There are no modes to the accuracy.
         """
         scene, (winches, control), shared = self.scene, self._keys, self.plants_and_loops
-        computed, loops = max(count, among), shared.setdefault(winches, {})
+        computed, loops = max(count, computed), shared.setdefault(winches, {})
         plant_key = count, computed, responses, winches, self.midspans, self.points
         if plant_key not in shared:
             modes = self._modes_of(computed).first(count)

@@ -30,28 +30,28 @@ class Variances:
         Name of each output -> its index.
     weighted : dict
         "value", "rate" (of the derivative) and names of `seen_weights` -> variances, shape (o,).
-    but_by_waves : dict
+    errors_but_by_waves : dict
         Estimated errors without those by waves, by the same names: of interpolation and of the model, shape (o,).
-    by_waves : callable, optional
+    errors_by_waves : callable, optional
         Function without arguments -> errors of tensions by waves, shape (w, o), for each of these names.
     """
 
     rows: dict
     weighted: dict
-    but_by_waves: dict
-    by_waves: Callable | None = None
+    errors_but_by_waves: dict
+    errors_by_waves: Callable | None = None
 
     @cached_property
     def error(self):
         """Estimated errors by the same names, that of tensions by waves included: dict of ndarray, shape (o,)."""
-        if self.by_waves is None:
-            return self.but_by_waves
-        pairs = zip(self.but_by_waves.items(), self.by_waves(), strict=True)
-        return {name: error + error_by_waves for (name, error), error_by_waves in pairs}
+        if self.errors_by_waves is None:
+            return self.errors_but_by_waves
+        pairs = zip(self.errors_but_by_waves.items(), self.errors_by_waves(), strict=True)
+        return {name: error + by_waves for (name, error), by_waves in pairs}
 
     def error_of(self, name, outputs):
-        """Sum of the estimated errors, under the weight `name`, of some outputs by their names."""
-        errors = self.error if any(".tension_" in output for output in outputs) else self.but_by_waves
+        """Sum of the estimated errors of some named outputs, of the variances `name` of `weighted`."""
+        errors = self.error if any(".tension_" in output for output in outputs) else self.errors_but_by_waves
         return errors[name][[self.rows[output] for output in outputs]].sum()
 
 
@@ -242,7 +242,7 @@ class GustResponse:
         return self._variances(self._seen_weights)
 
     def _with_errors(self, weights, variances):
-        """`Variances` of results of `_variances` under some weights: with all errors, and 0 where rounding is left."""
+        """`Variances` with all errors, of results of `_variances`; 0 where no more than rounding is left."""
         value, by_modes, by_delay = variances
         if not np.isfinite(value).all():
             raise NoSolutionError("a variance of the motion in the wind is not a number")
@@ -251,15 +251,15 @@ class GustResponse:
         value = np.where(energy > MOTION.energy_rounding * largest, value, 0.0)
         is_tension = np.array([".tension_" in name for name in self.names])
         safety = MOTION.tension_safety[0 if self.closed_loop.gusts.strips else 1]
-        of_tensions = safety * _of_tensions(value, by_modes, is_tension)
+        of_tensions = safety * _tension_errors_by_modes(value, by_modes, is_tension)
         error = np.where(is_tension, of_tensions, by_modes) + self.integration_error * value + by_delay
         values, errors = (dict(zip(weights, arrays, strict=True)) for arrays in (value, error))
         rows = {name: row for row, name in enumerate(self.names)}
         if weights is not OWN:  # a telescope sees no tension
             return Variances(rows, values, errors)
-        return Variances(rows, values, errors, lambda: self._by_waves(value, by_modes))
+        return Variances(rows, values, errors, lambda: self._tension_errors_by_waves(value, by_modes))
 
-    def _by_waves(self, value, by_modes):
+    def _tension_errors_by_waves(self, value, by_modes):
         """Errors of the variances of tensions by waves, shape (w, o): of moving ends, and of gusts on the cables."""
         of_ends, plant = self._left_out.of_tensions(value, by_modes, self._least), self.closed_loop.plant
         return of_ends + plant.change_by_waves if plant.gusts.strips or self._left_out.unknown else of_ends
@@ -301,7 +301,7 @@ class GustResponse:
         return self.closed_loop.plant.stiffness_of_outputs
 
 
-def _of_tensions(value, by_modes, is_tension):
+def _tension_errors_by_modes(value, by_modes, is_tension):
     """Estimated error, by the modes left out, of the variances of tensions, shape (w, o).
 
     The share of the highest modes in one tension depends on single modes: so the largest share of all tensions counts,
