@@ -16,7 +16,7 @@ from cablestudy.motion.plant import Plant
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.motion.turbulence import OWN
 from cablestudy.system.comparison import relative
-from cablestudy.system.coupled_modes import coupled_modes, shaping_modes
+from cablestudy.system.coupled_modes import coupled_modes
 from cablestudy.system.mode_search import shaping_modes
 from cablestudy.system.together import computed_together
 
