@@ -63,11 +63,10 @@ def fit_strains(span, quantities, value, strain):
 
     Notes
     -----
-    Newton's method for ln L, with a measure m of the error that is nearly linear in the length L (`linear_measure`):
-    the step is -m/(dm/d ln L). The tension is a convex function of the length of a cable that is not very slack, so
-    that the steps of a cable that begins too short, as one without weight, approach the solution from one side. A cable
-    ends where its error is below `EXACT`, where it no longer falls and is near rounding, or after `stalled_steps` steps
-    without progress; it is then left as it is, so that its digits do not depend on the other cables.
+    Newton's method for ln L, see `_newton_step`. The tension is a convex function of the length of a cable that is not
+    very slack, so that the steps of a cable that begins too short, as one without weight, approach the solution from
+    one side. A cable ends where its error is below `EXACT`, where it no longer falls and is near rounding, or after
+    `stalled_steps` steps without progress; it is then left as it is, so that its digits do not depend on the others.
     """
     kinds = np.asarray(quantities, dtype=object)
     stated, of_force = np.array([kind is not None for kind in quantities]), np.isin(kinds, FORCES)
@@ -87,19 +86,32 @@ def fit_strains(span, quantities, value, strain):
         ended |= (error_size < EXACT) | stopped_by_rounding | (stalled_steps >= STATICS.stalled_steps)
         if ended.all():
             break
-        measure, factor = linear_measure(error, kinds)
         by_length = rates(cables, quantities).by_length
-        slope = factor * by_length / value
-        usable = stated & (slope != 0) & np.isfinite(slope)
-        change = np.where(usable, -measure / np.where(slope != 0, slope, 1.0), 0.0)
-        change = np.clip(np.nan_to_num(change), -STATICS.stated_length_change, STATICS.stated_length_change)
-        next_strain = np.minimum(strain_at_changed_length(strain, np.where(stated, change, 0.0)), highest_strain)
+        next_strain = strain_at_changed_length(strain, _newton_step(error, by_length / value, kinds))
         too_long = of_force & (error < 0) & ~(by_length < 0)  # so long that a longer cable would be tauter
-        next_strain = np.where(too_long, highest_strain, next_strain)
+        next_strain = np.where(too_long, highest_strain, np.minimum(next_strain, highest_strain))
         strain, last_size = np.where(ended, strain, next_strain), error_size
         near = (error_size < STATICS.predicted_change)[..., None]
         tension = np.where(ended[..., None], tension, np.where(near, cables.middle_tension, np.nan))
     return strain, error, cables.middle_tension
+
+
+def _newton_step(error, by_length, kinds):
+    """Relative changes of length dL/L = -m/(dm/d ln L) of cables, no larger than `STATICS.stated_length_change`.
+
+    Parameters
+    ----------
+    error : ndarray, shape (..., c)
+        Relative errors e of the stated values, of which `linear_measure` makes m; zero where nothing is stated.
+    by_length : ndarray, shape (..., c)
+        de/d ln L; where it is zero or not a number the length stays. [-]
+    kinds : ndarray of object, shape (c,)
+    """
+    measure, factor = linear_measure(error, kinds)
+    slope = factor * by_length
+    usable = (slope != 0) & np.isfinite(slope)
+    change = np.where(usable, -measure / np.where(slope != 0, slope, 1.0), 0.0)
+    return np.clip(np.nan_to_num(change), -STATICS.stated_length_change, STATICS.stated_length_change)
 
 
 def linear_measure(error, kinds):
