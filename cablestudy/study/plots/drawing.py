@@ -137,7 +137,7 @@ class Drawing:
         return np.concatenate([part.reshape(-1, 3) for part in parts])
 
     @cached_property
-    def points_along(self):
+    def places(self):
         """Places of `held`, and those along cables and lost cables, shape (n, 3). [m]"""
         return np.concatenate([*(part.reshape(-1, 3) for part in (self.cables, self.lost)), self.held])
 
