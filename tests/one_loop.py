@@ -9,7 +9,7 @@ from cablestudy.control.gain_limits import StableGains
 from cablestudy.control.law import INTEGRATOR
 from cablestudy.control.loop_gain import LoopGain
 from cablestudy.control.margins_grid import frequencies
-from cablestudy.control.notched_law import NotchedLaw
+from cablestudy.control.notch import NotchedLaw
 from cablestudy.motion.dynamic_analysis import DynamicAnalysis
 from cablestudy.scene.one_cable import as_suspension
 from cablestudy.study.one_cable.case import CableCase

@@ -9,7 +9,7 @@ from campaign import campaign
 from scipy.optimize import minimize_scalar
 from test_loop import spring_loop
 
-from cablestudy.control.curves import curves
+from cablestudy.control.curves import sample_curves
 from cablestudy.control.gain_limits import StableGains
 from cablestudy.control.law import INTEGRATOR
 from cablestudy.control.margins import Margins
@@ -166,7 +166,7 @@ def test_crossings_are_the_gains_at_which_eigenvalues_cross(seed, k):
     loop = Chain(seed, k)
     poles = loop.poles(0.0)
     omega = frequencies(poles[np.abs(poles) > 1e-9])
-    curve = curves([loop.unit_gain], np.zeros(len(omega), dtype=int), omega)
+    curve = sample_curves([loop.unit_gain], np.zeros(len(omega), dtype=int), omega)
     found = refined([loop.unit_gain], crossings(curve.row, curve.omega, curve.values))
     if loop.limit:
         assert found.factor[found.destabilising].min() == pytest.approx(loop.limit, rel=1e-9)

@@ -102,10 +102,11 @@ def at_frequencies(functions, row, omega, growth=0.0):
     return np.concatenate([by_parts(function, s[begin:end]) for function, begin, end in parts if end > begin])
 
 
-def curves(functions, row, omega, matrices=None, upto=np.inf, most=np.inf):
-    """Loop gains at enough frequencies to show where their eigenvalues cross the negative real axis: `LoopGainCurves`.
+def sample_curves(functions, row, omega, matrices=None, highest=np.inf, most=np.inf):
+    """Compute loop gains at frequencies close enough to show each crossing of the negative real axis: `LoopGainCurves`.
 
-    Stability follows from these crossings, see `margins_crossings`.
+    Stability follows from these crossings of their eigenvalues, see `margins_crossings`. Intervals of the frequencies
+    given are divided where an eigenvalue may cross unseen.
 
     Parameters
     ----------
@@ -115,14 +116,14 @@ def curves(functions, row, omega, matrices=None, upto=np.inf, most=np.inf):
         Frequencies to begin with, as of `LoopGainCurves`.
     matrices : ndarray, shape (f, k, k), optional
         The loop gains there.
-    upto : float or ndarray, shape (n,)
-        Frequency above which no more are taken. [rad/s]
+    highest : float or ndarray, shape (n,)
+        Frequency above which no interval is divided. [rad/s]
     most : float or ndarray, shape (n,)
         Gain up to which no crossing may be missed, or the least one with a crossing where that is larger. [rad/s]
     """
     first = LoopGainCurves.of(row, omega, at_frequencies(functions, row, omega) if matrices is None else matrices)
-    most, upto = (np.broadcast_to(bound, len(functions)) for bound in (most, upto))
-    return _subdivided(functions, first, partial(_may_cross_twice, most=most), upto)
+    most, highest = (np.broadcast_to(bound, len(functions)) for bound in (most, highest))
+    return _subdivided(functions, first, partial(_may_cross_twice, most=most), highest)
 
 
 def refined_for_sensitivity(function, gain, curve):
@@ -137,15 +138,22 @@ def refined_for_sensitivity(function, gain, curve):
     return _subdivided([function], curve, changes_fast, np.array([np.inf]))
 
 
-def _subdivided(functions, curves, divides, upto):
-    """`LoopGainCurves` with more frequencies where intervals are divided; `functions` and `upto` as of `curves`.
+def _subdivided(functions, curves, divides, highest):
+    """`LoopGainCurves` with more frequencies, in intervals that need them.
 
-    `divides` tells which of the intervals between f frequencies are: `LoopGainCurves` -> array of bool, shape (f - 1,).
+    Parameters
+    ----------
+    functions, highest
+        As of `sample_curves`.
+    curves : LoopGainCurves
+        With f frequencies.
+    divides : callable
+        Which intervals are divided: `LoopGainCurves` -> ndarray of bool, shape (f - 1,).
     """
     fractions = np.arange(1, CONTROL.interval_parts) / CONTROL.interval_parts
     for _ in range(CONTROL.interval_rounds):
         row, low, high = curves.row[1:], curves.omega[:-1], curves.omega[1:]
-        wide = (high - low > CONTROL.close_frequencies * high) & (high < upto[row]) & (row == curves.row[:-1])
+        wide = (high - low > CONTROL.close_frequencies * high) & (high < highest[row]) & (row == curves.row[:-1])
         divided = divides(curves) & wide
         if not divided.any():
             break
@@ -155,9 +163,11 @@ def _subdivided(functions, curves, divides, upto):
 
 
 def _may_cross_twice(curves, most):
-    """Intervals in which an eigenvalue may cross the negative real axis and come back, array of bool, shape (f - 1,).
+    """Intervals in which an eigenvalue may cross the negative real axis and come back: ndarray of bool, shape (f - 1,).
 
-    `most`, shape (n,), is that of `curves`; smaller eigenvalues cross with larger gains.
+    In these an eigenvalue turns by much; or it is near the axis, and its angle or size changes by much for that. An
+    eigenvalue l crosses with the gain 1/|l|: those too small for the gains `most`, shape (n,), of `sample_curves` do
+    not count.
     """
     before, after = paired(curves.values)
     row, inside = curves.row[1:], curves.row[1:] == curves.row[:-1]

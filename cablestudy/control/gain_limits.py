@@ -13,7 +13,7 @@ from operator import attrgetter
 
 import numpy as np
 
-from cablestudy.control.curves import at_frequencies, curves, eigenvalues, refined_for_sensitivity
+from cablestudy.control.curves import at_frequencies, eigenvalues, refined_for_sensitivity, sample_curves
 from cablestudy.control.margins import Margins, gain_of_peak, largest, sensitivity
 from cablestudy.control.margins_crossings import Crossings, crossing_near, crossings, refined
 from cablestudy.control.margins_grid import distinct, frequencies, near_poles
@@ -254,7 +254,7 @@ class StableGains:
         own = [partial(single, coordinate, self.loop_gain) for coordinate in range(size)]
         row, omega = np.repeat(np.arange(size), count), np.tile(curve.omega, size)
         matrices = 1 / np.diagonal(closed, axis1=1, axis2=2).T.reshape(-1, 1, 1) - 1
-        of_all = curves(own, row, omega, matrices, self.law.judged_up_to)
+        of_all = sample_curves(own, row, omega, matrices, self.law.judged_up_to)
         remaining, factors = crossings(of_all.row, of_all.omega, of_all.values).sorted(), []
         for coordinate in range(size):
             limit = _growth_allowed(own, remaining.take(remaining.row == coordinate))
@@ -268,22 +268,22 @@ def _curves_of(loops):
     """`StableGains.curve` of many `StableGains` with as many measured coordinates, computed together: list."""
     grids = [loop.first_frequencies for loop in loops]
     row = np.repeat(np.arange(len(loops)), [len(grid) for grid in grids])
-    bounds = {"upto": [loop.law.judged_up_to for loop in loops], "most": [loop.most for loop in loops]}
-    of_all = curves([loop.loop_gain for loop in loops], row, np.concatenate(grids), **bounds)
+    bounds = {"highest": [loop.law.judged_up_to for loop in loops], "most": [loop.most for loop in loops]}
+    of_all = sample_curves([loop.loop_gain for loop in loops], row, np.concatenate(grids), **bounds)
     return [of_all.of_loop(number) for number in range(len(loops))]
 
 
 def _destabilising_limits(loops):
     """`StableGains.limits` of many loops with as many measured coordinates: list of lists, ascending by gain.
 
-    The first of each list has the largest stable gain; an empty one means that every gain is stable. Crossings on the
-    curve are located by interpolation alone. In each round those that may be the first of their loop are located to
-    rounding (`_split_first`), and kept where a pole moves to the right. The limit of a mode that is nearly undamped
-    lies above the gain at which its pole crosses, so that rounds go on until no crossing lies below the least limit
-    found.
+    The first of each list has the largest stable gain; an empty one means that every gain is stable.
 
     Notes
     -----
+    On the curve crossings are known by interpolation alone. In each round those that may be the first of their loop are
+    located to rounding (`_split_first`), and kept where a pole moves to the right. Rounds go on until no other crossing
+    lies below the least limit found: that of a mode nearly undamped lies above the gain at which its pole crosses.
+
     With l the eigenvalue of the loop gain over the gain, L/g, a pole is at 1 + g l(s) = 0: it moves by 1/(g dl/ds) per
     relative change of g. A mode that is nearly undamped (`CONTROL.undamped`) is called unstable only from the gain on
     with which its growth over its frequency is `CONTROL.negligible_growth`.
@@ -322,6 +322,8 @@ def _limits_at(functions, crossings):
 def _undamped_factors(functions, row, limits):
     """Gain from which on each of some modes nearly undamped grows by `negligible_growth`, shape (l,). [rad/s]
 
+    It is sought along s = (growth + i) w, at frequencies w on both sides of the mode; infinite where it is not found.
+
     Parameters
     ----------
     functions : sequence of callable
@@ -332,9 +334,9 @@ def _undamped_factors(functions, row, limits):
         Where the pole of each mode crosses the axis.
     """
     own, growth = [functions[index] for index in row.tolist()], CONTROL.negligible_growth  # one function for each mode
-    place = np.array([limit.omega for limit in limits])[:, None]
-    width = np.array([max(limit.rate, CONTROL.negligible_growth) for limit in limits])[:, None] * place
-    omega = (place + width * np.concatenate([-ASIDE[::-1], [0.0], ASIDE])).ravel()
+    center = np.array([limit.omega for limit in limits])[:, None]
+    width = np.array([max(limit.rate, CONTROL.negligible_growth) for limit in limits])[:, None] * center
+    omega = (center + width * np.concatenate([-ASIDE[::-1], [0.0], ASIDE])).ravel()
     mode = np.repeat(np.arange(len(limits)), 2 * len(ASIDE) + 1)
     beside = crossings(mode, omega, eigenvalues(at_frequencies(own, mode, omega, growth)))
     destabilising = refined(own, beside.take(beside.destabilising), growth)

@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.control.law import INTEGRATOR, Law
-from cablestudy.control.notched_law import NotchedLaw
+from cablestudy.control.notch import NotchedLaw
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.system.first_order import Allocation, equations
 from cablestudy.system.linear import LinearSystem
@@ -206,12 +206,8 @@ class Loop:
         """`Eigen` of the closed loop; with a delay right for poles that do not nearly coincide alone."""
         if self.allocation is None:
             return self.motion.eigen
-        matrix = self._state_matrix(self.gain)
+        matrix = self.equations.with_gain(self.gain)
         return eigen_of_delayed(matrix) if self.law.delay else eigen(matrix)
-
-    def _state_matrix(self, gain):
-        """A0 + gain sum A_j of `equations`, for a gain [rad/s]."""
-        return self.equations.with_gain(gain)
 
     @property
     def poles(self):
@@ -220,7 +216,7 @@ class Loop:
 
     def poles_with(self, gain):
         """Poles of the closed loop with a gain [rad/s] in place of its own. [rad/s]"""
-        matrix = self._state_matrix(gain)
+        matrix = self.equations.with_gain(gain)
         poles = np.linalg.eigvals(matrix)
         return poles[poles.imag >= 0] if np.iscomplexobj(matrix) else poles  # as `Eigen.poles`
 

@@ -17,7 +17,7 @@ from math import prod
 import numpy as np
 
 from cablestudy.cable.matrices import solve
-from cablestudy.control.notched_law import NotchedLaw
+from cablestudy.control.notch import NotchedLaw
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.system.linear import LinearSystem
 from cablestudy.system.tolerances import SYSTEM

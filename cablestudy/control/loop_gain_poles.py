@@ -15,7 +15,7 @@ import numpy as np
 
 from cablestudy.cable.matrices import solved
 from cablestudy.control.loop_gain import LoopGain
-from cablestudy.control.notched_law import NotchedLaw
+from cablestudy.control.notch import NotchedLaw
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.system.together import batches
 
@@ -37,9 +37,8 @@ def poles_of_modes(loop_gains, modes):
     Returns
     -------
     list of (ndarray, ndarray)
-        Of each loop gain, for these modes of one cable after the other, complex, shape (n,) both: the poles without
-        gain [rad/s], and the change of each pole per gain, to first order: -X/(2 s) [-]. Not numbers where Z_r is
-        singular.
+        Of each loop gain the poles s of these modes without gain [rad/s], and the change of each per gain, to first
+        order, -X/(2 s) [-]. Both are complex, shape (n,), one cable after the other; not numbers where Z_r is singular.
     """
     found = [None] * len(loop_gains)
     for indices, members in _batches(loop_gains, range(len(loop_gains))):
@@ -101,10 +100,10 @@ def _held_and_driven(loop_gains, row, omega, decay, w, by_winches):
 
 
 def narrow_poles(loop_gains, estimates, starts, errors):
-    """Poles without gain of the equations of L, found near places where an estimate may be too coarse to show them.
+    """Find poles, without gain, whose resonances are narrower than the errors of their estimates.
 
-    L has a resonance as wide as the decay of its pole. Frequencies beside an estimate miss it if the estimate is off by
-    more than this width. Near a pole Z x = -d Z' x, d being the steps from s to it and to poles close to it.
+    A loop gain L has a resonance as wide as the decay of its pole. Frequencies beside an estimate miss it if the
+    estimate is off by more than this width.
 
     Parameters
     ----------
@@ -121,6 +120,11 @@ def narrow_poles(loop_gains, estimates, starts, errors):
     list of ndarray
         For each loop gain the poles whose distance from all estimates exceeds half the width of their resonance,
         complex, shape (k,). [rad/s]
+
+    Notes
+    -----
+    At s near a pole the steps d to it, and to poles close to it, are eigenvalues of Z x = -d Z' x. Newton's method
+    follows.
     """
     found, hidden_of = [poles[:0] for poles in estimates], {}
     for index, (loop_gain, s, error) in enumerate(zip(loop_gains, starts, errors, strict=True)):

@@ -55,15 +55,15 @@ def near_poles(poles):
 def highest(function, curves, equal=0.0):
     """Find the largest value of each of n functions of frequency, and the frequency where it is [rad/s]: list of pairs.
 
-    Of peaks that are equal the frequency is the lowest one.
+    Peaks between the known frequencies are refined where they may be the highest: such as the peak of a sensitivity. Of
+    peaks that are equal the frequency is the lowest one.
 
     Parameters
     ----------
     function : callable
         Frequencies, and the numbers of the functions there, both of shape (f,) -> values, shape (f,).
     curves : list of (ndarray, ndarray)
-        Of each function frequencies, shape (f,), ascending, close enough to show every peak, and its values there. Each
-        peak that may be the highest is refined.
+        Of each function known frequencies, shape (f,), ascending, close enough to show every peak, and values there.
     equal : float
         Relative difference of heights, which are not negative, up to which peaks are equal. [-]
     """
@@ -147,16 +147,17 @@ def _polished_maxima(function, height, omega, width, which):
 
 
 def passages(function, curves):
-    """Find where the values of n functions of frequency, k of each, pass zero.
+    """Find where the values of n functions of frequency, k of each, pass zero: such as the crossovers of a loop gain.
+
+    That is between known values of different signs, and beside an extremum between two of one sign.
 
     Parameters
     ----------
     function : callable
         Frequencies, and the numbers of the functions there, both of shape (f,) -> values, shape (f, k).
     curves : list of (ndarray, ndarray)
-        Of each function frequencies, shape (f,), ascending, close enough to show every extremum, and its values there,
-        shape (f, k). A value that passes zero and comes back between two of them is found where those around suggest
-        it.
+        Of each function known frequencies, shape (f,), ascending, close enough to show every extremum, and its values
+        there, shape (f, k).
 
     Returns
     -------
@@ -183,7 +184,10 @@ def passages(function, curves):
 
 
 def _with_extrema_of_other_sign(function, single, curves):
-    """The curves of `passages` with the extrema that pass zero between two frequencies of one sign: list of pairs."""
+    """The curves of `passages` with the extrema that pass zero between two frequencies of one sign: list of pairs.
+
+    `function` and `curves` are those of `passages`; `single` gives one of the k values of a function at each frequency.
+    """
     brackets = []
     for number, (omega, value) in enumerate(curves):
         for rank, values in enumerate(value.T):

@@ -27,13 +27,15 @@ class _DifferenceError(Exception):
 
 @np.errstate(divide="ignore", invalid="ignore")  # what is not finite is refused
 def nearby_margins(known, loop_gain):
-    """`Margins` of a loop gain that differs little from that of `known` ones; None where it differs too much.
+    """Estimate the `Margins` of a loop gain L' that differs little from L; None where it differs too much.
 
     Parameters
     ----------
     known : Margins
+        Of L.
     loop_gain : callable
-        L': s, shape (f,) -> shape (f, k, k). It is called once, with few frequencies.
+        L': s, shape (f,) -> shape (f, k, k). It is called once, at the frequencies that decide the margins of L: those
+        of its crossovers, of the peaks of sensitivity and disk margin (three each), and of the bandwidth.
     """
     (crossovers, angles), count = known.crossovers, len(known.crossovers[0])
     try:

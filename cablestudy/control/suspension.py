@@ -178,7 +178,10 @@ def signature(layout, kept, winches, markers, midspans):
 
 
 def suspension_systems(layouts, kept, winches, markers, midspans):
-    """`suspension_system` of n rows with equal `signature`, arguments as lists of those of each: a `LinearSystem`."""
+    """Assemble the `LinearSystem` of n rows with equal `signature`, the row first: of each row a `suspension_system`.
+
+    Arguments are lists of those of each row.
+    """
     layout, winch_count = layouts[0], len(winches[0])
     ends = _Ends(layouts, winches)
     matrices = [[cable.element.matrices() for cable in of_row] for of_row in kept]

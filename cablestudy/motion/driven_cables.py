@@ -264,10 +264,11 @@ class DrivenCables:
         )
 
     def _models(self):
-        """`Models` of the cables with elements fine enough for the waves that the gain could drive, and `resolved_to`.
+        """`Models` of the cables, with elements fine enough for the waves that the gain could drive and `resolved_to`.
 
-        The meshes of the coupled modes are used where they are fine enough, or where the scene states the elements
-        (`model.elements`).
+        Those of the coupled modes serve where they are fine enough, and where the scene states the elements
+        (`model.elements`). Else the number of half-waves along each cable, at the highest frequency that is needed,
+        decides on its mesh.
 
         Raises
         ------
@@ -359,7 +360,7 @@ class DrivenCables:
         return closed_loop.untuned_loop.unit_gain if loop_gain.spoilt else loop_gain
 
     def elements_of(self, models, kept):
-        """`Superelement` of each cable in the loop gain, in the air: list; arguments as of `_loop_gain`."""
+        """`Superelement` of each cable in the loop gain, in the air: list; arguments as of `loop_gain_of`."""
         return [in_air.element for in_air in self.closed_loop.plant.in_air(models, kept)]
 
     @computed_together
@@ -378,7 +379,7 @@ class DrivenCables:
         above = [one._modes_that_may_be_above(modes) for one, modes in needed.items()]
         loop_gains = [one.loop_gain for one in needed]
         estimated = [poles for poles, _ in poles_of_modes(loop_gains, above)]
-        of_rows = [one._with_estimates(*pair) for one, *pair in zip(needed, above, estimated, strict=True)]
+        of_rows = [one._poles_and_starts(*pair) for one, *pair in zip(needed, above, estimated, strict=True)]
         poles, starts, errors = map(list, zip(*of_rows, strict=True)) if of_rows else ([], [], [])
         narrow = narrow_poles(loop_gains, poles, starts, errors)
         yield from ((one, np.concatenate(pair)) for one, *pair in zip(needed, poles, narrow, strict=True))
@@ -394,15 +395,15 @@ class DrivenCables:
         pairs = zip(needed, self.loop_gain.elements, strict=True)
         return [np.flatnonzero(modes & (element.omega > least)) for modes, element in pairs]
 
-    def _with_estimates(self, modes, estimated):
-        """Poles of the model, estimated poles of modes above it, and places to search for narrow poles from.
+    def _poles_and_starts(self, modes, estimated):
+        """Poles of the model with estimated poles of modes above it, and where to begin the search for narrow poles.
 
         Parameters
         ----------
         modes : list of ndarray of int
             Numbers of modes of each cable.
         estimated : ndarray, complex, shape (n,)
-            Their poles. [rad/s]
+            Their poles, by `poles_of_modes`. [rad/s]
 
         Returns
         -------

@@ -30,7 +30,7 @@ import numpy as np
 
 from cablestudy.cable.matrices import dense, solve
 from cablestudy.control.loop_gain_poles import poles_of_modes
-from cablestudy.control.notched_law import NotchedLaw
+from cablestudy.control.notch import NotchedLaw
 from cablestudy.control.suspension import reeling
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.motion.tolerances import MOTION
@@ -244,7 +244,10 @@ def _stacked(owners, *names):
 
 
 def _responses_of_rows(effects):
-    """`DrivingBounds._responses` of n rows with arrays of equal sizes: four arrays with the row first."""
+    """`DrivingBounds._responses` of n rows with arrays of equal sizes: the same four arrays, with the row first.
+
+    Z of the module's docstring is solved for the measured coordinates and for the forces of the winches at once.
+    """
     bodies = [[dense(matrix) for matrix in one.closed_loop.layout.body_matrices] for one in effects]
     body_stiffness, mass = map(np.stack, zip(*bodies, strict=True))
     connection, reeling, measured, omega = _stacked(effects, "connection", "reeling", "measured", "omega")
@@ -299,8 +302,8 @@ def _driving_gains_of_rows(effects):
 def _driving_gain_of_cable(effects, cable, of_measured, of_winches, winch_gain):
     """Gain above which waves across and along one cable of n rows could be driven, shape (n, 2, f). [rad/s]
 
-    The bound of the module's docstring, for the four waves across and two along of `_waves`; the largest shift of the
-    four, and of the two, counts.
+    With it the bound of the module's docstring on the shift of poles is `driven_decay` times their decay. Of the four
+    waves across of `_waves`, and of the two along, the one with the largest shift counts.
 
     Parameters
     ----------
@@ -333,9 +336,10 @@ def _driving_gain_of_cable(effects, cable, of_measured, of_winches, winch_gain):
 
 
 def _waves(effects, cable):
-    """Waves across and along one cable of n rows, taken as modes at each of the f frequencies.
+    """Forces on the ends by waves across and along one cable of n rows, taken as modes at each of the f frequencies.
 
-    Masses on the cable divide it: the shortest part has the largest forces on its ends, and is taken for all.
+    They are those of the module's docstring. Masses on the cable divide it: the shortest part has the largest forces
+    on its ends, and is taken for all.
 
     Returns
     -------

@@ -27,11 +27,11 @@ class LoopGainErrors:
 
     @cached_property
     def by_models(self):
-        """Loop gains changed by what the models of the cables leave open: list of `LoopGain`.
+        """Loop gains changed by the possible errors of the models of the cables: list of `LoopGain`, one to three.
 
-        One has the frequencies of the modes lowered by the errors of the mesh. If damping is modal, one lacks it in the
-        upper half of the modes, since it grows without limit as modes are added. If vectors stand for modes, one has
-        vectors in place of more modes.
+        1. The frequencies of the modes are lowered by the errors of the mesh.
+        2. If damping is modal, the upper half of the modes has none: this damping grows as modes are added.
+        3. If vectors stand for modes, they stand for more of them.
         """
         driven, loop_gain, elements = self._driven, self._driven.loop_gain, self._driven.loop_gain.elements
         mesh_errors = [np.zeros(len(element.omega)) for element in elements]
@@ -57,11 +57,17 @@ class LoopGainErrors:
         return [driven.loop_gain_of(models.with_modes(driven.modes_in_loop(models)), models)]
 
     def _mesh_errors(self, group):
-        """Relative errors, by the mesh, of frequencies of the kept modes and vectors of each cable, shape (n,): list.
+        """Relative errors, by the mesh, of the frequencies of the n kept modes and vectors of each cable: list of (n,).
 
-        `group` is the `MeshGroup` of these cables. Of modes far above those that decide on the loop only the joint
-        response to moving ends matters, for which six vectors stand (`residual_vectors`), and errors of single modes
-        cancel in it: each of these modes has the error of the vectors, if it is the smaller one.
+        Far above the modes that decide on the loop only the joint response of modes to moving ends matters. Six vectors
+        (`residual_vectors`) give it too, and their errors tell more of it than those of single modes, which cancel in
+        it. Such a mode has the mean error of the vectors, weighted by its share in each, if that is smaller than its
+        own.
+
+        Parameters
+        ----------
+        group : MeshGroup
+            Of these cables.
         """
         elements, multiple = self._driven.loop_gain.elements, MOTION.single_mode_errors
         far, vectors, amplitudes, errors = [], [], [], []
@@ -77,7 +83,7 @@ class LoopGainErrors:
         for cable, is_far, own, energy in zip(group.cable_indices.tolist(), far, vectors, energies, strict=True):
             square = elements[cable].omega ** 2
             n, squares = len(square), np.concatenate([square, square @ own**2])  # W^2 of modes, then of vectors
-            # relative error of W by the mesh: half that of W^2, twice the strain energy of a mode
+            # W^2 is twice the strain energy of a mode; `energy` is its error by the mesh, and that of W is half of it
             error = np.minimum(energy[: len(squares)] / squares / 2, 0.5)
             share = own**2 + np.finfo(float).tiny  # of each mode in each vector
             by_vectors = share @ error[n:] / share.sum(axis=1)

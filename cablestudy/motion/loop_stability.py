@@ -98,7 +98,7 @@ class LoopStability:
         """`driven`, or the error that says why there is none; the trials of many loops are computed together."""
         effects = without_errors({one: outcome_of(one._effects_if_stable) for one in loops})
         DrivingBounds.driving_gain.compute(effects.values())
-        searches = {one: one._driven_cables_tried() for one in loops}
+        searches = {one: one._search_driven_cables() for one in loops}
         while searches:
             trials = {}
             for one, search in list(searches.items()):
@@ -114,19 +114,23 @@ class LoopStability:
                 yield one, outcome
             _solve_trials(dict.fromkeys(trials.values()))  # loops of other exposures share theirs
 
-    def _driven_cables_tried(self):
-        """Find `DrivenCables` with all modes of cables that decide on the largest stable gain, which is returned.
+    def _search_driven_cables(self):
+        """Search for a gain that is not below the largest stable one: a generator that returns its `DrivenCables`.
 
-        Trials: `DrivenCables` with all modes that a trial gain could drive have a largest stable gain; where this is
-        above the trial gain, it is the next trial gain. Where the loop is stable with every gain,
-        `MOTION.unlimited_gain` times the lowest frequency stands for the largest one. Each trial is yielded before its
-        `limit` is asked for. Raises as `driven`.
+        It yields the `DrivenCables` of each trial gain before it asks for their `limit`, so that the caller can compute
+        the limits of many loops together. Raises as `driven`.
+
+        Notes
+        -----
+        `DrivenCables` have all modes of cables that their trial gain could drive. So their largest stable gain is right
+        if it is at most the trial gain; else it is the next trial gain. Where they are stable with every gain,
+        `MOTION.unlimited_gain` times the lowest frequency stands for the largest one.
         """
         driven_cables, first_gains = self._trials.driven_cables, self._trials.first_gains
         self._closed_loop.check_open()
         gain = self._closed_loop.untuned_loop.gain
         if gain not in first_gains:
-            first_gains[gain] = yield from self._first_gain_tried()
+            first_gains[gain] = yield from self._first_trial_gain()
         gain = first_gains[gain]
         powers, driven_of_gain = [], None  # exponents of the trial gains, and the last `DrivenCables`
         for _ in range(MOTION.gain_trials):
@@ -144,8 +148,8 @@ class LoopStability:
             gain = needed_gain
         return driven_of_gain
 
-    def _first_gain_tried(self):
-        """Gain for the first `DrivenCables` of the loop, the first of `_trial_gains` that can be judged. [rad/s]"""
+    def _first_trial_gain(self):
+        """Find the first of `_trial_gains` that can be judged [rad/s]: a generator, as `_search_driven_cables`."""
         for trial in self._trial_gains:
             try:
                 driven_of_gain = self._driven_cables_of(trial)

@@ -18,7 +18,8 @@ from cablestudy.system.coupled_modes import coupled_modes_of_cases
 def search_models(analyses):
     """Find for each analysis a `ClosedLoop` with as many modes as needed, and its `GustResponse`, or None without wind.
 
-    Of all rows that need more modes the next models are solved together.
+    Each analysis tries models with more and more modes (`sizes_to_try`) until these suffice for the accuracy. In each
+    round the models, and the variances, of all analyses that need another one are computed together.
 
     Parameters
     ----------
@@ -56,16 +57,16 @@ def search_models(analyses):
 
 
 def closed_loops_of(sizes, trial=0):
-    """`ClosedLoop` of each analysis with as many modes as it tries first, second ..., or the error that it has none.
+    """`ClosedLoop` of each analysis in one round of the search: dict, with the error in place of one that there is not.
 
     The motions of all are computed together.
 
     Parameters
     ----------
     sizes : dict
-        Analysis -> `DynamicAnalysis.sizes_to_try`, or the error that says why there are none.
+        Analysis -> numbers of modes that it tries (`DynamicAnalysis.sizes_to_try`), or the error that it has none.
     trial : int
-        From 0.
+        Which of these numbers is taken, from 0.
     """
     found = {}
     for analysis, of_analysis in sizes.items():
