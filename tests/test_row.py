@@ -135,9 +135,9 @@ def test_notes_say_what_was_left_out():
     assert "asked for 0.0001" in " ".join(row_of(scene(base=SLACK), "cable_frequency").notes)
 
 
-@pytest.mark.parametrize("gravity", [1e-90, 1e-120, 1e-200])
+@pytest.mark.parametrize("gravity", [1e-20, 1e-30])
 def test_a_cable_with_hardly_any_weight_troubles_no_other(gravity):
-    """Squares and cubes of its tension are no numbers."""
+    """In the least gravity that a scene may have."""
     cable = "{chord: 10, area: 1e-4, elastic_modulus: 1e9, density: 1e3, unstretched_length: 11}"
     settings = [f"cable={cable}", "model={accuracy: 1e-3}"]
     scenes = [scene(f"gravity={value}", *settings) for value in (gravity, 9.81)]
@@ -187,11 +187,11 @@ def test_a_gain_that_no_margin_gives_leaves_the_open_loop(monkeypatch):
 
 def test_a_loop_that_cannot_be_had_in_a_storm_leaves_the_others():
     """The steady wind adds to the errors of what there is, and of that alone."""
-    scene = CableScene.model_validate(random_scene(46))
+    scene = CableScene.model_validate(random_scene(294))
     cells = evaluate(scene, [find("gain"), find("gondola_rms"), find("sag")]).cells
     assert cells["gain_rad_per_s"] is cells["gondola_rms_mm"] is None
     assert cells["sag_m"] > 0
-    assert cells["status"].startswith("the loop is examined up to a gain of 0.007812 rad/s, which could drive")
+    assert cells["status"].startswith("no largest gain: at 0.1017 rad/s the loop drives a mode of 2.05 Hz")
 
 
 LOSSES = [("{model: hysteretic, loss_factor: 0.02}", "{accuracy: 1e-4}"),
