@@ -17,8 +17,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cablestudy.control.proper import channels
-from cablestudy.control.statespace import state_space_of
+from cablestudy.control.statespace import channels, state_space_of
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.system.first_order import Allocation, LinearControl
 from cablestudy.system.linear import MODAL, LinearSystem, equivalent_viscous

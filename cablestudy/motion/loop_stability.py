@@ -201,12 +201,6 @@ class LoopStability:
         return driven_cables[power]
 
     @property
-    def first_gains(self):
-        """`StableGains` of the first trial of `driven`, by which its search begins; raises as `driven`."""
-        self._closed_loop.check_open()
-        return self._driven_cables_of(self._trial_gains[0]).gains
-
-    @property
     def judged_by(self):
         """`DrivenCables` that show a loop with a stated gain to be stable; raises as `driven`."""
         if self._far_from_unstable:  # also where the largest gain is known: no digit depends on what was asked first

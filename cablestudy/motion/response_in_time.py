@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cablestudy.control import loop_response
+from cablestudy.control import time_response
 from cablestudy.control.statespace import state_space_of
 from cablestudy.control.suspension import labels
 from cablestudy.scene.determinacy import ROTATIONS
@@ -49,14 +49,14 @@ def in_time(closed_loop, output, input_, components, times):
     coarse_motion = all_coordinates.within(coarse_space)
     full = _response_in_space(closed_loop, loop, all_coordinates, None, *driving)
     coarse = _response_in_space(closed_loop, loop, coarse_motion, coarse_space, *driving)
-    errors = loop_response.differences(full, coarse)
+    errors = time_response.differences(full, coarse)
     if finer := closed_loop.with_twice_the_modes:
         same_loop = replace(loop, allocation=finer.body.allocation, notches=finer.body.notches)
         of_finer = _response_in_space(finer, same_loop, finer.plant.viscous_motion, None, *driving)
-        errors = errors + 2 * loop_response.differences(full, of_finer)
+        errors = errors + 2 * time_response.differences(full, of_finer)
     if finer_delay := loop.law_states_of_finer_delay:
         of_finer = _response_in_space(closed_loop, loop, coarse_motion, coarse_space, *driving, finer_delay)
-        errors = errors + 2 * loop_response.differences(coarse, of_finer)
+        errors = errors + 2 * time_response.differences(coarse, of_finer)
     response = replace(full, errors=errors)
     if loop.gain:
         return response
@@ -141,4 +141,4 @@ def _response_in_space(closed_loop, loop, motion, space, output, input_, compone
     without_loop = state_space_of(system, actuators=actuators)
     winch_indices = [with_loop.output_names.index(name) for name, _ in system.inputs[: len(closed_loop.winches)]]
     indices = with_loop.output_names.index(output), winch_indices, with_loop.input_names.index(input_)
-    return loop_response.responses(with_loop, without_loop, *indices, components, times)
+    return time_response.responses(with_loop, without_loop, *indices, components, times)

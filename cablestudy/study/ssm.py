@@ -8,7 +8,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from cablestudy.control import export, statespace
-from cablestudy.control.proper import channels, proper
+from cablestudy.control.statespace import channels, proper
 from cablestudy.errors import NoSolutionError, SceneError, refuse_options
 from cablestudy.scene.fields import suggestion
 from cablestudy.scene.units import read_frequency
