@@ -4,12 +4,12 @@ Modes that coincide may be combined at will, and have one share together.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import chain
 
 import numpy as np
 
-from cablestudy.errors import NoSolutionError, result_of
+from cablestudy.errors import NoSolutionError, outcome_of, result_of
 from cablestudy.motion.body_damping import damping_ratios
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.statics.suspension import AXES
@@ -43,10 +43,24 @@ class RefinedMode:
         self._first, self._sharper, self.accuracy, self._rounding = first, sharper, accuracy, rounding
         self._airflow, self._rows = airflow, together
 
-    @cached_property
+    @property
     def mode(self):
-        """`BodyMode` of the first model; raises as `first`."""
-        return self._first()
+        """`BodyMode` of the first model by which it is certain which mode this is (`BodyMode.certain`).
+
+        Of the finest where none is. Raises as `first`.
+        """
+        return self._mode_and_accuracies[0]
+
+    @cached_property
+    def _mode_and_accuracies(self):
+        """`mode`, and how many of the accuracies `MOTION.sharper` were tried for it: tuple."""
+        mode, tried = self._first(), 1
+        while self.accuracy is not None and tried < len(MOTION.sharper) and not mode.certain:
+            sharper = outcome_of(partial(self._sharper, MOTION.sharper[tried]))
+            if isinstance(sharper, Exception):
+                break
+            mode, tried = sharper, tried + 1
+        return mode, tried
 
     @property
     def frequency(self):
@@ -94,11 +108,12 @@ class RefinedMode:
 
     def _models(self, compared=False):
         """Yield `BodyMode`s of ever finer models; with `compared` only those that a finer mesh was compared with."""
+        mode, tried = self._mode_and_accuracies
         if self.accuracy is None:
-            return iter([self.mode])
-        again = compared and not self.mode.compared
-        factors = MOTION.sharper if again else MOTION.sharper[1:]
-        return chain([] if again else [self.mode], map(self._sharper, factors))
+            return iter([mode])
+        again = compared and not mode.compared
+        factors = MOTION.sharper[tried - 1 if again else tried :]
+        return chain([] if again else [mode], map(self._sharper, factors))
 
 
 @dataclass(frozen=True)
@@ -193,16 +208,39 @@ class BodyMode:
 
         `error` is one of all of them that takes the place of those of the modes. [-]
         """
-        (fine, number), run = self.damped, self.modes.run_of(self.number)
-        shares, errors = fine.compliance_shares(self.body, self.axis), fine.error
-        if error is not None:
-            errors = np.full(len(errors), error)
+        fine, number = self.damped
+        errors = fine.error if error is None else np.full(len(fine), error)
+        return self._error_by_mixing(fine, self.modes.run_of(self.number), number, errors)
+
+    def _error_by_mixing(self, modes, run, number, errors):
+        """Relative error of the share of a mode, by its number and the slice `run` of those that coincide with it. [-]
+
+        By relative errors of the frequencies of all of these `CoupledModes`, shape (k,).
+        """
+        shares = modes.compliance_shares(self.body, self.axis)
         share = shares[run].sum()
         shares[run], shares[number] = 0.0, share
         # modes above those computed count as one, at the frequency of the highest, with the error of this mode
-        rest, above = max(1 - shares.sum(), 0.0), max(fine.frequency[-1], MOTION.next_mode * fine.frequency[number])
-        every = np.append(shares, rest), np.append(fine.frequency, above), np.append(errors, errors[number])
+        rest, above = max(1 - shares.sum(), 0.0), max(modes.frequency[-1], MOTION.next_mode * modes.frequency[number])
+        every = np.append(shares, rest), np.append(modes.frequency, above), np.append(errors, errors[number])
         return error_by_mixing(number, *every)
+
+    @cached_property
+    def certain(self):
+        """True if no errors of the frequencies could give another mode the larger share; True for stated elements."""
+        if self.exact:
+            return True
+        run, shares = self.modes.run_of(self.number), self.modes.over_coincident(self.shares)
+        others = np.flatnonzero(shares > MOTION.contending_share * self.share_with_coincident)
+        others = [other for other in others.tolist() if not run.start <= other < run.stop]
+        if not others:
+            return True
+
+        def error_of(number):
+            return self._error_by_mixing(self.modes, self.modes.run_of(number), number, self.modes.error)
+
+        least = shares[self.number] * (1 - error_of(self.number))
+        return all(shares[other] * (1 + error_of(other)) < least for other in others)
 
     @property
     def exact(self):

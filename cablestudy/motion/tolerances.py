@@ -24,6 +24,8 @@ class MotionTolerances:
     coarser_mesh_safety: float = 3.0  # on the change from coarser meshes, where it falls slowly
     sharper: tuple = (1.0, 1e-2, 1e-4)  # accuracies of the modes that are tried for a number, over that asked for
     next_mode: float = 1.1  # least frequency of modes above those computed, over that of a body's mode
+    # share of a mode in a compliance over the largest one, from which on errors might make it the largest
+    contending_share: float = 0.25
     equal_shares: float = 1e-6  # relative difference of two shares that are one: the lower mode is taken
 
     # -------------------------------------------------------- motion in the wind, with the loop or without
