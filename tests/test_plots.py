@@ -1,6 +1,7 @@
 """Pictures: what is drawn is what was computed, and files are whole, valid and always the same."""
 
 import logging
+import re
 from pathlib import Path
 
 import matplotlib
@@ -554,6 +555,24 @@ def test_files_are_what_they_are_called_and_the_same_every_time(carlina, tmp_pat
     assert written[0].startswith(MAGIC[kind])
     assert written[0] == written[1]
     assert b"Date" not in written[0]
+
+
+def test_clip_paths_are_numbered_whatever_the_last_digits_of_the_layout(carlina, tmp_path):
+    written = []
+    for shift in (0.0, 1e-15):  # of the order of rounding: no coordinate of the file shows it
+        figure = plots.static_form(carlina)
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")
+        for axes in figure.axes:
+            low = axes.get_position(original=True)
+            axes.set_position((low.x0 * (1 + shift), low.y0, low.width, low.height))
+        path = tmp_path / "form.svg"
+        plots.save(figure, str(path))
+        written.append(path.read_text(encoding="utf-8"))
+    assert written[0] == written[1]
+    defined = re.findall(r'clipPath id="(\w+)"', written[0])
+    assert set(re.findall(r"url\(#(\w+)\)", written[0])) == set(defined)
+    assert sorted(defined) == [f"clip{number}" for number in range(1, len(defined) + 1)]
 
 
 def test_a_picture_that_fails_leaves_the_old_one(carlina, tmp_path, monkeypatch):

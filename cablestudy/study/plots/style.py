@@ -3,6 +3,7 @@
 import io
 import logging
 import os
+import re
 import warnings
 from contextlib import contextmanager
 from functools import lru_cache, wraps
@@ -53,6 +54,7 @@ OTHER_LETTERS = (
 )  # fmt: skip
 BOX = {"frameon": True, "edgecolor": "none", "framealpha": 0.85}  # of a legend that stands on curves
 UNDATED = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+CLIP_PATH = re.compile(rb'(id="|url\(#)(p[0-9a-f]{10})\b')  # its name in an SVG file, where it is defined or used
 WIDTH = 7.5  # of a picture [in]
 MOST_NAMES = 30  # along an axis
 UPRIGHT_NAMES = 2.8  # names per inch from which they stand upright
@@ -116,7 +118,17 @@ def save(figure, path):
     kind = os.path.splitext(path)[1].lower()
     data = io.BytesIO()
     figure.savefig(data, format=kind[1:], dpi=150, metadata=UNDATED[kind])
-    write_whole(path, data.getvalue())
+    write_whole(path, with_numbered_clip_paths(data.getvalue()) if kind == ".svg" else data.getvalue())
+
+
+def with_numbered_clip_paths(svg):
+    """An SVG file, bytes, with its clip paths numbered in the order in which they are used.
+
+    matplotlib names them by all digits of their edges, the last of which depend on the order in which it happens to
+    solve the layout: equal pictures would be different files.
+    """
+    numbers = {}
+    return CLIP_PATH.sub(lambda name: name[1] + b"clip%d" % numbers.setdefault(name[2], len(numbers) + 1), svg)
 
 
 class Window:
