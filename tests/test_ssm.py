@@ -343,7 +343,7 @@ def test_both_ends_of_a_long_response_are_those_of_the_whole():
         ("--error 0", "between 0 and 1"),
         ("--error nan", "between 0 and 1"),
         ("--kinds axial,sideways", "'sideways'"),
-        ("--kinds ''", "unknown kind"),
+        ("--kinds ''", "--kinds is empty"),
         ("--response 1:10", "FROM:TO:COUNT"),
         ("--response 10:1:5", "below"),
         ("--response 1:1:5", "below"),
