@@ -187,11 +187,14 @@ def test_a_gain_that_no_margin_gives_leaves_the_open_loop(monkeypatch):
 
 def test_a_loop_that_cannot_be_had_in_a_storm_leaves_the_others():
     """The steady wind adds to the errors of what there is, and of that alone."""
-    scene = CableScene.model_validate(random_scene(294))
+    data = random_scene(46)
+    data["winch"]["controller"]["notch"]["rolloff_frequency"] = 100.0  # so that the loop drives waves up to there
+    scene = CableScene.model_validate(data)
     cells = evaluate(scene, [find("gain"), find("gondola_rms"), find("sag")]).cells
     assert cells["gain_rad_per_s"] is cells["gondola_rms_mm"] is None
     assert cells["sag_m"] > 0
-    assert cells["status"].startswith("no largest gain: at 0.1017 rad/s the loop drives a mode of 2.05 Hz")
+    assert "which could drive about" in cells["status"]
+    assert "more than are resolved (300)" in cells["status"]  # half-waves along the cable
 
 
 LOSSES = [("{model: hysteretic, loss_factor: 0.02}", "{accuracy: 1e-4}"),

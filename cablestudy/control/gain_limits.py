@@ -435,10 +435,10 @@ def undamped(pole, ratio, begin=""):
     )
 
 
-def too_many(gains, count, omega):
-    """The error for a gain, in words, up to which a loop is examined, and which could drive too many modes."""
+def too_many(gains, count, most, omega):
+    """The error for gains, in words, up to which a loop is examined, and which could drive more modes than `most`."""
     return NoSolutionError(
         f"the loop is examined up to {gains}, which could drive about {count} modes of the cable, "
-        f"up to {omega / (2 * np.pi):.4g} Hz, more than are resolved ({CONTROL.driven_modes}): "
+        f"up to {omega / (2 * np.pi):.4g} Hz, more than are resolved ({most}): "
         f"cable.damping.viscous or a lower roll-off of the notch bounds them"
     )

@@ -284,8 +284,9 @@ class DrivenCables:
         half_waves = np.maximum(highest, [[resolved_to], [0.0]]) * travel_time / np.pi
         direction, cable = np.unravel_index(np.argmax(half_waves), half_waves.shape)
         largest = half_waves[direction, cable]
-        if largest > max(MOTION.resolved_waves, resolved_to * travel_time[ACROSS].max() / np.pi) * (1 + 1e-9):
-            raise too_many(self._gain_in_words, int(min(largest, 1e9)), highest[direction, cable])
+        most = max(MOTION.resolved_waves, resolved_to * travel_time[ACROSS].max() / np.pi)
+        if largest > most * (1 + 1e-9):
+            raise too_many(self._gain_in_words, int(min(largest, 1e9)), int(most), highest[direction, cable])
         plant, cables = self.closed_loop.plant, base.models.cables
         search = Search(plant.equilibrium, len(base.omega), MOTION.mesh_of_driven * plant.accuracy, cables=cables)
         meshes = cables.meshes(search.orders_of(half_waves.max(axis=0)))
@@ -333,7 +334,7 @@ class DrivenCables:
             needed.append((driven | (element.omega < self.all_modes_up_to)) & is_mode)
         count = sum(int(modes.sum()) for modes in needed)
         if count > CONTROL.driven_modes and not self.fixed_elements:
-            raise too_many(self._gain_in_words, count, self._highest_driven.max(initial=0.0))
+            raise too_many(self._gain_in_words, count, CONTROL.driven_modes, self._highest_driven.max(initial=0.0))
         return needed
 
     def loop_gain_of(self, kept, models=None):
