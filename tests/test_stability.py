@@ -25,6 +25,7 @@ from cablestudy.study.one_cable.rows import evaluate
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.table_rows import SLACK
 from cablestudy.system.linear import LinearSystem
+from cablestudy.system.tolerances import SYSTEM
 
 HYSTERETIC = "cable.damping={loss_factor: 0.02}"
 DIAMETERS = np.linspace(1.5, 6.0, 23).tolist()  # mm
@@ -142,6 +143,18 @@ def test_a_gain_from_a_margin_is_refused_where_undamped_modes_decide_and_has_the
     cells = evaluate(short(auto, 1e-2, viscous=2e-6), column).cells  # such an RMS is known to no more digits
     assert cells["gain_margin_dB"] == pytest.approx(6, abs=1e-9)
     assert cells["gondola_rms_mm"] > 0
+
+
+def test_poles_in_windows_are_in_the_stated_errors_of_largest_gain_and_gain(monkeypatch):
+    """Against the poles of all modes at once."""
+    columns, scene = [find(name) for name in ("largest_gain", "gain")], short({"auto": 6.0}, viscous=2e-5)
+    found = evaluate(scene, columns)
+    monkeypatch.setattr(type(SYSTEM), "windows_from", 10_000)
+    truth = evaluate(scene, columns)
+    for column, most in zip(columns, (2e-6, 1e-4), strict=True):
+        error = found.errors[column.header]
+        assert found.cells[column.header] == pytest.approx(truth.cells[column.header], rel=error)
+        assert error <= most
 
 
 @pytest.mark.parametrize("viscous", campaign([2e-6, 2e-5], [2e-5]))
