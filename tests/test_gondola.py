@@ -111,7 +111,7 @@ def test_modes_that_share_the_gondola_are_named():
 
     case = tuned(brentq(difference, 9.9, 10.1, xtol=1e-10))
     frequency, share = case.gondola_mode.mode.modes.frequency, case.gondola_mode.mode.shares
-    assert share.sum() == pytest.approx(1, rel=1e-5)  # of the lowest modes
+    assert 1 - 1e-3 < share.sum() < 1  # of the lowest modes: those above share the rest
     assert share[:2] == pytest.approx([0.5, 0.5], abs=1e-3)
     assert case.gondola_mode.mode.number == 0  # of two equal shares the lower one
     note, tie = gondola_notes(case)

@@ -186,7 +186,7 @@ def test_each_load_case_has_its_loads(tmp_path):
         (["--locus", "load1:1001"], "expected a whole number from 1 to 1000"),
         (["--locus", "load1:"], "expected a whole number"),
         (["--locus", "load1:²"], "expected a whole number"),
-        (["--locus", ""], "expected text, got ''"),
+        (["--locus", ""], "--locus is empty"),
         (["--locus", "load1", "--table", "loads"], "--table: no effect"),
         (["--locus", "load1", "--shape"], "--locus: no effect"),
         (["--locus", "load1", "--explain"], "--explain: no effect"),

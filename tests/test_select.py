@@ -232,7 +232,7 @@ def test_a_column_is_asked_for_once():
     [
         (["--where", "sagg < 1"], ["--where:1: unknown column 'sagg' (did you mean sag?)"]),
         (["--sort", "masss"], ["--sort: unknown column 'masss' (did you mean mass?)"]),
-        (["--sort", ""], ["--sort: unknown column '' ('cablestudy columns' lists them)"]),
+        (["--sort", ""], ["main sweep: --sort is empty ('main sweep --help' shows how)"]),
         (["--sort", "cable.sagg"], ["--sort: the study does not vary 'cable.sagg' (did you mean cable.preload?)"]),
         (["--best", "mass"], ["--best: expected 'min COLUMN' or 'max COLUMN', got 'mass'"]),
         (["--best", "least mass"], ["--best: expected 'min COLUMN' or 'max COLUMN', got 'least mass'"]),

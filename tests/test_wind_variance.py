@@ -129,13 +129,13 @@ def test_the_error_of_few_modes_counts_what_they_leave_out_of_damping(seed):
 
 @pytest.mark.parametrize("seed", [22, 31])
 def test_the_error_of_models_that_are_compared_is_not_below_the_true_one(seed):
-    """To 1e-9, which one model alone does not state: against 100 modes."""
+    """To 1e-9, which one model alone does not state: against 200 modes."""
     scene = random_scene(seed, model={"accuracy": 1e-9})
     del scene["winch"]
     wind = analysis_of(CableCase(CableScene.model_validate(scene)))
-    truth = wind.closed_loop_of(100, responses=True).plant.at_rest.variances[0][0, 0]
+    truth = wind.closed_loop_of(200, responses=True).plant.at_rest.variances[0][0, 0]
     found, error = wind.rms(["gondola.x"], "value", open_loop=True)
-    assert len(wind.closed_loop.modes) == 64
+    assert len(wind.closed_loop.modes) <= 100
     assert abs(found / np.sqrt(truth) - 1) <= error <= 1e-9
 
 

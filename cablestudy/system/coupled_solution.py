@@ -150,7 +150,8 @@ class CoupledModes:
         for first, last in self.coincident:  # their poles come in any order
             run = slice(first - 1, last)
             coarse[run] = np.sort(coarse[run])[np.argsort(np.argsort(ratio[run]))]
-        return np.abs(ratio - coarse) / np.where(ratio > SYSTEM.frequency_rounding, ratio, 1.0)
+        change = np.abs(ratio - coarse) / np.where(ratio > SYSTEM.frequency_rounding, ratio, 1.0)
+        return change / np.maximum(1 - change, SYSTEM.least_true_share)  # the true ratio may be smaller by the change
 
     def compliance_shares(self, body, axis):
         """Share of each mode in the static compliance of a free motion of a body: all of them add up to one. [-]

@@ -47,6 +47,7 @@ class SystemTolerances:
     # modes of a cable of such elements whose modal damping counts: an eigenvalue problem of a second
     modally_damped_modes: int = 1800
     frequency_rounding: float = 1e-12  # error of a frequency by rounding
+    least_true_share: float = 0.01  # of a damping ratio, which may be smaller by what it changes
     # modes that the other model needs beyond those asked for: the partner of the highest may be among them
     modes_beyond: int = 8
 
