@@ -60,7 +60,10 @@ def state_at(span, mesh, positions):
 
 
 def internal_forces(state, frame="chord"):
-    """Force that must act on each node to hold a cable in a state: f = integral of B^T T t ds.
+    """Internal forces of a cable: the force that must act on each node to hold the cable in a state.
+
+    f = integral of B^T T t ds over the unstretched length s, with tension T, unit tangent t, and the derivatives
+    B of the shape functions of the nodes by s.
 
     Parameters
     ----------

@@ -243,16 +243,21 @@ def linear_cable(strain, tension, slope):
 
 
 def uneven_strain(condition, strain, tensions, weights):
-    """Correction to the mean strain of conductors whose tension varies along them, for their curved stress-strain law.
+    """Error in mean strain of the tangent `linear_cable`, where the tension varies along a conductor.
 
-    A `linear_cable` follows the tangent of the curve at the mean tension. The correction is the mean, along the cable,
-    of the strain by the curve less the strain by the tangent.
+    The stress-strain curve e(T) is not straight; a `linear_cable` follows its tangent, of slope K = dT/de, at the mean
+    tension T0. The error, to be added to the mean strain of the linear cable, is the mean along the cable
+
+        sum of w_k (e(T_k) - e(T0) - (T_k - T0)/K)
+
+    Tensions T_k below the fraction `CABLE.curve_rounding` of T0 are raised to it.
 
     Parameters
     ----------
     condition : Condition
+        Stress-strain curves of the conductors in their present condition.
     strain : ndarray, shape (...)
-        At the mean tension. [-]
+        e(T0), at the mean tension. [-]
     tensions : ndarray, shape (..., k)
         At k points along the cables. [N]
     weights : ndarray, shape (k,)

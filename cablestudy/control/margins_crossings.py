@@ -111,20 +111,21 @@ def crossings(row, omega, values):
 
 
 def refined(functions, brackets, growth=0.0):
-    """Locate crossings to rounding: `Crossings` by loop, those of each by ascending factor.
+    """Locate to rounding where eigenvalues of loop gains cross the negative real axis: `Crossings` by loop.
 
-    A loop gain is first computed at more frequencies within each bracket, which separates several crossings in one
-    bracket; the secant method follows. A bracket that then shows no crossing is dropped: two eigenvalues had been
-    mistaken for one.
+    Those of each loop are sorted by the factor of its gain that makes the eigenvalue -1. Each bracket is first divided
+    by further frequencies, which separates several crossings in one bracket; the secant method follows. A bracket in
+    which no crossing is left is dropped: values of two eigenvalues had been paired as if of one.
 
     Parameters
     ----------
     functions : sequence of callable
         The loop gains of n loops, as of `curves`.
     brackets : Crossings
-        Pairs of frequencies with at least one crossing between them.
+        Pairs of frequencies with at least one apparent crossing between them.
     growth : float
-        Real part of s over the frequency: of poles that cross this line. [-]
+        The loop gains are computed at s = (growth + i) omega: 0 for the limit of stability, else along a line of
+        constant damping ratio. [-]
     """
     is_single = False
     for _ in range(CONTROL.crossing_zooms if len(brackets) else 0):

@@ -151,7 +151,10 @@ def loop(
 
 
 def finished_loop_answer(answer, scene, analysis, span, time_options, **named):
-    """Answer of the command `loop`: the margins with their picture, or a response over frequency or in time instead.
+    """Complete the answer of the command `loop`: add its picture, and put a response in place of the table of margins.
+
+    Without `span` and `time_options` the table of margins stays. With `span` the table is the response over frequency,
+    and the picture covers these frequencies. With `time_options` table and picture are of the response in time.
 
     Parameters
     ----------

@@ -187,9 +187,9 @@ class _PoleSearch:
         return values[self._cables].reshape(len(self._rows), -1).any(axis=1)
 
     def poles(self, models):
-        """Find the pole of each row with all modes of the cables of `Models`.
+        """Find the pole s of the damped mode of each of n rows with all modes of the cables.
 
-        With light damping the search begins at the pole of the undamped shape alone, the root of
+        The search begins at an estimate. With light damping this is the pole of the undamped shape alone, the root of
 
             s^2 + c s + w^2 + i h = 0
 

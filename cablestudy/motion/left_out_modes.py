@@ -301,9 +301,25 @@ class LeftOutModes:
         return bool((bound > _least_changes(variances, least)).any())
 
     def _changes(self, spectra, weights, variances, others, least, closed=False):
-        """Changes of the variances of the r outputs of `_Spectra`, shape (w, r).
+        """Estimate by how much the modes that the model leaves out change the variances of r outputs, shape (w, r).
 
-        Other arguments are as of `of_displacements`; `closed` tells whether the loop is closed, though it integrates.
+        It is the integral over frequency of the spectrum with all modes less that with the modes of the model,
+        weighted, as an absolute value, times the factor `MOTION.left_out_safety`. It is zero where no change is worth
+        stating, and where the responses with all modes are not known (`_unknown`).
+
+        Parameters
+        ----------
+        spectra : _Spectra
+            Spectra of the forces, and responses of the r outputs by all modes and by the model.
+        weights : dict
+            w functions of frequency [Hz] by which the spectrum is multiplied, one for each kind of variance.
+        variances, others : ndarray, shape (w, r)
+            Variances by the model, and their errors by other causes: a change that is small beside these need not be
+            exact.
+        least : float
+            Relative change of an RMS that is worth stating. [-]
+        closed : bool
+            True for responses with the control loop closed; they are so anyway of a loop that does more than integrate.
         """
         if not self._may_change(spectra, weights, variances, least) or self._unknown(closed or self._fast_loop):
             return np.zeros(variances.shape)

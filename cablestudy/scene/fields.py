@@ -246,13 +246,16 @@ def table_at(tables, path):
 
 
 def group_mistakes(table, given, optional=False):
-    """Find mistakes in keys of which exactly one is needed, such as `at` and `fraction` of a load: two, or none.
+    """Find mistakes in keys that exclude each other, of which exactly one is needed: `at` or `fraction` of a load.
+
+    A table has several choices. A choice consists of alternatives, of which exactly one must be given; an alternative
+    is a tuple of keys that go together, the main one first. Mistakes are keys of a second alternative, an alternative
+    without its main key, and a choice of which nothing is given.
 
     Parameters
     ----------
     table : str
-        Dotted key of the table in `layers.ALTERNATIVES`, which lists its choices: of each exactly one alternative is
-        given. An alternative is a tuple of keys that go together, the main one first.
+        Dotted key of the table in `layers.ALTERNATIVES`, which lists its choices.
     given : collection of str
         The keys that are there.
     optional : bool

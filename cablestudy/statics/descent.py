@@ -73,15 +73,18 @@ class SearchRecord:
 
 
 def newton_step(suspension, state, evaluation):
-    """Newton step of all free degrees of freedom; where the stiffness is not positive definite, one that descends.
+    """Newton step of all free degrees of freedom towards equilibrium: K^-1 times the net forces and moments.
+
+    Where the stiffness K is not positive definite, the net forces do positive work along the step, so that the energy
+    falls. Degrees of freedom that are held have a step of zero.
 
     Parameters
     ----------
     suspension : SuspendedSystem
     state : PoseState
-        Of n cases.
+        Pose from which the step starts, of n cases.
     evaluation : Evaluation
-        In this pose.
+        In this pose: net force and moment on each body, and forces and stiffness at the ends of the cables.
 
     Returns
     -------

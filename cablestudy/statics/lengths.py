@@ -113,9 +113,10 @@ def refuse_overdetermined(suspension, moving, lengths):
 
 
 def at_wanted_tensions(problem, suspension):
-    """Equilibrium with the tensions that the method wants, where all that is free follows the tensions.
+    """Equilibrium with prescribed tensions, of suspensions whose free parts find a balance under any tensions.
 
-    Any tensions are in balance then, in some place: `closest` takes the reference, the other methods the lower bound.
+    As the balance does not restrict the tensions, the method alone decides on them, within the bounds: `closest` takes
+    the reference tensions, the other methods the lower bound. The places of the bodies and points follow.
 
     Parameters
     ----------

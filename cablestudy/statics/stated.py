@@ -237,7 +237,8 @@ def _changes_at_stated_tension(cables, quantities, value, chosen):
     Returns
     -------
     ndarray, shape (..., c, 4, 4)
-        Rows dN [N] and dL/L, per movement of end 2 along x, y, z [m] and per relative change of the stated value.
+        Rows: dN along x, y, z [N], then dL/L [-]. Columns: per movement of end 2 along x, y, z [m], then per relative
+        change dv/v of the stated value [-].
     """
     span, kinds = cables.span, np.asarray(quantities, dtype=object)
     length, tension = span.unstretched_length[..., None], np.where(chosen, cables.max_tension, 1.0)[..., None]

@@ -79,22 +79,32 @@ def satisfy_stated(suspension, state, record):
 
 
 def backtrack(suspension, state, step, length_change, sought, error):
-    """Shorten steps of bodies and lengths until they lower the errors of stated values, in equilibrium after each.
+    """Line search: shorten a step of bodies and cable lengths until it lowers the errors of stated values.
 
-    Where bodies move far, lengths that change linearly are wrong by more than stiff cables stretch. So a step that does
-    not lower the errors is first tried again whole, with the lengths for which the cables have what they state where it
-    leads, and shortened only then. A step that is no better after the last try is returned as it is.
+    After each trial step the bodies are brought to equilibrium, and only then are the errors compared. The trials of a
+    case, until one is better:
+
+    1. The whole step, with lengths that change linearly.
+    2. The whole step, where each cable gets the length by which it has its stated value at the new place of the bodies.
+       Where bodies move far, linear changes are wrong by more than a stiff cable stretches.
+    3. A quarter of the step with linear lengths, then a sixteenth, and so on. The last trial is returned even if it is
+       no better.
 
     Parameters
     ----------
-    suspension, state, sought, error
-        As of `stated_errors`.
-    step, length_change
-        As of `coupled_step`.
+    suspension, state, sought
+        As of `stated_errors`, of n cases.
+    error : ndarray, shape (n, s)
+        Relative errors of the stated values of s cables in `state`, from `stated_errors`. [-]
+    step : ndarray, shape (n, b, 6)
+        Displacement and rotation of each of the b bodies, from `coupled_step`. [m], [rad]
+    length_change : ndarray, shape (n, c)
+        Changes dL/L of the unstretched lengths of all cables, from `coupled_step`. [-]
 
     Returns
     -------
     state : PoseState
+        The last trial, after the search for its equilibrium.
     error, rounding, cables
         As of `stated_errors`, in this state.
     record : SearchRecord

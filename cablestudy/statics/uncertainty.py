@@ -236,15 +236,24 @@ def _stayed(equilibrium):
 
 
 def _residuals(equilibrium, quantities, length_known):
-    """Residuals of the search in net forces and stated values, and the rounding of both.
+    """Forces and errors of stated values that the search for an equilibrium has left, and the rounding of both.
+
+    Parameters
+    ----------
+    equilibrium : Equilibrium
+        Of b bodies and c cables.
+    quantities : sequence of str
+        What each cable states: its unstretched length, a tension or a sag.
+    length_known : ndarray of bool, shape (..., c)
+        True for cables whose unstretched length is given, so that no stated value had to be met.
 
     Returns
     -------
     net, net_rounding : ndarray, shape (..., b, 6)
-        Forces and moments that are left. [N], [N m]
+        Net force and moment on each body, zero in exact equilibrium; and the size of its rounding. [N], [N m]
     error, value_rounding : ndarray, shape (..., c)
-        Relative error of stated values, zero where the length is known; and rounding of the stated value, or of the
-        length where it is known. [-]
+        Actual over stated value of each cable less 1, zero where the length is known; and the relative rounding of the
+        stated value, or of the length where it is known. [-]
     """
     suspension, cables, arms, ends = equilibrium.suspension, equilibrium.catenary, equilibrium.arms, equilibrium.ends
     strain, tension = np.asarray(cables.span.chord_strain), cables.max_tension

@@ -48,9 +48,10 @@ OF_SUSPENSIONS = tuple(column for column in WHOLE if column.name not in {own.nam
 
 
 def find(name):
-    """The column of a name, with or without its unit, such as `sag`, `gondola.x_m` or `frequency_3`.
+    """Look up a column by its name, with or without its unit, such as `sag`, `gondola.x_m` or `frequency_3`.
 
-    Parts of suspensions may have any name: `scene_kind.why_not` says if those of a scene have the column.
+    No scene is consulted: a part of a suspension may have any name, so that any is accepted before the dot. Whether a
+    scene has the column is told by `scene_kind.why_not`.
 
     Parameters
     ----------

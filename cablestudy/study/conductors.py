@@ -276,14 +276,16 @@ class Conductors:
         return np.array([any(force) for force in forces]).reshape(-1, *(1,) * (len(self._shape) - 1))
 
     def equivalent_cables(self, rows, scenes):
-        """Linear cables that hang as the conductors of k scenes do, in their load cases: `LinearCables`.
+        """Linear cables that stand for the nonlinear conductors of k scenes, each in its load case: `LinearCables`.
 
-        A conductor has the permanent sets of its state: none, by creep, by load, or both (`final`).
+        A linear cable has the strain and the tension of the conductor in equilibrium. The state of a conductor says
+        which permanent elongation ("set") it has: none, by creep, by load, or both (`final`).
 
         Parameters
         ----------
         rows : ndarray of int, shape (k,)
-            For each scene the index of the one among the n scenes of this object from which only its case differs.
+            For each of the k scenes the index of its original among the n scenes of this object: the two differ in the
+            load case only.
         scenes : sequence of scenes
             k scenes, each in its load case.
         """

@@ -177,7 +177,9 @@ def ice_mass(values):
 
 
 def steady_drag(values, ends, load_ratio=1.0):
-    """Drag of the steady wind of the load cases on n cables, by the pressures halfway between their ends: `SteadyDrag`.
+    """Drag per unstretched length of the steady wind of the load cases on n cables: `SteadyDrag`. [N/m]
+
+    It is zero without wind. Where the wind changes with the height, the pressure is that halfway between both ends.
 
     Parameters
     ----------

@@ -219,7 +219,7 @@ def long_cables(names, length, chord, stated):
     Parameters
     ----------
     names : sequence of str
-        Name of each cable in the note; empty if there is only one.
+        Name of each cable in the note; a single cable may have the name "", which is not shown.
     length, chord : sequence of float
         Unstretched length of each cable in the reference state, and distance of its ends. [m]
     stated : sequence of (str or None)

@@ -95,9 +95,13 @@ def evaluate_tables(tables, columns, explain=False, estimate=False):
     Returns
     -------
     dict
-        Number of a case of the study -> tuple of four: list of numbers in the order of the columns without `status`,
-        None for a column without a value; status; dict of header -> estimated relative error, of the columns where it
-        exceeds their `least_error` or is not known (None); notes.
+        Number of a case of the study -> (numbers, status, errors, notes):
+
+        * numbers: list in the order of the columns, without `status`; None where a column has no value
+        * status: str
+        * errors: dict of header -> estimated relative error, only where it exceeds the `least_error` of its column, or
+          is not known (None)
+        * notes: sequence of str, empty without `explain`
     """
     headers = [column.header for column in columns if column.name != "status"]
     least = {column.header: column.least_error for column in columns if column.least_error is not None}

@@ -105,8 +105,11 @@ def observed(system):
 
     Notes
     -----
-    A coordinate affects an output C0 z + C1 z' + C2 z'' directly if its vibration alone, with an amplitude z of the
-    energy k z^2 = 1, changes the output by more than rounding of the largest change that any coordinate makes.
+    To compare coordinates of different units, each one vibrates alone with the amplitude z = 1/sqrt(k), at the
+    frequency w = sqrt(k/m), k and m being its entries on the diagonals of stiffness and mass. This changes an output
+    C0 z + C1 z' + C2 z'' by |C0| z + |C1| w z + |C2| w^2 z. A coordinate affects the output directly if its change is
+    more than rounding of the largest change by any coordinate. Coordinates that mass, damping or stiffness couple to
+    such a one, perhaps through others, affect the output too.
     """
     diagonals = (np.diagonal(matrix, axis1=-2, axis2=-1) for matrix in (system.stiffness.real, system.mass))
     root_k, root_m = map(np.sqrt, diagonals)

@@ -115,14 +115,22 @@ class Arc:
 
 
 def coherence_of_cables(kappa, cable, other):
-    """Mean coherence of the functions of two cables.
+    """Coherence of the gusts on two cables, averaged with each pair of their load functions, at f frequencies.
+
+    Each element of a cable has a polynomial function for each of its load points, `Arc.functions`, of mean 1. With the
+    functions g_i(s) of one cable and h_j(t) of the other, and the distance r between the places s and t, the mean is
+
+        double integral of g_i(s) h_j(t) exp(-kappa r(s, t)) ds dt
+
+    For elements far from each other this is the coherence between the load points i and j. Elements closer than
+    `WIND.close_cables` times the spacing of their points are integrated by `Arc.mean_with`.
 
     Parameters
     ----------
     kappa : ndarray, shape (f,)
-        The coherence at a distance r is exp(-kappa r). [1/m]
+        Decay at each frequency: the coherence at a distance r is exp(-kappa r). [1/m]
     cable, other : list of Arc
-        Their elements, with q and p functions in all.
+        Elements of each cable, which have q and p functions in all.
 
     Returns
     -------

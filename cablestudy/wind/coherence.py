@@ -91,26 +91,31 @@ class Rods:
     shapes: np.ndarray  # values of each function at the nodes, shape (n, nodes, r)
 
     def covariance(self, loads, ratio):
-        """Integrals I of the module's docstring for pairs of loads, under the coherence exp(-kappa r).
+        """Covariances of all pairs of loads on a cable in gusts whose coherence is exp(-kappa times distance).
+
+        With x and y from 0 to 1 along the cable, two loads per length p_i and p_j, and rho = `ratio`:
+
+            I_ij = double integral of p_i(x) p_j(y) exp(-rho |x - y|) dx dy, summed over the components of the wind
 
         Parameters
         ----------
         loads : ndarray, shape (n, c, i, r)
-            Integral over each cable of each of i loads, by each of c uncorrelated components of the wind, times each of
-            the r eigenfunctions.
+            Coefficients of i loads on each of n cables: the integral over x of the load times each of r eigenfunctions.
+            Each of the c components of the wind, which are uncorrelated, has its own loads.
         ratio : ndarray, shape (n, m)
-            Stretched length of each cable times kappa. [-]
+            rho: stretched length of each cable times kappa, at each of m frequencies. [-]
 
         Returns
         -------
         ndarray, shape (n, m, i, i)
-            Sum over the components, the length of each cable counted as 1.
+            I, for a length of 1 of each cable.
 
         Notes
         -----
-        With rho = ratio, that is length/l, a rod has the matrix K = diag(square/rho + rho) + v0 v0^T + v1 v1^T, v0 and
-        v1 being the functions at its ends, and I = 2 load K^-1 load^T. K is inverted by Woodbury's formula, with the
-        even and the odd combination of v0 and v1. The constant function, without slope, is treated apart.
+        exp(-rho |x - y|) is twice the inverse of K, the stiffness of a rod on an elastic bed with a spring at either
+        end: in the eigenfunctions K = diag(square/rho + rho) + v0 v0^T + v1 v1^T, with the values v0 and v1 of the
+        functions at the two ends. So I = 2 loads K^-1 loads^T. K is inverted by Woodbury's formula, with the even and
+        the odd combination of v0 and v1. The constant function, whose slope is zero, is treated apart.
         """
         ratio = np.maximum(ratio, WIND.least_length_ratio)
         inverse = 1 / (self.square[:, None, 1:] / ratio[..., None] + ratio[..., None])

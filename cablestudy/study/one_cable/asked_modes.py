@@ -41,22 +41,24 @@ class AskedModes:
         return tuple(_in_plane(self.labels)), tuple(label for label in self.labels if label[1] == "out-of-plane")
 
     def frequencies(self, case, refused=()):
-        """Frequencies at one level of refinement, without those of `refused` labels.
+        """Frequencies of the asked modes by one model of the cable, without those of `refused` labels.
 
-        All are computed in one call; where this fails each by itself, so that one missing mode leaves the others.
+        All modes are computed in one call. If it fails, each is computed by itself, so that a mode that is missing does
+        not take the others with it.
 
         Parameters
         ----------
         case : CableCase
-            With its elements.
+            The cable at one level of refinement, with its elements.
         refused : container of tuple
+            Labels (number, kind, symmetry) of modes to leave out.
 
         Returns
         -------
         values : dict
             Label -> frequency. [Hz]
         errors : dict
-            Label -> relative error, which a single model estimates. [-]
+            Label -> relative error, estimated from this model alone, without comparison with a finer one. [-]
         failures : dict
             Label -> CablestudyError of a mode without a frequency.
         """

@@ -63,7 +63,6 @@ class CableCase(ComparedCase):
         are those that the scene states in `model.elements`.
     cache_by_level : dict, optional
         Level -> `cache`, to be filled: one for all cases that are equal by `Results.first_equal`.
-
     asked_modes : AskedModes, optional
         Modes whose frequencies are searched for together, to the accuracy of the scene; others are by themselves.
 

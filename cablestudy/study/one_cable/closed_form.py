@@ -119,7 +119,7 @@ def closed_form(results, required):
 
 
 def by_elements(results, required, closed):
-    """Statics by the elements whose number each scene states, with their errors against the closed form.
+    """Columns of statics by finite elements, as many as each scene states, and their errors against the closed form.
 
     Parameters
     ----------
@@ -132,9 +132,10 @@ def by_elements(results, required, closed):
     Returns
     -------
     ClosedForm
-        Its numbers are those of the elements; columns that need no more than the scene keep theirs.
+        With numbers and failures by elements, in spite of its name, and errors relative to `closed`. Columns that
+        follow from the scene without an equilibrium keep their numbers of `closed`.
     list of (ndarray of int, ElementResults)
-        Cases on equal meshes, and their elements.
+        Groups of cases with equal meshes, solved together: their indices, and their solution by elements.
     """
     columns = [column for column in required.closed if column.needs != "scene"]
     numbers = {name: np.array(values) for name, values in closed.numbers.items()}

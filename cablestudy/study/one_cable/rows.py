@@ -284,6 +284,8 @@ class StatedBatch(CableBatch):
                 headers = (column.header for column in required.physical if column.header in case.differences)
                 differences = {header: case.differences[header] for header in headers}
                 row.notes += tuple(notes.comparison_notes(differences, case.reason, quantity))
+            if case.estimate:
+                case.finer.together = ()  # as `RowBatch.rows` does with the case itself
         super().finish(row)
 
 

@@ -288,9 +288,10 @@ def _values(lines, which):
 
 @styled
 def sensitivity_plot(study, table):
-    """Figure of Sobol's indices: the shares that the varied keys have in the variance of each column of a study.
+    """`Figure` of Sobol's indices: which share of the variance of each result column comes from each sampled key.
 
-    Each column has a panel, with the indices of first order and in total and their confidence intervals.
+    There is a panel for each column, and for each combination of values of keys that vary in the study but are not
+    sampled. It shows the first-order index and the total index of each sampled key, with their confidence intervals.
 
     Parameters
     ----------

@@ -27,7 +27,8 @@ class Poses:
     uncertainty : ndarray, shape (n, b, 6)
         Errors of positions [m] and attitudes [rad] by the drag.
     followed : ndarray of bool, shape (n,)
-        False where the drag is uniform along each cable: `uncertainty` is to first order then.
+        True where the drag varies along the cables, as it does in reality. False where it is taken as uniform along
+        each cable; `uncertainty` is then a first-order estimate of what this neglects.
     """
 
     position: np.ndarray
@@ -37,9 +38,10 @@ class Poses:
 
 
 def poses_in_following_drag(without_wind, equilibrium, drag, uncertainty):
-    """Find the `Poses` of suspensions in a mean wind whose drag follows the cables.
+    """Find the `Poses` of suspensions in a mean wind whose drag varies along each cable, with its local direction.
 
-    Cases for which none is found keep the pose in uniform drag, and its uncertainty.
+    It replaces `equilibrium`, in which the drag per length is uniform along each cable. Cases without wind on a cable,
+    and cases for which no equilibrium is found, keep the pose of `equilibrium` and its uncertainty.
 
     Parameters
     ----------
@@ -48,7 +50,12 @@ def poses_in_following_drag(without_wind, equilibrium, drag, uncertainty):
     drag : Drag
         The wind.
     uncertainty : ndarray, shape (n, b, 6)
-        Errors of the poses of `equilibrium` by its uniform drag. [m], [rad]
+        Estimated errors of the poses of `equilibrium` by taking the drag as uniform. [m], [rad]
+
+    Returns
+    -------
+    Poses
+        Where a pose in uneven drag is found, its uncertainty is `STUDY.following_drag` times the given one.
     """
     none = np.zeros(len(uncertainty), dtype=bool)
     poses = Poses(equilibrium.position.copy(), equilibrium.rotation.copy(), uncertainty.copy(), none)

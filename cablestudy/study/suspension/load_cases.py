@@ -259,7 +259,10 @@ class CablesOfCase:
 
 
 def loaded_state(reference, scenes, forced=True, cables=None):
-    """Find the equilibria of suspensions in their load cases, with the cable lengths of the reference state.
+    """Find the equilibria of suspensions in load cases, with the unstretched cable lengths of the reference state.
+
+    The reference state is the equilibrium without a load case, from which these lengths follow. A load case may change
+    temperature, ice, wind and forces, move ends and bodies, and take cables away.
 
     Parameters
     ----------
