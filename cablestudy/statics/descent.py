@@ -117,24 +117,29 @@ def newton_step(suspension, state, evaluation):
 
 
 def _dense_step(matrix, force, largest):
-    """Newton steps K^-1 g of n cases, and where K is not positive definite steps by the sizes of its eigenvalues.
+    """Newton steps K^-1 g of n cases; descending steps where K is not positive definite or K^-1 g is too long.
+
+    The descending steps use the sizes of the eigenvalues k_j of the symmetric part of K, with eigenvectors q_j:
+
+        sum over j of q_j (q_j^T g)/|k_j|
+
+    Each term is shortened by itself to the largest step allowed, so that a motion that nothing holds does not leave the
+    others without a step.
 
     Parameters
     ----------
     matrix : ndarray, shape (n, d, d)
-        K, scaled.
-    force, largest : ndarray, shape (n, d)
-        g, and the largest step allowed, both scaled.
+        Stiffness K of the d free degrees of freedom, row and column i divided by the scale s_i of that degree of
+        freedom.
+    force : ndarray, shape (n, d)
+        Net forces and moments g over s_i.
+    largest : ndarray, shape (n, d)
+        Largest size allowed of each component of the step, times s_i.
 
     Returns
     -------
     ndarray, shape (n, d)
-
-    Notes
-    -----
-    Where K is not positive definite, or the Newton step too long, the step is sum_j q_j (q_j^T g)/|k_j| over the
-    eigenvectors q_j and eigenvalues k_j of K. There the part along each eigenvector is no longer than allowed, so that
-    a motion that nothing holds does not leave the others without a step.
+        Components of the steps, times s_i.
     """
     symmetric = (matrix + np.swapaxes(matrix, -1, -2)) / 2
     unit = np.eye(force.shape[-1])
@@ -184,9 +189,22 @@ def _with_predicted_tensions(trial, state, evaluation):
 
 
 def line_search(suspension, state, evaluation, step):
-    """Shorten the steps of n cases until each lowers the energy enough.
+    """Line search: shorten the steps of n cases until each lowers the potential energy enough (Armijo rule).
 
-    Where the change of energy is rounding, its slope decides. The steps are those of `newton_step`.
+    A share x of a step is accepted where the energy falls by at least c x w. Here w is the work of the net forces along
+    the whole step, as if they stayed constant, and c is `STATICS.sufficient_descent`. Where the change of energy is no
+    more than rounding, the share is accepted if the slope of the energy along the step is small enough at its end.
+
+    Parameters
+    ----------
+    suspension : SuspendedSystem
+        With cases of shape (n,).
+    state : PoseState
+        Pose before the step.
+    evaluation : Evaluation
+        Forces, stiffness and energy in this pose.
+    step : ndarray, shape (n, b, 6)
+        Displacement and rotation of each of the b bodies, from `newton_step`. [m], [rad]
 
     Returns
     -------
@@ -195,7 +213,8 @@ def line_search(suspension, state, evaluation, step):
     evaluation : Evaluation
         In that state.
     share : ndarray, shape (n,)
-        Of the step that is taken; zero where no share lowers the energy, and the state is the one before.
+        Share x of the step that is taken. Zero where none was accepted; state and evaluation are those before, then.
+        [-]
     """
     descent = (evaluation.net * step).sum(axis=(-1, -2))  # of the energy, by the share of the step: the forces' work
     share, accepted = np.ones(len(descent)), np.zeros(len(descent), dtype=bool)
@@ -231,25 +250,28 @@ def line_search(suspension, state, evaluation, step):
 
 
 def descend(suspension, state, most_steps=STATICS.descent_steps, small_net_force=0.0):
-    """Find poses of least energy from given starts: `newton_step` and `line_search` until the forces balance.
+    """Find poses of least potential energy, in which the forces balance, from given starts by Newton steps.
 
     Parameters
     ----------
     suspension : SuspendedSystem
-        With cases of shape (n,); each cable has the length of `state`, whatever it states.
+        With cases of shape (n,). The unstretched lengths of the cables are those of `state`; other values that cables
+        state, such as a tension, have no influence.
     state : PoseState
         Where the searches begin; its tensions are not used.
     most_steps : int
-        After which a search ends. Where the energy is convex, without rotations and links, it goes on while whole
-        steps leave no more than `STATICS.descent_settling` of the net force: there is one equilibrium only.
+        Number of steps after which a search ends. Without rotations and links the energy is convex, so that there is
+        one equilibrium only. Then a search goes on while whole steps leave no more than `STATICS.descent_settling` of
+        the net force, up to `STATICS.descent_steps`.
     small_net_force : float
-        Net force over the sum of forces that counts as none, even if it is more than rounding. [-]
+        Net force over the sum of forces that counts as balance, even if it is more than rounding. [-]
 
     Returns
     -------
     PoseState
-        Where each search ended: the digits of a case are those that it would have alone.
+        Where each search ended. The digits of a case do not depend on the other cases.
     SearchRecord
+        For each case the number of steps, what they left, and why the search ended.
     """
     cases = len(state.length)
     if not suspension.free.any():
@@ -326,11 +348,25 @@ def _softened_links(suspension, state, strain):
 
 
 def least_energy_poses(suspension, state):
-    """Poses of least energy: by Newton steps from the start, or where these are many by way of softer cables.
+    """Find poses of least potential energy: straight from the start, or by way of softer cables where steps are many.
 
     Stiff cables make a narrow, curved valley of the energy, in which Newton steps are short. Cables so soft that the
     loads strain them by a third make it wide. Their equilibrium is the start of the search with stiffer ones, and so on
-    (`SOFTENED`); links are softened alike.
+    (`SOFTENED`). The stiffness of links is limited alike.
+
+    Parameters
+    ----------
+    suspension : SuspendedSystem
+        With cases of shape (n,).
+    state : PoseState
+        Where the searches begin, with the unstretched lengths of the cables.
+
+    Returns
+    -------
+    PoseState
+        Where the search with the actual stiffness ended.
+    SearchRecord
+        Of this search: number of steps, what they left, and why it ended.
     """
     final, record = descend(suspension, state, STATICS.straight_steps)
     failed = np.flatnonzero(~record.converged)

@@ -33,10 +33,20 @@ def explain(equilibrium):
 
 
 def _describe_net_force(equilibrium):
-    """Text that names the largest unbalanced force or moment on a body, or a dead moment that no cables can hold.
+    """Text that names the largest unbalanced force or moment on a body, or a dead moment that cables may not hold.
 
-    A body under such a moment turns on and on: the moment left where the search was given up depends on the last digits
-    of its beginning, and is not named.
+    A dead moment is a constant one that the scene prescribes. A body that turns on and on under it has no equilibrium:
+    the moment left depends on where the search was given up. So the dead moment is named instead.
+
+    Parameters
+    ----------
+    equilibrium : Equilibrium
+        Of one case, in which the search did not converge.
+
+    Returns
+    -------
+    str
+        As "4600 N m about z are left on disk".
     """
     suspension, tension = equilibrium.suspension, equilibrium.catenary.max_tension
     net, scale = tangent.net_forces(suspension, equilibrium.rotation, equilibrium.arms, equilibrium.end_forces, tension)

@@ -11,23 +11,24 @@ EXACT = STATICS.sum_rounding * STATICS.rounding  # relative error of a stated va
 
 
 def first_strains(span, quantities, value):
-    """Chord strains (chord over unstretched length, less 1) with which cables have about their stated values.
+    """First estimates of the chord strains with which cables have the values that are stated for them.
 
-    The search for the lengths begins there.
+    The chord strain is chord over unstretched length, less 1. The search for the lengths begins there. Any stated
+    tension is taken as the mean tension of the cable.
 
     Parameters
     ----------
     span : Span
-        Of shape (n,).
+        n cables between ends at rest.
     quantities : ndarray of object, shape (n,)
-        Name of the stated quantity of each cable, or None.
+        Name of the stated quantity of each cable, such as "sag" or "preload"; None where nothing is stated.
     value : ndarray, shape (n,)
-        Stated values. [m] or [N]
+        Stated values: lengths and sags [m], tensions [N].
 
     Returns
     -------
     ndarray, shape (n,)
-        With any stated tension taken as the mean tension; 0 where nothing is stated or no length was found. [-]
+        Chord strains; 0 where nothing is stated or no length was found. [-]
     """
     strain = np.zeros(len(value))
     finders = dict.fromkeys(FORCES, initial_length.strains_for_tension) | {"sag": initial_length.strains_for_sag}
@@ -41,32 +42,36 @@ def first_strains(span, quantities, value):
 
 
 def fit_strains(span, quantities, value, strain):
-    """Chord strains (chord over unstretched length, less 1) with which cables have their stated values, by iteration.
+    """Find the chord strains with which cables between ends at rest have the values that are stated for them.
+
+    The chord strain is chord over unstretched length L, less 1.
 
     Parameters
     ----------
     span : Span
-        Of shape (..., c).
+        Cables of shape (..., c); their own chord strains are not used.
     quantities : sequence of (str or None), one per cable
-        Name of the stated quantity, see `actual_values`.
-    value, strain : ndarray, shape (..., c)
-        Stated values, and chord strains at which the iteration begins.
+        Name of the stated quantity, such as "sag" or "preload" (mean tension); None where nothing is stated.
+    value : ndarray, shape (..., c)
+        Stated values: lengths and sags [m], tensions [N].
+    strain : ndarray, shape (..., c)
+        Chord strains at which the iteration begins. [-]
 
     Returns
     -------
     strain : ndarray, shape (..., c)
-        Unchanged where nothing is stated. [-]
+        Chord strains; those given where nothing is stated. [-]
     error : ndarray, shape (..., c)
-        Relative error of the stated values; zero where nothing is stated. [-]
+        (Actual value)/(stated value) - 1 that is left; zero where nothing is stated. [-]
     tension : ndarray, shape (..., c, 3)
         Tension vectors at mid-length in the last step, global axes. [N]
 
     Notes
     -----
-    Newton's method for ln L, see `_newton_step`. The tension is a convex function of the length of a cable that is not
-    very slack, so that the steps of a cable that begins too short, as one without weight, approach the solution from
-    one side. A cable ends where its error is below `EXACT`, where it no longer falls and is near rounding, or after
-    `stalled_steps` steps without progress; it is then left as it is, so that its digits do not depend on the others.
+    Newton's method for ln L. The tension is a convex function of L unless a cable is very slack. So the steps of a
+    cable that begins too short approach the solution from one side. The iteration of a cable ends with an error below
+    `EXACT`, with one near rounding that no longer halves, or after `stalled_steps` steps without progress. The cable is
+    then left as it is, so that its digits do not depend on the others.
     """
     kinds = np.asarray(quantities, dtype=object)
     stated, of_force = np.array([kind is not None for kind in quantities]), np.isin(kinds, FORCES)

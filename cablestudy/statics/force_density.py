@@ -64,19 +64,36 @@ def find_form(suspension):
 
 
 def _coordinates(suspension, moving, cables, density, load, ends):
-    """Solve the equations of balance along one axis for the points that can move along it, in one case: shape (m,). [m]
+    """Coordinates along one axis at which the points that can move along it are in balance, in one case.
+
+    With the force densities q of its cables and the load p along the axis, the balance of a point at x is
+
+        sum over its cables of q (x - x_other) = p
 
     Parameters
     ----------
     suspension : SuspendedSystem
+        With b bodies and points, and c cables.
     moving : ndarray of bool, shape (b,)
-        True for the m points that can move.
+        True for the m points that can move along the axis.
     cables : ndarray of int
-        Cables with an end at a free junction.
-    density, load : ndarray, shapes (c,), (b,)
-        Force density of each cable [N/m], and force on each point along the axis [N].
+        Indices of the cables with an end at a free junction.
+    density : ndarray, shape (c,)
+        Force density (tension over length) of each cable. [N/m]
+    load : ndarray, shape (b,)
+        Weight and dead force on each body and point, along the axis. [N]
     ends : ndarray, shape (c, 2)
-        Coordinate of each cable end along the axis. [m]
+        Coordinate of each cable end along the axis; used for ends at places that cannot move. [m]
+
+    Returns
+    -------
+    ndarray, shape (m,)
+        [m]
+
+    Raises
+    ------
+    NoSolutionError
+        The force densities do not hold the points.
     """
     from scipy.sparse import coo_array
 

@@ -141,20 +141,27 @@ class Iterates:
 
 
 def search(problem, least_ratio):
-    """Find tensions that hold the bodies, as the module's docstring says: `LengthsFound`.
+    """Find tensions of the open cables, and lengths for them, that hold the bodies at given places: `LengthsFound`.
+
+    Each iteration linearises the net forces F on the bodies in the mean tensions t of the open cables and the motions y
+    that are not given, and solves within the bounds of the tensions
+
+        A (t_new - t) + E y + F = 0,    A = dF/dt,  E = dF/dy
+
+    Then the bodies move by y, and the open cables get the lengths with which they have the tensions t_new there.
 
     Parameters
     ----------
     problem : TensionProblem
     least_ratio : float
-        Least tension of a cable over the least that it can have by its own weight. [-]
+        Lower bound of the mean tension of each open cable, over the least that it can have by its own weight. [-]
 
     Notes
     -----
-    A search ends where the net forces are the rounding of their sums, and the tensions asked for differ from those that
-    there are by the rounding of lengths; or where steps get no smaller and the net forces are the rounding of lengths
-    (`rounding.Bounds`). It has no answer where several steps in a row leave no tensions within the bounds, as far from
-    them as before.
+    A search converges where the net forces are no more than the rounding of their sums, and the next step would change
+    the tensions by no more than rounding. It converges too where steps get no smaller, and the net forces are no more
+    than what rounding of lengths and places makes (`rounding.Bounds`). It has no answer where several steps in a row
+    find no tensions within the bounds and come no closer to them.
     """
     # `active`, `state` and `iterates` are of the cases still searched for, the others of all cases
     active, state, iterates = first_iterates(problem, least_ratio)
@@ -255,13 +262,17 @@ class LinearForces:
 
 
 def linearised(problem, state):
-    """Net forces in a state, and their derivatives A and E of the module's docstring: `LinearForces`.
+    """Net forces F on the bodies in a state, and their derivatives A by tensions and E by motions: `LinearForces`.
+
+    A = dF/dt is by the mean tensions t of the open cables, and E = dF/dy by the motions y that come from equilibrium,
+    while all cables keep what they state.
 
     Parameters
     ----------
     problem : TensionProblem
-        Whose open cables state preloads.
+        Its open cables state their mean tensions (`TensionProblem.with_preloads`).
     state : PoseState
+        Pose of the bodies, and lengths of the cables, of n cases.
     """
     suspension, quantities = problem.suspension, problem.suspension.stated
     cables = catenary.solve(spans(suspension, state), state.tension)
@@ -286,24 +297,28 @@ def linearised(problem, state):
 
 
 def at_stated_values(suspension, arms, rates, stiffness):
-    """Derivatives of the net forces F while cables keep their stated values v, whose lengths L follow.
+    """Derivatives of the net forces F while cables keep their stated values v, to which their lengths L adjust.
+
+    Along a motion u of the bodies, dF = -(K + (dF/dv) (dv/du)) du. K is the stiffness at constant lengths, and dv/du is
+    at constant lengths too.
 
     Parameters
     ----------
     suspension : SuspendedSystem
     arms : ndarray, shape (n, c + l, 2, 3)
-        As of `PoseState`. [m]
+        Vector from the reference point of the body that holds it to each end of the c cables and l links, global axes.
+        [m]
     rates : stated.Rates
-        Of all cables.
+        Derivatives of end forces and stated values of all cables, by length and by the place of end 2.
     stiffness : ndarray, shape (n, d, d)
-        K of the free degrees of freedom at given lengths.
+        K of the d free degrees of freedom.
 
     Returns
     -------
     force_by_value : ndarray, shape (n, c, d)
-        dF/dv = (dF/dL)/(dv/dL) of each cable.
+        dF/dv = (dF/dL)/(dv/dL) for each cable, the bodies at rest.
     stiffness : ndarray, shape (n, d, d)
-        K + (dF/dv) (dv/du), u being the motion.
+        K + (dF/dv) (dv/du).
     """
     all_cables, arms = np.arange(len(suspension.stated)), arms[:, suspension.of_cables]
     force_by_length = tangent.by_body(suspension, all_cables, tangent.wrenches(arms, rates.end_forces))
@@ -315,22 +330,30 @@ def at_stated_values(suspension, arms, rates, stiffness):
 
 
 def limited_steps(problem, state, iterates, solutions):
-    """Steps of k cases towards the solutions of their linear problems, shortened to what a search allows.
+    """Steps of k cases towards the solutions of their linear problems, shortened where they are too long.
+
+    The displacements are limited to `STATICS.farthest_step` times the extent of the suspension, and rotations to
+    `STATICS.widest_turn`. The change of the tensions is shortened by the same factor. No tension falls below a tenth
+    (`STATICS.least_tension_share`) of its value.
 
     Parameters
     ----------
-    problem, state, iterates : TensionProblem, PoseState, Iterates
+    problem : TensionProblem
+    state : PoseState
+        Pose before the step.
+    iterates : Iterates
+        With the mean tensions of the m open cables before the step.
     solutions : Distribution
         Tensions and displacements that solve the linear problems.
 
     Returns
     -------
     step : ndarray, shape (k, b, 6)
-        Of the bodies. [m], [rad]
+        Displacement and rotation of each of the b bodies. [m], [rad]
     tension : ndarray, shape (k, m)
-        After the step. [N]
+        Mean tensions of the open cables after the step. [N]
     turn : ndarray, shape (k,)
-        Largest rotation asked for, before the step is shortened. [rad]
+        Largest rotation of a body before the step is shortened. [rad]
     """
     step = np.zeros((*state.position.shape[:-1], 6))
     step[:, problem.moving] = solutions.unbounded

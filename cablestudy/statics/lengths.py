@@ -37,21 +37,24 @@ def default_moving(suspension):
 
 
 def solve(suspension, method="balanced", low=0.0, high=np.inf, reference=0.0, moving=None):
-    """Unstretched lengths of open cables with which the bodies are in equilibrium at their given places.
+    """Find unstretched lengths of the open cables with which the bodies are in equilibrium at their given places.
 
-    Open are the cables that state neither a length nor a tension or sag; the others keep what they state. Where there
-    are more open cables than equations, `method` chooses among the tensions.
+    A cable is open if the scene states neither its length nor a tension or sag; the others keep what is stated. Where
+    there are more open cables than equations, `method` chooses among the tensions.
 
     Parameters
     ----------
     suspension : SuspendedSystem
-        With cases of any shape.
+        With cases of any shape, and c cables.
     method : {"balanced", "least", "closest"}
-        Of the mean tensions of the open cables: least variance, least sum of squares, closest to `reference`.
-    low, high, reference : float or ndarray, shape (..., c)
-        Bounds of the mean tensions, and the tensions that `closest` approaches. [N]
+        Choice of the mean tensions of the open cables: least variance, least sum of squares, closest to `reference`.
+    low, high : float or ndarray, shape (..., c)
+        Bounds of the mean tensions. [N]
+    reference : float or ndarray, shape (..., c)
+        Mean tensions that the method `closest` approaches. [N]
     moving : ndarray of bool, shape (b, 6), optional
-        Degrees of freedom that come from equilibrium, the others are given; default: `default_moving`.
+        True for degrees of freedom of the b bodies and points that follow from equilibrium; the others stay at their
+        given values. Default: `default_moving`.
 
     Returns
     -------
@@ -63,7 +66,8 @@ def solve(suspension, method="balanced", low=0.0, high=np.inf, reference=0.0, mo
     Raises
     ------
     NoSolutionError
-        Fewer unknowns than equations, a body that nothing holds, free points alone without a wanted tension.
+        There are fewer unknowns than equations; nothing holds a body; or all that is free moves, so that any tensions
+        are in balance somewhere, and neither bounds nor reference say which.
     ValueError
         Another method.
     """
@@ -155,10 +159,22 @@ def at_wanted_tensions(problem, suspension):
 
 
 def with_stable_attitudes(problem, result):
-    """`LengthsFound` in which unstable attitudes are replaced by stable ones, where such were found.
+    """Replace unstable equilibria by stable ones with other attitudes (rotations) of the bodies, where such are found.
 
-    With the lengths of an unstable equilibrium the bodies are let go a little beside it, along its unstable motion. The
-    search is repeated from the attitudes in which they come to rest, with the bodies moved back to their places.
+    With the lengths of an unstable equilibrium, the bodies are let go a little beside it, along its unstable motion.
+    From the attitudes in which they come to rest, the search for lengths is repeated, with the bodies back at their
+    given places.
+
+    Parameters
+    ----------
+    problem : TensionProblem
+    result : LengthsFound
+        Lengths and poses that the search found, of all cases.
+
+    Returns
+    -------
+    LengthsFound
+        A case is unchanged where it was stable or where the repeated searches failed.
     """
     for size_of_step in STATICS.off_saddle:
         state, record = result.state, result.record
@@ -177,13 +193,21 @@ def with_stable_attitudes(problem, result):
 
 
 def describe_failure(problem, result, case):
-    """Reason why a case has no answer: its search has not converged, or its loads are not held within the bounds.
+    """Reason, for an error message, why no lengths were found for a case.
+
+    Either no tensions hold the loads, or only tensions outside the bounds do, or the search did not settle.
 
     Parameters
     ----------
     problem : TensionProblem
     result : LengthsFound
+        Where the searches of all cases ended.
     case : int
+        Index of the case.
+
+    Returns
+    -------
+    str
     """
     suspension, answer = problem.suspension, take_rows(result.distribution, case)
     bodies = [suspension.body_names[i] for i in range(suspension.bodies) if suspension.free[i].any()]

@@ -117,20 +117,25 @@ def displaced(suspension, state, step):
 
 
 def displaced_with_work(suspension, state, step):
-    """State after a step, and the work of the dead loads along it.
+    """State of a suspension after a step of its bodies, and the work of the constant loads along this step.
+
+    Constant loads are the weights of the bodies, the dead forces and moments on them, and half of the load of each
+    cable on each of its ends.
 
     Parameters
     ----------
     suspension : SuspendedSystem
-        With bodies.
+        With b bodies, at least one.
     state : PoseState
+        Before the step.
     step : ndarray, shape (n, b, 6)
         Displacements [m] and rotation vectors [rad] of the bodies.
 
     Returns
     -------
-    PoseState
-    ndarray, shape (n,)
+    state : PoseState
+        After the step, the unstretched lengths unchanged; the tensions are not a number.
+    work : ndarray, shape (n,)
         [J]
     """
     rotation_change, shift = turn(step[..., 3:]), np.zeros(state.ends.shape)
@@ -193,7 +198,23 @@ def end_forces_and_stiffness(suspension, state, cables, stiffness):
 
 
 def evaluate(suspension, state, solved_cables=None):
-    """Forces, stiffness and energy in a state: `Evaluation`; its `Catenary` of shape (n, c) is found if not given."""
+    """Forces, stiffness and energy of a suspension in a given pose: `Evaluation`.
+
+    The energy is the sum of that of the links and, for each cable, of
+
+        W = N.d - L (T_mean + mean of |N(s)|^2/(2 EA))
+
+    with its mean tension vector N, vector d from end 1 to end 2, unstretched length L, mean tension T_mean, and tension
+    vector N(s) along the cable.
+
+    Parameters
+    ----------
+    suspension : SuspendedSystem
+    state : PoseState
+        Pose and unstretched lengths, of n cases.
+    solved_cables : Catenary, shape (n, c), optional
+        Equilibria of the c cables in this pose, if they are known already; else they are computed.
+    """
     cables = solved_cables or catenary.solve(spans(suspension, state), state.tension)
     span = cables.span
     forces, stiffness, links = end_forces_and_stiffness(suspension, state, cables, cables.global_end_stiffness)
@@ -228,16 +249,22 @@ def _along_chord_and_mean_square(cables):
 
 
 def _work(suspension, state, step, rotation_change, shift):
-    """Work of the dead loads along a step: of weights, of half the load of each cable on each of its ends, of forces.
+    """Work of the constant loads along a step of the bodies.
+
+    These are the weights of the bodies, the dead forces and moments on them, and half of the load of each cable (its
+    weight, wind and point loads) on each of its ends.
 
     Parameters
     ----------
-    suspension, state, step
-        As for `displaced_with_work`.
+    suspension : SuspendedSystem
+    state : PoseState
+        Before the step.
+    step : ndarray, shape (n, b, 6)
+        Displacements [m] and rotation vectors [rad] of the bodies.
     rotation_change : ndarray, shape (n, b, 3, 3)
-        Rotation of each body after the step less I, see `rigid.turn`.
+        Rotation matrix of this rotation vector, less I (`rigid.turn`).
     shift : ndarray, shape (n, c + l, 2, 3)
-        Displacements of the ends of cables and links. [m]
+        Displacements of both ends of the c cables and l links. [m]
 
     Returns
     -------

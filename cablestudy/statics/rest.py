@@ -27,12 +27,12 @@ from cablestudy.statics.tolerances import STATICS
 
 
 def pose(suspension):
-    """Find the equilibrium of a suspension: its free degrees of freedom, and the lengths that are not stated.
+    """Find the equilibrium of a suspension: poses of its free bodies and points, and lengths of cables not given.
 
     Parameters
     ----------
     suspension : SuspendedSystem
-        With cases of any shape. Each cable states something.
+        With cases of any shape. For each cable its unstretched length is stated or, instead, a tension or the sag.
 
     Returns
     -------
@@ -42,13 +42,13 @@ def pose(suspension):
     Raises
     ------
     NoSolutionError
-        A cable that states nothing, a body that nothing holds.
+        Nothing is stated for a cable, or nothing holds a body.
 
     Notes
     -----
-    Stated preloads, sags and tensions are met by Newton's method on the lengths, about poses of least energy. Cases
-    that do not meet them are searched again by way of softer or heavier cables. Unstable equilibria are left for
-    others.
+    First the pose of least potential energy is found. Where tensions or sags are stated, Newton's method then changes
+    the lengths and the pose together. Where this fails, the search is repeated from the equilibrium with softer cables,
+    or with a little weight on cables that have none. Where an equilibrium is unstable, another search begins beside it.
     """
     refuse_unheld(suspension)
     unstated = [name for name, kind in zip(suspension.cable_names, suspension.stated, strict=True) if kind is None]
@@ -75,20 +75,21 @@ def _assign_converged(state, record, index, new_state, new_record):
 
 
 def leave_saddle_points(suspension, flat, state, record):
-    """`Equilibrium` of all cases, unstable ones replaced by those to which the suspension falls from there.
+    """Replace unstable equilibria by those to which the suspension falls from there: `Equilibrium` of all cases.
+
+    At a saddle point of the energy the forces balance, so that a search that begins there stays there. Another search
+    begins a step away, along the unstable motion. Cases that stay unstable try the other steps of `STATICS.off_saddle`.
 
     Parameters
     ----------
-    suspension, flat : SuspendedSystem
-        The cases in their shape, and of shape (n,).
+    suspension : SuspendedSystem
+        Cases in their own shape, which the result has.
+    flat : SuspendedSystem
+        The same n cases in a row, as in `state` and `record`.
     state : PoseState
+        The equilibria found. Replaced cases are written into its arrays.
     record : SearchRecord
-
-    Notes
-    -----
-    A search that begins on a saddle of the energy stays there, where the forces balance. So another search begins
-    beside the saddle, a step along the unstable motion away; cases that stay unstable try the other steps of
-    `STATICS.off_saddle`.
+        Of the searches that led to them.
     """
     for size_of_step in STATICS.off_saddle:
         result = equilibrium(suspension, flat, state, record)
@@ -131,10 +132,23 @@ def search_all(suspension, state):
 
 
 def search_with_softer_cables(suspension):
-    """Pose and lengths as of `search_all`, by way of softer cables where something else than a length is stated.
+    """Find the equilibrium by way of softer cables, in steps of stiffness up to the actual one.
 
-    For stated tensions the pose hardly depends on the stiffness, but the search for it does: between stiff cables a
-    small movement makes large tensions.
+    For stated tensions the pose hardly depends on the stiffness EA of the cables. But the search for it does:
+    between stiff cables a small movement makes large tensions. Each search begins at the pose of the one before. The
+    stiffness is limited to tension/strain for the strains `STATICS.softened`, except of cables whose length is stated.
+
+    Parameters
+    ----------
+    suspension : SuspendedSystem
+        With cases of shape (n,).
+
+    Returns
+    -------
+    PoseState
+        Pose and lengths, with the actual stiffness.
+    SearchRecord
+        Of the last search: whether it converged, and how far.
     """
     length_stated = np.array([kind == "unstretched_length" for kind in suspension.stated])
     first_state = start(suspension)
@@ -174,12 +188,20 @@ def search_with_heavier_cables(suspension):
 
 
 def start(suspension):
-    """`PoseState` in which a search begins: lengths for which the cables have what they state where the bodies are.
+    """Pose in which a search for the equilibrium begins: bodies at their given places, with estimated cable lengths.
+
+    A cable whose length is stated has this length. Another one has a length for which its tension or sag is about the
+    stated value, the bodies at rest.
 
     Parameters
     ----------
     suspension : SuspendedSystem
         With cases of shape (n,).
+
+    Returns
+    -------
+    PoseState
+        The tensions are not a number: they are not known yet.
     """
     arms = suspension.arms(suspension.rotation)
     ends = suspension.ends(suspension.position, suspension.rotation)

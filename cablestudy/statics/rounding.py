@@ -41,19 +41,26 @@ class Bounds:
 
 
 def bounds(suspension, rotation, arms, ends, strain, cables, tension, links=None):
-    """`Bounds` on the rounding of the net force and moment on each body, by the terms of the module's docstring.
+    """Bounds on the rounding of the net force and moment on each body, which tell where a search can end: `Bounds`.
 
-    A search for the equilibrium ends where the net forces are below `Bounds.least`, or can fall no further below
-    `Bounds.most`.
+    A search for the equilibrium ends where the net forces are below `Bounds.least`, or can fall no further and are
+    below `Bounds.most`. With eps the relative rounding of a number, a cable contributes to them
+
+        least: eps (T (1 + P/chord) + K L |e|),    most: eps K (L + P) more
+
+    T is its tension, P the largest coordinate of its ends, K its end stiffness, L its unstretched length and e the
+    strain. Dead loads add eps times their sizes. Moments have these errors times the arms. All is multiplied by
+    `STATICS.sum_rounding`.
 
     Parameters
     ----------
     suspension : SuspendedSystem
     rotation : ndarray, shape (..., b, 3, 3)
-        Rotation matrices of the bodies.
-    arms, ends : ndarray, shape (..., c + l, 2, 3)
-        Vectors to the ends of the cables and links, from the reference point of the body that holds the end, and from
-        the origin. [m]
+        Rotation matrices of the b bodies.
+    arms : ndarray, shape (..., c + l, 2, 3)
+        Vectors to both ends of the c cables and l links, from the reference point of the body that holds the end. [m]
+    ends : ndarray, shape (..., c + l, 2, 3)
+        Vectors to the same ends from the origin. [m]
     strain : ndarray, shape (..., c)
         Distance of the ends over the unstretched length less 1. [-]
     cables : Catenary
@@ -81,14 +88,23 @@ def bounds(suspension, rotation, arms, ends, strain, cables, tension, links=None
 
 
 def of_stated(ends, strain, cables, quantities, value):
-    """Relative rounding of the tensions and sags that cables state: `Bounds` of shape (..., c).
+    """Relative rounding of the tensions and sags that are stated for cables: `Bounds` of shape (..., c).
+
+    With eps the relative rounding of a number, the bounds are
+
+        STATICS.sum_rounding (r/T + eps chord/sag)
+
+    where r is the rounding of the force of the cable and T its tension. The second term is there only if a sag is
+    stated.
 
     Parameters
     ----------
     ends : ndarray, shape (..., c, 2, 3)
-        Vectors from the origin to the ends of the cables. [m]
-    strain, cables
-        As for `bounds`.
+        Vectors from the origin to both ends of the cables. [m]
+    strain : ndarray, shape (..., c)
+        Distance of the ends over the unstretched length less 1. [-]
+    cables : Catenary
+        Of shape (..., c).
     quantities : sequence of (str or None), one per cable
         Name of the stated quantity; the result has no meaning where it is neither a tension nor a sag.
     value : ndarray, shape (..., c)

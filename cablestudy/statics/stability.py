@@ -58,7 +58,10 @@ class Stability:
 
 
 def stability_of(equilibrium):
-    """`Stability` of equilibria, by the least eigenvalue of the scaled tangent stiffness of each.
+    """Stability of equilibria by the least eigenvalue of the scaled tangent stiffness: `Stability`.
+
+    An equilibrium is STABLE if the eigenvalue is above a tolerance, UNSTABLE if it is below minus the tolerance, else a
+    MECHANISM. The tolerance is the larger one of `STATICS.zero_eigenvalue` and the relative net force that is left.
 
     Parameters
     ----------

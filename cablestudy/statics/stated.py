@@ -85,12 +85,21 @@ def actual_values(cables, quantities):
 
 
 def rates(cables, quantities):
-    """Derivatives of the end forces and of the stated values of cables by length and end position: `Rates`.
+    """Derivatives of the end forces and of the stated values of cables, by length and by the place of end 2: `Rates`.
+
+    The derivatives by length are at ends at rest, with N the tension vector at mid-length:
+
+        dN/dL = -K m,    m = (P_1/T_1 + P_2/T_2)/2 + N/EA
+
+    K is the stiffness of end 2; P_1, P_2 are the tension vectors at the ends and T_1, T_2 their sizes. Sags, and cables
+    with point loads, have central differences instead.
 
     Parameters
     ----------
-    cables, quantities
-        As for `actual_values`.
+    cables : Catenary
+        Of shape (..., c).
+    quantities : sequence of (str or None)
+        Name of the stated quantity of each of the c cables, one of `suspension.STATED`; None where nothing is stated.
     """
     span, kinds = cables.span, np.asarray(quantities, dtype=object)
     if span.load_positions.shape[-1]:
@@ -154,9 +163,9 @@ def _gradients(cables, kinds):
     Returns
     -------
     dict of str to (ndarray, ndarray)
-        For each kind of tension its derivative by the tension vector N at mid-length, shape (..., c, 3) [-], and by
-        dL/L at a fixed N, shape (..., c) [N]. Of the mean tension they are d/L - N/EA and (T_1 + T_2)/2 - T_m, as in
-        the module's docstring.
+        For each kind of tension its derivative by the tension vector N at mid-length, shape (..., c, 3) [-], and by the
+        relative change of length dL/L at a fixed N, shape (..., c) [N]. For the mean tension T_m ("preload") they are
+        d/L - N/EA and (T_1 + T_2)/2 - T_m, with d the vector from end 1 to end 2 and T_1, T_2 the tensions there.
     """
     span, mean = cables.span, cables.mean_tension
     axial_stiffness = np.asarray(span.axial_stiffness)[..., None]
@@ -180,26 +189,31 @@ def _gradients(cables, kinds):
 def force_changes_at_stated_values(cables, quantities):
     """Changes of the end forces of cables that keep their stated values, by the place of end 2, and by these values.
 
-    The lengths follow so that the values stay. The changes tell how far rounding of the stated values, or of net
-    forces, moves the equilibrium (`uncertainty`).
+    The lengths L adjust so that the values v stay. The changes tell how far rounding of v, or of net forces, moves the
+    equilibrium (`uncertainty`).
 
     Parameters
     ----------
-    cables, quantities
-        As for `actual_values`; each cable has a stated value.
+    cables : Catenary
+        Of shape (..., c).
+    quantities : sequence of str
+        Name of the stated quantity of each cable, one of `suspension.STATED`.
 
     Returns
     -------
     ndarray, shape (..., c, 2, 3, 4)
-        Change of the force on each end per movement of end 2 along x, y, z [N/m], and per relative change of the
-        stated value [N].
+        Change of the force on each end (axis -3), along x, y, z (axis -2): per movement of end 2 along x, y, z [N/m],
+        and per relative change dv/v of the stated value [N].
 
     Notes
     -----
-    The stiffness along a cable that keeps a stated tension all but vanishes: computed as the stiffness of fixed length
-    less the effect of the length that follows, it would be rounding. The solution of [F, t; g, c] [dN; dL/L] = [d; dv]
-    has all digits, with F the flexibility, t the movement of end 2 per dL/L at a fixed tension vector N, and g and c
-    the derivatives of the stated value v by N and by dL/L.
+    The stiffness along a cable that keeps a stated tension all but vanishes. As a difference (stiffness at fixed length
+    less the effect of dL) it would be rounding. With all its digits it is the solution of
+
+        [F, m; g, c] [dN; dL/L] = [dd; dv]
+
+    where N is the tension vector at mid-length, F the flexibility, m the movement of end 2 per dL/L at fixed N, dd the
+    movement of end 2 in all, and g and c the derivatives of v by N and by dL/L.
     """
     derivatives, value = rates(cables, quantities), actual_values(cables, quantities)
     force_1, force_2 = (derivatives.end_forces[..., end, :] for end in (0, 1))  # on each end, per dL/L
@@ -220,17 +234,23 @@ def force_changes_at_stated_values(cables, quantities):
 
 
 def _changes_at_stated_tension(cables, quantities, value, chosen):
-    """Changes dN of the tension vector at mid-length, and dL/L, of cables that keep a stated tension.
+    """Changes dN of the tension vector at mid-length, and dL/L of the length, of cables that keep a stated tension v.
 
-    They solve [F, t; g, c] [dN; dL/L] = [d; dv], see `force_changes_at_stated_values`, with forces divided by the
-    tension and lengths by L so that all entries are of like size.
+    They solve, with forces over the tension and lengths over L so that all entries are of like size,
+
+        [F, m; g, c] [dN; dL/L] = [dd; dv]
+
+    F is the flexibility, dd the movement of end 2, m this movement per dL/L at fixed N, and g and c are the derivatives
+    of v by N and by dL/L.
 
     Parameters
     ----------
-    cables, quantities
-        As for `actual_values`.
+    cables : Catenary
+        Of shape (..., c).
+    quantities : sequence of str
+        Name of the stated quantity of each cable.
     value : ndarray, shape (..., c)
-        Stated values. [N]
+        Stated values v. [N]
     chosen : ndarray of bool, shape (..., c)
         True for the cables to solve; the results of the others have no meaning.
 

@@ -31,23 +31,28 @@ from cablestudy.statics.tolerances import STATICS
 
 
 def satisfy_stated(suspension, state, record):
-    """Change lengths until preloads, sags and tensions are what the cables state, with the bodies in equilibrium.
+    """Change cable lengths until the tensions and sags are those stated, with the bodies in equilibrium.
+
+    Each step of Newton's method changes lengths and poses together (`coupled_step`); a search for the equilibrium at
+    these lengths follows (`backtrack`).
 
     Parameters
     ----------
     suspension : SuspendedSystem
         With cases of shape (n,).
     state : PoseState
-        In equilibrium.
+        In equilibrium with the first lengths.
     record : SearchRecord
         Of the search that led there.
 
     Returns
     -------
     PoseState
+        Where the search ended, with its lengths.
     SearchRecord
-        With the reason UNMET where the values are not met, and ROUNDED where the errors fall no further and are below
-        `Bounds.most`; else that of the last search for an equilibrium.
+        Its reason is that of the last search for an equilibrium, where the values are met to the rounding of sums
+        (`Bounds.least`) or this search failed. It is ROUNDED where the errors fall no further and are within the
+        rounding of lengths and places (`Bounds.most`), else UNMET.
     """
     sought = np.flatnonzero([kind != "unstretched_length" for kind in suspension.stated])
     final, final_record = copy_record(state), copy_record(record)
@@ -139,14 +144,16 @@ def log_error(error):
 
 
 def stated_errors(suspension, state, sought):
-    """Errors of stated preloads, sags and tensions in a state.
+    """Relative errors of the tensions and sags that are stated for cables, in a state.
 
     Parameters
     ----------
     suspension : SuspendedSystem
+        With the stated values.
     state : PoseState
+        Pose and unstretched lengths, of n cases.
     sought : ndarray of int, shape (s,)
-        The cables that state one of these, whose lengths are sought.
+        Indices of the cables for which a tension or sag is stated in place of the length.
 
     Returns
     -------
@@ -155,7 +162,7 @@ def stated_errors(suspension, state, sought):
     rounding : Bounds
         Of these errors.
     cables : Catenary
-        All of them.
+        Equilibria of all cables in this state.
     """
     cables = catenary.solve(spans(suspension, state), state.tension)
     error = (stated.actual_values(cables, suspension.stated) / suspension.value - 1)[:, sought]
@@ -178,25 +185,40 @@ def with_stated(suspension, state):
 
 
 def coupled_step(suspension, state, cables, sought, error):
-    """Newton step of bodies and lengths together towards what the cables `sought` state.
+    """Newton step of bodies and cable lengths together towards the stated tensions and sags.
+
+    The step q of the bodies and the relative changes of length dL/L solve
+
+        [K, -G; M, D] [q; dL/L] = [0; -error]
+
+    K is the tangent stiffness, G the derivative of the net forces on the bodies by dL/L, and M and D are the
+    derivatives of the relative values by q and by dL/L.
 
     Parameters
     ----------
-    suspension, state, sought
-        As of `stated_errors`, `cables` and `error` its results.
+    suspension : SuspendedSystem
+    state : PoseState
+        In equilibrium; n cases.
+    cables : Catenary
+        Equilibria of all c cables in this state.
+    sought : ndarray of int, shape (s,)
+        Indices of the cables for which a tension or sag is stated in place of the length.
+    error : ndarray, shape (n, s)
+        (Value in this state)/(stated value) - 1 of these cables. [-]
 
     Returns
     -------
     step : ndarray, shape (n, b, 6)
-        [m], [rad]
+        Displacement and rotation of each of the b bodies. [m], [rad]
     change : ndarray, shape (n, c)
-        dL/L. [-]
+        dL/L, zero for cables whose length is stated. [-]
 
     Notes
     -----
-    It solves the equations of the module's docstring. Degrees of freedom are scaled, see `tangent.magnitudes`, and
-    dL/L is divided by the dL/L for which D alone gives a relative change of 1. A step takes away an error of no more
-    than `error_in_step`, and changes no length by more than `length_change`.
+    Degrees of freedom are scaled, see `tangent.magnitudes`, and dL/L is divided by the dL/L for which D alone gives a
+    relative change of 1. A step takes away an error of no more than `STATICS.error_in_step`, and changes no length by
+    more than `STATICS.length_change`. The error of a sag is replaced by a measure that is nearly linear in L
+    (`linear_measure`).
     """
     rates = stated.rates(cables, suspension.stated)
     forces, stiffness, _ = end_forces_and_stiffness(suspension, state, cables, rates.stiffness)
@@ -280,7 +302,20 @@ class CoupledEquations:
         return matrix
 
     def _sparse(self, suspension):
-        """Yield the matrix of each case: scaled [K, -G; M, D] of `coupled_step`, csc_array of shape (d + s, d + s)."""
+        """Yield the sparse matrix of the equations of each case: [K, -G; M, D], scaled.
+
+        K is the stiffness of the d free degrees of freedom. G has their net forces by dL/L of the s cables with sought
+        lengths; M and D have the relative stated values by motions and by dL/L. Rows and columns of motions are divided
+        by `scales`.
+
+        Parameters
+        ----------
+        suspension : SuspendedSystem
+
+        Yields
+        ------
+        scipy.sparse.csc_array, shape (d + s, d + s)
+        """
         from scipy.sparse import block_array, coo_array, diags_array, eye_array
 
         d, s, free = self.scales.shape[-1], len(self.sought), suspension.free

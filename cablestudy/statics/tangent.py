@@ -98,22 +98,27 @@ def pairs(suspension):
 
 
 def between_bodies(suspension, stiffness, arms):
-    """Sums of B_1^T K B_2 over the cables and links between the same two bodies.
+    """Stiffness blocks of bodies by the cables and links on them: sums of B_1^T K B_2, one for each pair of bodies.
+
+    B = [I, -[r x]] gives the movement of a cable end by the displacement and rotation of the body that holds it; r is
+    the arm of the end. A pair of ends is two ends of one cable or link, or one end twice; both are held by bodies.
 
     Parameters
     ----------
     suspension : SuspendedSystem
+        With b bodies and points, c cables and l links.
     stiffness : ndarray, shape (..., p, 3, 3)
-        K of each of the p pairs of ends, `pairs`: force at the first one per displacement of the second one. [N/m]
+        K of each of the p pairs of ends, in the order of `pairs`: force at the first end of the pair per displacement
+        of the second one. [N/m]
     arms : ndarray, shape (..., c + l, 2, 3)
-        As for `net_forces`.
+        Vectors r from the reference point of the body to the ends of cables and links, global axes. [m]
 
     Returns
     -------
     matrices : ndarray, shape (..., g, 6, 6)
-        Of each pair of bodies.
+        For each of the g different pairs of bodies, a body with itself too, in the order of `PairsOfEnds.row_body`.
     sizes : ndarray, shape (..., b, 6)
-        Sums of the sizes of the terms on the diagonal of each body.
+        For each body the sums of the sizes of the terms on its diagonal. [N/m], [N m/rad]
     """
     ends, count = pairs(suspension), len(suspension.body_names)
     first = point_movement(arms[..., ends.line, ends.row, :])
@@ -200,11 +205,12 @@ def _solved_or_nearest(matrix, vector):
 
 
 def by_body(suspension, cables, values):
-    """Forces of each of some cables on the free degrees of freedom, from the forces and moments at its two ends.
+    """Collect forces and moments at both ends of cables on the free degrees of freedom of the bodies at the ends.
 
     Parameters
     ----------
     suspension : SuspendedSystem
+        With d free degrees of freedom.
     cables : ndarray of int, shape (s,)
         Indices of the cables.
     values : ndarray, shape (n, s, 2, 6)
@@ -214,7 +220,7 @@ def by_body(suspension, cables, values):
     Returns
     -------
     ndarray, shape (n, s, d)
-        The sum over both ends of each cable, d being the number of free degrees of freedom.
+        For each cable by itself, the sum over its ends.
     """
     owner = suspension.owner[cables]
     cable, end = np.nonzero(owner != GROUND)
@@ -245,16 +251,16 @@ def _moment_from_outer_product(outer):
 def net_forces(suspension, rotation, arms, end_forces, tension):
     """Net force and moment on each body, zero in equilibrium, and a scale to judge them by.
 
-    The scale is the sum of the sizes of weight and dead force, and of the tensions of the cables and links, on the
-    body.
-
     Parameters
     ----------
     suspension : SuspendedSystem
+        With b bodies and points, c cables and l links; their weights, dead forces and dead moments.
     rotation : ndarray, shape (..., b, 3, 3)
-        Rotation matrix of each of the b bodies.
-    arms, end_forces : ndarray, shape (..., c + l, 2, 3)
-        Arm of each end of the cables and links [m], and force of the cable or link on what holds it [N]; global axes.
+        Rotation matrix of each body.
+    arms : ndarray, shape (..., c + l, 2, 3)
+        Vector from the reference point of the body to each end of the cables and links, global axes. [m]
+    end_forces : ndarray, shape (..., c + l, 2, 3)
+        Force of the cable or link on what holds this end, global axes. [N]
     tension : ndarray, shape (..., c)
         Largest tension in each cable, for the scale. [N]
 
@@ -263,7 +269,7 @@ def net_forces(suspension, rotation, arms, end_forces, tension):
     net : ndarray, shape (..., b, 6)
         Force [N] and moment about the reference point of the body [N m].
     scale : ndarray, shape (..., b)
-        Sum of the sizes of the loads and of the tensions of the cables, beside which the net force is judged. [N]
+        Sum of the sizes of weight and dead force and of the tensions of the cables and links on the body. [N]
     """
     center, weight = weights(suspension, rotation)
     moment = suspension.moment + cross(center, weight)
@@ -280,17 +286,25 @@ def net_forces(suspension, rotation, arms, end_forces, tension):
 
 
 def stiffness_blocks(suspension, rotation, arms, end_forces, end_stiffness):
-    """Tangent stiffness of the bodies by the equation of the module's docstring, for held degrees of freedom too.
+    """Tangent stiffness of the bodies, for held degrees of freedom too, as a sum of 6x6 blocks.
 
-    First B_1^T K B_2 of the cables and links for each pair of bodies; then for each body the term by rotation of the
-    loads, -[F x][r x] = (r.F) I - r F^T, summed over ends of cables, weight and dead loads.
+    With B = [I, -[r x]], r being the arm of a cable end, the blocks are
+
+        +-B_1^T K B_2 of the cables and links, for each pair of bodies (minus between their two ends),
+        [0, 0; 0, sum of (r.F) I - r F^T] for each body, over its loads F: cable ends, weight and dead loads.
 
     Parameters
     ----------
-    suspension, rotation, arms, end_forces
-        As for `net_forces`.
+    suspension : SuspendedSystem
+        With b bodies and points, c cables and l links.
+    rotation : ndarray, shape (..., b, 3, 3)
+        Rotation matrix of each body.
+    arms : ndarray, shape (..., c + l, 2, 3)
+        Vector r from the reference point of the body to each end of the cables and links, global axes. [m]
+    end_forces : ndarray, shape (..., c + l, 2, 3)
+        Force F of the cable or link on what holds this end, global axes. [N]
     end_stiffness : ndarray, shape (..., c + l, 3, 3)
-        Of end 2 of each cable and link, end 1 fixed, global axes. [N/m]
+        K of end 2 of each cable and link, end 1 fixed, global axes. [N/m]
 
     Returns
     -------
@@ -347,19 +361,21 @@ def dense(blocks, suspension):
 
 
 def sparse(blocks, suspension, free=None):
-    """Sum of the blocks of one case as a sparse matrix of the free degrees of freedom.
+    """Sparse matrix of the free degrees of freedom, such as a stiffness, from 6x6 blocks of pairs of bodies.
 
     Parameters
     ----------
     blocks : Blocks
         Of one case.
     suspension : SuspendedSystem
+        With b bodies and points.
     free : ndarray of bool, shape (b, 6), optional
         True for the d degrees of freedom that the matrix shall have; by default `suspension.free`.
 
     Returns
     -------
     scipy.sparse.csc_array, shape (d, d)
+        In the order of `free.ravel()`.
     """
     from scipy.sparse import coo_array
 
@@ -436,21 +452,21 @@ def factorised(matrix):
 
 
 def body_stiffness(blocks, suspension):
-    """Stiffness of each body on its cables: the other bodies at rest, the junctions of cables free to follow.
+    """Stiffness of each body on its cables: other bodies at rest, the junctions (free points) of cables following.
+
+    By static condensation it is K_bb - K_bj K_jj^-1 K_jb; b are the degrees of freedom of the body, held ones too, and
+    j the free ones of all junctions.
 
     Parameters
     ----------
     blocks : Blocks
+        Tangent stiffness K of all bodies and junctions.
     suspension : SuspendedSystem
 
     Returns
     -------
-    ndarray, shape (..., b - junctions, 6, 6)
+    ndarray, shape (..., number of bodies, 6, 6)
         At the reference point; rows x y z rx ry rz. [N/m, N/rad; N, N m/rad]
-
-    Notes
-    -----
-    K_bb - K_bj K_jj^-1 K_jb, j being the free degrees of freedom of the junctions (static condensation).
     """
     count, shape = suspension.bodies, blocks.matrices.shape[:-3]
     following = suspension.free.copy()

@@ -43,22 +43,26 @@ class Distribution:
 
 
 def distribute(by_tension, by_unbounded, right, method, reference, low, high, damping, current):
-    """Solve n problems of the module's docstring: tensions within bounds that balance loads: `Distribution`.
+    """Tensions within bounds that balance given loads, chosen by a method, for n problems: `Distribution`.
+
+    They minimise an objective with A t + E y = b and low <= t <= high, where t are the m tensions and y are f other
+    unknowns without bounds. Where no tensions are within the bounds, those with the least excess are returned.
 
     Parameters
     ----------
     by_tension, by_unbounded : ndarray, shape (n, e, m), (n, e, f)
-        A and E, rows in comparable units.
+        A and E of the e equations of balance, in comparable units.
     right : ndarray, shape (n, e)
         b. [N]
     method : {"balanced", "least", "closest"}
+        Objective: sum of squares of the deviations of t from their mean, of t, or of t - reference.
     reference : ndarray, shape (n, m)
-        Tensions that those of the method `closest` shall be close to. [N]
+        Tensions that the method `closest` approaches. [N]
     low, high : ndarray, shape (n, m)
-        Bounds; infinite where there is none. [N]
+        Bounds of t; infinite where there is none. [N]
     damping : ndarray, shape (n,)
-        Weight, beside the objective, of the forces of the unknowns y and of the changes of tensions, for steps of an
-        iteration; the changes of small tensions, whose forces are the least linear, weigh more. [-]
+        Weight of the damping, for the steps of an iteration: the forces E y and the changes of tensions are added to
+        the objective. The changes of small tensions weigh more, as their forces are the least linear. [-]
     current : ndarray, shape (n, m)
         Present tensions, above zero, changes from which are damped. [N]
     """
@@ -116,10 +120,28 @@ def _solutions(matrix, scales, right):
 
 
 def _objective(method, count, weights, reference, current):
-    """Matrix O and vector d of the objective |O (t, y) - d|^2 with damping, shapes (n, p, m + f) and (n, p).
+    """Matrix O and vector d of the objective |O (t, y) - d|^2 of tensions t and other unknowns y, of n problems.
 
-    The first rows are S and S times the reference; below them are the damping, its `weights`, shape (n, m + f), times
-    tensions and other unknowns, and the weighted current tensions. Other parameters are as for `distribute`.
+    Above are the rows of the method: t - mean(t), t, or t - reference. Below are those of the damping: w t - w current,
+    and w y.
+
+    Parameters
+    ----------
+    method : {"balanced", "least", "closest"}
+        For the first rows: deviations from the mean (and, with a small weight, t), t, or t less the reference.
+    count : int
+        Number m of the tensions.
+    weights : ndarray, shape (n, m + f)
+        Weights w of the damping, of the m tensions and f other unknowns.
+    reference, current : ndarray, shape (n, m)
+        Tensions of the method `closest`, and present tensions, changes from which are damped. [N]
+
+    Returns
+    -------
+    objective : ndarray, shape (n, p, m + f)
+        O.
+    target : ndarray, shape (n, p)
+        d.
     """
     cases, unknowns = weights.shape
     tensions = np.eye(count, unknowns)
@@ -159,24 +181,30 @@ def _least_squares(particular, null_space, objective, target):
 
 
 def _smallest_shift_into_bounds(tension, slopes, low, high, unit):
-    """Shift w of least size for which low <= t + D w <= high in one case; None where there is no such w.
+    """Shift w of least size that brings tensions t + D w into their bounds, in one case; None where there is none.
 
     Parameters
     ----------
-    tension, slopes : ndarray, shapes (m,), (m, q)
-        t [N], and D, whose columns of zeros change nothing.
+    tension : ndarray, shape (m,)
+        t. [N]
+    slopes : ndarray, shape (m, q)
+        D, the changes of the tensions with w; columns may be zero.
     low, high : ndarray, shape (m,)
-        [N]
+        Bounds; infinite where there is none. [N]
     unit : float
         Tension of about the size of the solution, over which the bounds are of order one. [N]
+
+    Returns
+    -------
+    ndarray, shape (q,), or None
 
     Notes
     -----
     Least |w|^2 with G w >= h, where G = [D; -D] and h = [low - t; t - high]/unit, without bounds that are infinite.
-    Lawson and Hanson (Solving Least Squares Problems, algorithm LDP): with the residual r of the non-negative least
-    squares [G^T; h^T] u ~ [0; 1], w = -r_w/r_1, r_1 being its last entry and r_w the others; r_1 = 0 where no w is
-    within the bounds. The bounds with u > 0 are then met as equations, which is more accurate.
-    Mostly it is one bound, the one farthest from w = 0, and `scipy.optimize` need not be imported.
+    Mostly the bound farthest from w = 0 alone decides, and `scipy.optimize` need not be imported. Else w is found from
+    non-negative least squares [G^T; h^T] u ~ [0; 1] (Lawson and Hanson, Solving Least Squares Problems, algorithm LDP):
+    with the residual r, w = -r_w/r_1, r_1 being its last entry and r_w the others. r_1 = 0 where no w is within the
+    bounds. The bounds with u > 0 are then met as equations, which is more accurate.
     """
     lower, upper = np.isfinite(low), np.isfinite(high)
     moving = slopes.any(axis=0)

@@ -94,13 +94,19 @@ def uncertainty_of(equilibrium):
 def _sampled(equilibrium):
     """Changes of places, tensions and link forces by rounding: root mean square of random samples, see `_rms`.
 
-    Each sample gives every rounding error its full size and a random sign, and solves for the displacements of the
-    module's docstring, K^-1 b; the last sample has the residuals of the search instead, K^-1 g.
+    Each sample has rounding errors of full size and random sign, which change the net forces on the bodies by b. The
+    displacements are K^-1 b, with K the stiffness at constant stated values. One more sample, the last, has the net
+    forces and errors of stated values that the search has left.
+
+    Parameters
+    ----------
+    equilibrium : Equilibrium
+        Of b bodies, c cables and l links.
 
     Returns
     -------
     displacement : ndarray, shape (..., b, 6)
-        [m], [rad]
+        Displacement [m] and rotation [rad] of each body.
     change : ndarray, shape (..., c + l)
         Change of each tension over the largest tension of the cable [-], and of the force of each link [N].
     """
@@ -187,17 +193,19 @@ def _force_changes(equilibrium, kinds):
 
 
 def _with_links(equilibrium, stiffness, end_forces, changes, generator):
-    """Append the links to the stiffness of the cables, to the changes of their end forces, and to the samples of these.
+    """Append the links to arrays of the cables: stiffness, changes of the end forces, and random samples of rounding.
 
     Parameters
     ----------
     equilibrium : Equilibrium
+        Of c cables and l links.
     stiffness : ndarray, shape (..., c, 2, 3, 3)
         Force on each end of the cables per movement of end 2. [N/m]
     end_forces : ndarray, shape (..., c, 2, 3)
-        Changes of the end forces of the cables by a relative change of what they state. [N]
+        Changes of the end forces of the cables by a relative change of their stated values. [N]
     changes : ndarray, shape (..., c, samples + 1)
-        Relative changes of what the cables state by rounding, in each sample. [-]
+        Relative changes of the stated values of the cables in each sample of rounding, and in the last one, which has
+        what the search has left. [-]
     generator : numpy.random.Generator
         Draws the sign of the rounding of each link.
 
@@ -206,9 +214,9 @@ def _with_links(equilibrium, stiffness, end_forces, changes, generator):
     stiffness : ndarray, shape (..., c + l, 2, 3, 3)
         Of the cables and then the links. [N/m]
     end_forces : ndarray, shape (..., c + l, 2, 3)
-        Of the cables and then the links. [N]
+        Of the cables and then the links, of these by a relative change of lengths and places. [N]
     changes : ndarray, shape (..., c + l, samples + 1)
-        Of the cables and then the links. [-]
+        Of the cables and then the links; zero for links in the last sample. [-]
     """
     links, ends = equilibrium.links, equilibrium.ends[..., len(equilibrium.suspension.cable_names) :, :, :]
     least, most = rounding.of_link_forces(ends, links)
