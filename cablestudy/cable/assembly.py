@@ -232,21 +232,26 @@ class System:
         return np.linalg.eigh(gradient.swapaxes(-1, -2) @ (stiffness * gradient))[1]
 
     def tension_vectors(self, forces, shapes):
-        """Tension vectors at the Gauss points, c - S f, of displacement shapes and the nodal forces f that hold them.
+        """Changes N = c - S f of the tension vectors at the Gauss points by displacement shapes u, which forces f hold.
 
-        c follows from the relative displacement of the ends. EA times the strain is equal in exact arithmetic, but for
-        an almost inextensible cable only rounding would be left of the strain.
+        S f sums the forces from end 1 on (`static_force_transfer`). The vector c is constant along the cable:
+
+            c = k (u_end2 - u_end1 + sum of w A S f)
+
+        with the stiffness k of the ends, the local compliance A, and the weights w of the Gauss points. EA times the
+        strain would be equal in exact arithmetic, but of an almost inextensible cable only rounding would be left.
 
         Parameters
         ----------
         forces : ndarray, shape (..., nodes, d, r)
-            f = K u; only the values at the inner nodes are used.
+            f = K u of r shapes, over the reference force; only the values at the inner nodes are used. [-]
         shapes : ndarray, shape (..., nodes, d, r)
-            Displacements u of all nodes, both ends included.
+            Displacements u of all nodes, both ends included, in d directions, over the unstretched length. [-]
 
         Returns
         -------
         ndarray, shape (..., n q, d, r)
+            N over the reference force, at the q Gauss points of each of n elements. [-]
         """
         inner = flatten_components(forces[..., 1:-1, :, :])
         accumulated = static_force_transfer_of_axes(self.state.mesh, len(self.axes), inner)  # S f

@@ -74,10 +74,12 @@ def zeros_between(function, low, high, index, rtol=ROUNDING, smallest=TINY, step
 
     Parameters
     ----------
-    function, index
-        As of `bracket`.
+    function : callable
+        Arguments, shape (k,), and indices of the functions they belong to, shape (k,) -> values, shape (k,).
     low, high : ndarray, shape (n,)
         Ends of the intervals.
+    index : ndarray of int, shape (n,)
+        Indices of the n functions, which `function` is called with.
     rtol : float
         Relative accuracy: an interval is divided until its width over the zero is below this.
     smallest : float
@@ -134,10 +136,12 @@ def minima_between(function, low, middle, high, index, width=TINY, rtol=MINIMUM_
 
     Parameters
     ----------
-    function, index
-        As of `bracket`.
+    function : callable
+        Arguments, shape (k,), and indices of the functions they belong to, shape (k,) -> values, shape (k,).
     low, middle, high : ndarray, shape (n,)
         Arguments; the value at `middle` must be the least of the three.
+    index : ndarray of int, shape (n,)
+        Indices of the n functions, which `function` is called with.
     width, rtol : float
         Accuracy of the argument, absolute and relative: half the width of intervals that are not divided again.
     settled : float

@@ -192,15 +192,26 @@ class Catenary(SegmentedCable):
         return self.min_tension <= CABLE.folded * self.max_tension
 
     def at(self, position):
-        """Displacement [-] and tension vector [N] along the cable, chord frame, shapes (..., j, 3).
+        """Displacement and tension vector at positions along the cable, chord frame.
 
-        The displacement is that from the straight chord, over the unstretched length L: from end 1, a point of the
-        cable is at r = L ((1 + chord strain) position e + displacement), e along the chord.
+        The displacement d is that from the straight chord, over the unstretched length L. From end 1 a point of the
+        cable is at
+
+            r = L ((1 + chord strain) position e + d)
+
+        with the unit vector e along the chord.
 
         Parameters
         ----------
         position : ndarray, shape (..., j)
-            Unstretched arc length over unstretched length, in [0, 1]; at a load, the side of end 1. [-]
+            Unstretched arc length over unstretched length, in [0, 1]; at a point load, the side of end 1. [-]
+
+        Returns
+        -------
+        displacement : ndarray, shape (..., j, 3)
+            d. [-]
+        tension : ndarray, shape (..., j, 3)
+            [N]
         """
         (cosine, sine), stiffness = self._angles, self._axial_stiffness
         piece, middle, half_weight, in_segment = self._pieces(position)
@@ -223,18 +234,23 @@ class Catenary(SegmentedCable):
         return np.stack([m + half_weight * u for m, u in zip(middle, up, strict=True)], axis=-1)
 
     def _pieces(self, position):
-        """Pieces from end 1 of a segment to positions along the cable, shape (..., j).
+        """Pieces of a cable that end at given positions, each from end 1 of the segment (between point loads) there.
+
+        Parameters
+        ----------
+        position : ndarray, shape (..., j)
+            Unstretched arc length over unstretched length, in [0, 1]; at a point load, the side of end 1. [-]
 
         Returns
         -------
-        piece : ndarray
-            Length of each over the unstretched length. [-]
-        middle : list of 3 ndarrays
-            Tension vector in its middle, chord frame. [N]
-        half_weight : ndarray
-            [N]
+        piece : ndarray, shape (..., j)
+            Length of each piece over the unstretched length of the cable. [-]
+        middle : list of 3 ndarrays, shape (..., j)
+            Components of the tension vector in the middle of the piece, chord frame. [N]
+        half_weight : ndarray, shape (..., j)
+            Half of the weight of the piece. [N]
         in_segment : callable
-            Values of the segments, shape (..., k + 1) -> those of the segment of each position.
+            Values of the k + 1 segments, shape (..., k + 1) -> those of the segment of each position, shape (..., j).
         """
         cosine, sine = self._angles
         # in rows, whatever the batch: products of matrices round by the order in which their entries are stored
@@ -297,7 +313,8 @@ class Catenary(SegmentedCable):
 def travel_shares(catenary, edges):
     """Time that a transverse wave takes along each piece of one cable, over the longest of these times.
 
-    By these times the finite elements of a cable are distributed over its pieces (`element.counts_of_pieces`).
+    The wave speed is sqrt(T/m), so that the time is the integral of sqrt(m/T) ds. By these times the finite elements of
+    a cable are distributed over its pieces (`element.counts_of_pieces`).
 
     Parameters
     ----------
@@ -309,7 +326,7 @@ def travel_shares(catenary, edges):
     Returns
     -------
     list of float
-        n numbers, the largest of which is 1; of the wave speed sqrt(T/m), by Gauss's rule on each piece. [-]
+        n numbers, the largest of which is 1; by Gauss's rule on each piece. [-]
     """
     nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
     low, high = np.array(edges[:-1]), np.array(edges[1:])
@@ -321,12 +338,12 @@ def travel_shares(catenary, edges):
 
 
 def solve(span, tension=None):
-    """Equilibrium of one cable or of a batch.
+    """Equilibrium of an elastic cable between its ends, under weight and point loads, or of a batch of cables.
 
     Parameters
     ----------
     span : Span
-        Fields of shape () or (...).
+        Ends, unstretched length, properties and loads; fields of shape () or (...).
     tension : ndarray, shape (..., 3), optional
         Tension vectors at mid-length, global axes, from which to begin; not a number where none is known. [N]
 
@@ -337,8 +354,9 @@ def solve(span, tension=None):
 
     Notes
     -----
-    Newton's method on the complementary energy (`newton`). Without weight that energy has a kink where a segment loses
-    its tension: either the kink is the minimum, and the segment slack, or the iteration starts again next to it.
+    Newton's method for the tension vector at mid-length, which minimises the complementary energy (`newton`). Without
+    weight this energy has a kink where a segment loses its tension. Either the kink is the minimum, and the segment
+    slack, or the iteration starts again next to it.
     """
     span = span.broadcast()
     problem = EquilibriumResidual(span, split(span))
@@ -369,12 +387,28 @@ def solve_each_once(span):
 
 
 def _pass_kinks(problem, unknown, change, record, weightless):
-    """Solve the cables without weight that Newton's method left at or near a kink of their energy.
+    """Solve the cables without weight that Newton's method left at or near a kink of their complementary energy.
 
-    A kink is where a segment has no tension (`EquilibriumResidual.kink`). Where the energy is least there it is the
-    solution, and that segment is slack; elsewhere Newton's method begins again from a point of less energy beside it.
-    Takes and returns the tension vectors of all cables, shape (3, ...) [N], the relative size of the last correction of
-    each [-], and the `Record` of the iteration; `weightless` is true for the cables to solve.
+    A kink is where a segment has no tension (`EquilibriumResidual.kink`). Where the energy is least there, the kink is
+    the solution, and that segment is slack. Elsewhere Newton's method begins again from a point of less energy beside
+    it.
+
+    Parameters
+    ----------
+    problem : EquilibriumResidual
+    unknown : ndarray, shape (3, ...)
+        Tension vectors at mid-length of all cables, where the iteration ended. [N]
+    change : ndarray, shape (...)
+        Size of the last correction of each, relative to the tension vector. [-]
+    record : Record
+        Of the iteration.
+    weightless : ndarray of bool, shape (...)
+        True for the cables to solve.
+
+    Returns
+    -------
+    unknown, change, record
+        After the further iterations; a slack cable has a change of zero.
     """
     pending = weightless
     for _ in range(problem.segments.fraction.shape[-1]):

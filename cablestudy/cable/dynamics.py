@@ -136,17 +136,20 @@ class Dynamics:
         Parameters
         ----------
         labels : tuple of tuple
-            Number (from 1), kind and symmetry or None of each mode.
+            Number (from 1), kind and symmetry of each mode, such as (2, "in-plane", "antisymmetric"). Where the
+            symmetry is None, the number counts modes of any symmetry.
         errors : bool
-            Whether to estimate the errors (`Modes.errors`).
+            True to estimate the errors (`Modes.errors`).
         estimated_count : float
             Estimate of how many modes lie below the highest labelled one. About so many are computed first, at most a
             quarter of those of a large model; then more until each labelled mode is among them.
 
         Returns
         -------
-        frequency, error : list of float
-            [Hz], [-]; errors only on request, otherwise empty.
+        frequency : list of float
+            One for each label. [Hz]
+        error : list of float
+            Relative errors of these; empty unless asked for. [-]
         count : int
             Number of modes computed.
 
@@ -155,7 +158,7 @@ class Dynamics:
         NoSolutionError
             The model has no such mode.
         ConvergenceError
-            As for `lowest`.
+            Too many modes of a large model, or an eigen-solution that failed.
         """
         batch, cable = self._batch or (self, None)
         largest_count = batch.dof if batch.dof <= CABLE.all_modes_freedoms else batch.dof // 4
@@ -205,10 +208,27 @@ class Dynamics:
         return Modes(CombinedModes(planes, self), min(count, self.dof), count >= self.dof)
 
     def _solve(self, system, count):
-        """At least the `count` lowest modes of one system: list of `PlaneModes`.
+        """At least the `count` lowest modes of one system, a plane of motion or all three directions.
 
-        A small system is solved in each symmetry subspace, which gives one `PlaneModes` for each; a large one by
-        Lanczos iteration, which gives a single one. Raises as `lowest`.
+        A small system, or a larger one of which many modes are wanted, is solved in each symmetry subspace (shapes
+        symmetric or antisymmetric about mid-length, if the cable is its own mirror image). Others are solved by Lanczos
+        iteration.
+
+        Parameters
+        ----------
+        system : System
+            Of all cables of the batch.
+        count : int
+
+        Returns
+        -------
+        list of PlaneModes
+            One for each symmetry subspace; a single one by Lanczos iteration.
+
+        Raises
+        ------
+        ConvergenceError
+            Too many modes of a large system, or an iteration that failed.
         """
         dof, lead = system.dof, np.shape(self.length)
         if count == 0:

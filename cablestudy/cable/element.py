@@ -177,9 +177,10 @@ class Mesh:
 
 
 def mesh_segments(fractions, elements, order=1, mass="lumped", point_masses=()):
-    """`Mesh` of a cable with a node at each of its k point loads, and elements of about equal length between them.
+    """Mesh of a cable with a node at each of its k point loads, and elements of about equal length between them.
 
-    Each segment between two loads, or a load and an end, has one element at least.
+    Each segment between two loads, or a load and an end, has one element at least. Loads that almost coincide, or are
+    almost at an end, do not make a segment.
 
     Parameters
     ----------
@@ -187,8 +188,17 @@ def mesh_segments(fractions, elements, order=1, mass="lumped", point_masses=()):
         Share of the unstretched length of each segment. [-]
     elements : int
         Total number of elements.
-    order, mass, point_masses
-        See `Mesh`; each point mass is put on the nearest edge.
+    order : int
+        Polynomial order of the elements.
+    mass : {"lumped", "consistent", "blended"}
+        Mass matrix.
+    point_masses : tuple of (float, float)
+        For each point mass its place as a share of the unstretched length, and its mass over that of the cable; it is
+        put on the nearest edge of an element. [-]
+
+    Returns
+    -------
+    Mesh
 
     Raises
     ------
@@ -212,17 +222,17 @@ def mesh_segments(fractions, elements, order=1, mass="lumped", point_masses=()):
 def pieces(fractions, singularities):
     """Divide a cable into pieces, short where its tension T(s) changes sharply, so that one element suits each piece.
 
-    A piece longer than the distance in the complex plane from its middle to the singularity of T(s) of its segment is
-    halved, unless it is shorter than `CABLE.shortest_piece`: the polynomials of an element then converge geometrically
-    in their order.
+    On a segment T(s) is analytic but for a complex point s0 and its conjugate. A piece is halved if it is longer than
+    the distance from its middle to s0 and than `CABLE.shortest_piece`. The error of the polynomials on a piece then
+    falls geometrically with their order.
 
     Parameters
     ----------
     fractions : ndarray, shape (k + 1,)
-        Share of the unstretched length of each segment between point loads. [-]
+        Share of the unstretched length of each segment between the k point loads. [-]
     singularities : ndarray of complex, shape (k + 1,)
-        Complex arc length over unstretched length at which T of each segment would vanish (`Catenary.singularities`).
-        [-]
+        s0 of each segment: complex arc length, over the unstretched length, at which T would vanish
+        (`Catenary.singularities`). [-]
 
     Returns
     -------

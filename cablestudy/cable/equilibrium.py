@@ -144,9 +144,9 @@ class ElementResidual:
 
 
 def solve_many(catenary, mesh, uneven=None):
-    """Equilibria of one discrete cable, or of many on one mesh, from their catenaries as the start.
+    """Equilibria of one cable of finite elements, or of many on one mesh, from their catenaries as the start.
 
-    With a load that depends on where the cable hangs, load and equilibrium are computed in turn until the forces on the
+    A load may depend on where the cable hangs. Then load and equilibrium are computed in turn until the forces on the
     nodes change by less than `CABLE.uneven_load_change` times the largest tension. A cable whose forces still change
     after `CABLE.uneven_load_steps` turns has the reason `STALLED` in its record.
 
@@ -155,13 +155,15 @@ def solve_many(catenary, mesh, uneven=None):
     catenary : Catenary
         Exact equilibrium of the continuous cables under weight and point loads.
     mesh : Mesh
+        n elements with q Gauss points each.
     uneven : callable, optional
-        `State` -> force per unstretched length at the Gauss points beside the uniform one, such as the drag of a wind
-        that grows with height; chord frame, shape (..., n, q, 3) [N/m].
+        `State` -> force per unstretched length at the Gauss points, to be added to the uniform load, such as the drag
+        of a wind that grows with height; chord frame, shape (..., n, q, 3) [N/m].
 
     Returns
     -------
     state : State
+        Tensions, directions and displacements of the elements.
     record : Record
         Of the last Newton iteration; its `reason` tells whether each cable is in equilibrium.
     """
@@ -197,14 +199,21 @@ def _nodal_forces(mesh, force_per_length):
 
 
 def _solve_loads(catenary, mesh, nodal=None):
-    """Equilibrium of cables under weight, point loads and further dead loads on the nodes: `State` and `Record`.
+    """Equilibrium of cables of finite elements under weight, point loads and further constant loads on the nodes.
 
     Parameters
     ----------
-    catenary, mesh
-        As for `solve_many`.
+    catenary : Catenary
+        Exact equilibrium of the continuous cables under weight and point loads, the start.
+    mesh : Mesh
     nodal : ndarray, shape (..., nodes, 3), optional
         The further loads, chord frame. [N]
+
+    Returns
+    -------
+    state : State
+    record : Record
+        Of the Newton iteration; its `reason` tells whether each cable is in equilibrium.
     """
     span, reference = catenary.span, np.asarray(catenary.max_tension)
     problem = ElementResidual(span, mesh, reference, nodal)

@@ -131,16 +131,17 @@ class EquilibriumResidual:
         Parameters
         ----------
         sizes : ndarray, shape (..., k + 1)
-            Tensions of the segments. [N]
+            Tension of each of the k + 1 segments between point loads. [N]
 
         Returns
         -------
         minimum : ndarray of bool, shape (...)
-            True if the energy is least at the kink: the segment is at least as long as the distance that it spans, and
-            slack.
-        kink, beyond_kink : ndarray, shape (3, ...)
-            Tension vector at mid-length at the kink, and one with less energy, to go on from where the kink is no
-            minimum. [N]
+            True if the energy is least at the kink. The segment is slack then: it is at least as long as the distance
+            that the other segments leave to it.
+        kink : ndarray, shape (3, ...)
+            Tension vector at mid-length for which that segment has no tension, chord frame. [N]
+        beyond_kink : ndarray, shape (3, ...)
+            One with less energy, to go on from where the kink is no minimum. [N]
         """
         loosest = sizes.argmin(axis=-1)[..., None]
         kink = np.stack([-np.take_along_axis(offset, loosest, axis=-1)[..., 0] for offset in self.segments.offset])
@@ -165,10 +166,20 @@ class EquilibriumResidual:
 
 
 def _first_tension(span):
-    """Approximate tension vector at mid-length of a cable, where Newton's method begins; 3 arrays, chord frame. [N]
+    """Approximate tension vector at mid-length of a cable, where Newton's method begins.
 
     Weight and point loads are distributed uniformly over the cable: a parabola, or an inextensible catenary where the
     cable is more than 1.2 times as long as its chord.
+
+    Parameters
+    ----------
+    span : Span
+        Fields of shape (...).
+
+    Returns
+    -------
+    tuple of 3 ndarrays, shape (...)
+        Components along the chord, across it in the vertical plane, and out of that plane. [N]
     """
     load_vector = span.load_forces.sum(axis=-2) - np.asarray(span.weight)[..., None] * span.up
     load = np.sqrt((load_vector**2).sum(axis=-1))

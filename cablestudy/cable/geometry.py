@@ -101,15 +101,17 @@ def sag_and_swing(cable, position):
     Parameters
     ----------
     cable : Catenary or State
+        Of one cable or, with leading axes `...`, of several.
     position : ndarray, shape (...)
         Arc length at mid-span over unstretched length, see `midspan`. [-]
 
     Returns
     -------
     sag : ndarray, shape (...)
-        Vertical. [m]
+        Vertical distance from the middle of the chord down to the cable at mid-span. [m]
     swing : ndarray, shape (...)
-        Angle between the vertical and the line from the middle of the chord to the cable; 0 for a vertical chord. [rad]
+        Angle between the vertical and the line from the middle of the chord to the cable there; 0 for a vertical chord.
+        [rad]
     """
     span, length = cable.span, np.asarray(cable.span.chord)
     chord = span.frame[..., 0, :] * length[..., None]

@@ -32,7 +32,10 @@ TENSIONS = {
 
 
 def shorter_strain_for_tension(span, tension, at="mean"):
-    """Chord strain of a taut cable with a stated tension, by a search that also finds the least tension.
+    """Find the chord strain, and so the unstretched length, with which a taut cable has a stated tension.
+
+    The chord strain is chord over unstretched length, less 1. Above the least tension over all lengths, two lengths
+    have the same tension: the shorter one is meant.
 
     Parameters
     ----------
@@ -40,13 +43,13 @@ def shorter_strain_for_tension(span, tension, at="mean"):
         One cable; its own chord strain is not used.
     tension : float
         > 0. [N]
-    at : str
-        A key of TENSIONS, the place of that tension.
+    at : {"mean", "horizontal", "max", "end_1", "end_2"}
+        Which tension of the cable is stated: its mean, its horizontal part, the largest one, or that at an end.
 
     Returns
     -------
     float
-        Chord strain of the shorter one of the two cables with this tension. [-]
+        [-]
 
     Raises
     ------
@@ -80,10 +83,25 @@ def shorter_strain_for_tension(span, tension, at="mean"):
 
 
 def strains_for_tension(span, tension, at="mean"):
-    """Chord strains of n taut cables with stated tensions [N] at one of TENSIONS, each of shape (n,). [-]
+    """Find the chord strains, and so the unstretched lengths, with which n taut cables have stated tensions.
 
-    Not a number where no solution near a guess was found, or the longer one of two cables with this tension: there
-    `shorter_strain_for_tension` finds the shorter one, or says why there is none.
+    The chord strain is chord over unstretched length, less 1. Each search begins with that of a parabola. Above the
+    least tension over all lengths, two lengths have the same tension: the shorter one is meant.
+
+    Parameters
+    ----------
+    span : Span
+        Of shape (n,); its own chord strains are not used.
+    tension : ndarray, shape (n,)
+        [N]
+    at : {"mean", "horizontal", "max", "end_1", "end_2"}
+        Which tension of the cables is stated: mean, horizontal or largest one, or that at an end.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Not a number where no length, or only the longer one, was found: there `shorter_strain_for_tension` finds the
+        shorter one, or says why there is none. [-]
     """
     highest = _highest_strain(span, tension, at)
     # strain of the tension, less what the sag of a parabola adds to the length of its chord
@@ -151,10 +169,22 @@ def _tension(span, strain, at="mean"):
 
 
 def _rising_zeros(function, guess, highest):
-    """Zeros of n functions of the chord strain up to `highest`, near guesses if possible, and which surely rise there.
+    """Zeros of n functions of the chord strain, near guesses if possible, and which functions surely rise there.
 
-    `function` is as of `bracket`; all arrays have the shape (n,). A zero is not a number where none was found. The
-    function is known to rise (second result, bool) where the secant method found the zero: it accepts no other.
+    Parameters
+    ----------
+    function : callable
+        Chord strains, shape (k,), and indices of the functions they belong to, shape (k,) -> values, shape (k,).
+    guess, highest : ndarray, shape (n,)
+        Estimates of the zeros, and upper limits of the search. [-]
+
+    Returns
+    -------
+    zeros : ndarray, shape (n,)
+        Not a number where none was found. [-]
+    known_to_rise : ndarray of bool, shape (n,)
+        True where the secant method found the zero, as it accepts only one at which the function rises. The others are
+        from brackets: the function may fall there.
     """
     step = np.minimum(np.maximum(1e-3 * np.abs(guess), 1e-15), (highest - CABLE.loosest_strain) / 8)
     guess = np.clip(guess, CABLE.loosest_strain + 2 * step, highest - 2 * step)
@@ -178,9 +208,19 @@ def _rising_zeros(function, guess, highest):
 
 
 def _zeros_by_secant(function, guess, highest):
-    """Zeros of n functions near good guesses by the secant method, shape (n,); parameters as of `_rising_zeros`.
+    """Zeros of n functions of the chord strain near good guesses, by the secant method.
 
-    Not a number where the steps do not become small, or the function was not seen to rise.
+    Parameters
+    ----------
+    function : callable
+        Chord strains, shape (k,), and indices of the functions they belong to, shape (k,) -> values, shape (k,).
+    guess, highest : ndarray, shape (n,)
+        Estimates of the zeros, and upper limits of the search. [-]
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Not a number where the steps do not become small or leave the limits, or the function was not seen to rise. [-]
     """
     zeros, index = np.full(len(guess), np.nan), np.arange(len(guess))
     previous, x = guess, guess * (1 + CABLE.length_first_secant)

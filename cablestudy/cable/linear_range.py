@@ -10,20 +10,24 @@ from cablestudy.cable.tolerances import CABLE
 def forces(at_rest, moves, distances):
     """Restoring force of cables on a point that moves their ends 2: exact by the catenaries, and linear by stiffness.
 
+    For a movement x of the point, end 2 of a cable moves by x m. With the force P that holds end 2 of each cable, and
+    the stiffness K there, the forces are
+
+        exact: sum of m^T (P(x m) - P(0)),    linear: x (sum of m^T K m)
+
     Parameters
     ----------
     at_rest : Catenary
         The cables at rest, of shape (c,).
     moves : ndarray, shape (c, 3)
-        Movement of end 2 relative to end 1 per movement of the point, global axes. [-]
+        m: movement of end 2 relative to end 1 per movement of the point, global axes. [-]
     distances : ndarray, shape (...)
-        Movements of the point, of either sign. [m]
+        Movements x of the point, of either sign. [m]
 
     Returns
     -------
     force, linear : ndarray, shape (...)
-        Sum over the cables of the change of the force against the movement, and its linear approximation, stiffness
-        times distance. `force` is not a number where a cable has no equilibrium. [N]
+        Exact and linear force; the exact one is not a number where a cable has no equilibrium. [N]
     """
     span = at_rest.span
     force_at_rest = -at_rest.end_forces("global")[..., 1, :]
@@ -59,7 +63,8 @@ def linear_range(span, moves):
     span : Span
         The cables, of shape (c,).
     moves : ndarray, shape (c, 3)
-        As for `forces`; cables with zeros do not count.
+        Movement of end 2 of each cable relative to end 1, per movement of the point, global axes; cables with zeros do
+        not count. [-]
 
     Returns
     -------
@@ -67,8 +72,8 @@ def linear_range(span, moves):
         None where the force is linear up to `CABLE.largest_movement` of the shortest chord, where no cable is moved,
         and where there is no stiffness, or no equilibrium even at `CABLE.least_movement`. [m]
     error : float
-        Its relative error, by the last interval of the search, by the rounding of the force, which is what moved cables
-        pull more than those at rest, and by that of the moved ends. [-]
+        Relative error of the movement: by the width of the last interval of the search, and by rounding of the force
+        and of the places of the ends. [-]
     """
     moving = np.abs(moves).max(axis=-1) > 0
     if not moving.any():

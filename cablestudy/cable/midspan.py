@@ -15,11 +15,14 @@ def arc_length_at_midspan(catenary):
 
     Notes
     -----
-    The horizontal distance from a segment's end 1 to arc length x on it is H x (1/EA + 2 (1 + excess)/S), H being the
-    horizontal tension and S the sum of the tensions T at the ends of the piece up to x; 1 + excess is the mean of 1/T
-    along this piece over 2/S, see `segment`. Where no load acts horizontally H is a common factor of all segments and
-    cancels, so that a vertical cable has the limit of an inclined one. The root finders of scipy.optimize.elementwise
-    give the same digits in four times the time.
+    On a segment between point loads, a piece from its end 1 of arc length x spans the horizontal distance
+
+        H x (1/EA + 2 (1 + excess)/S)
+
+    H is the horizontal tension, S the sum of the tensions at both ends of the piece, and 2 (1 + excess)/S the mean of
+    1/T along it (`segment`). Where no load acts horizontally H is a common factor of all segments and cancels, so that
+    a vertical cable has the limit of an inclined one. The root finders of scipy.optimize.elementwise give the same
+    digits in four times the time.
     """
     span, terms, fraction = catenary.span, catenary.terms, catenary.segments.fraction
     stiffness = np.asarray(span.axial_stiffness, dtype=float)[..., None]
@@ -42,17 +45,28 @@ def arc_length_at_midspan(catenary):
 
 
 def _arc_length_at(target, rounding, length, *segment):
-    """Arc length x on a segment, from 0 to its length, at which the horizontal distance from its end 1 is `target`.
+    """Arc length x on a segment at which the horizontal distance from its end 1 is `target`: a root of
 
-    Newton steps, kept in a bracket, until the distance is right to `rounding`.
+        h x (1/EA + 2 (1 + excess)/S) = target
+
+    h is the horizontal tension over a scale, S the sum of the tensions at both ends of the piece up to x, and
+    2 (1 + excess)/S the mean of 1/T along it. Newton steps, kept in a bracket, go on until the distance is right to
+    `rounding`.
 
     Parameters
     ----------
-    target, rounding, length : ndarray, shape (..., 1)
-        Horizontal distances, over a scale of forces [1/N], and length of the segment over that of the cable [-].
+    target, rounding : ndarray, shape (..., 1)
+        Horizontal distance and its accuracy, over the length of the cable and the scale of forces. [1/N]
+    length : ndarray, shape (..., 1)
+        Length of the segment over that of the cable. [-]
     *segment : ndarray
-        H over the scale of forces [-], EA [N], weight [N], cosine and sine [-] of the cable, and the 3 components of
-        the tension vector at the middle of the segment [N].
+        h [-], EA [N], weight of the cable [N], cosine and sine of the inclination of its chord [-], and the 3
+        components of the tension vector at the middle of the segment, chord frame [N].
+
+    Returns
+    -------
+    ndarray, shape (..., 1)
+        x over the length of the cable, from 0 to `length`. [-]
     """
     shape = length.shape
     arguments = [np.broadcast_to(values, shape).ravel() for values in (target, rounding, length, *segment)]

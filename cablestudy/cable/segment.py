@@ -46,14 +46,21 @@ class SegmentTerms:
 
 
 def segment_terms(tension, weight, cosine, sine):
-    """Terms S, beta, atanh(beta)/beta - 1, T0 and T1 of the module's equations for segments of cables: `SegmentTerms`.
+    """Terms that the extension and the flexibility of a segment of a catenary share: `SegmentTerms`.
+
+    P = (q, n, y) is the tension vector at mid-segment, with the vertical part V = q sine + n cosine and the horizontal
+    part H = (q cosine - n sine, y); W is the weight. Then
+
+        T0, T1 = |(H, V - W/2)|, |(H, V + W/2)|,    S = T0 + T1,    beta = W/S,    excess = atanh(beta)/beta - 1
 
     Parameters
     ----------
     tension : tuple of 3 ndarrays
-        Tension vector at mid-segment in the chord frame. [N]
-    weight, cosine, sine : ndarray
-        Weight of the segment [N], cosine and sine of the chord's inclination [-].
+        q along the chord, n across it in the vertical plane, y out of that plane. [N]
+    weight : ndarray
+        W of the segment. [N]
+    cosine, sine : ndarray
+        Of the inclination of the chord. [-]
     """
     q, n, y = tension
     vertical = q * sine + n * cosine
@@ -122,14 +129,34 @@ def _less_component(tension, q, n, y):
 
 
 def flexibility(tension, weight, axial_stiffness, cosine, sine, terms):
-    """Derivative of `extension` with respect to the tension vector: 6 ndarrays qq, nn, yy, qn, qy, ny. [1/N]
+    """Derivative of the `extension` of a segment with respect to its tension vector, per unstretched length.
 
-    Arguments as for `segment_terms`; `axial_stiffness` is EA [N] and `terms` the `SegmentTerms` from `extension`.
+    With T the tension and t the unit tangent along the segment, and the unit matrix I, it is the matrix
+
+        I/EA + mean of (I - t t^T)/T
+
+    Parameters
+    ----------
+    tension : tuple of 3 ndarrays
+        Tension vector at mid-segment, chord frame: q along the chord, n across it, y out of the vertical plane. [N]
+    weight : ndarray
+        Of the segment. [N]
+    axial_stiffness : ndarray
+        EA. [N]
+    cosine, sine : ndarray
+        Of the inclination of the chord. [-]
+    terms : SegmentTerms
+        From `extension`.
+
+    Returns
+    -------
+    tuple of 6 ndarrays
+        Entries qq, nn, yy, qn, qy, ny of the symmetric matrix. [1/N]
 
     Notes
     -----
-    The mean of (T^2 I - P P^T)/T^3 over the segment is found once in terms of small deviations from the chord and once
-    in horizontal and vertical components: each form is free of cancellation where the other is not.
+    The mean is found once in terms of small deviations from the chord and once in horizontal and vertical components:
+    each form is free of cancellation where the other is not.
     """
     small = terms.beta < CABLE.series_below
     number = np.count_nonzero(small)
@@ -146,11 +173,27 @@ def flexibility(tension, weight, axial_stiffness, cosine, sine, terms):
 
 
 def _flexibility_of_small_beta(tension, weight, cosine, sine, terms):
-    """Entries of `flexibility` by change of direction alone, without the axial part l/EA, of segments of small beta.
+    """Mean of (I - t t^T)/T over segments of small beta = weight/S, written with small deviations from the chord.
 
-    The mean of (T^2 I - P P^T)/T^3, written with small deviations from the chord. Along the segment P = P_mid + w tau
-    with w = W (sine, cosine, 0), tau from -1/2 to 1/2, and the integrals i0, i1 and i2 are the means of tau^k/T^3, the
-    last one by quadrature. Arguments as for `flexibility`.
+    It is the part of `flexibility` by change of direction alone, without I/EA. The mean of (T^2 I - P P^T)/T^3 is
+    equal. Along the segment the tension vector is P = (q, n, y) + w tau with w = W (sine, cosine, 0) and tau from -1/2
+    to 1/2. The integrals i0, i1 and i2 are the means of tau^k/T^3 for k = 0, 1 and 2, the last one by quadrature.
+
+    Parameters
+    ----------
+    tension : tuple of 3 ndarrays
+        Tension vector (q, n, y) at mid-segment, chord frame. [N]
+    weight : ndarray
+        W of the segment. [N]
+    cosine, sine : ndarray
+        Of the inclination of the chord. [-]
+    terms : SegmentTerms
+        With S, the sum of the tensions at both ends.
+
+    Returns
+    -------
+    tuple of 6 ndarrays
+        Entries qq, nn, yy, qn, qy, ny of the symmetric matrix. [1/N]
     """
     q, n, y = tension
     total, product = terms.sum_of_tensions, np.maximum(terms.product, CABLE.least_divisor)
@@ -187,11 +230,26 @@ def _gauss_rule(dimensions):
 
 
 def _flexibility_of_large_beta(tension, cosine, sine, terms):
-    """Entries of `flexibility` by change of direction alone, without the axial part l/EA, of segments of large beta.
+    """Mean of (I - t t^T)/T over segments of large beta = weight/S, written with horizontal and vertical components.
 
-    The mean of (T^2 I - P P^T)/T^3, P being the tension vector along the segment, written with horizontal and vertical
-    components (h, v, y) and then rotated into the chord frame (q, n, y). The integrals i0, i1 and i2 are the means of
-    V^k/T^3 over the segment. Arguments as for `flexibility`.
+    It is the part of `flexibility` by change of direction alone, without I/EA. The mean of (T^2 I - P P^T)/T^3 is
+    equal, with the tension vector P along the segment. It is found for components (h, V, y) of P and then rotated into
+    the chord frame (q, n, y). The integrals i0, i1 and i2 are the means of V^k/T^3 for k = 0, 1 and 2, V being the
+    vertical component.
+
+    Parameters
+    ----------
+    tension : tuple of 3 ndarrays
+        Tension vector (q, n, y) at mid-segment, chord frame. [N]
+    cosine, sine : ndarray
+        Of the inclination of the chord. [-]
+    terms : SegmentTerms
+        With S, the sum of the tensions at both ends.
+
+    Returns
+    -------
+    tuple of 6 ndarrays
+        Entries qq, nn, yy, qn, qy, ny of the symmetric matrix. [1/N]
     """
     q, n, y = tension
     h, total, (t0, t1) = terms.horizontal, terms.sum_of_tensions, terms.tensions

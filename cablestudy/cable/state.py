@@ -86,14 +86,14 @@ def interpolate(state, positions):
     state : State
         In equilibrium, fields of shape (...).
     positions : ndarray, shape (..., j)
-        Unstretched arc length over unstretched length; at a load it means the side of end 1. [-]
+        Unstretched arc length over unstretched length; at a point load it means the side of end 1. [-]
 
     Returns
     -------
     displacement : ndarray, shape (..., j, 3)
-        From the chord, in unstretched lengths, chord frame. [-]
+        From the place on the straight chord to that on the cable, over the unstretched length, chord frame. [-]
     tension : ndarray, shape (..., j)
-        Size of the tension vector, which is linear along each element, by its weight; the change by an `uneven` load
+        Size of the tension vector. By the weight it changes linearly along each element; its change by an `uneven` load
         within the element is neglected. [N]
     """
     positions = np.broadcast_to(positions, (*np.shape(state.force), np.shape(positions)[-1]))
@@ -117,13 +117,15 @@ def _displacement(mesh, displacement, element, local):
 def sag(state, start):
     """Vertical distance from the chord down to each cable of elements at mid-span, halfway along the horizontal.
 
+    The mid-span of the elements is searched for, unless it is that of the continuous cable, `start`, to rounding. A
+    vertical cable has no mid-span: its sag is taken at `start`.
+
     Parameters
     ----------
     state : State
         Fields of shape (n,), or of one cable.
     start : ndarray, shape (n,) or ()
-        Arc length at mid-span of the continuous cable, over unstretched length. The sag is taken there where the cable
-        is vertical, or the elements too are at mid-span there; elsewhere their mid-span is searched for. [-]
+        Arc length at mid-span of the continuous cable, over unstretched length. [-]
 
     Returns
     -------

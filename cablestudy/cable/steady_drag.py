@@ -40,14 +40,17 @@ class Profile:
 
     @classmethod
     def of(cls, exponent, height, grounds):
-        """`Profile` of n load cases from the power law of each; None if in no case the wind grows with the height.
+        """Wind profile of n load cases, by a power law for each; None if in no case the wind grows with the height.
 
         Parameters
         ----------
-        exponent, height : ndarray, shape (n,)
-            Of the power law [-], and height at which the wind is stated [m]; not a number where the wind is uniform.
-        grounds : sequence
-            Of each case: height of level ground, tuple of points (x, z), or None for the height 0. [m]
+        exponent : ndarray, shape (n,)
+            Of the wind speed over the height; not a number where the wind is uniform. [-]
+        height : ndarray, shape (n,)
+            Height above the ground at which the wind is stated; not a number where the wind is uniform. [m]
+        grounds : sequence of (float, tuple or None)
+            For each case the height of level ground, or points (x, z) between which the ground is straight, or None for
+            the height 0. [m]
         """
         exponent = np.nan_to_num(exponent)
         if not exponent.any():
@@ -182,7 +185,12 @@ def across(direction, tangent):
 def uneven_drag(drag):
     """Function that computes the uneven part of the drag: that on the curved cable less the uniform drag on its chord.
 
-    `equilibrium.solve_many` adds it to the uniform load.
+    `equilibrium.solve_many` adds it to the uniform load. With the unit vector u of the wind and its part u_n across a
+    direction t or e, the force per unstretched length is
+
+        C_d q D ((1 + strain) p |u_n| u_n across the tangent t - (mean of p) |u_n| u_n across the chord e)
+
+    C_d q D is the drag at right angles to the wind at the stated pressure q, and p the local pressure over q.
 
     Parameters
     ----------
@@ -192,8 +200,8 @@ def uneven_drag(drag):
     Returns
     -------
     callable or None
-        `State` of these cables -> force per unstretched length at the q Gauss points of each of e elements, chord
-        frame, shape (n, e, q, 3) [N/m]; None where no wind blows on any of them.
+        `State` of these n cables -> the force at the q Gauss points of each of e elements, chord frame, shape
+        (n, e, q, 3) [N/m]; None where no wind blows on any of them.
     """
     if not drag.normal_drag.any():
         return None

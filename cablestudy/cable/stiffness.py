@@ -23,7 +23,10 @@ from cablestudy.cable.state import State
 
 
 def state_at(span, mesh, positions):
-    """Tensions and directions of a cable from the positions of its nodes, in equilibrium or not: T = EA (|r'| - 1).
+    """Tensions and directions of a cable from the positions of its nodes, in equilibrium or not.
+
+    The tension at a Gauss point is T = EA (|r'| - 1), with the derivative r' of the positions by the unstretched
+    length.
 
     Parameters
     ----------
@@ -86,7 +89,12 @@ def internal_forces(state, frame="chord"):
 
 
 def tangent_stiffness(state, frame="chord"):
-    """Elastic and geometric stiffness of all nodes about a state, the derivative of `internal_forces`.
+    """Elastic and geometric stiffness of all nodes about a state, whose sum is the derivative of `internal_forces`.
+
+        K_E = integral of B^T EA t t^T B ds,    K_G = integral of B^T T/|r'| (I - t t^T) B ds
+
+    over the unstretched length s, with tension T, unit tangent t, stretch |r'| = 1 + T/EA, and the derivatives B of the
+    shape functions of the nodes by s.
 
     Parameters
     ----------

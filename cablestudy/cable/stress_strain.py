@@ -148,15 +148,15 @@ class Condition:
         return self.settle(lambda strain, value, slope: tension, start)
 
     def settle(self, tension_at, start, alone=True, accuracy=CABLE.curve_tension):
-        """Strains at which the tension by the curves equals the tension that equilibrium demands, by Newton's method.
+        """Find the strains at which the tension by the stress-strain curves is that which equilibrium demands, by Newton's method.
 
         Parameters
         ----------
         tension_at : callable
-            Strain [-], tension by the curves and its slope with the strain [N], each of shape (...) -> tension in
-            equilibrium at that strain [N], which falls as the strain grows, or stays; not a number where there is none.
+            Strain [-], tension by the curves [N] and its slope with the strain [N], each of shape (...) -> tension in
+            equilibrium at that strain [N]. It falls as the strain grows, or stays; not a number where there is none.
         start : ndarray, shape (...)
-            Strain at which the iteration begins. [-]
+            Strain of each conductor at which the iteration begins. [-]
         alone : bool
             True if `tension_at` of a conductor depends on its own strain only, so that each step narrows a bracket.
         accuracy : float
@@ -165,7 +165,7 @@ class Condition:
         Returns
         -------
         ndarray, shape (...)
-            [-]
+            Strains. [-]
         """
         low = self.slack_strain
         strain, high = np.maximum(start, low + CABLE.curve_rounding), np.full(np.shape(low), np.inf)

@@ -148,19 +148,20 @@ def _highest_strain(span, kinds, value):
 
 
 def least_preload(span):
-    """Least mean tension that cables between fixed ends can have, whatever their unstretched lengths.
+    """Least mean tension ("preload") that cables between fixed ends can have, whatever their unstretched lengths.
 
-    No smaller preload can be stated. A shorter cable is stretched, a longer one hangs deeper: either raises the
-    tension. The least tension of a horizontal cable that hardly stretches is 0.508 of its weight per length times its
-    chord, at a length of 1.48 chords; that of a vertical one is 0.5 of it, at a length of one chord.
+    A shorter cable is stretched, a longer one hangs deeper: either raises the tension. The least tension of a
+    horizontal cable that hardly stretches is 0.508 of its weight per length times its chord, at a length of 1.48
+    chords. That of a vertical one is 0.5 of it, at a length of one chord.
 
     Parameters
     ----------
     span : Span
+        Cables of shape (...); their point loads and own lengths are not used.
 
     Returns
     -------
-    tension : ndarray, shape of the span
+    tension : ndarray, shape (...)
         Above the exact one by a relative error of at most `STATICS.least_tension_error`. [N]
     """
     # bounds of the logarithm of chord over unstretched length

@@ -18,24 +18,26 @@ from cablestudy.statics.tangent import GROUND
 
 
 def find_form(suspension):
-    """Find the places of the free junctions of a cable net where given force densities balance; bodies do not move.
+    """Find the places of the free points (junctions) of a cable net where given force densities are in balance.
+
+    The force density q of a cable is its tension over its length. The bodies do not move.
 
     Parameters
     ----------
     suspension : SuspendedSystem
-        With cases of any shape and a force density of every cable that ends at a free junction.
+        With cases of any shape, and a force density of every cable that ends at a free junction.
 
     Returns
     -------
     SuspendedSystem
         With its junctions at these places.
     tension : ndarray, shape (..., c)
-        Force density times length; not a number for cables without a force density. [N]
+        Force density times length of each of the c cables; not a number for cables without a force density. [N]
 
     Raises
     ------
     NoSolutionError
-        A cable at a free junction without a force density; a junction that the force densities do not hold.
+        A cable at a free junction has no force density, or the force densities do not hold a junction.
     """
     owner, shape = suspension.owner[suspension.of_cables], suspension.shape
     flat = suspension.broadcast((int(np.prod(shape)),))  # cases along one axis

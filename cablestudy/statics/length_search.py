@@ -39,20 +39,20 @@ GOING_ON = -1  # in place of a reason
 
 @dataclass(frozen=True)
 class TensionProblem:
-    """Tensions of the open cables are sought that hold bodies at given places; n cases.
+    """Problem of finding tensions of the open cables with which bodies are in equilibrium at given places; n cases.
 
     Attributes
     ----------
     suspension : SuspendedSystem
         With cases of shape (n,).
     open_cables : ndarray of int, shape (m,)
-        Cables that state nothing.
+        Indices of the cables for which neither a length nor a tension or sag is stated.
     moving : ndarray of bool, shape (b, 6)
         Degrees of freedom that come from equilibrium; the others are given.
     method : {"balanced", "least", "closest"}
-        As for `lengths.solve`.
+        Choice of the mean tensions of the open cables: least variance, least sum of squares, closest to `reference`.
     low, high, reference : ndarray, shape (n, m)
-        Bounds of the mean tensions of the open cables, and what they shall be close to. [N]
+        Bounds of these tensions, and what they shall be close to. [N]
     """
 
     suspension: SuspendedSystem
@@ -234,16 +234,19 @@ def first_tensions(problem, state):
 
 @dataclass(frozen=True)
 class LinearForces:
-    """Net forces, and their changes with the tensions of the open cables and with moving degrees of freedom; n cases.
+    """Net forces F, their derivatives A by the tensions of m open cables, and E by f moving degrees of freedom; n cases.
+
+    Rows are the d free degrees of freedom of the bodies. Moments are divided by the size of the body, a length, and
+    rotations are multiplied by it.
 
     Attributes
     ----------
     net : ndarray, shape (n, d)
-        F; moments over the size of the body. [N]
+        F. [N]
     by_tension : ndarray, shape (n, d, m)
         A. [-]
     by_motion : ndarray, shape (n, d, f)
-        E; rotations are counted times the size of the body. [N/m]
+        E. [N/m]
     imbalance : ndarray, shape (n,)
         Largest net force over the sum of forces. [-]
     over_least, over_most : ndarray, shape (n,)

@@ -28,13 +28,17 @@ EPSILON = 2 * STATICS.rounding
 
 @dataclass(frozen=True)
 class PoseState:
-    """A pose, and the chord strains of the cables, which keep their digits from step to step; n cases.
+    """A pose of n cases, with what a search carries from step to step so that no digits are lost.
+
+    There are b bodies and points, c cables and l links.
 
     Attributes
     ----------
     position, rotation : ndarray, shape (n, b, 3), (n, b, 3, 3)
+        Reference point of each body [m], and its rotation matrix.
     arms, ends : ndarray, shape (n, c + l, 2, 3)
-        From the reference point of its owner to each end of a cable or link, and its place, global axes. [m]
+        Both ends of each cable and link: vector from the reference point of the body that holds the end, and from the
+        origin; global axes. [m]
     vector : ndarray, shape (n, c + l, 3)
         From end 1 to end 2. [m]
     length, strain : ndarray, shape (n, c)
@@ -63,7 +67,7 @@ class PoseState:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Forces, stiffness and energy of a suspension in one `PoseState`; n cases.
+    """Forces, stiffness and energy of a suspension in one `PoseState`: n cases, b bodies and points, c cables, l links.
 
     Attributes
     ----------
@@ -74,13 +78,15 @@ class Evaluation:
     least_rounding, most_rounding : ndarray, shape (n, b, 6)
         Rounding of `net`: `least` and `most` of `rounding.Bounds`. [N], [N m]
     energy, energy_rounding : ndarray, shape (n,)
-        Sum of W and of the energy of the links, and its rounding. [J]
-    end_forces, end_stiffness : ndarray, shape (n, c + l, 2, 3), (n, c + l, 3, 3)
-        As those of `Equilibrium`.
+        Energy of the cables (W of the module's docstring) and links, and its rounding. [J]
+    end_forces : ndarray, shape (n, c + l, 2, 3)
+        Force of each cable and link on what holds its two ends, global axes. [N]
+    end_stiffness : ndarray, shape (n, c + l, 3, 3)
+        Stiffness of end 2, end 1 fixed, of each cable and link, global axes. [N/m]
     tension : ndarray, shape (n, c, 3)
-        As that of `PoseState`. [N]
+        Tension vector of each cable at mid-length, global axes. [N]
     solved : ndarray of bool, shape (n,)
-        True where all catenaries converged.
+        True where the equilibria of all cables were found, and all forces are finite.
     """
 
     net: np.ndarray

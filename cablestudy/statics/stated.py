@@ -300,21 +300,21 @@ def _rates_with_loads(cables, quantities):
 
 
 def _differences(span, function, step):
-    """Derivatives of any m quantities of cables by length and end position, by central differences.
+    """Derivatives of any m quantities of cables by length and by the place of end 2, by central differences.
 
     Parameters
     ----------
     span : Span
-        Of shape (...).
+        Cables of shape (...).
     function : callable
-        Catenary of shape (8, ...), the varied cables -> their quantities, ndarray, shape (8, ..., m).
+        `Catenary` of the varied cables, shape (8, ...) -> their quantities, ndarray, shape (8, ..., m).
     step : ndarray, shape (...)
-        Relative change of the length, and change of the position of end 2 over the length. [-]
+        Relative change of the unstretched length L, and change of the place of end 2 over L. [-]
 
     Returns
     -------
     ndarray, shape (..., m, 4)
-        By dL/L, and by the position of end 2 along x, y and z.
+        Per relative change dL/L, and per movement of end 2 along x, y and z [1/m].
     """
     vector = span.frame[..., 0, :] * np.asarray(span.chord)[..., None]
     forces = span.in_frame(span.load_forces, "global")

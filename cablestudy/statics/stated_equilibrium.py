@@ -252,18 +252,23 @@ def coupled_step(suspension, state, cables, sought, error):
 class CoupledEquations:
     """Scaled equations of `coupled_step`: d free degrees of freedom of bodies and s lengths in each of n cases.
 
+        [K, -G; M, D] [q; dL/L] = [0; -error]
+
+    with the motion q of the bodies and the relative changes dL/L of the lengths.
+
     Attributes
     ----------
     blocks : tangent.Blocks
-        K.
+        K, the tangent stiffness.
     scales : ndarray, shape (n, d)
         By which rows and columns of the degrees of freedom are divided. [sqrt(N/m)], [sqrt(N m/rad)]
     sought : ndarray of int, shape (s,)
         The cables whose lengths are sought.
     force_by_length, value_by_motion : ndarray, shape (n, s, 2, 6)
-        G and M, for force, moment, displacement and rotation of what holds each of the two ends of these cables.
+        G and M: derivatives of the force and moment at each of the two ends of these cables by dL/L, and of their
+        relative stated values by displacement and rotation of what holds each end.
     value_by_length : ndarray, shape (n, s)
-        Diagonal of D.
+        Diagonal of D, the derivatives of the relative stated values by dL/L.
     right : ndarray, shape (n, s)
         Right-hand sides of the equations of the stated values, -error.
     """
