@@ -148,7 +148,7 @@ class Condition:
         return self.settle(lambda strain, value, slope: tension, start)
 
     def settle(self, tension_at, start, alone=True, accuracy=CABLE.curve_tension):
-        """Find the strains at which the tension by the stress-strain curves is that which equilibrium demands, by Newton's method.
+        """Find the strains at which the tension by the curves is that which equilibrium demands, by Newton's method.
 
         Parameters
         ----------

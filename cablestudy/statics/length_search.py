@@ -234,7 +234,7 @@ def first_tensions(problem, state):
 
 @dataclass(frozen=True)
 class LinearForces:
-    """Net forces F, their derivatives A by the tensions of m open cables, and E by f moving degrees of freedom; n cases.
+    """Net forces F, and derivatives A by the tensions of m open cables, E by f moving degrees of freedom; n cases.
 
     Rows are the d free degrees of freedom of the bodies. Moments are divided by the size of the body, a length, and
     rotations are multiplied by it.

@@ -314,7 +314,7 @@ def _differences(span, function, step):
     Returns
     -------
     ndarray, shape (..., m, 4)
-        Per relative change dL/L, and per movement of end 2 along x, y and z [1/m].
+        Per relative change dL/L, and per meter of movement of end 2 along x, y and z.
     """
     vector = span.frame[..., 0, :] * np.asarray(span.chord)[..., None]
     forces = span.in_frame(span.load_forces, "global")
