@@ -193,7 +193,7 @@ def line_search(suspension, state, evaluation, step):
 
     A share x of a step is accepted where the energy falls by at least c x w. Here w is the work of the net forces along
     the whole step, as if they stayed constant, and c is `STATICS.sufficient_descent`. Where the change of energy is no
-    more than rounding, the share is accepted if the slope of the energy along the step is small enough at its end.
+    more than rounding, the share is accepted if the energy does not rise too steeply at its end (Hager and Zhang).
 
     Parameters
     ----------

@@ -336,8 +336,8 @@ def limited_steps(problem, state, iterates, solutions):
     """Steps of k cases towards the solutions of their linear problems, shortened where they are too long.
 
     The displacements are limited to `STATICS.farthest_step` times the extent of the suspension, and rotations to
-    `STATICS.widest_turn`. The change of the tensions is shortened by the same factor. No tension falls below a tenth
-    (`STATICS.least_tension_share`) of its value.
+    `STATICS.widest_turn`. The change of the tensions is shortened by the same factor. No tension falls below the
+    share `STATICS.least_tension_share` of its value.
 
     Parameters
     ----------

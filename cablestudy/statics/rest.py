@@ -148,7 +148,7 @@ def search_with_softer_cables(suspension):
     PoseState
         Pose and lengths, with the actual stiffness.
     SearchRecord
-        Of the last search: whether it converged, and how far.
+        Of the last search: number of steps, what they left, and why it ended.
     """
     length_stated = np.array([kind == "unstretched_length" for kind in suspension.stated])
     first_state = start(suspension)

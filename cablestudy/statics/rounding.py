@@ -46,7 +46,7 @@ def bounds(suspension, rotation, arms, ends, strain, cables, tension, links=None
     A search for the equilibrium ends where the net forces are below `Bounds.least`, or can fall no further and are
     below `Bounds.most`. With eps the relative rounding of a number, a cable contributes to them
 
-        least: eps (T (1 + P/chord) + K L |e|),    most: eps K (L + P) more
+        least = eps (T (1 + P/chord) + K L |e|),    most = least + eps K (L + P)
 
     T is its tension, P the largest coordinate of its ends, K its end stiffness, L its unstretched length and e the
     strain. Dead loads add eps times their sizes. Moments have these errors times the arms. All is multiplied by

@@ -96,7 +96,7 @@ def _sampled(equilibrium):
 
     Each sample has rounding errors of full size and random sign, which change the net forces on the bodies by b. The
     displacements are K^-1 b, with K the stiffness at constant stated values. One more sample, the last, has the net
-    forces and errors of stated values that the search has left.
+    forces and errors of stated values that the search has left; `STATICS.curved` times its size is added.
 
     Parameters
     ----------
