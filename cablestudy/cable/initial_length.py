@@ -100,8 +100,8 @@ def strains_for_tension(span, tension, at="mean"):
     Returns
     -------
     ndarray, shape (n,)
-        Not a number where no length, or only the longer one, was found: there `shorter_strain_for_tension` finds the
-        shorter one, or says why there is none. [-]
+        Not a number where no length was found, or the longer one though a shorter one exists: there
+        `shorter_strain_for_tension` finds the shorter one, or says why there is none. [-]
     """
     highest = _highest_strain(span, tension, at)
     # strain of the tension, less what the sag of a parabola adds to the length of its chord

@@ -174,7 +174,8 @@ def with_stable_attitudes(problem, result):
     Returns
     -------
     LengthsFound
-        A case is unchanged where it was stable or where the repeated searches failed.
+        A case is unchanged where it was stable or where the repeated searches failed. One that was replaced in the last
+        try may still be unstable.
     """
     for size_of_step in STATICS.off_saddle:
         state, record = result.state, result.record
