@@ -343,10 +343,19 @@ class CableCase(ComparedCase):
         return found_frequencies(cases).items()
 
     def frequency(self, number, kind, symmetry=None):
-        """Frequency of mode `number` (from 1) of a kind and symmetry [Hz], and its estimated relative error.
+        """Frequency of one mode of the cable between fixed ends [Hz], and its estimated relative error [-].
 
-        To the accuracy of the scene; or that of the elements of this case, whose error is None, see
-        `Dynamics.frequencies`.
+        Where the scene states an accuracy, finer and finer models are solved until the error is within it. A case at a
+        given level of refinement, or with a fixed number of elements, gives the frequency of its own elements, and None
+        in place of the error.
+
+        Parameters
+        ----------
+        number : int
+            Number of the mode among those of its kind and symmetry, from 1.
+        kind : {"in-plane", "out-of-plane", "axial"}
+        symmetry : {"symmetric", "antisymmetric"}, optional
+            About mid-length; by default modes are counted whatever their symmetry.
 
         Raises
         ------

@@ -49,20 +49,28 @@ def modes(case, count=None, upto=None, estimate=False):
 
 
 def solved_modes(case, count=None, upto=None):
-    """Compute the modes of a case as `modes` does, and return the search for the elements instead of notes.
+    """Compute the lowest modes of a cable, and return the search for fine enough elements.
 
     Parameters
     ----------
-    case, count, upto
-        As for `modes`, which describes the errors too.
+    case : CableCase
+    count : int, optional
+        Number of modes, from the lowest; fewer where a model with a fixed number of elements has no more.
+    upto : float, optional
+        Compute all modes up to this frequency instead. [Hz]
 
     Returns
     -------
     case : CableCase
-        With the discretisation that was used.
+        The same case, with the elements by which the modes are computed.
     modes : Modes
     search : Refinement or None
-        Search for fine enough elements; None where the scene fixes the elements.
+        Search for the coarsest elements to the accuracy of the scene; None where the scene fixes the elements.
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+        There is no equilibrium, or the finest model does not reach the accuracy or lacks modes.
     """
 
     def modes_with(level):
@@ -93,21 +101,26 @@ def solved_modes(case, count=None, upto=None):
 
 
 def frequency_errors(case, modes_of_case):
-    """Estimated relative error of each frequency of a case.
+    """Estimated relative error of the frequency of each mode of a cable.
 
-    Where the scene fixes the elements (no `exact_statics`) it is the difference from a finer model. A mode is compared
-    with the mode of the same number among those of its kind (in-plane, out-of-plane, axial); where loads act out of the
-    cable's plane, and no mode is of one kind, with the mode of the same number among all.
+    Where the scene states an accuracy, the errors are those of its refined model (`stated_errors`). Where the scene
+    fixes the number of elements, a frequency f is compared with f_r of a finer model, whose own relative error is e_r:
+
+        error = |f/f_r - 1| + e_r
+
+    A mode is compared with that of the same number among the modes of its kind (in-plane, out-of-plane, axial). Where
+    loads act out of the cable's plane, modes are of no kind, and it is compared with that of the same number among all.
 
     Parameters
     ----------
     case : CableCase
     modes_of_case : Modes
+        Its lowest modes.
 
     Returns
     -------
     errors : list of float
-        None where it is not known. [-]
+        One for each mode, None where it is not known. [-]
     reason : str
         Message of the failure by which some are not known; empty where there was none.
     """

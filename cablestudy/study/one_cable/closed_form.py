@@ -119,21 +119,24 @@ def closed_form(results, required):
 
 
 def by_elements(results, required, closed):
-    """Columns of statics by finite elements, as many as each scene states, and their errors against the closed form.
+    """Compute columns of statics by finite elements, of scenes that fix their number, with the errors by the elements.
+
+    The error of a number x by elements, x_c in closed form, is |x - x_c| / |x_c|.
 
     Parameters
     ----------
     results : Results
-        Of n cases.
+        Closed form of n cases.
     required : ColumnRequirements
+        The columns of the table.
     closed : ClosedForm
         The columns of these cases in closed form, from `closed_form`.
 
     Returns
     -------
     ClosedForm
-        With numbers and failures by elements, in spite of its name, and errors relative to `closed`. Columns that
-        follow from the scene without an equilibrium keep their numbers of `closed`.
+        Numbers, errors and failures by elements, in spite of its name. Columns that follow from the scene without an
+        equilibrium keep their numbers of `closed`.
     list of (ndarray of int, ElementResults)
         Groups of cases with equal meshes, solved together: their indices, and their solution by elements.
     """
@@ -217,17 +220,30 @@ def _errors_of_column(failures, column):
 
 
 def _coarse_errors(results, required, numbers):
-    """Estimated relative errors in the cases where any exceeds `STUDY.rounding`: case -> {header: error}.
+    """Estimated relative errors of closed forms, of the cases in which any is above that by rounding, `STUDY.rounding`.
 
     The error of a column is the largest of those that apply to it:
 
-    * of the statics, by rounding and by the model (uniform drag, conductors): all columns but those of the scene alone;
-      without the part by the drag for columns `of_reference`;
-    * of the sag, by rounding: columns `determined_by` the sag;
-    * of the displacement of a pushed end: the column `force_displacement`;
-    * of the number itself, by drag that is taken as uniform: columns with `by_drag`.
+    * of the statics: by rounding, by the drag of a steady wind that is taken as uniform along the cable, and by the
+      linear cable that stands for a conductor. It applies to all columns but those of the scene alone; to columns of
+      the reference state (`Column.of_reference`), in which no wind blows, without the part by the drag;
+    * of the sag by rounding: columns whose `determined_by` is "sag";
+    * of the displacement of end 2 by a force: the column `force_displacement`;
+    * of the number itself by uniform drag: columns with a function `Column.by_drag`.
 
-    `numbers` has the numbers of the columns: header -> ndarray of shape (n,).
+    Parameters
+    ----------
+    results : Results
+        Closed form of n cases.
+    required : ColumnRequirements
+        The columns of the table.
+    numbers : dict
+        Header of a column -> ndarray of its numbers, shape (n,).
+
+    Returns
+    -------
+    dict
+        Index of a case -> {header: error}. [-]
     """
     statics_error = np.maximum(results.statics_rounding, results.model_error)
     reference_error = np.maximum(results.statics_rounding, results.model_error - results.drag_error)
@@ -256,21 +272,25 @@ def _coarse_errors(results, required, numbers):
 
 
 def evaluate_table(table, columns):
-    """Compute columns of statics for all cases of a `CaseTable` at once, without an object for each case.
+    """Compute columns of statics for all cases of a table at once, as arrays, without an object for each case.
 
     Parameters
     ----------
     table : CaseTable
-        Of n cases.
+        n cases of one scene, which differ in numbers only.
     columns : sequence of Column
 
     Returns
     -------
     list of (list, str, dict), or None
-        For each case: the numbers in the order of the columns without `status`, None where there is none; the status;
-        and header -> estimated relative error where it exceeds `STUDY.rounding`, None where it is unknown. None in
-        place of the list if a column is not one of a single cable, is computed case by case, needs a model of the
-        motion or describes the computation, or if the cable is a conductor with stress-strain curves.
+        One tuple for each case:
+
+        * its numbers in the order of the columns without `status`, None where there is none;
+        * its status: "ok", or why a number is missing or doubtful;
+        * its estimated relative errors: header -> error above `STUDY.rounding`, or None where it is unknown. [-]
+
+        None in place of the list where this way is not open: a column is of a suspension, is computed case by case,
+        needs a model of the motion or describes the computation; or the cable is a conductor with stress-strain curves.
     """
     if not all(map(is_of_one_cable, columns)) or table.scene.cable.stress_strain is not None:
         return None

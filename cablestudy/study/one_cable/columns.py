@@ -59,10 +59,11 @@ def name_in_one_cable(name, bare):
 
 
 def column_of_one_cable(column, bare):
-    """Column by which a scene of one cable computes the quantity of any column, also of one of suspensions: `Column`.
+    """Column by which a scene of one cable computes a quantity, also one that is named as in a suspension: `Column`.
 
-    A column of one cable is returned as it is. For a column of suspensions it is the column of one cable with another
-    name for the same quantity, or else a new column, which treats gondola and cable as a suspension.
+    A column of one cable is returned as it is. A column of suspensions is replaced by the column of one cable for the
+    same quantity: `gondola.frequency_x` by `gondola_frequency`. Where there is none, a new column is returned, which
+    treats gondola and cable as a suspension.
 
     Parameters
     ----------

@@ -61,14 +61,17 @@ class EquivalentCables:
 
 
 def equivalent_cables(values, results_class):
-    """Replace the conductors with permanent elongation of many scenes by linear cables with the same equilibria.
+    """Find linear cables that hang, in their load cases, as the conductors with permanent elongation of n scenes do.
+
+    A conductor has a curved stress-strain law and stays longer after creep or a high load. About its equilibrium it is
+    replaced by a linear cable of equal tension, with the stiffness EA and the unstretched length that give it.
 
     Parameters
     ----------
     values : SceneValues or CaseTable
-        Values of n scenes; a `CaseTable` never has such conductors.
+        Values of n scenes of one cable; a `CaseTable` never has such conductors.
     results_class : type
-        The class `Results`, which solves load cases; passed by its module, since imports point one way.
+        The class `Results`, which solves load cases; an argument, since its module imports this one.
 
     Returns
     -------
@@ -103,16 +106,29 @@ def equivalent_cables(values, results_class):
 
 
 def _reference_state(values, stiffness, elongation):
-    """New conductors in the reference state, as linear cables of some stiffness and permanent elongation.
+    """Solve the reference state of n new conductors, each as a linear cable of given stiffness and elongation.
+
+    In the reference state each scene states a length, tension or sag, from which the unstretched length follows.
+
+    Parameters
+    ----------
+    values : SceneValues
+        Values of the n scenes.
+    stiffness : ndarray, shape (n,)
+        EA of the linear cables. [N]
+    elongation : ndarray, shape (n,)
+        Unstretched length of the linear cable over the length of the conductor without tension, less one. [-]
 
     Returns
     -------
-    tension, along : ndarray, shapes (n,) and (n, t)
-        Mean tensions, not a number where there is no such cable, and tensions along it, see `tensions_along`. [N]
+    tension : ndarray, shape (n,)
+        Mean tension, not a number where there is no such cable. [N]
+    along : ndarray, shape (n, t)
+        Tension at t Gauss points along each cable, see `tensions_along`. [N]
     strain : ndarray, shape (n,)
-        Chord strains relative to the lengths of the conductors without tension. [-]
+        Chord over the length of the conductor without tension, less one. [-]
     reasons : dict
-        Index -> why there is no such cable.
+        Index of a scene -> why there is no such cable.
     """
     span, stretch = load_cases.bare_spans(values), 1.0 + elongation
     span = replace(span, axial_stiffness=stiffness, mass=span.mass / stretch)
