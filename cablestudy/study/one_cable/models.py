@@ -165,21 +165,21 @@ def mesh_of(case):
 
 
 def fixed_mesh(results, case, carried=()):
-    """Mesh of one cable whose scene states the number of elements (`model.elements`): `Mesh`.
+    """Finite-element mesh of one cable whose scene fixes the number of elements (`model.elements`): `Mesh`.
 
     Parameters
     ----------
     results : Results
-        Closed form of a batch of cases.
+        Closed form of a batch of cables, one for each case.
     case : int
-        Row of the case in the batch.
-    carried : tuple
-        Point masses on the cable, see `Mesh`.
+        Index of the case in the batch.
+    carried : tuple of (float, float)
+        Point masses on the cable: position as a share of the unstretched length, and mass over that of the cable. [-]
 
     Raises
     ------
     NoSolutionError
-        More loads than elements, or more nodes than `fixed_nodes`.
+        Fewer elements than segments between point loads and ends, or more nodes than `STUDY.fixed_nodes`.
     """
     elements, order = (int(results.given(f"model.{name}")[case]) for name in ("elements", "order"))
     if elements * order > STUDY.fixed_nodes:
@@ -338,21 +338,21 @@ class ElementResults(Results):
 
 
 def element_results(results):
-    """Solve the equilibrium of finite elements for many cases, those on equal meshes together.
-
-    Cases without an equilibrium in closed form are left out.
+    """Solve the equilibria of cables by finite elements, those on equal meshes in one call.
 
     Parameters
     ----------
     results : Results
-        Results in closed form of n cases, each with a fixed number of elements.
+        Closed form of n cables, whose scenes each fix the number of elements. A cable without an equilibrium in closed
+        form is left out.
 
     Returns
     -------
     groups : list of (ndarray of int, ElementResults)
-        Rows of cases in `results`, and the statics of their elements.
+        For cables on one mesh: their indices in `results`, and their statics by elements. Large groups are split.
     failures : dict
-        Row of a case whose elements have no equilibrium -> NoSolutionError or ConvergenceError.
+        Index of a cable -> NoSolutionError or ConvergenceError: it has no mesh, its elements have no equilibrium, or it
+        hangs folded, with next to no tension and so no stiffness somewhere.
     """
     groups, failures = [], {}
     in_equilibrium = np.ones(len(results.values), dtype=bool)

@@ -12,9 +12,10 @@ from cablestudy.study.tolerances import STUDY
 
 
 def chord_strain(span, values, length_ratio=None):
-    """Chord strains of n cables in the reference state, by the length, tension or sag that their scenes state.
+    """Find the unstretched lengths L of n cables, as chord strains e = c/L - 1 with the chord c between the ends.
 
-    The chord strain, chord over unstretched length less one, gives the unstretched length.
+    Scenes state the length itself, or a tension or sag in the reference state, which is without a load case. From a
+    tension or sag the strain is found by a search.
 
     Parameters
     ----------
@@ -23,14 +24,15 @@ def chord_strain(span, values, length_ratio=None):
     values : SceneValues or CaseTable
         Values of the n scenes.
     length_ratio : ndarray, shape (n,), optional
-        Unstretched lengths of the spans over the lengths that the scenes state; by default 1. [-]
+        Unstretched lengths of `span` over the lengths that the scenes state; by default 1. Different from 1 for linear
+        cables in place of conductors. [-]
 
     Returns
     -------
     strain : ndarray, shape (n,)
-        Chord strains. [-]
+        e; `STUDY.stand_in_strain` for a cable in `reasons`. [-]
     reasons : dict
-        Row of a scene -> why no length gives the stated tension or sag.
+        Index of a scene -> why no length gives the stated tension or sag.
     """
     strain, reasons = np.zeros(len(values)), {}
     length = values.given("cable.unstretched_length")

@@ -48,11 +48,21 @@ class Results:
 
     @cached_property
     def _span_and_reasons(self):
-        """Cables in their load cases: `Span`, reasons (case -> why its cable does not exist), lengths, `SteadyDrag`.
+        """Find the n cables under the loads of their load cases, and the drag of the steady wind on them.
 
-        A taut cable is in the place of one that does not exist. Lengths are unstretched, in the reference state. [m]
-        Sets `_push` too: displacements of ends by forces on them, or None; and `_unpushed`, which returns cables and
-        drag without them.
+        Sets `_push` too: displacements of end 2 by the force of the load case on it, None without such forces; and
+        `_unpushed`, a function that returns cables and drag without these displacements.
+
+        Returns
+        -------
+        span : Span
+            The loaded cables, fields of shape (n,); a taut one in place of a cable that does not exist.
+        reasons : dict
+            Index of a case -> why its cable does not exist.
+        length : ndarray, shape (n,)
+            Unstretched lengths in the reference state, without the load case. [m]
+        drag : SteadyDrag
+            Shape (n,); zero without a steady wind.
         """
         span, changed = load_cases.bare_spans(self.values), None
         none = np.zeros(len(self.values)), {}  # `replace_in` fills in those of equivalent cables

@@ -61,21 +61,23 @@ def evaluate_named(document, scene, names, command, estimate=False):
 
 
 def evaluate_cases(scenes, columns, estimate=False):
-    """Compute the columns of many scenes: closed forms of all at once, and results shared by some only once.
+    """Compute the columns of a table for many scenes of one cable.
+
+    To save time, closed forms are computed for many scenes in one call, and modes once for all scenes whose cables are
+    equal. No digit of a row depends on this: each is as if its scene were alone.
 
     Parameters
     ----------
     scenes : sequence of CableScene
     columns : sequence of Column
     estimate : bool
-        Whether to estimate the errors of a stated number of elements although no column shows them, and to write
-        notes; a scene alone always has notes.
+        Whether to write notes, which a single scene always has, and to estimate the errors of scenes that fix the
+        number of elements even if no column shows them.
 
     Returns
     -------
     list of Row
-        Each as if it were alone, to the last digit. Where a column has no value its cell is empty, and the status says
-        why.
+        In the order of the scenes. A column without a value has an empty cell, and the status of the row says why.
     """
     groups = {}
     for index, scene in enumerate(scenes):
@@ -237,7 +239,19 @@ class StatedBatch(CableBatch):
         self.closed, self._elements = by_elements(self.results, self.required, self.closed)
 
     def prepare(self, rows):
-        """Solve the elements of all rows, and their first modes; return the rows whose elements are in equilibrium."""
+        """Solve the finite elements of all rows, and compute the modes that their columns need first, in few calls.
+
+        Parameters
+        ----------
+        rows : list of UnfinishedRow
+            With the columns in closed form.
+
+        Returns
+        -------
+        list of UnfinishedRow
+            Those whose elements are in equilibrium; empty where nothing that is shown depends on the elements. In the
+            others every column that needs an equilibrium fails.
+        """
         required, cases = self.required, {row.case.index: row.case for row in rows}
         if not (required.computed or required.run or self.noted):
             return []

@@ -191,8 +191,9 @@ class CableChoice(Choice):
 def choose(document, scene, options):
     """Choose the modes that the state space of a cable keeps, by number, frequency or error: `CableChoice`.
 
-    Where the options ask for more modes than are accurate in the model, a finer model is solved, for twice as many;
-    a fixed number of elements stays.
+    A mode is kept only if its frequency is within the accuracy of the scene. Where the model has too few such modes, a
+    finer model with twice as many is solved, up to `STUDY.modes_at_ends`. A number of elements that the scene fixes is
+    not changed, and all modes of this model may be kept.
 
     Parameters
     ----------
@@ -200,7 +201,8 @@ def choose(document, scene, options):
         File of the scene, for the positions of mistakes.
     scene : CableScene
     options : StateSpaceOptions
-        Options of the command `ssm`.
+        Options of the command `ssm`: how many modes (`count`), up to which frequency (`upto`), or as many as leave out
+        no more than a share of the inertia (`error`); of which kinds; and whether gondola or winch loop are attached.
 
     Raises
     ------

@@ -135,16 +135,17 @@ def analysis_of(case, damping=0.0, make_analysis=DynamicAnalysis):
 
 
 def in_cable_wind_of(case, make_analysis=DynamicAnalysis):
-    """Motion of a case in wind that acts on its cable, whose drag damps the motion: `InCableWind`, for the RMS.
+    """Motion of gondola, or of a cable without one, in turbulent wind on the cable: `InCableWind`, which gives the RMS.
 
-    The scene states no direction of the wind: it blows once across and once along the vertical plane of the cable.
+    The scene states no direction of the wind: it blows once across the vertical plane of the cable and once along it,
+    and the larger RMS counts. The drag of the cable also damps the motion.
 
     Parameters
     ----------
     case : CableCase
         A case with wind, and a diameter of its cable.
     make_analysis : callable
-        See `analysis_of`.
+        Returns the analysis of one direction: the class `DynamicAnalysis`, or a function with its arguments.
 
     Raises
     ------
@@ -244,9 +245,10 @@ def _planes(case):
 
 
 def prepare(cases):
-    """Compute in advance the equilibrium and the first modes for loop and wind, of many cases together to save time.
+    """Compute for many cables in one call what their columns of gondola, loop and wind need first, to save time.
 
-    They are stored in the cases. A case with an error raises it only when it is asked for the result.
+    These are the equilibrium of cable and gondola as a suspension, and its lowest coupled modes. Both are stored in the
+    cases. A case with an error raises it only when it is asked for the result.
 
     Parameters
     ----------
@@ -272,11 +274,20 @@ def _first_wind(case):
 
 
 def equilibria_of(cases):
-    """Describe n cables in equilibrium as suspensions of one cable and, where there is a gondola, one body.
+    """Describe n cables in equilibrium as suspensions of one cable, so that the same code computes their motion.
 
-    The cable hangs from a fixed point to the body, which is free along x, or to a second fixed point, at the positions
-    of the closed form. The cases are of one batch, each with an equilibrium, all with a gondola or all without. Returns
-    one `Equilibrium`, whose arrays have a first axis of n cases.
+    The cable hangs from a fixed point to a gondola, a body that is free along x; without a gondola, to a second fixed
+    point. Nothing is solved: the positions are those of the closed form.
+
+    Parameters
+    ----------
+    cases : sequence of CableCase
+        n cases of one batch, each with an equilibrium, all with a gondola or all without.
+
+    Returns
+    -------
+    Equilibrium
+        Arrays have a first axis of n cases.
     """
     catenary = cases[0].results.catenary.take(np.array([[case.index] for case in cases]))
     span, end_1 = catenary.span, np.stack([case.end_1 for case in cases])[:, None]
