@@ -124,12 +124,16 @@ class SuspensionCase(ComparedCase):
 
     @cached_property
     def analysis(self):
-        """`DynamicAnalysis` of the motion in the wind or under control, about the equilibrium of `Group.in_mean_wind`.
+        """Motion in turbulent wind, with the control loop of the winches if there is one: `DynamicAnalysis`.
+
+        It is linear about the equilibrium in the mean wind. Where there is no mean wind, or a steady wind of the load
+        case takes its place, it is linear about the equilibrium of the load case.
 
         Raises
         ------
         NoSolutionError, ConvergenceError
-            There is no stable equilibrium, or none in the mean wind; the loop lacks the cable of a winch.
+            There is no stable equilibrium, or none in the mean wind; or the load case has lost a cable whose winch the
+            loop needs.
         """
         from cablestudy.motion.airflow import Airflow
         from cablestudy.motion.dynamic_analysis import DynamicAnalysis
@@ -275,10 +279,20 @@ class SuspensionCase(ComparedCase):
         return linear_range(self.equilibrium.catenary.span, moves)
 
     def static_frequencies(self, name):
-        """Frequencies of a body on its static stiffness, with a third of the mass of its cables, ascending. [Hz]
+        """Estimate the frequencies of one body on its static stiffness, other bodies at rest: ndarray, shape (f,). [Hz]
 
-        Shape (f,): one for each displacement and rotation of the body that is free.
-        Junctions follow without mass, other bodies are at rest: an estimate, good for light and taut cables.
+        For the f free displacements and rotations of the body it solves, ascending,
+
+            K phi = w^2 (M + sum of B^T B m/3) phi
+
+        with the stiffness K and mass M of the body, and for each end of a cable on it the mass m of cable and point
+        loads, and the displacement B of the end per movement of the body. Free points follow without mass. The estimate
+        is good for light and taut cables.
+
+        Parameters
+        ----------
+        name : str
+            Name of the body.
         """
         from scipy.linalg import eigvalsh
 
@@ -456,13 +470,21 @@ class SuspensionCase(ComparedCase):
             count *= 2
 
     def mode_of(self, body, number):
-        """The `number`th mode (from 1) of those with more than half of their kinetic energy in a body.
+        """Find a coupled mode of one body: the `number`th of those with more than half of their kinetic energy in it.
+
+        Parameters
+        ----------
+        body : str
+            Name of the body.
+        number : int
+            From 1, by ascending frequency.
 
         Returns
         -------
         modes : CoupledModes
+            The lowest modes of the suspension.
         index : int
-            Of the mode among them, from 0.
+            Index of the mode among them, from 0.
 
         Raises
         ------
@@ -492,11 +514,23 @@ class SuspensionCase(ComparedCase):
             count = min(2 * count, MOTION.most_body_modes)
 
     def mode_along(self, name, axis):
-        """Mode with the largest share in the static compliance of a body or free point along an axis: `RefinedMode`.
+        """Coupled mode in which a body or free point moves most along an axis: `RefinedMode`.
 
-        `axis` is an index into `statics.suspension.AXES`. The winches are at rest; damping by the air is that of all
-        parts in the wind of the scene, about the equilibrium without mean wind. Its numbers raise NoSolutionError where
-        the motion is held.
+        It has the largest share in the static compliance of the body, 1/k = sum of phi_j^2/w_j^2 over all modes j, with
+        the movement phi_j of the body along the axis and the angular frequency w_j. The winches are at rest. The air
+        damps all parts on which the wind of the scene acts, about the equilibrium without mean wind.
+
+        Parameters
+        ----------
+        name : str
+            Name of the body or free point.
+        axis : int
+            0, 1, 2 for displacements along x, y, z; 3, 4, 5 for rotations about these axes.
+
+        Returns
+        -------
+        RefinedMode
+            Its numbers raise NoSolutionError where the motion along the axis is held.
         """
         from cablestudy.motion.body_mode import BodyMode, RefinedMode
         from cablestudy.system.coupled_modes import coupled_modes

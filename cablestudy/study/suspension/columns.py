@@ -21,14 +21,19 @@ OF_BODIES = "stiffness_", "frequency_", "share_", "damping_ratio_", "linear_rang
 
 
 def why_not(scene, column):
-    """Reason for which a suspension cannot have a column, in words; empty where it can.
+    """Tell why a suspension cannot have a column, such as `gondola.rms_x`: one sentence, empty where it can.
 
-    Nothing of this name is in the scene, it has no such column, or the scene lacks a key that the column needs.
+    Reasons are that nothing of the name before the dot is in the scene, that this part has no such column, or that the
+    scene lacks a key that the column needs.
 
     Parameters
     ----------
     scene : SuspensionScene
     column : Column
+
+    Returns
+    -------
+    str
     """
     owner, dot, quantity = column.name.partition(".")  # owner: name of a body, point, cable, link or actuator
     if not dot:

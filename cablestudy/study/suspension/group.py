@@ -164,12 +164,16 @@ class HangingCable:
 
 
 class Group:
-    """Cases of equal names and connections, whose statics are solved together.
+    """Suspensions whose equilibria are found in one call: n cases with equal parts and connections.
+
+    The reference state is the equilibrium without a load case; the unstretched lengths that follow from it hold under
+    the loads of the load case.
 
     Parameters
     ----------
     scenes : sequence of SuspensionScene
-        With all of their cables. All in the mean wind, or none; all of their load cases lack the same cables.
+        One scene for each case, with all of its cables. All have a mean wind, or none has; their load cases lack the
+        same cables.
 
     Attributes
     ----------
@@ -182,7 +186,7 @@ class Group:
     cable_indices, body_indices : dict
         Name -> index among those cables, and among bodies and free points.
     linear_models, modes_in_wind : list of dict
-        For each case `plants_and_loops` and `modes` of `DynamicAnalysis`.
+        For each case `plants_and_loops` and `modes` of its `DynamicAnalysis`, filled by this.
 
     Raises
     ------
@@ -244,12 +248,22 @@ class Group:
         return loaded_state(self.reference, self._scenes, forced=False, cables=self._of_case)
 
     def force_displacement(self, index):
-        """Displacement of bodies and points by the forces of the load case of a case, and its errors.
+        """Displacements of the b bodies and free points by the forces of the load case, with their errors.
+
+        A displacement is the position under all loads less that without these forces.
+
+        Parameters
+        ----------
+        index : int
+            Index of the case.
 
         Returns
         -------
-        displacement, by_rounding, by_drag : ndarray, shape (b, 3)
-            Along x, y, z; the last one by drag that is taken as uniform with the forces and without. [m]
+        displacement : ndarray, shape (b, 3)
+            Along x, y, z. [m]
+        by_rounding, by_drag : ndarray, shape (b, 3)
+            Errors: by rounding of both positions; and by the drag of a steady wind, which is taken as uniform along
+            each cable in both. [m]
 
         Raises
         ------
@@ -466,11 +480,21 @@ class Group:
         return self.equilibrium.take(index)
 
     def modes(self, index, count):
-        """The lowest `CoupledModes` of a case without failure; those of its neighbours are computed in one call.
+        """Compute the lowest coupled modes of cables and bodies of one case: `CoupledModes`.
+
+        Those of neighbouring cases with the same model are computed in the same call, and kept.
+
+        Parameters
+        ----------
+        index : int
+            Index of a case that has a stable equilibrium.
+        count : int
+            Number of modes.
 
         Raises
         ------
         NoSolutionError, ConvergenceError
+            There are no such modes, or not to the accuracy of the scene.
         """
         from cablestudy.system.coupled_modes import coupled_modes_of_cases
 

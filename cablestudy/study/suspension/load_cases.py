@@ -54,14 +54,16 @@ class LoadedState:
 
 
 def drag_on_cables(drag, equilibrium):
-    """Drag of a steady wind on each cable, as the models of single cables take it: `SteadyDrag` of shape (n, c).
+    """Drag of a steady wind on each of the c cables of n suspensions: `SteadyDrag` of shape (n, c).
 
-    It is zero on cables without mass.
+    The drag per length of a cable across the wind is rho/2 v^2 C_d D, with the density rho, the speed v and the drag
+    width C_d D. It is zero on cables without mass. Where the wind grows with the height, `mean` is the ratio of its
+    mean pressure along each cable to the stated one.
 
     Parameters
     ----------
     drag : Drag
-        Wind and drag widths of the cables in n cases.
+        Wind and drag widths of the cables in the n cases.
     equilibrium : Equilibrium
         Equilibria of these cases in the wind, shape (n,).
     """
@@ -113,15 +115,19 @@ class DragChange:
 
 
 def drag_change(equilibrium, drag):
-    """Estimate the errors of equilibria by drag that is taken as uniform along each cable: `DragChange`.
+    """Estimate the errors of n equilibria in which drag is taken as uniform along each cable: `DragChange`.
 
-    To first order: the true drag of each cable between fixed ends gives the error of its form and the change of the
-    forces on its ends; these move the bodies, which changes the tensions of all cables.
+    To first order:
+
+    1. The true drag, which varies along a cable with its direction, gives the change of the form of each cable between
+       fixed ends, and the change f of the forces on its ends.
+    2. These forces move the bodies by u = K^-1 f, with the tangent stiffness K.
+    3. The movements of its ends change the tension of each cable again.
 
     Parameters
     ----------
     equilibrium : Equilibrium
-        Of n cases, in the wind.
+        Of the n cases, in the wind.
     drag : Drag or None
         The wind; without it all errors are 0.
     """
