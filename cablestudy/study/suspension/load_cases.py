@@ -168,22 +168,27 @@ def drag_change(equilibrium, drag):
 
 
 def stiffness_change(equilibrium, row, displacement, cables):
-    """Largest relative change of the energy u^T K u of a static displacement u by actual drag. [-]
+    """Largest relative change of the stiffness of one suspension if drag is not taken as uniform along each cable. [-]
 
-    K has the cables' stiffness and forces, and the attitudes, of the equilibrium that the actual drag leads to, to
-    first order. Links keep theirs. Of many bodies it is the largest change of a single cable, which is no smaller where
-    no body turns.
+    It is the largest |u^T dK u| / u^T K u of all static displacements u, with the tangent stiffness K in uniform drag.
+    Its change dK has, to first order, the cables' stiffness and forces and the attitudes of the bodies in the actual
+    drag; links keep their stiffness. Above `STUDY.dense_stiffness` free degrees of freedom it is the largest change of
+    a single cable, which is no smaller where no body turns.
 
     Parameters
     ----------
     equilibrium : Equilibrium
-        Of several cases.
+        Of several cases, in uniform drag.
     row : int
         Index of the case.
     displacement : ndarray, shape (b, 6)
-        Of bodies and points.
+        Change of the positions [m] and attitudes [rad] of the b bodies and points by the actual drag.
     cables : DragErrors
-        Of the c cables, with moved ends.
+        Changes of the c cables by the actual drag, with those by the movement of their ends.
+
+    Returns
+    -------
+    float
     """
     suspension, of_cables = equilibrium.suspension.take(row), equilibrium.suspension.of_cables
     change = cables.stiffness_change(equilibrium.catenary.take(row))
@@ -415,25 +420,29 @@ def too_long(reference):
 
 
 def _case_loads(values, names, lengths, length_ratio):
-    """Point loads on cables in their load cases: fields of `SuspendedSystem`, and texts on loads beyond a cable's end.
+    """Place the point loads of the load cases along the c cables of n suspensions.
 
-    Every cable has equally many, some of them zero, in ascending order along it.
+    Every cable gets equally many, k, in ascending order along it; those in excess are zero.
 
     Parameters
     ----------
     values : CableValues
-        With equally many loads on cables of the same name.
+        Values of the n scenes, with equally many loads on cables of the same name.
     names : sequence of str
-        Of the cables.
-    lengths, length_ratio : ndarray, shape (n, c)
-        Unstretched lengths at the temperature of the case [m], and over those in the reference state [-].
+        Names of the cables.
+    lengths : ndarray, shape (n, c)
+        Unstretched lengths at the temperature of the case. [m]
+    length_ratio : ndarray, shape (n, c)
+        These lengths over those in the reference state. [-]
 
     Returns
     -------
     fields : dict
-        `load_positions` along the unstretched cable, `load_forces` and `load_masses`.
+        Fields of `SuspendedSystem`: `load_positions` along the unstretched cable, shape (n, c, k) [m]; `load_forces`,
+        shape (n, c, k, 3) [N]; `load_masses`, shape (n, c, k) [kg].
     problems : list of str
-        One text for each case, empty where no load is beyond an end.
+        One text for each case, which names a load beyond the end of its cable; empty where there is none. Such a load
+        is set to zero.
     """
     positions, fractions, forces, masses = point_loads(values, of_case=True)
     # from end 1 along the cable at the temperature of the case; stated as a length in the reference state or a share

@@ -93,11 +93,19 @@ def reference_without_loads(scene):
 
 
 def moved_note(case):
-    """Note on bodies and free points that are not where the file places them (`at`): tuple of str, at most one.
+    """Note on bodies and free points that stated tensions or sags move from their place in the file, at most one.
 
-    Where cables state a tension or sag, their lengths follow with all forces of the scene acting, so that a force which
-    was meant to displace a body changes the lengths instead. A movement less than the longest stretch of the cables of
-    a body may as well be by their tension, and is not reported.
+    Where a cable states a tension or sag, its unstretched length follows with all forces of the scene acting. A force
+    that was meant to displace a body then changes the lengths instead, and the body may end up elsewhere. A movement is
+    reported if it is larger than the stretch of each cable of the body, by which tension alone could explain it.
+
+    Parameters
+    ----------
+    case : SuspensionCase
+
+    Returns
+    -------
+    tuple of str
     """
     scene = case.scene
     if scene.solve_for != "pose" or all(cable.unstretched_length is not None for cable in scene.cables.values()):

@@ -30,10 +30,18 @@ class CableValues:
         self._scenes = scenes
 
     def given(self, path):
-        """A number of each cable by the path of its key, shape (n, c), not a number where there is none.
+        """A number of each cable of each scene, shape (n, c), in SI; not a number where there is none.
 
-        `cable.*` is a key of the cable, `load_case.*` one of the load case, a name of OF_CASE_AND_CABLE what the load
-        case computes of the cable, and any other path a key of the scene.
+        Parameters
+        ----------
+        path : str
+            Key with dots:
+
+            * `cable.*`, a key of the cable, such as `cable.section_mass`;
+            * `load_case.*`, a key of the load case, such as `load_case.wind.exponent`;
+            * `elongation` or `wind_diameter`, what the load case makes of the cable: the relative change of its
+              unstretched length by temperature [-], and its diameter with ice [m];
+            * any other, a key of the scene, the same for all of its cables, such as `gravity`.
         """
         table, _, name = path.rpartition(".")
         if table == "cable":
@@ -90,7 +98,9 @@ def kind_of_case(scene):
 
 
 def topology_of(scene):
-    """Names, connections, free motions and kinds of stated values, which cases of one `SuspendedSystem` share.
+    """Describe what is connected to what in a suspension, without its numbers.
+
+    Scenes for which this is equal can be solved together, as the cases of one `SuspendedSystem`.
 
     Parameters
     ----------
@@ -99,7 +109,9 @@ def topology_of(scene):
     Returns
     -------
     dict
-        The fields of `SuspendedSystem` that are no arrays of numbers, as tuples, which can be compared and hashed.
+        The fields of `SuspendedSystem` that are no arrays of numbers: names of bodies and free points, of cables and
+        links, which of them holds each end, which motions are free, and what each cable states (its length, a tension
+        or a sag). All values are tuples or int, so that they can be compared and hashed.
     """
     junctions = [name for name, point in scene.points.items() if point.free]
     names = (*scene.bodies, *junctions)
@@ -212,20 +224,25 @@ def numbers_of(scenes):
 
 
 def distribution_of(scenes):
-    """Settings of the search for lengths: how tensions are to be distributed among the cables, and what moves.
+    """Settings of the search for cable lengths with which n suspensions rest in given places (`solve_for: lengths`).
 
-    They are keyword arguments of `statics.lengths.solve`, beside the `SuspendedSystem`.
+    Where there are more cables than equations of equilibrium, they say how tensions are distributed among the cables.
 
     Parameters
     ----------
     scenes : sequence of SuspensionScene
-        Of equal topology, with `solve_for: lengths`; n of them.
+        n scenes with equal parts and connections.
 
     Returns
     -------
     dict
-        `method`; `low`, `high`, `reference`: bounds of the tensions and tensions to be close to, ndarrays, shape (n, c)
-        [N]; `moving`: ndarray of bool, shape (b, 6), true of displacements and rotations found with the lengths.
+        Keyword arguments of `statics.lengths.solve`:
+
+        * `method`, a str: `balanced`, `least` or `closest`;
+        * `low`, `high`: bounds of the mean tensions, and `reference`: the tensions that `closest` approaches, ndarrays
+          of shape (n, c) for c cables [N];
+        * `moving`: ndarray of bool, shape (b, 6), for b bodies and free points; True for the displacements and
+          rotations that are found together with the lengths, and are not given.
     """
     settings = [scene.tensions or Tensions() for scene in scenes]
     names = list(scenes[0].cables)

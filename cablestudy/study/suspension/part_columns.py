@@ -195,7 +195,22 @@ def mode_columns(name):
 
 
 def _mode_along(name, axis):
-    """Yield the columns of the mode with most of the static compliance of a body or point along an axis."""
+    """Yield columns of the mode in which a body or point moves most along an axis: frequency, share, damping ratio.
+
+    It is the mode with the largest share in the static compliance 1/k along the axis: phi^2/w^2 over 1/k, with the
+    movement phi of the body in the mode of angular frequency w.
+
+    Parameters
+    ----------
+    name : str
+        Name of the body or free point.
+    axis : str
+        One of `AXES`: x, y, z for displacements, rx, ry, rz for rotations.
+
+    Yields
+    ------
+    Column
+    """
     axis_index = AXES.index(axis)
 
     def with_drag(case, number_and_error, mixed=True):

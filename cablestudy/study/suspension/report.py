@@ -105,7 +105,7 @@ def _with_state(case, table):
 
 
 def table_by_name(case, names, columns_of, kinds=(), failures=None):
-    """Table with one row for each body, cable or other name, and its quantities as columns.
+    """Table with one row for each name, of bodies, cables or others, and one column for each of their quantities.
 
     Parameters
     ----------
@@ -113,12 +113,12 @@ def table_by_name(case, names, columns_of, kinds=(), failures=None):
     names : sequence of str
         Names of the rows.
     columns_of : callable
-        Name -> list of Column that this row has; their names begin with the name and a dot.
+        Name -> list of Column that this row has; their names begin with the name and a dot, which the table leaves out.
     kinds : sequence of Column
         All columns in the order of the table, made for the name "", of which a row may lack some; by default columns
         appear in the order in which the rows have them.
-    failures
-        As for `static_tables`.
+    failures : list of str, optional
+        Reasons why cells have no value are appended; without this list the first such reason is raised.
     """
     fields = {kind.header[1:]: _field(kind, "") for kind in kinds}
     rows, errors = [], []
@@ -181,7 +181,10 @@ def _stiffness_table(case):
 
 
 def form_tables(scene):
-    """Tables `points` and `cables` of the form of a net found by the force density method (Schek 1974).
+    """Tables of the form of a cable net by the force density method (Schek 1974).
+
+    A force density q is the tension T of a cable over the distance l of its ends, T = q l. Where it is given for each
+    cable, equilibrium of the free points is linear in their positions.
 
     Parameters
     ----------
@@ -190,8 +193,8 @@ def form_tables(scene):
     Returns
     -------
     dict
-        Name -> Table: "points", positions of the free points; "cables", force density, tension and distance of the
-        ends of each cable that states a force density.
+        Name -> Table. `points`: positions of the free points [m]; `cables`: q [N/m], T [N] and l [m] of each cable that
+        states a force density.
 
     Raises
     ------
@@ -280,8 +283,13 @@ def shape_table(case, failures):
 def mode_errors(case, modes, count):
     """Estimated relative errors of frequency and damping ratio of the lowest coupled modes.
 
-    A model to an accuracy states its errors. Modes of fixed elements are compared with those of a finer model whose
-    shapes are most similar; where that has no modes, `case.reason` is set and no error is known.
+    A model to an accuracy states its errors. Where the scene fixes the elements, a number x of a mode is compared with
+    x_f of a finer model, whose own relative error is e_f:
+
+        error = |x - x_f| / |x_f| + e_f
+
+    The mode of the finer model is the one with the most similar shape. Where the finer model fails,
+    `case.reason` says why, and no error is known.
 
     Parameters
     ----------
