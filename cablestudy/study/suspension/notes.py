@@ -155,10 +155,10 @@ def _of_slack(equilibrium):
 
 
 def _of_wind(case):
-    """Yield notes on the model of the motion in the wind and under control, where it was computed.
+    """Yield notes on the model of the motion in the wind and under control; none where this motion was not computed.
 
-    In this order: the modes by which the loop is judged, modes and static shapes of the model, the state about which it
-    is linear, with aerodynamic damping or without, the loop, and modal damping.
+    In this order: modes by which the loop is judged; modes and static shapes of the model; the equilibrium about which
+    it is linear, with aerodynamic damping or without; the loop; and modal damping.
     """
     if not case.moves:
         return

@@ -34,11 +34,19 @@ OF_THE_WHOLE = {column.name: column for column in WHOLE}
 
 
 def cases_of(scenes):
-    """List of `SuspensionCase` of many scenes, those of equal names and connections solved together.
+    """Make the cases of many scenes, whose equilibria are found together as far as possible: list of `SuspensionCase`.
+
+    Scenes with equal parts, connections and kinds of loads are solved in one call (`Group`). Those that differ only in
+    keys that change nothing at rest (`IN_MOTION`), such as a controller, share one solution.
 
     Parameters
     ----------
     scenes : sequence of SuspensionScene
+
+    Returns
+    -------
+    list of SuspensionCase
+        In the order of the scenes. A case without an equilibrium raises its error when it is asked for its numbers.
     """
     groups = {}
     first_scenes, runs = distinct_connections(scenes)

@@ -127,14 +127,17 @@ def choose(document, scene, options, highest=None):
         Of the scene, for file and line in messages.
     scene : SuspensionScene
     options : StateSpaceOptions
+        The lowest modes by number (`count`) or up to a frequency (`upto`), or the fewest that leave out no more than a
+        share of the inertia (`error`); what is attached: nothing, actuators, or the loop; names of inputs and outputs.
         Options without meaning for a suspension are ignored.
     highest : float, optional
-        Highest frequency of a response [Hz]: without other choice the modes up to it are kept, at least `default_modes`
-        and not many more than `response_modes`.
+        Highest frequency of a response. Without a choice by the options, the modes up to it are kept, at least
+        `STUDY.default_modes` and not many more than `STUDY.response_modes`. [Hz]
 
     Returns
     -------
     SuspensionChoice or ControlledChoice
+        The latter with actuators or the loop attached.
 
     Raises
     ------
@@ -184,10 +187,18 @@ def _choice(case, options, found, chosen, highest):
 
 
 def _fewest(case, options, highest):
-    """`SuspensionChoice` of the fewest modes that leave out no more than a share, `options.error`, of the inertia.
+    """Choose the fewest modes that leave out no more than a share, `options.error`, of the inertia: `SuspensionChoice`.
 
     The inertia is that between the input and output of the options (`LinearSystem.inertia_share`). Of modes with
     coincident frequencies all are kept, or none. Twice as many modes are computed until they suffice.
+
+    Parameters
+    ----------
+    case : SuspensionCase
+    options : StateSpaceOptions
+        With `error`.
+    highest : float or None
+        Highest frequency of the response asked for, kept in the choice. [Hz]
 
     Raises
     ------
@@ -242,17 +253,23 @@ def linear_model(case, found, nodes=False):
 
 
 def with_node_forces(system, layout, models, kept):
-    """Add forces on the inner nodes of the cables to the inputs of a `LinearSystem`: for wind that varies along them.
+    """Add forces on the inner nodes of the cables, for wind that varies along them, to the inputs of a linear system.
+
+    The nodes of a cable move by Phi q + E x, with its coordinates q, modes and residual vectors, and the movement
+    x = G z of its ends by the coordinates z of the bodies. A force f on the nodes acts as Phi^T f on q and as G^T E^T f
+    on z. E^T f is what the two ends carry
+    where nothing moves: with the tangent d that points out of an end, the tension there changes by -d . (E^T f).
 
     Parameters
     ----------
     system : LinearSystem
         Made by `control.suspension.suspension_system`; its last outputs are the tensions, two of each cable.
     layout : Layout
+        Coordinates of the bodies, and the connection G of the ends of the cables to them.
     models : Models
         Elements of the c cables.
     kept : list of ReducedCable
-        Coordinates of each cable in the system.
+        Coordinates q of each cable in the system.
 
     Returns
     -------

@@ -157,9 +157,10 @@ def _of_loop(closed_loop):
 
 
 def choose_controlled(document, scene, options, highest=None):
-    """`ControlledChoice` of the modes that a state space keeps of a suspension with its actuators, or its loop too.
+    """Choose the modes that a state space keeps of a suspension with actuators, or loop too: `ControlledChoice`.
 
-    The loop follows from a model with enough modes, and is then closed on the modes that are kept.
+    Gain and notches of the loop follow from a model with many modes. The loop is then closed on the modes that are
+    kept.
 
     Parameters
     ----------
@@ -167,7 +168,7 @@ def choose_controlled(document, scene, options, highest=None):
         Of the scene, for file and line in messages.
     scene : SuspensionScene
     options : StateSpaceOptions
-        Without `error`.
+        With `attached`, "actuators" or "loop", and without `error`.
     highest : float, optional
         Highest frequency of a response, up to which modes are kept where the options state no other choice. [Hz]
 

@@ -60,10 +60,15 @@ def comparable(_, column):
 
 
 def models_of(scene, columns):
-    """Models that `trade` compares by their values of some columns: list of `ComparedModel`, without too large ones.
+    """Make the models that the command `trade` compares by their values of some columns: list of `ComparedModel`.
 
-    Closed forms, models with an accuracy, and fixed elements of several numbers and orders; models on which none of the
-    columns depends are left out.
+    They are closed forms, models to several accuracies, and models with fixed elements of several numbers and orders.
+    Left out are those on which none of the columns depends, and those with more displacements than `LARGEST`.
+
+    Parameters
+    ----------
+    scene : SuspensionScene
+    columns : sequence of Column
 
     Raises
     ------
@@ -104,9 +109,24 @@ def _free_displacements(case):
 
 
 def _static_frequency(column, case):
-    """Frequency of a column by a common shortcut: bodies on the static stiffness of cables that have no modes. [Hz]
+    """Frequency by a common shortcut: bodies on the static stiffness of cables that have no modes of their own.
 
-    The mass of each cable is that of a straight one whose ends move: a third of it at an end that moves alone.
+    It is w/(2 pi) from K phi = w^2 M phi. K is the static stiffness of the suspension; M is the mass of the bodies and
+    the mass m of each cable at its ends as of a straight cable: m/3 at an end that moves alone. For the frequency of
+    one body, the other bodies are at rest.
+
+    Parameters
+    ----------
+    column : Column
+        `frequency_K` or `BODY.frequency_K`, with the number K of the mode.
+    case : SuspensionCase
+
+    Returns
+    -------
+    frequency : float
+        [Hz]
+    error : None
+        The shortcut states no error.
 
     Raises
     ------

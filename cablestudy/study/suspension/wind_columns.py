@@ -38,8 +38,17 @@ def _analysis(case, names):
 def place_columns(name):
     """Columns of the motion in the wind of a body (its reference point), a marker BODY.MARKER or a free point: list.
 
-    They are mean displacements; RMS with the loop and with the winches at rest; the expected peak; and RMS of what a
-    telescope sees.
+    * `mean_x`, `mean_y`, `mean_z`: displacement by the mean wind, the winches at rest;
+    * `rms_x`, `rms_y`, `rms_z`, `rms`, `rms_velocity`: by gusts, with the loop, and `..._open_loop`: the winches at
+      rest;
+    * `peak`: the largest displacement that is expected, mean and gusts together;
+    * `exposure`, `corrected`, `corrected_exposure`: RMS of what a telescope sees, within an exposure time, behind a
+      correcting mirror, or both.
+
+    Parameters
+    ----------
+    name : str
+        With a dot before each of these it is the name of a column, such as `gondola.rms_x`.
     """
     outputs = [f"{name}.{axis}" for axis in PLACES]
 
@@ -249,12 +258,17 @@ def wind_columns_of(scene, name):
 
 
 def exceeded_limits(case):
-    """Texts of warnings on limits of winches and actuators that the peaks expected in the wind exceed.
+    """Find limits of winches and actuators that are exceeded by the peaks expected in the wind.
+
+    Parameters
+    ----------
+    case : SuspensionCase
 
     Returns
     -------
     dict
-        ACTUATOR.QUANTITY, or `control.max_speed` of the winches -> text.
+        Name of the limit, `control.max_speed` of the winches or ACTUATOR.QUANTITY (stroke, force, momentum, torque) ->
+        text of a warning with the peak and the limit.
     """
     exceeded, control = {}, case.scene.control
     if control is not None and control.max_speed is not None:
