@@ -14,22 +14,22 @@ from cablestudy.system.comparison import relative
 
 
 def modes(case, count=None, upto=None, estimate=False):
-    """Compute the modes of a case, with frequencies to the accuracy that its scene states, and notes on the model.
+    """Compute the lowest modes of a cable, with frequencies to the accuracy of its scene, and notes on the model.
 
     Parameters
     ----------
     case : CableCase
     count : int, optional
-        How many, from the lowest; fewer when a fixed model has no more.
+        Number of modes, from the lowest; fewer where a model with a fixed number of elements has no more.
     upto : float, optional
-        All up to this frequency instead. [Hz]
+        Compute all modes up to this frequency instead. [Hz]
     estimate : bool
         Whether the notes have an estimated error of the frequencies of fixed elements, which costs a second solution.
 
     Returns
     -------
     case : CableCase
-        With the discretisation that was used.
+        The same case, with the elements by which the modes are computed.
     modes : Modes
     notes, warnings : tuple of str
         About model and accuracy.

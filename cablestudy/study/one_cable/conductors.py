@@ -39,9 +39,26 @@ class EquivalentCables:
     reasons: dict
 
     def replace_in(self, span, values, strain, reasons):
-        """Spans with the stiffness of these cables, and `length_changes` of `load_cases.loaded_spans`, shape (2, n).
+        """Put these linear cables in the place of the conductors among n cables.
 
-        Their chord strains, and reasons why some do not exist, are written into `strain`, shape (n,), and `reasons`.
+        Parameters
+        ----------
+        span : Span
+            All n cables, fields of shape (n,).
+        values : SceneValues
+            Values of the n scenes.
+        strain : ndarray, shape (n,)
+            Chord strains in the reference state; those of the conductors are written into it. [-]
+        reasons : dict
+            Index of a scene -> why its cable does not exist; those of the conductors are written into it.
+
+        Returns
+        -------
+        span : Span
+            With the stiffness EA of the linear cables.
+        length_changes : ndarray, shape (2, n)
+            Argument of `load_cases.loaded_spans`: relative change of the unstretched lengths, and ratio of ice and wind
+            per unstretched length to those of the scenes. [-]
         """
         stiffness, elongation = np.array(span.axial_stiffness), np.array(load_cases.elongation(values))
         stiffness[self.rows], elongation[self.rows] = self.linear.stiffness, self.linear.elongation

@@ -145,12 +145,17 @@ class CableElements:
 
 
 def mesh_of(case):
-    """The mesh of a case: of its level of refinement, or of its scene.
+    """Finite-element mesh of one cable, of its level of refinement or of the elements that its scene fixes: `Mesh`.
+
+    Parameters
+    ----------
+    case : CableCase
 
     Raises
     ------
     NoSolutionError, ConvergenceError
-        No equilibrium, a cable that hangs folded, more loads than elements, or more nodes than `fixed_nodes`.
+        No equilibrium, a cable that hangs folded, fewer elements than segments between point loads and ends, or more
+        nodes than `STUDY.fixed_nodes`.
     """
     results, index = case.results, case.index
     pieces, point_masses = results.pieces(index), case.point_masses

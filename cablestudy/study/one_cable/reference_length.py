@@ -50,10 +50,13 @@ def chord_strain(span, values, length_ratio=None):
 
 
 def _searches(values):
-    """Quantities that cables may state instead of a length: list of (ndarray, callable, callable).
+    """List the quantities that cables may state instead of a length, each with its searches for the chord strain.
 
-    Stated values, shape (n,), not a number where there is none; search of the chord strain for many cables; and for one
-    cable with more effort, which may raise NoSolutionError.
+    Returns
+    -------
+    list of (ndarray, callable, callable)
+        Stated values of the n scenes, shape (n,), not a number where there is none; search for many cables; and search
+        for one cable with more effort, which may raise NoSolutionError.
     """
     searches = [(values.given("cable.sag"), initial_length.strains_for_sag, initial_length.no_strain_for_sag)]
     tensions = [(values.given("cable.stated_preload"), "mean")]
@@ -67,9 +70,20 @@ def _searches(values):
 
 
 def _search_strain(span, of_state, search, strain, reasons):
-    """Find the chord strains, by one entry of `_searches`, of cables in a state; `strain` and `reasons` are filled in.
+    """Find the chord strains of those cables that state one quantity, a tension or a sag.
 
-    `of_state` is true of the cables that are in the state of the spans, with their loads or without, shape (n,).
+    Parameters
+    ----------
+    span : Span
+        The n cables, with their point loads or without.
+    of_state : ndarray of bool, shape (n,)
+        True for cables whose stated values are for these loads.
+    search : tuple
+        An entry of `_searches`.
+    strain : ndarray, shape (n,)
+        The strains found are written into it. [-]
+    reasons : dict
+        Index of a scene -> why no length gives the stated value; filled in likewise.
     """
     target, search_many, search_one = search
     cases = np.flatnonzero(of_state & np.isfinite(target))

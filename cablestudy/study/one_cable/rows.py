@@ -227,7 +227,7 @@ class RefinedBatch(CableBatch):
 
 
 class StatedBatch(CableBatch):
-    """Scenes that state their elements, whose errors are estimated against the continuous cable."""
+    """Scenes that fix their number of elements. Errors are estimated against the closed form and refined models."""
 
     def __init__(self, scenes, required, estimate):
         super().__init__(scenes, required, estimate)

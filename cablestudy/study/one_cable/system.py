@@ -113,16 +113,16 @@ class InCableWind:
 
 
 def analysis_of(case, damping=0.0, make_analysis=DynamicAnalysis):
-    """Motion of gondola and cable with the winch loop, in wind that blows on the gondola alone: `DynamicAnalysis`.
+    """Motion of gondola and cable, with the winch loop if any, in wind on the gondola alone: `DynamicAnalysis`.
 
     Parameters
     ----------
     case : CableCase
         A case with a gondola.
     damping : float
-        Viscous damping of the cable by the air, per length, added to its own damping. [N s/m^2]
+        Viscous damping of the cable by the air, per length, added to the cable's own. [N s/m^2]
     make_analysis : callable
-        Returns the analysis: the class `DynamicAnalysis`, or a function with the arguments of this class.
+        Returns the analysis: the class `DynamicAnalysis`, or a function with its arguments.
 
     Raises
     ------
@@ -160,16 +160,18 @@ def in_cable_wind_of(case, make_analysis=DynamicAnalysis):
 
 
 def in_wind_from(case, direction, side, make_analysis=DynamicAnalysis):
-    """`DynamicAnalysis` of a case in a wind on its cable.
+    """Motion of a case in a wind of given direction on its cable: `DynamicAnalysis`.
 
     Parameters
     ----------
-    case, make_analysis
-        As for `in_cable_wind_of`.
+    case : CableCase
+        A case with wind, and a diameter of its cable.
     direction : ndarray, shape (3,)
         Direction of the mean wind, a horizontal unit vector. [-]
     side : str
-        Name of the direction.
+        Name of the direction: "across" or "along".
+    make_analysis : callable
+        Returns the analysis: the class `DynamicAnalysis`, or a function with its arguments.
     """
     wind, bare = case.scene.wind, case.scene.gondola is None
     scene = as_suspension(case.scene, 0.0 if bare else case.cable_air_damping)

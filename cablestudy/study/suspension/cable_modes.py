@@ -88,8 +88,13 @@ class CableModes:
 
     Parameters
     ----------
-    scene, catenary, drag, mode_error
-        See `CablesAtRest`.
+    scene : SuspensionScene
+    catenary : Catenary
+        All c cables in equilibrium, shape (c,).
+    drag : SteadyDrag or None
+        Drag of a steady wind on them, for a fixed number of elements.
+    mode_error : float
+        Relative error of all frequencies, by drag that is taken as uniform along each cable. [-]
     finer : callable
         Function without arguments -> `CableModes` of the suspension with a finer model.
     """
@@ -109,16 +114,16 @@ class CableModes:
         return solved_modes(self.case(name), None if upto else count, upto)[:2]
 
     def frequency(self, name, column):
-        """Frequency of one mode of a cable between fixed ends [Hz], and its estimated relative error.
+        """Frequency of one mode of a cable between fixed ends [Hz], and its estimated relative error [-].
 
-        The error is not a number for stated elements, which is not refined.
+        The error is not a number where the scene fixes the number of elements, since these are not refined.
 
         Parameters
         ----------
         name : str
             Name of the cable.
         column : Column
-            Frequency column of a scene of one cable, which states kind and number of the mode.
+            Column of the frequency, whose `mode` is the number of the mode, its kind, and its symmetry or None.
 
         Raises
         ------

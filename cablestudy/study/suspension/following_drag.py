@@ -1,8 +1,9 @@
-"""Places of bodies in a mean wind whose drag follows the cables where they hang, in place of uniform drag on each.
+"""Places of bodies in a mean wind with drag that varies along each cable, in place of uniform drag.
 
-Between fixed ends the drag that follows a cable changes the forces on its ends (`changes_by_actual_drag`). With these
-changes as loads on the bodies, found again where these move, the equilibrium under uniform drag is that in drag which
-follows the cables.
+The drag on a piece of a hanging cable depends on its direction. First it is taken as uniform along each cable, by the
+direction of its chord. The drag that follows the cable's local direction changes the forces of the cable on its ends
+(`changes_by_actual_drag`). These changes are loads on the bodies, found again where the bodies move, until all is in
+equilibrium.
 """
 
 from dataclasses import dataclass, replace
@@ -74,7 +75,20 @@ def poses_in_following_drag(without_wind, equilibrium, drag, uncertainty):
 
 
 def _changes_of_end_forces(equilibrium, drag):
-    """Changes of the forces of cables on what holds their ends by drag that follows them, shape (n, c, 2, 3). [N]"""
+    """Changes of the forces of cables on what holds their ends, if drag is not taken as uniform along each cable.
+
+    Parameters
+    ----------
+    equilibrium : Equilibrium
+        Of n cases, in uniform drag.
+    drag : Drag
+        The wind.
+
+    Returns
+    -------
+    ndarray, shape (n, c, 2, 3)
+        At both ends of the c cables, global axes; zero without wind on a cable. [N]
+    """
     forces, drag_of_cables = np.zeros((*equilibrium.lengths.shape, 2, 3)), drag_on_cables(drag, equilibrium)
     windy = np.nonzero((drag_of_cables.normal_drag > 0) & equilibrium.record.converged[:, None])
     cables = drag_of_cables.take(windy), equilibrium.catenary.take(windy)

@@ -36,7 +36,7 @@ HORIZONTAL = ("horizontal_tension", "catenary_constant", "lambda_squared")
 
 
 class CableResults(CableValues):
-    """Statics of all cables of some cases, with the attributes of `Results` that columns of cables need.
+    """Statics of the c cables of n suspensions, with the attributes of `Results` that columns of cables need.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ class CableResults(CableValues):
     equilibrium : Equilibrium
         Of these cases, shape (n,).
     reference_length : ndarray, shape (n, c)
-        Unstretched lengths in the reference state. [m]
+        Unstretched lengths in the reference state, which is without a load case. [m]
     drag_errors : callable
         Function without arguments -> `DragErrors` of all cables, or None without a steady wind.
     """
@@ -352,7 +352,10 @@ class Group:
 
     @cached_property
     def poses_in_mean_wind(self):
-        """`Poses` of all cases in the wind about which they move: of a mean wind whose drag follows the cables."""
+        """Poses of all cases in the mean wind, with drag that varies along each cable by its local direction: `Poses`.
+
+        Where no mean wind acts, they are those of `equilibrium`.
+        """
         (equilibrium, drag), uncertainty = self.in_mean_wind, self._drag_change_in_wind.uncertainty
         if equilibrium is self.equilibrium:
             not_followed = np.zeros(len(uncertainty), dtype=bool)

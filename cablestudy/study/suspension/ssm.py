@@ -257,8 +257,8 @@ def with_node_forces(system, layout, models, kept):
 
     The nodes of a cable move by Phi q + E x, with its coordinates q, modes and residual vectors, and the movement
     x = G z of its ends by the coordinates z of the bodies. A force f on the nodes acts as Phi^T f on q and as G^T E^T f
-    on z. E^T f is what the two ends carry
-    where nothing moves: with the tangent d that points out of an end, the tension there changes by -d . (E^T f).
+    on z. Where nothing moves the two ends carry it, as E^T f: with the unit tangent d that points out of an end, the
+    tension there changes by -d . (E^T f).
 
     Parameters
     ----------
