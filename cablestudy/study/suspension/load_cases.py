@@ -172,8 +172,8 @@ def stiffness_change(equilibrium, row, displacement, cables):
 
     It is the largest |u^T dK u| / u^T K u of all static displacements u, with the tangent stiffness K in uniform drag.
     Its change dK has, to first order, the cables' stiffness and forces and the attitudes of the bodies in the actual
-    drag; links keep their stiffness. Above `STUDY.dense_stiffness` free degrees of freedom it is the largest change of
-    a single cable, which is no smaller where no body turns.
+    drag; links keep their stiffness. Above `STUDY.dense_stiffness` free degrees of freedom, and where nothing is free,
+    it is the largest change of a single cable, which is no smaller where no body turns.
 
     Parameters
     ----------
