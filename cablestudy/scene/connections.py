@@ -34,6 +34,8 @@ def _mapping(value):
 def connection_mistakes(points, bodies, ends, winches, actuators, links):
     """Find the mistakes in the connections of a suspension: wrong names, ends at nothing, winches of unknown cables.
 
+    An end of a cable or link is the name of a point, or BODY.ATTACHMENT: an attachment is a named place on a body.
+
     Parameters
     ----------
     points : collection of str
@@ -47,12 +49,12 @@ def connection_mistakes(points, bodies, ends, winches, actuators, links):
     actuators : collection of str
         Names of the actuators.
     links : dict
-        Name of a link -> its two ends, as of cables.
+        Name of a link -> its two ends, checked like those of cables.
 
     Returns
     -------
     list of (tuple, str)
-        Path and message.
+        Path in the scene file, such as ("cables", "north", "from"), and message of each mistake.
     """
     tables = (("points", "point", points), ("bodies", "body", bodies), ("cables", "cable", ends))
     mistakes = _name_mistakes((*tables, ("actuators", "actuator", actuators), ("links", "link", links)))
@@ -98,10 +100,25 @@ def _end_mistakes(kind, name, pair, points, bodies, suggest):
 
 
 def _wrong_end(kind, end, points, bodies, suggest):
-    """Message on one end of a cable or link that refers to no point or attachment; empty where it is right.
+    """Message on an end of a cable or link that is neither a point nor an attachment of a body.
 
-    The end is as written, a point or BODY.ATTACHMENT; `kind` is cable or link; with `suggest` the message suggests a
-    similar name, which takes long in large files.
+    Parameters
+    ----------
+    kind : str
+        "cable" or "link", for the message.
+    end : str
+        The end as written: POINT or BODY.ATTACHMENT.
+    points : collection of str
+        Names of the points.
+    bodies : dict
+        Name of a body -> mapping with the names of its attachments as keys.
+    suggest : bool
+        True if the message on an unknown end suggests a similar name, which takes long in large files.
+
+    Returns
+    -------
+    str
+        Empty where the end is right.
     """
     if end in points:
         return ""
@@ -141,17 +158,17 @@ def unheld(movable, partly_held, owners):
     Parameters
     ----------
     movable : collection of str
-        Bodies that may move, and free points.
+        Names of the bodies with at least one free motion, and of the free points.
     partly_held : collection of str
-        Those of `movable` some of whose motions are held.
+        Those of `movable` some of whose motions are held; they count as held.
     owners : list of (str or None, str or None)
-        Body or point at each of the two ends of each cable, and of each link that carries in the reference state; None
-        is the ground.
+        What the two ends of each cable are at: name of a body or free point, None for the ground. Links are in the
+        list too, if they carry a force in equilibrium without load case: those with stiffness and length.
 
     Returns
     -------
     list of (str, str)
-        Name of the body or point, and message.
+        Name of the body or point that nothing holds, and message.
     """
     neighbours = {name: set() for name in (None, *movable)}
     for pair in owners:

@@ -12,11 +12,14 @@ LISTED = 8  # names in a message
 
 
 def determinacy_mistakes(scene):
-    """Find mistakes in the number of cables that state their length, compared with the equations of equilibrium.
+    """Find mistakes in which cables state their length: the equilibrium must not have fewer unknowns than equations.
 
-    With `solve_for: pose` each cable must state its length. With `solve_for: lengths` there must be at least as many
-    unknowns (lengths that are not stated, and rotations to be found) as equations of equilibrium of the bodies, one for
-    each free motion; and a mapping `tensions.reference` must have each cable that does not state its length.
+    A cable states its length by one of the keys `STATED`. What is solved for is the key `solve_for` of the scene:
+
+    - "pose", positions and rotations of the bodies: each cable must state its length, and `tensions` must be missing.
+    - "lengths" of the cables that state none: at least one must state none. Each of these must be a key of
+      `tensions.reference` if that is a mapping. The unknowns, lengths and rotations that are found (`found_rotations`),
+      must be at least as many as the equations of equilibrium, one for each free motion of each body.
 
     Parameters
     ----------
@@ -25,7 +28,7 @@ def determinacy_mistakes(scene):
     Returns
     -------
     list of (tuple, str)
-        Path and message of each mistake.
+        Path in the scene and message of each mistake.
     """
     without_length = cables_without_length(scene)
     if scene.solve_for == "pose":

@@ -67,19 +67,22 @@ class Document:
     def with_sets(self, items, varied=False):
         """Copy of the document in which some keys have other values, as by `--set` or in one case of a study.
 
+        Before that, keys are removed that exclude a new one: a new `sag` of a cable removes its `preload`.
+
         Parameters
         ----------
         items : list of (str, object, str or Place or callable)
-            Dotted key, new value (None removes the key; a mapping replaces the key whole), and the place that messages
-            name when key or value is wrong. A callable is called for that place only then, with the keyword `of_key`,
-            True if the key itself is wrong.
+            Dotted key; new value, where None removes the key and a mapping replaces that of the key whole; and the
+            place that messages name. A callable gives the place on demand; its argument `of_key` is True for that of
+            the key, False for that of the value.
         varied : bool
-            True if a name (of a cable, body, ...) may be removed that the suspension lacks, since other cases have it.
+            True if None is allowed for a name (of a cable, body, ...) that this scene lacks, since other cases of the
+            study have it.
 
         Raises
         ------
         SceneError
-            Every key that cannot be set.
+            All keys that cannot be set, and names that only a misprint would add or remove.
         """
         contents, overrides, mistakes = self.value, [], []
         for key, new_value, _ in items:  # before any is set, so that of two that exclude each other both are kept
@@ -163,12 +166,20 @@ def _as_place(where, of_key=False):
 
 
 def read_file(path):
-    """Read one YAML file, its `base:` left unread and its nulls kept, since they may remove keys of the base.
+    """Read one YAML file as a `Document`, without the file that its key `base` names.
+
+    Nulls are kept, since they may remove keys of the base.
 
     Parameters
     ----------
     path : str, path-like or mapping
-        `-` is standard input; a mapping is what a file would say, and so may be its `base`.
+        Name of the file, `-` for standard input. A mapping is taken in place of the contents of a file; so may be its
+        `base`.
+
+    Returns
+    -------
+    Document
+        Values as written, with the line and column of each.
 
     Raises
     ------
@@ -208,20 +219,23 @@ def read_document(path):
 
 
 def resolve_base(document, chain=()):
-    """Read the files that a document names, `base:` (to any depth) and `materials:`, and merge the document upon them.
+    """Read the files that a document names by `base:` and `materials:`, and merge the document upon them.
+
+    A base has the values that the document does not give; it may have a base itself. A null in the document removes a
+    key of the base. `materials:` may be the name of a file in place of the table itself.
 
     Parameters
     ----------
     document : Document
         As read; file names in it are relative to it, or to the working directory if it is from standard input.
     chain : tuple of str
-        Files from the one that the user named down to this one, each the base of the one before it; empty if it is the
-        first.
+        Files from the one that the user named down to this one, each the base of the one before it; empty if this is
+        the first.
 
     Returns
     -------
     Document
-        Without keys that are null; `empty` lists those that had nothing to remove from a base.
+        Merged, without null keys; its attribute `empty` lists null keys that had nothing to remove from a base.
 
     Raises
     ------
@@ -316,7 +330,20 @@ def _read_bytes(open_file, place, key="", prefix=""):
 
 
 def _parse(data, name):
-    """Parse the bytes of a YAML file as a `Document`, its `base:` unread; SceneError unless they are a YAML mapping."""
+    """Parse the bytes of a YAML file as a `Document`, its `base:` unread.
+
+    Parameters
+    ----------
+    data : bytes
+        The file; more than MAX_BYTES are refused.
+    name : str
+        Its name in messages.
+
+    Raises
+    ------
+    SceneError
+        The bytes are too many, not UTF-8, or not one YAML mapping; or `base` is a mapping, not the name of a file.
+    """
     if len(data) > MAX_BYTES:
         raise refuse(Place(name), f"larger than {MAX_BYTES // 1_000_000} MB")
     try:
@@ -388,7 +415,7 @@ def _read_value(written):
 
 
 def apply_sets(document, texts, case=None):
-    """Change a document by the options `--set` and `--case` of a command: `Document`.
+    """Copy of a document, changed by the options `--set` and `--case` of a command.
 
     Parameters
     ----------
@@ -398,6 +425,10 @@ def apply_sets(document, texts, case=None):
         Arguments of `--set`, `key=value` each.
     case : str, optional
         Argument of `--case`, the name of a load case.
+
+    Returns
+    -------
+    Document
 
     Raises
     ------

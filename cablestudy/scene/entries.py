@@ -22,7 +22,11 @@ _FEW = 50
 
 @dataclass(frozen=True)
 class Entry:
-    """One entry of `vary`: keys that go together."""
+    """One entry of `vary`: keys that take their values together, one value each per step.
+
+    `columns` has a tuple for each key. The key ALTERNATIVE is no key of the scene: its values are the keys of
+    `alternatives`, names of groups of changes, one of which is made at each step.
+    """
 
     columns: tuple[tuple[str, Any, Any], ...]  # dotted key, its values, and index -> place, called only on a mistake
     # name of an alternative -> what it sets: dotted key, value, and place as above
@@ -77,7 +81,9 @@ class Entry:
 
 
 def entries_of(table, source, cases):
-    """Read `vary` and `sample` of a study file as entries, whose combinations are its cases, and find mistakes in them.
+    """Read what varies in a study file, its keys `vary` and `sample`, as a list of `Entry`, and find mistakes in it.
+
+    The combinations of the steps of all entries are the cases of the study, at most MAX_COUNT.
 
     Parameters
     ----------
@@ -86,13 +92,14 @@ def entries_of(table, source, cases):
     source : Document
         The study file as read, for the places of values.
     cases : callable
-        Returns the names of the load cases of the scene, which `case: all` stands for.
+        Returns the names of the load cases of the scene, all of which `case: all` stands for.
 
     Returns
     -------
     entries : tuple of Entry
+        Those of `vary`, then that of `sample`, without what is wrong in them.
     mistakes : list of (tuple, str)
-        Path and message of each mistake.
+        Path in the study file and message of each mistake.
     """
     entries, mistakes, varied = [], [], set()
     written = [(("vary", number), mapping, partial(_values, cases)) for number, mapping in enumerate(table.vary)]
@@ -112,16 +119,16 @@ def entries_of(table, source, cases):
 
 
 def _read_entry(mapping, path, read_values, source, varied):
-    """Read one entry of `vary`, or what `sample` varies: fields of an `Entry`, and the mistakes in what is written.
+    """Read one entry of `vary`, or what `sample` varies, and find mistakes in it.
 
     Parameters
     ----------
     mapping : dict
         The entry as written: dotted key -> its values, for example {"cable.sag": ["1 m", "2 m"]}.
     path : tuple
-        Where it is in the study file.
+        Where it is in the study file, such as ("vary", 0).
     read_values : callable
-        Key and what is written for it -> list of values; raises ValueError.
+        Key and what is written for it -> sequence of values; raises ValueError.
     source : Document
         The study file.
     varied : set of str
@@ -129,10 +136,13 @@ def _read_entry(mapping, path, read_values, source, varied):
 
     Returns
     -------
-    columns, alternatives
-        Fields of `Entry`.
+    columns : tuple of (str, sequence, callable)
+        The attribute of `Entry`: dotted key, its values, and function from the index of a value to its place in the
+        file.
+    alternatives : dict
+        The attribute of `Entry`: name -> its changes, (dotted key, value, place) each.
     mistakes : list of (tuple, str)
-        Path and message of each mistake.
+        Path in the study file and message of each mistake.
     """
     columns, alternatives, mistakes = [], {}, []
     for key, written in mapping.items():
@@ -178,16 +188,16 @@ def _alternatives(source, path, written, varied):
     path : tuple
         Where the alternatives are in it.
     written : object
-        Should be a mapping: name -> {key: value, ...}.
+        What the file has there: should be a mapping, name -> {dotted key: value, ...}.
     varied : set of str
         Keys that vary in this entry or an earlier one, which no alternative may change.
 
     Returns
     -------
     alternatives : dict
-        As `Entry.alternatives`.
+        Name -> tuple of (dotted key, value, function that returns the place of the value in the file).
     mistakes : list of (tuple, str)
-        Path and message of each mistake.
+        Path in the study file and message of each mistake.
 
     Raises
     ------

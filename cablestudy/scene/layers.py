@@ -152,21 +152,23 @@ def nulls(value, path=()):
 def assign(container, path, value, parent=()):
     """Copy of nested dicts and lists in which the value at one path is set; missing dicts on the path are made.
 
-    All that is not on the path is shared with the original.
+    Only the containers on the path are copied; all others are shared with the original.
 
     Parameters
     ----------
     container : dict or list
+        Plain values, such as those of a scene file.
     path : tuple of str
+        Keys from the outermost container inwards; an item of a list is named by its index, "0", "1", ...
     value : object
-        None removes the key.
+        New value; None removes the last key from its dict.
     parent : tuple of str
         Path of `container` itself, for messages.
 
     Raises
     ------
     ValueError
-        The path leads through something that is neither a mapping nor a list, or to an item that a list lacks.
+        The path leads through something that is neither a dict nor a list, or to an item that a list lacks.
     """
     key, remaining = path[0], path[1:]
     if isinstance(container, list):
@@ -196,9 +198,10 @@ def _index(items, key, name):
 
 
 def unknown_name(lower, upper, path):
-    """Find a name (of a cable, body, ...) that `--set cables.nroth.sag=2 m` would add: it is probably a misprint.
+    """Find a name that is probably a misprint: `--set cables.nroth.sag=2 m`, where no cable has the name nroth.
 
-    It is none if the new entry has a key without which there is no such thing, as `from` of a cable; see NAMED.
+    A new name is no misprint where a key is set with it that a new thing needs, such as `from` of a cable: `NAMED`
+    lists these keys.
 
     Parameters
     ----------
@@ -210,7 +213,7 @@ def unknown_name(lower, upper, path):
     Returns
     -------
     tuple of (str, str, list of str) or None
-        Kind of thing, new name and existing names: ("cable", "nroth", ["north", "south"]); None without a misprint.
+        Kind of thing, new name and existing names: ("cable", "nroth", ["north", "south"]); None if nothing is amiss.
     """
     for table, (kind, keys) in NAMED.items():
         depth = len(table)

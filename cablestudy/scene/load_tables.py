@@ -159,7 +159,7 @@ class CommonLoadCase(KeyTable):
         return diameter + 2 * ice.thickness
 
     def needs_of(self, cable, path, name):
-        """Conditions on a cable: it has the diameter and the thermal expansion that this load case needs.
+        """Conditions that a cable has the diameter and the thermal expansion that this load case needs.
 
         Wind, and ice of a thickness, need the diameter; a temperature needs the coefficient of expansion, or the
         stress-strain curves of a conductor.
@@ -170,13 +170,13 @@ class CommonLoadCase(KeyTable):
         path : tuple
             Path of the cable in the scene.
         name : str
-            Name of this load case.
+            Name of this load case, for messages.
 
         Returns
         -------
         list of (tuple, bool, callable)
-            Path, True if the cable has the key or need not have it, and function that gives the message if it lacks it:
-            a list as of `KeyTable.relations`.
+            For diameter and expansion: `path`; True if the cable has it or need not have it; and a function without
+            arguments that returns the message where it lacks it.
         """
         needs_diameter = self.wind is not None or (self.ice is not None and self.ice.thickness is not None)
         has_diameter = cable.section_diameter is not None

@@ -107,12 +107,21 @@ def case_mistakes(scene):
 
 
 def _list_mistakes(scene, case):
-    """Check the names in a load case: cables that are lost, what ice and wind act on, and loads on lost cables.
+    """Check the names of cables and bodies in the lists of a load case.
+
+    These are: cables that are lost (removed), cables that carry ice, cables and bodies in the wind, and cables with
+    point loads. A name must exist, stand only once in its list, and not be lost.
+
+    Parameters
+    ----------
+    scene : SuspensionScene
+    case : SuspensionLoadCase
+        One of its load cases.
 
     Yields
     ------
     tuple of (tuple, str)
-        Path in the load case, and message.
+        Path inside the load case, such as ("wind", "on", 0), and message.
     """
     cables, wind_of_bodies = scene.cables, {name: body.wind for name, body in scene.bodies.items()}
     known = {"lost": cables, "ice": cables, "wind": {**cables, **wind_of_bodies}}  # names that each list may have

@@ -281,7 +281,7 @@ def _plain_alternatives(entry):
 
 
 def read_study(path, sets=(), vary=(), further_check=None):
-    """Read a study file, its base scene and its reference's name.
+    """Read a study file and the base scene that it names, and check them.
 
     Parameters
     ----------
@@ -290,10 +290,14 @@ def read_study(path, sets=(), vary=(), further_check=None):
     sets : sequence of str
         `key=value` each: changes of the scene.
     vary : sequence of str
-        `key=from:to:count` or `key=a,b,c` each: more entries, after those of the study.
+        `key=from:to:count` or `key=a,b,c` each: more keys that vary, after those of the study.
     further_check : callable, optional
-        Called where the study is wrong, with a `StudyFile` of the part that is right, whose `wrong_keys` names the
-        others: raises SceneError of further mistakes, so that the user sees all at once.
+        Called with a `StudyFile` if there are mistakes, to find more, so that the user sees all at once; raises
+        SceneError. The `wrong_keys` of this study are left out of it.
+
+    Returns
+    -------
+    StudyFile
 
     Raises
     ------
@@ -304,10 +308,21 @@ def read_study(path, sets=(), vary=(), further_check=None):
 
 
 def study_of(source, sets=(), vary=(), further_check=None):
-    """Make the `StudyFile` of a study: check it, and read the base scene that it names.
+    """Make a `StudyFile` of a study file that has been read: check it, and read the base scene that it names.
 
-    `source` is the study file as read, a `Document` whose `base:` is unread. Other parameters and errors are those of
-    `read_study`.
+    Parameters
+    ----------
+    source : Document
+        The study file, its `base:` unread.
+    sets, vary : sequence of str
+        Arguments of the options `--set` (changes of the base scene) and `--vary` (more keys that vary).
+    further_check : callable, optional
+        Called with the `StudyFile`, without its `wrong_keys`, if there are mistakes: raises SceneError of more of them.
+
+    Raises
+    ------
+    SceneError
+        All that is wrong with the study file, the base scene's file and the options.
     """
     _refuse_scene(source)
     table, found = _read_table(source)
