@@ -179,7 +179,7 @@ def read_file(path):
     Returns
     -------
     Document
-        Values as written, with the line and column of each.
+        Values as written, with their places.
 
     Raises
     ------

@@ -107,10 +107,10 @@ def case_mistakes(scene):
 
 
 def _list_mistakes(scene, case):
-    """Check the names of cables and bodies in the lists of a load case.
+    """Check the names in a load case: cables that are lost (removed), and cables and bodies with ice or wind.
 
-    These are: cables that are lost (removed), cables that carry ice, cables and bodies in the wind, and cables with
-    point loads. A name must exist, stand only once in its list, and not be lost.
+    A name must exist and be named once. A lost cable can carry neither ice, wind nor point loads; a body in the wind
+    needs its key `wind`; one cable must be left.
 
     Parameters
     ----------

@@ -47,13 +47,19 @@ class Tolerance:
 
 
 def read_tolerances(texts, study):
-    """Read the relative tolerances by which computed numbers are compared with stored ones: `Tolerance`.
+    """Read the relative tolerances by which computed numbers are compared with stored ones.
 
     Parameters
     ----------
     texts : sequence of str
-        Options `--rtol`, for example `1e-6` for all columns, or `sag=1e-4` for one; they take precedence over the file.
+        Arguments of the option `--rtol`: `1e-6` for all columns, or `sag=1e-4` for one. They take precedence over the
+        key `check` of the study file.
     study : StudyFile
+
+    Returns
+    -------
+    Tolerance
+        With RTOL for all columns where nothing else is given.
 
     Raises
     ------
@@ -85,14 +91,20 @@ def _read_tolerance(text):
 
 
 def compare(table, path, tolerance):
-    """Compare a computed table with a stored CSV file, cell by cell, for `sweep --check`; times are not compared.
+    """Compare a computed table with a stored CSV file, cell by cell, for `sweep --check`.
+
+    Numbers a and b agree if |a - b| <= tolerance max(|a|, |b|). For the difference between a computed and a printed
+    value the maximum includes the computed value. Other cells must be equal, but for the last digit of numbers in
+    `status`. Computing times are not compared.
 
     Parameters
     ----------
     table : Table
+        All rows of the study.
     path : str
         The CSV file.
     tolerance : Tolerance
+        Relative tolerance of each column.
 
     Yields
     ------

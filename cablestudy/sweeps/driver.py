@@ -241,7 +241,25 @@ def compute_on_cluster(chunks, address, notify=None):
 
 @contextmanager
 def _executor(client):
-    """The cluster as an executor; at the end nothing that was submitted is left there."""
+    """Executor that computes on the workers of a dask cluster, for a `with` block.
+
+    At the end nothing that was submitted is left on the cluster.
+
+    Parameters
+    ----------
+    client : distributed.Client
+
+    Yields
+    ------
+    concurrent.futures.Executor
+
+    Raises
+    ------
+    WorkerDeathError
+        A worker died in the block; the chunk may be tried again.
+    SceneError
+        Scheduler or workers have other versions, and cannot read the work.
+    """
     from distributed import KilledWorker
 
     executor = client.get_executor(pure=False)  # not by content: a chunk that is tried again is a new task
@@ -265,9 +283,23 @@ def _executor(client):
 
 @contextmanager
 def _client(address):
-    """Connect to the dask scheduler at an address, for a `with` block: yields the dask `Client`.
+    """Connect to the dask scheduler at an address, for a `with` block.
 
-    Meanwhile all logging is silenced, since errors are reported in one line. SceneError if there is no connection.
+    Meanwhile all logging is silenced, since errors are reported in one line.
+
+    Parameters
+    ----------
+    address : str
+        `tcp://host:port`, or the name of a scheduler file that ends in `.json`.
+
+    Yields
+    ------
+    distributed.Client
+
+    Raises
+    ------
+    SceneError
+        dask is not installed, the address is wrong, or nobody answers there.
     """
     try:
         from distributed import Client

@@ -65,9 +65,11 @@ class Rows(LazyRows):
             yield {name: errors[name] for name, cell in cells if cell is not None and errors.get(name) is not None}
 
     def frame(self):
-        """All rows as a pandas.DataFrame: computed columns, status, varied keys, then printed values.
+        """All rows as a pandas.DataFrame, for selection and pictures.
 
-        Numbers are floats, NaN in empty cells; other values are text.
+        Its columns are the computed ones, the status, the varied keys, then printed values (of a publication, with
+        which results are compared) and the differences from them. Numbers are floats, NaN in empty cells; other values
+        are text.
         """
         import pandas
 
@@ -102,10 +104,20 @@ class Rows(LazyRows):
         return self._copied_lines(set(varied)) if others == stored and in_order and not self._texts else None
 
     def _copied_lines(self, varied_headers):
-        """Yield the lines of the CSV file: cells of varied keys, by their headers, then the stored numbers as text.
+        """Yield the lines of the CSV file below its head, with stored numbers copied as text.
 
-        Stored rows are JSON lists of numbers, with the text of a CSV line but for brackets and `null`: to copy it is
-        much faster than to read and to write the numbers.
+        Stored rows are JSON lists of numbers, with the text of a CSV line but for brackets and `null`. To copy it is
+        much faster than to read and write the numbers.
+
+        Parameters
+        ----------
+        varied_headers : set of str
+            Headers of the varied keys whose cells stand at the beginning of each line.
+
+        Yields
+        ------
+        str
+            Cells of varied keys, numbers of the computed columns, status, and the end of the line.
         """
         columns_of_entries = []  # of each entry: (VariedKey, its values) of the keys shown
         for entry in self._study.entries:

@@ -301,10 +301,13 @@ def read_shard(text):
 def reusable_columns(old, new):
     """Columns whose stored values another run can use again, because it would compute the same digits.
 
-    Closed forms depend on no other column. The model of the motion is refined until all columns that need it are
-    accurate, so that values of such columns are used again only if both runs have the same columns that need the model.
-    Columns about the computation itself (`needs` is "run": dof, error estimate) depend on all columns of the row: if
-    the new run has one, stored values are used again only if both runs have the same columns throughout.
+    What a column `needs` decides:
+
+    - scene, statics or stiffness (CLOSED): always, since the value depends on no other column.
+    - a model of the motion: only if both runs have the same columns of this kind. The model is refined until they all
+      are accurate.
+    - "run", the computation itself, such as its error estimate: this depends on all columns. If the new run has such a
+      column, nothing is used unless both runs have the same columns throughout.
 
     Parameters
     ----------

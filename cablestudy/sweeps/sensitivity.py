@@ -37,23 +37,25 @@ class Indices:
 
 
 def indices(f_a, f_b, f_ab, seed=0):
-    """Sobol's indices of one column, from its values at the points of a Saltelli design: `Indices`.
+    """Sobol's indices of one column, from its values f at the points of a Saltelli design.
 
-    Estimators and symbols are those at the head of the file.
+    For each key i, with means over n points and the variance V of f(A) and f(B) together,
+
+        first order S_i = mean(f(B) (f(AB_i) - f(A))) / V,    total T_i = mean((f(A) - f(AB_i))^2) / (2 V)
 
     Parameters
     ----------
     f_a, f_b : array_like, shape (n,)
-        Values at the points of two independent samples, A and B.
+        f(A), f(B): values at the points of two independent samples A and B.
     f_ab : array_like, shape (keys, n)
-        Values at the points of A with key i taken from B.
+        f(AB_i): values at the points of A with key i taken from B.
     seed : int
         Seed of the bootstrap for the intervals.
 
     Returns
     -------
     Indices or None
-        None if the values do not vary.
+        S_i and T_i with intervals of confidence CONFIDENCE; None if the values do not vary.
     """
     values = np.vstack([f_a, f_b, f_ab]).astype(float)
     scale = np.abs(values).max()
@@ -125,13 +127,21 @@ class Sensitivity:
             raise SceneError(Mistake(where, "", "--sensitivity: none of the columns depends on the scene alone"))
 
     def table(self, table):
-        """Compute Sobol's indices of `columns` from the table of the results of all cases of the study.
+        """Compute Sobol's indices of `columns` from the results of all cases of the study.
+
+        They are computed separately for each setting, a combination of values of the keys that vary but are not
+        sampled.
+
+        Parameters
+        ----------
+        table : Table
+            All rows of the study.
 
         Returns
         -------
         table : Table
-            A row for each setting of the keys that are not sampled, each column, and each sampled key; cells without an
-            index are empty.
+            A row for each setting, each column, and each sampled key: first-order and total index with the ends of
+            their intervals; cells without an index are empty.
         notes : list of str
             Reasons why columns have no indices.
         """

@@ -38,6 +38,8 @@ MAX_LISTED = 5  # rows that are named in a message
 class RowStore:
     """Store of the rows of one run of a study, in an SQLite database; `open_store` opens it, with the same parameters.
 
+    A row is partial if only some of its columns are known, from a run before the study was edited.
+
     Attributes
     ----------
     identity : dict
@@ -202,11 +204,11 @@ class RowStore:
         Parameters
         ----------
         identity : dict
-            Identity of the edited study, from `fingerprint.identity`.
+            All that the new rows depend on, from `fingerprint.identity` of the edited study.
         partial : list of str
-            Headers of the cells that are known of partial rows.
+            Headers of the cells that are known of partial rows, which have only some of the columns.
         records : iterable of tuple
-            New rows, from `record.pack`; they may be computed from the stored ones, so that both exist meanwhile.
+            New rows, from `record.pack`. They may be computed from the stored ones while these are replaced.
         """
         with self.database.transaction():
             self.database.execute("CREATE TEMP TABLE new_rows AS SELECT * FROM rows LIMIT 0")

@@ -111,8 +111,15 @@ def has_all_rows(path, current, count):
 def _open_rows(study, path, current, problems):
     """Open the database of a study's rows, if there is one that belongs to the study as it is now.
 
-    `current` is the study as it is now, from `fingerprint.identity`. Reasons why the rows cannot be used are appended
-    to the list `problems`.
+    Parameters
+    ----------
+    study : StudyFile
+    path : str
+        File of the database.
+    current : dict
+        All that rows of the study as it is now depend on, from `fingerprint.identity`.
+    problems : list of str
+        Reasons why the rows cannot be used are appended.
 
     Returns
     -------
@@ -156,10 +163,23 @@ def _other_versions(path, stored, current):
 
 
 def _stored_csv(study, fields, files, current, problems):
-    """Read the CSV file of a study, if there is one that belongs to the study as it is now: `Stored`, or None.
+    """Read the CSV file of a study, if there is one that belongs to the study as it is now.
 
-    `fields` are the fields of the study's table, `files` its `TableFiles`, `current` is the study as it is now, from
-    `fingerprint.identity`. Reasons why the file cannot be used are appended to the list `problems`.
+    Parameters
+    ----------
+    study : StudyFile
+    fields : sequence of Field
+        Columns of the study's table.
+    files : TableFiles
+        Paths of the stored files.
+    current : dict
+        All that rows of the study as it is now depend on, from `fingerprint.identity`.
+    problems : list of str
+        Reasons why the file cannot be used are appended.
+
+    Returns
+    -------
+    Stored or None
     """
     if not os.path.isfile(files.csv):
         return None
@@ -186,8 +206,20 @@ def _stored_csv(study, fields, files, current, problems):
 def _read_rows(study, path, stored_rows, rows):
     """Read the rows of a stored CSV file, and check that they are those of the study as it is now.
 
-    `stored_rows` are from `stream_csv`: number of a line, and name -> text of its cells. Rows with cells as numbers or
-    text are appended to the `PlainRows` `rows`. Returns reasons why the rows are not those of the study, a list of str.
+    Parameters
+    ----------
+    study : StudyFile
+    path : str
+        The file, for messages.
+    stored_rows : iterable of (int, dict)
+        Number of a line, and name -> text of its cells, from `stream_csv`.
+    rows : PlainRows
+        The rows are appended, with cells as numbers or text.
+
+    Returns
+    -------
+    list of str
+        Reasons why the rows are not those of the study, at most SHOWN; empty where they are.
     """
     varied_by_key = {varied.key: varied for varied in varied_keys(study)}
     count, lines = 0, []
