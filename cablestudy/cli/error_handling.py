@@ -82,9 +82,29 @@ def echo_notes(lines, quiet=False):
 def finish(scene, answer, style, plot=None, explain=False, quiet=False):
     """Print the notes, failures and tables of an `Answer`, save its picture, and return the exit code of the command.
 
-    `scene` is the name of the scene in messages, `style` the format of the tables (`Style`), `plot` the file of the
-    picture. With `explain` explanations are printed too; with `quiet` nothing but failures and tables. An option
-    without effect is a SceneError.
+    Parameters
+    ----------
+    scene : str
+        Name of the scene in messages.
+    answer : Answer
+    style : Style
+        Format of the tables.
+    plot : str, optional
+        File of the picture.
+    explain : bool
+        True if explanations of what was modelled are printed too.
+    quiet : bool
+        True if nothing but failures and tables is printed.
+
+    Returns
+    -------
+    int
+        0, or NO_ANSWER where something has no answer.
+
+    Raises
+    ------
+    SceneError
+        An option has no effect on this answer.
     """
     end_display()
     if style.top and answer.table is not None and answer.table.single:

@@ -90,13 +90,21 @@ def fewer_modes(modes, asked, limit):
 
 
 def coupled_modes(case, count, upto):
-    """`Answer` with the coupled modes of a case, without what is said of the case itself.
+    """Answer of the command modes with the coupled modes of a case: those of cables and bodies together.
+
+    Notes and warnings are those on the modes; those on the case itself are left to the caller.
 
     Parameters
     ----------
     case : SuspensionCase
-    count, upto
-        See `one_cable.modes`.
+    count : int or None
+        Number of modes, from the lowest; by default DEFAULT_MODES.
+    upto : float, str or None
+        Frequency up to which all modes are given instead, in Hz or with a unit.
+
+    Returns
+    -------
+    Answer
     """
     from cablestudy.study.suspension.report import mode_notes, mode_table
     from cablestudy.study.vibration import diameters_of_coupled_modes, with_lock_in
@@ -130,13 +138,22 @@ def loop(
     Parameters
     ----------
     scene : Scene
-    response : optional
-        Range of frequencies of the response over frequency, see `Scene.loop_response`.
-    time : optional
-        Duration of the response in time; `input`, `size`, `length` and `output` are its options, see
-        `Scene.loop_in_time`.
-    table, estimate
-        See `one_cable.solve_loop`.
+    response : str or sequence of 3, optional
+        Lowest and highest frequency and number of frequencies, such as "0.01Hz:100Hz:200": the table is then the
+        response over frequency.
+    time : float or str, optional
+        Duration in s, perhaps with the number of rows, such as "60 s:2001": the table is then the response in time.
+    input, size, length, output : optional
+        Options of the response in time: what makes a step or gust, its size, the time of a gust, and the coordinate
+        that is shown; `Scene.loop_in_time` describes them.
+    table : str, optional
+        Of a suspension, the name of the only table that is asked for.
+    estimate : bool
+        True if errors are estimated too.
+
+    Returns
+    -------
+    Answer
     """
     span = time_options = None
     if response:
@@ -276,12 +293,18 @@ def compare_models(
     Parameters
     ----------
     scene : Scene
-    columns, repeats
-        See `Scene.trade`.
+    columns : str or list of str, optional
+        Results whose errors are compared; in text separated by commas. By default the main results of the scene.
+    repeats : int
+        Number of timings of each model.
     out : str, optional
         Folder to write the tables to.
     shown : bool
         True if the table will be shown as Markdown.
+
+    Returns
+    -------
+    Answer
     """
     from cablestudy.scene.strict_yaml import refuse
     from cablestudy.study import trade
@@ -324,8 +347,18 @@ def find_value(document, goal, by, between=None, columns=None):
     ----------
     document : Document
         File of the scene, which may lack the key.
-    goal, by, between, columns : str
-        Such as "sag = 2 m", "cable.preload", "100 N:10 kN" and "max_tension"; see `Scene.find`.
+    goal : str
+        Column and value, such as "sag = 2 m"; or "limits": the ends of the range in which all limits of the scene hold.
+    by : str
+        Dotted key that is solved for, such as "cable.preload".
+    between : str or sequence of 2, optional
+        Range of the key that is searched, such as "100 N:10 kN".
+    columns : str, optional
+        Columns that are shown beside the key, separated by commas.
+
+    Returns
+    -------
+    Answer
     """
     from cablestudy.study import find, find_limits
     from cablestudy.study.goal import LIMITS, read_find, read_goal

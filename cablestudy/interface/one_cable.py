@@ -43,13 +43,17 @@ def modes(
     ----------
     scene : Scene
     count : int, optional
-        Number of modes, from the lowest.
+        Number of modes, from the lowest; by default DEFAULT_MODES.
     upto : float or str, optional
         Frequency up to which all modes are given instead, in Hz or with a unit.
     coupled : bool
         True for the modes of gondola and cable together instead, as of a suspension.
     estimate : bool
         True if errors are estimated too.
+
+    Returns
+    -------
+    Answer
     """
     if coupled:
         return _modes_with_gondola(scene, count, upto)

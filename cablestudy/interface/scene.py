@@ -165,19 +165,24 @@ class Scene(SceneCommands):
         length: Duration | None = None,
         output: Text | None = None,
     ) -> pandas.DataFrame:
-        """Response of the winch control loop in time to a step or gust: pandas.DataFrame.
+        """Response of the winch control loop in time to a step or gust: pandas.DataFrame, one row for each time.
 
         Parameters
         ----------
         time : float or str
-            Duration, and number of rows: 60, "60 s", "60 s:2001".
+            Duration in s or with a unit, perhaps with the number of rows: 60, "60 s", "60 s:2001".
         input : str, optional
-            A step of the winch (the default) or of the reference, a 1-cosine gust, a step of the wind speed: "winch",
-            "reference", "gust" or "wind"; of a suspension "winch.CABLE" and "reference.x".
+            What drives the loop:
+
+            - "winch" (the default): a step of the displacement by the winch; of a suspension "winch.CABLE".
+            - "reference": a step of the wanted position; of a suspension "reference.x" or of another coordinate.
+            - "gust": a gust of the wind speed, size/2 (1 - cos(2 pi t/length)) until t = length.
+            - "wind": a step of the wind speed.
         size : float or str, optional
-            Size of the input, in SI or with a unit; by default 1 mm, or 3 standard deviations of the turbulence.
+            Size of the input, in SI or with a unit; by default a step of 1 mm (a rotation of 1 mrad), in the wind 3
+            standard deviations of the turbulence.
         length : float or str, optional
-            Time of a gust, in s or with a unit; by default length scale over wind speed.
+            Time that a gust lasts, in s or with a unit; by default length scale of the turbulence over wind speed.
         output : str, optional
             Of a suspension, the coordinate of a body that is shown, for example "gondola.x".
         """
@@ -196,25 +201,32 @@ class Scene(SceneCommands):
         input: Text | None = None,
         output: Text | None = None,
     ) -> StateSpace:
-        """The cable as a linear system of first order: `control.statespace.StateSpace`.
+        """Linear state-space model of the motion: dx/dt = A x + B u, y = C x + D u + D1 u' + D2 u''.
+
+        States x, inputs u and outputs y have names and units in the result. At most one of `modes`, `upto` and `error`
+        says how many modes of the cable the model keeps.
 
         Parameters
         ----------
         with_ : {"gondola", "loop"}, optional
-            What is on end 2; of a suspension "loop" or "actuators".
+            What the model includes beside the cable, at end 2; of a suspension "loop" or "actuators".
         modes : int, optional
-            How many to keep, from the lowest.
+            Number of modes, from the lowest.
         upto : float or str, optional
-            Keep all up to a frequency instead, in Hz or with a unit: 20, "20 Hz".
+            Frequency up to which all modes are kept, in Hz or with a unit: 20, "20 Hz".
         error : float, optional
-            Keep the fewest that leave out this share of the inertia. [-]
+            Share of the inertia that the modes left out may have: the fewest modes are kept. [-]
         wind : bool
-            Whether forces on the nodes of the cable are inputs too.
+            True if forces on the nodes of the cable are inputs too.
         proper : bool
-            Whether accelerations are inputs where they act on outputs at once, with positions and velocities as
-            states, so that D1 and D2 are zero.
+            True for a model with D1 = D2 = 0: an input whose acceleration acts on outputs at once is replaced by this
+            acceleration, its position and velocity are added to the states. If only the velocity acts, it is the input.
         input, output : str, optional
-            The only input, the only output; several separated by commas.
+            Names of the only inputs and outputs, separated by commas.
+
+        Returns
+        -------
+        control.statespace.StateSpace
         """
         from cablestudy.study.ssm import StateSpaceOptions, exported
 

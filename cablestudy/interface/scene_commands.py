@@ -184,8 +184,10 @@ class SceneCommands:
 
         Parameters
         ----------
-        what, **options
-            As for `compute`.
+        what : str
+            The command, such as "static", or another key of `answers`.
+        **options
+            Options of the command: arguments of the function in `answers`.
 
         Returns
         -------

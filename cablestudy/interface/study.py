@@ -130,7 +130,8 @@ class Study:
         sensitivity : bool
             True if Sobol's sensitivity indices are shown instead of the rows.
         **options
-            `where`, `sort`, `best`, `pareto`, as of the command.
+            `where`: a condition on the rows, such as "sag < 0.5"; `sort`: COLUMN, or -COLUMN for falling numbers;
+            `best`: "min COLUMN" or "max COLUMN", for one row only; `pareto`: several of these, separated by commas.
 
         Returns
         -------
@@ -175,7 +176,7 @@ class Study:
         shard : str, optional
             "K/N": only every Nth case from the Kth.
         **options
-            Others of `sweeps.run.SweepOptions`.
+            Other fields of `sweeps.run.SweepOptions`, such as `jobs` (number of processes), `resume` or `quiet`.
         """
         from cablestudy.sweeps.run import Run, SweepOptions, read_shard
 

@@ -62,12 +62,18 @@ def modes(
     Parameters
     ----------
     scene : Suspension
-    count, upto
-        See `one_cable.modes`.
+    count : int, optional
+        Number of modes, from the lowest; by default DEFAULT_MODES.
+    upto : float or str, optional
+        Frequency up to which all modes are given instead, in Hz or with a unit.
     cable : str, optional
         Name of the one cable; without it the coupled modes.
     estimate : bool
         Without effect: errors are always known.
+
+    Returns
+    -------
+    Answer
     """
     from cablestudy.study.vibration import galloping_notes, tension_notes
 

@@ -107,8 +107,21 @@ def limits(page, scene):
 def _add_answer(page, scene, command, left_out=None, headed=True):
     """Compute one command for a scene, for example `modes`, and append its tables, picture and notes to a page.
 
-    `left_out`: name of a table -> columns that are not shown; `headed`: whether the main numbers are shown at the head
-    of the page as key figures. Returns the results of the command: `Answer`.
+    Parameters
+    ----------
+    page : Page
+    scene : interface.scene.Scene
+    command : str
+        One of "static", "modes", "loop", "windrms".
+    left_out : dict, optional
+        Name of a table -> columns that are not shown.
+    headed : bool
+        True if the main numbers are also shown at the head of the page, as key figures.
+
+    Returns
+    -------
+    Answer
+        Results of the command.
     """
     answer, tables = scene.compute(command, estimate=True), {}
     _add_messages(page, command, answer)
@@ -153,6 +166,12 @@ def _add_load_cases(page, scene):
     A scene of one cable has one table. A scene of several cables has a table of the extreme tensions of all cables with
     the largest utilisation, and tables of sag and clearance of each cable. The key figures at the head of the page are
     those of the governing case.
+
+    Parameters
+    ----------
+    page : Page
+    scene : interface.scene.Scene
+        With load cases, none of which is chosen.
     """
     answer = scene.compute_cases("static", estimate=True)
     page.warn("Load cases", answer.warnings)
