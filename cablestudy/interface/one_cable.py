@@ -124,13 +124,18 @@ def solve_loop(scene, span, time_options, table, estimate):
     ----------
     scene : Scene
     span : (float, float, int) or None
-        Lowest and highest frequency [Hz] and number of frequencies of the response, from `ssm.read_response_range`.
+        Lowest and highest frequency [Hz] and number of frequencies, if the response over frequency is asked for.
     time_options : TimeOptions or None
-        Options of the response in time.
+        Options of the response in time, if that is asked for.
     table : str or None
         Without effect here; of a suspension the name of the only table that is asked for.
     estimate : bool
         True if errors are estimated too.
+
+    Returns
+    -------
+    Answer
+        Without a table if a response is asked for that cannot be computed.
     """
     from cablestudy.scene.one_cable import NAMES, WIND_KEYS, as_suspension
     from cablestudy.study import loop_report

@@ -62,10 +62,10 @@ class TableGrid:
 
 
 def table_html(table, caption, where_all=""):
-    """Lay out a `Table` for a page of HTML, with the estimated errors of its numbers: str, empty without rows.
+    """Lay out a `Table` for a page of HTML, with the estimated errors of its numbers.
 
-    A table of one row, of many columns and few rows, or with a field that heads its columns (`Table.across`) has a line
-    for each quantity; any other a line for each row.
+    A table has a line for each row; but a line for each quantity if it is a single row (`Table.single`), has a field
+    that heads its columns (`Table.across`), or has more than TURNED[0] columns and at most TURNED[1] rows.
 
     Parameters
     ----------
@@ -73,6 +73,11 @@ def table_html(table, caption, where_all=""):
     caption : str
     where_all : str
         Words that say where a reader finds all rows, for a table that is cut.
+
+    Returns
+    -------
+    str
+        HTML; empty for a table without rows.
     """
     if not len(table.rows):
         return ""

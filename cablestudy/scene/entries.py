@@ -258,7 +258,7 @@ def _sampled(sample, key, written):
 
 
 def entries_of_options(texts, entries, cases):
-    """Read the options `--vary` of a command as further entries of a study.
+    """Read the options `--vary` of a command: each is an `Entry`, one more key that varies in a study.
 
     Parameters
     ----------
@@ -267,7 +267,7 @@ def entries_of_options(texts, entries, cases):
     entries : tuple of Entry
         Entries of the study file; their keys cannot be varied again.
     cases : callable
-        Returns the names of the load cases of the scene, which `case=all` stands for.
+        Returns the names of the load cases of the scene, all of which `case=all` stands for.
 
     Returns
     -------

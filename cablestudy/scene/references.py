@@ -5,9 +5,11 @@ from cablestudy.scene.units import show
 
 
 def reference_mistakes(scene):
-    """Find references of control, actuators, correction and wind to bodies, winches or markers that do not exist.
+    """Find names in control, actuators, correction and wind of a suspension that refer to nothing.
 
-    Control without a winch, a measured motion that is not free, and a wind without any body to act on are mistakes too.
+    Control and actuators name bodies, the allocation of the control names cables with a winch, and the correction (a
+    mirror that follows the motion) names a marker, a point on a body. Control without a winch, a measured motion that
+    is held, and a wind on bodies where no body has the key `wind` are mistakes too.
 
     Parameters
     ----------
@@ -16,7 +18,7 @@ def reference_mistakes(scene):
     Returns
     -------
     list of (tuple, str)
-        Path and message.
+        Path in the scene and message of each mistake.
     """
     mistakes = _control_mistakes(scene) if scene.control else []
     for name, actuator in scene.actuators.items():
@@ -82,9 +84,10 @@ def _marker_names(bodies):
 
 
 def case_mistakes(scene):
-    """Find mistakes in the load cases of a suspension: what their loads act on, and which cables they lose.
+    """Find mistakes in the load cases of a suspension: in names of what loads act on and of cables that are lost.
 
-    A force must act on something free, a move on something held, ice and wind on cables and bodies that exist.
+    A force must act on a point or body that is free to move. A move, a prescribed displacement, must be of one that is
+    held. Ice and wind must act on cables or bodies that exist. A lost cable can carry no load.
 
     Parameters
     ----------
@@ -93,7 +96,7 @@ def case_mistakes(scene):
     Returns
     -------
     list of (tuple, str)
-        Path and message.
+        Path in the scene and message of each mistake.
     """
     mistakes = []
     for name, case in scene.cases.items():

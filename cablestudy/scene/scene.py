@@ -242,9 +242,9 @@ def load_scene(path, sets=(), case=None, read=read_scene):
     sets : sequence of str
         Arguments of `--set`, `key=value` each.
     case : str, optional
-        One of its load cases.
+        Name of the load case that is chosen.
     read : callable
-        Makes the scene of the `Document`.
+        Function that checks a `Document` and makes the scene of it.
 
     Returns
     -------

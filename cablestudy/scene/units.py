@@ -334,12 +334,14 @@ def _root(name, expected=None):
     Parameters
     ----------
     name : str
+        Unit as written, such as "kN/m"; "" is a pure number.
     expected : str, optional
         Base units that it should have, for the message on an unknown unit.
 
     Returns
     -------
     factor : Decimal
+        Size of the unit in base units.
     base_units : str
         Two units fit each other if these are equal. Dimensions are not compared, since those of rad/s and Hz are equal.
 

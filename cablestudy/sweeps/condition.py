@@ -143,9 +143,10 @@ class _Translator:
         return compare_in_turn(getters, tests)
 
     def operands(self, tokens, may_be_text):
-        """Read the operands of one comparison: list, each a `Variable`, a number (Decimal, unit), or a text.
+        """Read the operands of one comparison of the condition: columns, varied keys, numbers and texts.
 
-        A word that is neither a column nor a varied key is a text if a column or key of the comparison may hold text.
+        A word that is neither a column nor a varied key is a text, if a column or key of the comparison may hold text;
+        else it is a mistake.
 
         Parameters
         ----------
@@ -153,6 +154,16 @@ class _Translator:
             The operands as written.
         may_be_text : bool
             True if all operators of the comparison are == or !=, which allow texts; <, <=, > and >= do not.
+
+        Returns
+        -------
+        list of Variable, (Decimal, str) or str
+            Column or varied key; number with its unit; text.
+
+        Raises
+        ------
+        SceneError
+            An unknown word, or a comparison without a column or key.
         """
         operands, unknown = [], []
         for token in tokens:

@@ -37,20 +37,26 @@ class WorkerDeathError(Exception):
 
 
 def compute_here(chunks, jobs=None):
-    """Compute the chunks of a sweep on this machine, in this process or in several: yields `Done`, in any order.
+    """Compute the chunks of a sweep on this machine, in this process or in several.
 
     The first chunks are computed in this process, which shows how long the work will take.
 
     Parameters
     ----------
     chunks : Chunks
+        Hands out the cases of the study in chunks.
     jobs : int, optional
         Number of processes, at most PER_CORE for each core; by default one for each core, if the work is long enough.
+
+    Yields
+    ------
+    Done
+        Rows of one chunk, in any order.
 
     Raises
     ------
     NoSolutionError
-        Worker processes die again and again, see `retry`.
+        MAX_DEATHS worker processes died with no result between them.
     """
     seconds = 0.0
     for done in submit_all(chunks, SerialExecutor()):
@@ -70,17 +76,23 @@ def compute_here(chunks, jobs=None):
 
 
 def retry(chunks, open_executor, workers):
-    """Compute all chunks of a sweep by workers that may die, for example for lack of memory: yields `Done`.
+    """Compute all chunks of a sweep by workers that may die, for example for lack of memory.
 
     The chunk of a worker that died is computed again, in a new executor.
 
     Parameters
     ----------
     chunks : Chunks
+        Hands out the cases of the study in chunks.
     open_executor : callable
-        Context manager of an executor; called again after the death of a worker.
+        Returns a context manager of an executor; called again after the death of a worker.
     workers : callable
         Returns the present number of workers.
+
+    Yields
+    ------
+    Done
+        Rows of one chunk, in any order.
 
     Raises
     ------
@@ -102,16 +114,22 @@ def retry(chunks, open_executor, workers):
 
 
 def submit_all(chunks, executor, workers=lambda: 1):
-    """Submit all chunks of a sweep to an executor, a few ahead of its workers: yields `Done`, in any order.
+    """Submit all chunks of a sweep to an executor, AHEAD of them for each worker at a time, or one for a single worker.
 
     If the caller leaves the loop early, the chunks that are not done are put back, for another executor.
 
     Parameters
     ----------
     chunks : Chunks
+        Hands out the cases of the study in chunks.
     executor : concurrent.futures.Executor
     workers : callable
         Returns the present number of workers.
+
+    Yields
+    ------
+    Done
+        Rows of one chunk, in any order.
     """
     chunk_of_future = {}
     try:
@@ -207,17 +225,23 @@ def _exit_with_parent():
 
 
 def compute_on_cluster(chunks, address, notify=None):
-    """Compute the chunks of a sweep on the workers of a dask scheduler: yields `Done`, in any order.
+    """Compute the chunks of a sweep on the workers of a dask scheduler.
 
     Chunks of a worker that is lost are computed by another one.
 
     Parameters
     ----------
     chunks : Chunks
+        Hands out the cases of the study in chunks.
     address : str
         `tcp://host:port`, or the name of a scheduler file that ends in `.json`.
     notify : callable, optional
         Called with each note for the user.
+
+    Yields
+    ------
+    Done
+        Rows of one chunk, in any order.
 
     Raises
     ------

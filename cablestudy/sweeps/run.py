@@ -120,10 +120,10 @@ class Run:
         return store
 
     def compute(self):
-        """Compute the rows that are missing, and store each chunk of them as soon as it is done.
+        """Compute the rows that are missing, and store each chunk of them, some rows, as soon as it is done.
 
-        Whatever ends the run, the rows that are done stay stored, and a later run goes on with them. With `fail_fast`
-        it ends after the first chunk in which a row has no answer.
+        Whatever ends the run, the rows that are done stay stored, and a later run goes on with them. With the option
+        `fail_fast` it ends after the first chunk in which a row has no answer.
 
         Raises
         ------

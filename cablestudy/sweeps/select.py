@@ -98,7 +98,7 @@ def _numbers(key, frame):
 
 
 def read_selection(study, where=None, sort=None, best=None, pareto=None):
-    """Read the options that select and sort the rows of a study: `Selection`, or None without any option.
+    """Read the options that select and sort the rows of a study.
 
     Columns that the options name and the study does not have are added to the study.
 
@@ -110,9 +110,15 @@ def read_selection(study, where=None, sort=None, best=None, pareto=None):
     sort : str or None
         `COLUMN`, or `-COLUMN` for falling numbers.
     best : str or None
-        `min COLUMN` or `max COLUMN`.
+        `min COLUMN` or `max COLUMN`: only the row with the smallest or largest number.
     pareto : str or None
-        Objectives, each as for `best`, joined by commas.
+        Objectives, each as for `best`, joined by commas: only rows on their Pareto front, which no other row
+        equals or beats in all objectives and beats in one.
+
+    Returns
+    -------
+    Selection or None
+        None without any option.
 
     Raises
     ------

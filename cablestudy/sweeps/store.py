@@ -312,8 +312,8 @@ def open_store(path, identity, count, resume=False, restart=False, reuse=0):
     resume, restart : bool
         Go on with the stored rows; or begin without rows, even if the earlier run is unfinished.
     reuse : int
-        Number of complete rows: if the file has exactly so many, of this study, they are used without `resume` too; 0
-        for never.
+        Number of rows of a complete run: if the file has just so many complete rows of this study, they are used
+        without `resume` too. 0 for never.
 
     Raises
     ------
