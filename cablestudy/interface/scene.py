@@ -215,7 +215,8 @@ class Scene(SceneCommands):
         upto : float or str, optional
             Frequency up to which all modes are kept, in Hz or with a unit: 20, "20 Hz".
         error : float, optional
-            Share of the inertia that the modes left out may have: the fewest modes are kept. [-]
+            Largest share of the inertia that may be left out, from one input to one output, between 0 and 1: the fewest
+            modes are kept for it. [-]
         wind : bool
             True if forces on the nodes of the cable are inputs too.
         proper : bool

@@ -81,7 +81,7 @@ class Entry:
 
 
 def entries_of(table, source, cases):
-    """Read what varies in a study file, its keys `vary` and `sample`, as a list of `Entry`, and find mistakes in it.
+    """Read what varies in a study file, its keys `vary` and `sample`, as `Entry` objects, and find mistakes in it.
 
     The combinations of the steps of all entries are the cases of the study, at most MAX_COUNT.
 

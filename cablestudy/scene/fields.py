@@ -266,7 +266,7 @@ def group_mistakes(table, given, optional=False):
 
     A table has several choices. A choice consists of alternatives, of which exactly one must be given; an alternative
     is a tuple of keys that go together, the main one first. Mistakes are keys of a second alternative, an alternative
-    without its main key, and a choice of which nothing is given.
+    without its main key, and a choice of which nothing is given, unless a material may give it.
 
     Parameters
     ----------

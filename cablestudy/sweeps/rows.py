@@ -65,7 +65,7 @@ class Rows(LazyRows):
             yield {name: errors[name] for name, cell in cells if cell is not None and errors.get(name) is not None}
 
     def frame(self):
-        """All rows as a pandas.DataFrame, for selection and pictures.
+        """All rows as a pandas.DataFrame.
 
         Its columns are the computed ones, the status, the varied keys, then printed values (of a publication, with
         which results are compared) and the differences from them. Numbers are floats, NaN in empty cells; other values
