@@ -654,7 +654,7 @@ def test_what_only_a_link_without_length_would_hold_is_refused():
     scene, _ = on_four_springs()
     scene["links"] = {name: {k: v for k, v in link.items() if k != "length"} for name, link in scene["links"].items()}
     with pytest.raises(
-        (CablestudyError, ValueError), match=r"nothing holds it: .*a link without stiffness and length carries nothing"
+        (CablestudyError, ValueError), match=r"nothing holds it: .*a link without stiffness or length carries nothing"
     ):
         case_of(scene)
 

@@ -245,7 +245,7 @@ class SuspensionScene(SceneTable):
         partly_held = [name for name, body in self.bodies.items() if len(body.free) < len(MOTIONS)]
         holding = [*self.cables.values(), *(link for link in self.links.values() if link.carries)]
         owners = [tuple(self.attachment(end)[0] for end in line.ends) for line in holding]
-        hint = " (a link without stiffness and length carries nothing in the reference state)" if self.links else ""
+        hint = " (a link without stiffness or length carries nothing in the reference state)" if self.links else ""
         return [((table_of[name], name), message + hint) for name, message in unheld(table_of, partly_held, owners)]
 
     def _link_relations(self, name, link):
