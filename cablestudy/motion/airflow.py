@@ -11,19 +11,23 @@ from cablestudy.wind.strips import on_cables, strips
 
 
 def drag_of(scenes, body_names, cable_names):
-    """Collect the mean wind and the drag areas of scenes in one `Drag`, with a leading axis of cases.
+    """Collect the mean wind and the drag areas of n scenes in one `Drag`.
 
     Parameters
     ----------
     scenes : sequence of SuspensionScene
-        With wind, and with equal names of bodies and cables.
-    body_names, cable_names : sequence of str
-        Bodies and junctions, and cables, in the order of the `SuspendedSystem`.
+        n scenes with wind, whose names of bodies and cables are equal.
+    body_names : sequence of str
+        b bodies and junctions, in the order of the `SuspendedSystem`. Junctions have no drag.
+    cable_names : sequence of str
+        c cables, likewise.
 
     Returns
     -------
     Drag
-        Its arrays have the axis of cases. Drag is 0 where a scene has no wind on the cables, or none on the bodies.
+        Its arrays have a leading axis of n scenes: the horizontal mean wind [m/s]; the density of the air [kg/m^3];
+        drag coefficient times diameter, ice included, of the cables, 0 where the wind acts on bodies alone [m]; drag
+        coefficient times area, and centre of pressure, of the bodies, 0 where it acts on cables alone [m^2], [m].
     """
     winds = [scene.wind for scene in scenes]
     angle = np.array([wind.direction for wind in winds])

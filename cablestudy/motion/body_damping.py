@@ -15,23 +15,24 @@ from cablestudy.system.tolerances import SYSTEM
 
 
 def damping_ratios(modes):
-    """Damping ratios of the poles of modes, each to the accuracy of its row: of many rows at once.
+    """Compute the damping ratio of one mode of a body in each of many rows, each to the accuracy of its row.
 
-    All modes of the cables are in the models of the poles; with stated elements, those of the coupled modes. A mode
-    that does not oscillate has the ratio 1, and a ratio of no more than rounding is zero. The error is the change from
-    coarser meshes; it is not a number for stated elements and without oscillation. Finer and finer models are tried
-    until the error is within the accuracy, or the mesh has as many unknowns as may be. No digit of a row depends on the
-    others.
+    A pole s has the damping ratio -Re s/|s|: it is 1 where the mode does not oscillate, and 0 where it is no more than
+    rounding. The poles are those of models with all modes of the cables. Finer and finer models are tried until the
+    estimated error is within the accuracy, or until the mesh has as many unknowns as may be. Where the scene states the
+    elements of the cables, only the model with these is used, and no error is known. No digit of a row depends on the
+    other rows.
 
     Parameters
     ----------
     modes : list of RefinedMode
+        The mode of each row, with its ever finer models and its accuracy.
 
     Returns
     -------
     list of (DampingRatio or Exception)
-        NoSolutionError, ConvergenceError: of a model; modal damping of cables, and the elements are not stated; the
-        pole is not found.
+        For each row the ratio, or the error that says why there is none. NoSolutionError, ConvergenceError: there is no
+        model; cables have modal damping, and their elements are not stated; or the pole is not found.
     """
     models = [mode.damped_models() for mode in modes]
     found, pending = [None] * len(modes), list(range(len(modes)))
@@ -54,20 +55,21 @@ def damping_ratios(modes):
 
 
 def _solved_together(tried):
-    """Groups of rows whose poles are found in the same calls: rows of one `Trial` that are solved alike.
+    """Group the rows whose poles can be found in the same calls.
 
-    Each row of a trial is in a group once: cases that hang alike share it. Groups do not depend on which others there
-    are.
+    Rows of a group belong to one `Trial`, which holds the undamped modes of several suspensions. They also agree in the
+    laws of damping of their cables, in whether their models have all modes of the cables, and in whether the air damps
+    cables. Rows with the same suspension of a trial, as those of load cases that hang alike, are in different groups.
 
     Parameters
     ----------
     tried : list of (int, BodyMode, Airflow or None)
-        Row and the model that is tried for it.
+        Row, the model that is tried for it, and the air that damps it.
 
     Returns
     -------
     list of list of (int, BodyMode, Airflow or None)
-        Each in the order of the trial.
+        Groups, each sorted by the number of the suspension in the trial.
     """
     groups, uses = {}, Counter()
     for row, mode, airflow in tried:
@@ -96,7 +98,7 @@ class DampingRatio:
     Attributes
     ----------
     value, error : float
-        The error is relative, and not a number where it is not known. [-]
+        The ratio, and its relative error, which is not a number where it is not known. [-]
     finest : bool
         True if no model has a finer mesh.
     """
@@ -111,19 +113,23 @@ class DampingRatio:
 
 
 def _ratios_of_trial(modes, airflows):
-    """Damping ratios of modes of bodies, of different rows of one `Trial`, and their errors by coarser meshes.
+    """Compute the damping ratios of the modes of bodies in n suspensions of one `Trial`, and estimate their errors.
+
+    The relative error is `MOTION.coarser_mesh_safety` times the relative change of the ratio to coarser meshes of the
+    cables. It is not a number where the ratio is 1 (no oscillation) and for stated elements; a ratio of 0 has that of
+    rounding.
 
     Parameters
     ----------
     modes : sequence of BodyMode
-        All of stated elements, or none.
+        n modes, whose scenes either all state the elements of the cables, or none of them does.
     airflows : sequence of (Airflow or None)
         Air that damps each.
 
     Returns
     -------
     list of (DampingRatio or ConvergenceError)
-        The error where no pole is found.
+        For each mode the ratio; or the error, where no pole is found, on either mesh.
     """
     search, exact = _PoleSearch(modes, airflows), modes[0].exact
     models = search.trial.coordinates.models
@@ -158,14 +164,14 @@ def _ratios(poles):
 
 
 class _PoleSearch:
-    """The search for the damped poles of one mode each of some rows of a `Trial`.
+    """Search for the damped poles of one mode of a body in each of n suspensions, called rows, of one `Trial`.
 
     Parameters
     ----------
     modes : list of BodyMode
-        Whose modes for damping are of different rows of this trial, in ascending order.
+        n modes. Their undamped shapes are of different suspensions of the trial, in ascending order.
     airflows : list of (Airflow or None)
-        Whose aerodynamic damping is added.
+        Air whose damping is added in each row.
     """
 
     def __init__(self, modes, airflows):
@@ -193,13 +199,19 @@ class _PoleSearch:
 
             s^2 + c s + w^2 + i h = 0
 
-        with its frequency w, and its viscous and hysteretic damping c and h; else at the pole of the coupled modes.
+        with its frequency w, and its mass-normalised viscous and hysteretic damping c and h. With strong damping, or
+        where no pole is found there, it is the pole of the model of the coupled modes.
+
+        Parameters
+        ----------
+        models : Models
+            Elements of the cables, by which the pole is found.
 
         Returns
         -------
         poles, near : ndarray, complex, shape (n,)
-            Poles, and where the search began. A pole is -w where the mode does not oscillate, and not a number where it
-            is not found. [rad/s]
+            Poles, and the estimates at which the search began. A pole is -w where the mode does not oscillate, and not
+            a number where it is not found. [rad/s]
         """
         viscous, hysteretic = self._damping_of_shapes()
         near = 1j * np.sqrt(self._omega**2 + 1j * hysteretic - viscous**2 / 4) - viscous / 2

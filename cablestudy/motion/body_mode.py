@@ -21,7 +21,9 @@ from cablestudy.system.together import computed_together
 class RefinedMode:
     """Mode of a body along one of its coordinates, and its numbers to the accuracy of a scene by ever finer models.
 
-    Each number comes with its estimated relative error, which is not a number for stated elements.
+    It is the mode with the largest share of the body's static compliance along the coordinate, see `BodyMode`. Each
+    number comes with its estimated relative error, which is not a number where the scene states the elements of the
+    cables.
 
     Parameters
     ----------
@@ -30,7 +32,7 @@ class RefinedMode:
     sharper : callable
         Factor -> `BodyMode` with the accuracy of the scene times this factor; raises likewise.
     accuracy : float or None
-        Of the scene; None for stated elements.
+        Relative accuracy that the scene asks for; None for stated elements. [-]
     airflow : callable
         Returns the `Airflow` whose aerodynamic damping counts, or None.
     together : callable
@@ -120,6 +122,9 @@ class RefinedMode:
 class BodyMode:
     """The mode with the largest share in the static compliance of a body along one of its coordinates.
 
+    The static compliance is the displacement by a unit force; the share of a mass-normalised mode of frequency w and
+    displacement z there is z^2/w^2 over this compliance. The shares of all modes add up to one.
+
     Attributes
     ----------
     modes : CoupledModes
@@ -134,10 +139,11 @@ class BodyMode:
 
     @classmethod
     def search(cls, modes_of, name, body, axis):
-        """Find the mode: compute more and more of the lowest modes until no other one can have a larger share.
+        """Find the mode with the largest share, among as many of the lowest modes as it takes to be certain.
 
-        The shares of all modes add up to one. The search ends when the modes left out have together no more than the
-        mode found has, with modes that coincide with it, or when all modes are computed.
+        More and more modes are computed. As the shares of all modes add up to one, the search ends when all modes that
+        are not computed have together no larger a share than the mode found; modes whose frequencies agree within their
+        errors count as one. It ends, too, when all modes are computed.
 
         Parameters
         ----------
@@ -146,11 +152,17 @@ class BodyMode:
         name : str
             Name of the body, for messages.
         body, axis : int
+            Number of the body among all bodies and junctions, and of the coordinate among `statics.suspension.AXES`.
+
+        Returns
+        -------
+        BodyMode
 
         Raises
         ------
         NoSolutionError
-            The lowest `most_body_modes` modes leave more of the static compliance than any of them has.
+            The lowest `MOTION.most_body_modes` modes leave more of the static compliance than any of them has; or there
+            are no modes.
         """
         count = MOTION.first_body_modes
         while True:
@@ -269,24 +281,34 @@ def largest_share(share):
 
 
 def error_by_mixing(number, shares, frequency, error):
-    """Relative error of the share of one mode by those of the frequencies of all modes, of a model too stiff. [-]
+    """Bound the relative error of the share of mode k in a static compliance, by frequency errors of all modes.
 
-    The model has eigenvalues l, and relative errors e of frequencies. To the true stiffness it adds a positive
-    semidefinite matrix with 2 e l on the diagonal, whose other entries are at most the geometric means of these. To
-    first order this adds to a mode k each mode j with a factor of at most
+    A model that is too stiff gets the eigenvalues l = w^2 too large, and mixes the modes. With e the relative errors of
+    frequencies, the error of the stiffness is a positive semidefinite matrix with 2 e l on the diagonal. Its other
+    entries are at most the geometric means of these. To first order it adds to mode k each mode j with a factor of at
+    most
 
         2 sqrt(e_j l_j e_k l_k)/|l_j - l_k|.
 
-    Inertia that the model leaves out, with 2 e on the diagonal, adds at most 2 sqrt(e_j e_k) l_k/|l_j - l_k|, which is
-    more of modes below k. The eigenvalue itself changes by 2 e_k, and this inertia changes a share by at most as much
-    again.
+    Inertia that the model leaves out adds at most 2 sqrt(e_j e_k) l_k/|l_j - l_k|, which is more for modes below k.
+    With a_j = sqrt(share_j l_j) and f_j the larger of both factors, the bound is
+
+        2 sum of (a_j f_j)/a_k + 4 e_k,
+
+    the last term being the change of the eigenvalue itself, 2 e_k, and as much again for the inertia. Modes that
+    coincide with k are not in the sum.
 
     Parameters
     ----------
     number : int
-        Of the mode, from 0.
+        k, from 0.
     shares, frequency, error : ndarray, shape (m,)
-        Of the modes.
+        Share [-], frequency in any unit, and its relative error e [-] of each mode.
+
+    Returns
+    -------
+    float
+        [-]
     """
     eigenvalues = frequency**2
     amplitudes, own = np.sqrt(shares * eigenvalues), eigenvalues[number]

@@ -20,7 +20,9 @@ TURN = 2 * np.pi
 
 
 class ClosedLoop:
-    """A suspension about its equilibrium in the mean wind, with the loop that `control` of its scene describes.
+    """A suspension about its equilibrium in the mean wind, with the control loop that its scene may have.
+
+    The loop measures coordinates of a body and moves winches, which reel in cables.
 
     Parameters
     ----------
@@ -90,16 +92,16 @@ class ClosedLoop:
 
     @cached_property
     def loop(self):
-        """The `Loop` with its gain; None without control.
+        """The `Loop` with its gain; None for a scene without control.
 
-        A stated gain is taken as it is. An automatic gain is the largest one that keeps both the gain margin and the
-        peak of the sensitivity that the scene asks for. The stable gains are attached where the loop needs them: with
-        an automatic gain, or a delay.
+        A gain that the scene states is taken as it is. An automatic gain is the largest one that keeps both the gain
+        margin and the peak of the sensitivity (I + L)^-1 that the scene asks for, L being the loop gain. With an
+        automatic gain, or a delay, it also has its `StableGains`, the gains with which it is stable.
 
         Raises
         ------
         NoSolutionError
-            No gain follows from a margin, or nothing moves what is measured.
+            No gain follows from the margin, as the loop is stable with every gain; or no winch moves what is measured.
         """
         control = self.scene.control
         if control is None:

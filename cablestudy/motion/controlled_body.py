@@ -14,7 +14,7 @@ TURN = 2 * np.pi
 
 
 class ControlledBody:
-    """The body that the `control` of a scene holds.
+    """The body that a control loop holds in place: what the loop measures of it, its notches, and how winches move it.
 
     Parameters
     ----------
@@ -53,19 +53,20 @@ class ControlledBody:
 
     @cached_property
     def _measurable(self):
-        """Coordinates that the loop measures: stated ones, or the free ones that a winch moves.
+        """Coordinates of the body that the loop measures: stated ones, else the free ones that a winch moves.
 
         Returns
         -------
         names : list of str
-            k names of displacements and rotations, such as x and yaw.
+            Names of k displacements and rotations, such as x and yaw.
         rows : ndarray, shape (k, m)
-            Each measured coordinate by the m coordinates of `motion`.
+            Each measured coordinate per unit of each of the m coordinates of the equations of motion. [m], [rad]
         lengths : ndarray, shape (k,)
-            Length by which a rotation is multiplied to compare it with a displacement, the RMS distance of the ends
-            of cables and links from the reference point, 1 m where this is zero; 1 for displacements. [m], [-]
+            Length by which a rotation is multiplied to compare it with a displacement: the RMS distance of the ends of
+            cables and links from the reference point of the body, or 1 m where this is zero [m]; 1 for displacements
+            [-].
         gain : ndarray, shape (k, i)
-            Static gain from the winches.
+            Static gain: change of each coordinate per length that each of i winches reels in. [-], [rad/m]
 
         Raises
         ------
