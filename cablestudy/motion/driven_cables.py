@@ -58,10 +58,11 @@ def open_poles(closed_loop):
 
 
 class DrivenCables:
-    """The loop gain with the modes of single cables that a gain could drive.
+    """Loop gain of a suspension with the modes of single cables that a gain could drive, and the stable gains by it.
 
-    Where so much strain is damped that rounding spoils the response of a cable, the loop gain of the coupled modes is
-    used instead.
+    A gain could drive a mode, or a wave, if it could turn its decay into growth (`driven_waves`). Modes of a single
+    cable are those with fixed ends. Where so much strain is damped that rounding spoils the response of a cable, the
+    loop gain of the coupled modes of the suspension is used instead.
 
     Parameters
     ----------
@@ -264,16 +265,21 @@ class DrivenCables:
         )
 
     def _models(self):
-        """`Models` of the cables, with elements fine enough for the waves that the gain could drive and `resolved_to`.
+        """Choose elements of the cables that resolve all waves which the gain could drive: `Models`.
 
-        Those of the coupled modes serve where they are fine enough, and where the scene states the elements
-        (`model.elements`). Else the number of half-waves along each cable, at the highest frequency that is needed,
-        decides on its mesh.
+        Waves across the cables are also resolved up to the frequency `resolved_to`. The elements of the coupled modes
+        are taken if they are fine enough and all their modes are computed, or if the scene states them
+        (`model.elements`). Else the mesh of each cable follows from the number of half-waves along it,
+
+            n = w tau/pi
+
+        with the highest frequency w that is needed and the travel time tau from end to end: the larger n of waves that
+        move across the cable and along it.
 
         Raises
         ------
         NoSolutionError
-            More half-waves along a cable than can be resolved.
+            n exceeds the number of half-waves that can be resolved, `MOTION.resolved_waves` or that at `resolved_to`.
         """
         base, highest, travel_time = self._base, self._highest_driven, self._effects.travel_time
         resolved_to = self.resolved_to
@@ -338,10 +344,24 @@ class DrivenCables:
         return needed
 
     def loop_gain_of(self, kept, models=None):
-        """Loop gain over the gain, from the bodies without cables and the kept modes of each cable: `LoopGain`.
+        """Build the loop gain over the gain, L/g = P Z^-1 F A C1 N, with chosen modes of each cable.
 
-        Where rounding spoils the response of a cable, the loop gain of the coupled modes is returned, a function of s.
-        `kept` is a list of ReducedCable, one for each cable, of some `models`: by default those of this object.
+        At a complex frequency s, Z is the dynamic stiffness of the bodies on their cables, F the forces on the bodies
+        per length that winches reel in, P gives the measured coordinates, A allocates them to winches, and C1 N is the
+        control law of unit gain behind its notches.
+
+        Parameters
+        ----------
+        kept : list of ReducedCable
+            Modes of each cable, and vectors that stand for its other modes.
+        models : Models, optional
+            Elements of the cables to which these belong; by default those of this object.
+
+        Returns
+        -------
+        LoopGain or callable
+            Function of s, shape (f,) -> shape (f, k, k) for k measured coordinates. Where rounding spoils the response
+            of a cable it is no `LoopGain`, but that of the coupled modes. [s]
         """
         closed_loop, effects = self.closed_loop, self._effects
         layout, plant = closed_loop.layout, closed_loop.plant
@@ -397,24 +417,28 @@ class DrivenCables:
         return [np.flatnonzero(modes & (element.omega > least)) for modes, element in pairs]
 
     def _poles_and_starts(self, modes, estimated):
-        """Poles of the model with estimated poles of modes above it, and where to begin the search for narrow poles.
+        """List poles beside which the loop gain is computed, and places where the search for narrow poles begins.
+
+        With W the frequency of a mode with fixed ends and p its estimated pole, the shift is d = |p| - W. As modes that
+        nearly coincide shift together, such a mode has five poles, Re p + i (W + j d) for j = 0 to 4. It has as many
+        starts: the same, or for a large shift Re p + i (W + j d/5) for j = 1 to 5. The poles of the model are in both
+        lists. Modes are added only if |p| or W is above the frequencies up to which the model surely has all poles.
 
         Parameters
         ----------
         modes : list of ndarray of int
-            Numbers of modes of each cable.
+            Numbers of n modes in all, of each cable.
         estimated : ndarray, complex, shape (n,)
-            Their poles, by `poles_of_modes`. [rad/s]
+            p of these modes, by `poles_of_modes`. [rad/s]
 
         Returns
         -------
-        poles : ndarray
-            Poles of the model, then estimates: each pole may be shifted from the frequency with fixed ends by 0 to 4
-            times the shift of one mode alone, as modes that nearly coincide shift together. [rad/s]
-        starts : ndarray
-            Poles of the model, then the estimates; where the shift is large, places on the way to the estimate. [rad/s]
+        poles : ndarray, complex
+            Poles of the model, then those of the modes. [rad/s]
+        starts : ndarray, complex
+            Poles of the model, then the starts of the modes. [rad/s]
         errors : ndarray
-            Distance at which a pole may be from its start, over its frequency. [-]
+            Distance at which a pole may be from each start, over its frequency: |d|/W, at least the accuracy. [-]
         """
         elements, highest = self.loop_gain.elements, self._highest_surely_known
         fixed = np.concatenate([element.omega[own] for element, own in zip(elements, modes, strict=True)])

@@ -209,12 +209,15 @@ class DrivingBounds:
 def driven_modes(effects, loop_gains, gains):
     """Decide which modes of each cable a gain could make grow, for many rows.
 
-    First by the bound of the module's docstring; modes that exceed it are judged by the estimated shift of their own
-    poles. Those poles count the damping by moving bodies too: a mode across a cable may have hardly any other.
+    It could do so if the gain may shift the pole of a mode by more than `MOTION.driven_decay` times its rate of decay.
+    The upper bound on the shift (module's docstring) rules out most modes. The others are judged by the estimated shift
+    of their own poles, and by the decay of these, to which bodies that move with the mode add: a mode across a cable
+    may have hardly any other damping.
 
     Parameters
     ----------
     effects : list of DrivingBounds
+        Bounds on the effects of a gain, of each row.
     loop_gains : list of LoopGain
         Their `elements` have the n modes of each cable that are judged.
     gains : list of float
@@ -223,7 +226,7 @@ def driven_modes(effects, loop_gains, gains):
     Returns
     -------
     list of (list of ndarray of bool, shape (n,))
-        Of each row and cable.
+        For each row and cable: True for modes that the gain could make grow.
     """
     rows = list(zip(effects, loop_gains, gains, strict=True))
     driven = [own.may_drive(loop_gain.elements, gain) for own, loop_gain, gain in rows]
@@ -244,9 +247,27 @@ def _stacked(owners, *names):
 
 
 def _responses_of_rows(effects):
-    """`DrivingBounds._responses` of n rows with arrays of equal sizes: the same four arrays, with the row first.
+    """Compute responses of n suspensions, called rows, on cables whose waves do not return, at f frequencies.
 
-    Z of the module's docstring is solved for the measured coordinates and for the forces of the winches at once.
+    With the symbols of the module's docstring: Z is the dynamic stiffness of the bodies, P u are the k measured
+    coordinates of their d free displacements u, F v are the forces on the bodies by the lengths v of the i winches, A
+    allocates coordinates to winches, and C1 N is the control law of unit gain with notches.
+
+    Parameters
+    ----------
+    effects : list of DrivingBounds
+        n of them, with arrays of equal sizes.
+
+    Returns
+    -------
+    of_measured : ndarray, complex, shape (n, f, k, d)
+        P Z^-1: measured coordinates by forces on the bodies.
+    of_winches : ndarray, complex, shape (n, f, i, d)
+        F^T Z^-1.
+    measured_by_winches : ndarray, complex, shape (n, f, k, i)
+        P Z^-1 F: measured coordinates by lengths that winches reel in.
+    winch_gain : ndarray, shape (n, f, i, k)
+        |A| |C1 N|: lengths that winches reel in by measured coordinates, per gain. [s]
     """
     bodies = [[dense(matrix) for matrix in one.closed_loop.layout.body_matrices] for one in effects]
     body_stiffness, mass = map(np.stack, zip(*bodies, strict=True))
@@ -300,18 +321,25 @@ def _driving_gains_of_rows(effects):
 
 
 def _driving_gain_of_cable(effects, cable, of_measured, of_winches, winch_gain):
-    """Gain above which waves across and along one cable of n rows could be driven, shape (n, 2, f). [rad/s]
+    """Gain above which waves across and along one cable could be driven, in n rows, shape (n, 2, f). [rad/s]
 
-    With it the bound of the module's docstring on the shift of poles is `driven_decay` times their decay. Of the four
-    waves across of `_waves`, and of the two along, the one with the largest shift counts.
+    It is the gain with which the bound on the shift of the pole of a wave is the share r = `MOTION.driven_decay` of its
+    rate of decay d, over a safety factor s = `MOTION.driven_wave_safety`. At each of f frequencies W:
+
+        gain = r d/(x s),   x = |C1 N| |b| |A| |P u|/(2 W)
+
+    with the bound x of the module's docstring on the shift per gain. r d is at least the growth `UNDAMPED` W, which is
+    no instability. Of the four waves across of `_waves`, and of the two along, the one with the largest x counts.
 
     Parameters
     ----------
     effects : list of DrivingBounds
         n of them.
     cable : int
+        Index of the cable.
     of_measured, of_winches, winch_gain : ndarray, shapes (n, d, k, f), (n, d, i, f), (n, k, i, f)
-        P Z^-1, F^T Z^-1 and |A| |C1 N| from `DrivingBounds._responses`, with the axes behind the row reversed.
+        P Z^-1, F^T Z^-1 and |A| |C1 N| from `_responses_of_rows`, with the axes behind the row reversed: d free
+        displacements of bodies, k measured coordinates, i winches.
     """
     forces, decay, *sizes = _waves(effects, cable)
     connection, reeling, omega = _stacked(effects, "connection", "reeling", "omega")
@@ -336,20 +364,30 @@ def _driving_gain_of_cable(effects, cable, of_measured, of_winches, winch_gain):
 
 
 def _waves(effects, cable):
-    """Forces on the ends by waves across and along one cable of n rows, taken as modes at each of the f frequencies.
+    """Forces on the ends of one cable in n rows, by waves across and along it, taken as modes of f frequencies W.
 
-    They are those of the module's docstring. Masses on the cable divide it: the shortest part has the largest forces
-    on its ends, and is taken for all.
+    A wave of modal mass 1 exerts on both ends the force W sqrt(2 z/tau): z is sqrt(T mu) across and sqrt(EA mu) along
+    the cable, tau the travel time, T the tension and mu the mass per length. Where a cable of length l sags under
+    gravity g, a wave across it stretches it, too, by the tension EA (mu g/T) sqrt(2/(mu l)) 2/(W tau). Masses on the
+    cable divide it: the shortest part has the largest forces on its ends, and is taken for all.
+
+    Parameters
+    ----------
+    effects : list of DrivingBounds
+        n of them, with the frequencies W of each.
+    cable : int
+        Index of the cable.
 
     Returns
     -------
     forces : ndarray, shape (n, 7, 6)
-        Directions of forces on both ends: of the four waves across, along the cable by its sag, of two along it.
+        Unit vectors of the forces on end 1, x, y, z, then on end 2: of the four waves across, of the tension by their
+        sag, of the two waves along. [-]
     decay : ndarray, shape (n, 2, f)
         Rates at which waves across and along decay. [1/s]
     across, by_sag, along : ndarray, shape (n, f)
-        Sizes of the forces of the module's docstring, over W^2, by waves across, their stretching, and those along:
-        m of `Superelement`. [sqrt(kg)]
+        Sizes over W^2 of the forces by waves across, of the tension by their sag, and of the forces by waves along: m
+        of `Superelement`. [sqrt(kg)]
     """
     travel_time, air, omega = _stacked(effects, "travel_time", "air", "omega")
     names = "axial_stiffness", "mass", "unstretched_length", "gravity"

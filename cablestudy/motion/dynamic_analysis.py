@@ -78,17 +78,18 @@ class DynamicAnalysis:
         return ModelSizes(*arguments, self.fewest_modes)
 
     def closed_loop_of(self, count, responses=False, computed=0):
-        """`ClosedLoop` of the lowest modes, stable or not, shared by all cases for which it is the same.
+        """`ClosedLoop` with a model of the lowest modes of the suspension, stable or not, shared by equal cases.
 
-        It is kept in `plants_and_loops` in four layers, whose keys add what the next object depends on: the plant
-        (modes, winches, outputs), that plant in this wind, the loop about the plant, that loop in this wind.
+        It is kept in the dict `plants_and_loops` in four layers, whose keys add what the next object depends on: the
+        plant (modes, winches, outputs), that plant in this wind, the loop about the plant, that loop in this wind.
 
         Parameters
         ----------
         count : int
-            Number of modes.
+            Number of modes of the model.
         responses : bool
-            Whether static responses to the inertia and damping of moving bodies are coordinates too, see `Plant`.
+            True for a model that has, beside these modes, static responses to the inertia and damping of moving bodies:
+            they stand for modes that are left out, see `Plant`.
         computed : int
             Number of modes that are computed, if it is larger: of these the lowest `count` are taken.
 

@@ -96,14 +96,17 @@ class GustResponse:
     # ------------------------------------------------------------------------------------------------ frequencies
 
     def spectra(self, frequency, combinations=None):
-        """One-sided spectra of the outputs in the gusts, or of combinations of them.
+        """One-sided spectra of the outputs in the gusts, or of weighted sums of outputs.
+
+        They are the diagonal of Y S Y^H, with the response Y of the outputs, or sums, to the inputs of the gusts, and
+        the spectral matrix S of these inputs.
 
         Parameters
         ----------
         frequency : ndarray, shape (f,)
             Frequencies. [Hz]
         combinations : ndarray, shape (o, r), optional
-            Columns: weights of the o outputs in r sums, whose spectra are returned instead.
+            Each column has the weights of the o outputs in one of r sums, whose spectra are returned instead.
 
         Returns
         -------
@@ -196,10 +199,11 @@ class GustResponse:
 
     @cached_property
     def displacement_truncation_error(self):
-        """Largest relative error by the modes left out, of variances that decide on the number of modes. [-]
+        """Largest relative error of a variance by the modes left out, which decides on the number of modes. [-]
 
-        These are variances of displacements and velocities of bodies and markers, of their displacements as a telescope
-        sees them, and of displacements of mid-spans, each summed over x, y and z. Free points count where the plant has
+        Each variance is that of one place, summed over x, y and z, and so is its error. Places are the bodies and
+        markers, with the variances of their displacements, of their velocities, and of their displacements as a
+        telescope sees them; and mid-spans of cables, with displacements only. Free points count where the plant has
         static responses to loads on them (`Plant.points`), or where no body is free.
         """
         suspension, plant = self.closed_loop.equilibrium.suspension, self.closed_loop.plant
