@@ -440,23 +440,27 @@ def _where_finite(omega, values):
 
 
 def _refined(function, omega, values, matters):
-    """Refine a grid of frequencies until the logarithm of a function changes little between neighbours.
+    """Refine a grid of frequencies where a function changes fast, by halving intervals.
+
+    An interval is halved where the logarithm of the function may change by more than `MOTION.left_out_change` across
+    it, by the steepest slope there or next to it. It must also be wider than `MOTION.left_out_step` times its
+    frequency, and matter.
 
     Parameters
     ----------
     function : callable
-        Frequencies, shape (f,) -> values, shape (f, ...), 0 or more; not numbers where there is no value.
+        Frequencies [rad/s], shape (f,) -> values, shape (f, ...), 0 or more; not numbers where there is no value.
     omega : ndarray, shape (f,)
-        Frequencies to begin with, ascending. [rad/s]
+        f frequencies to begin with, ascending. [rad/s]
     values : ndarray, shape (f, ...)
         Values there.
     matters : callable
-        Frequencies and values -> True where more are of use, between neighbours, shape (f - 1,).
+        Frequencies and values -> array of bool, shape (f - 1,): False for intervals that need not be halved.
 
     Returns
     -------
     omega, values : ndarray, shapes (f,), (f, ...)
-        Of the finer grid, where the function has values.
+        The finer grid, without frequencies at which the function has no value.
     """
     for _ in range(MOTION.left_out_rounds):
         logarithm, width = np.log(np.maximum(values, MOTION.tiny)).reshape(len(omega), -1), np.diff(omega)[:, None]

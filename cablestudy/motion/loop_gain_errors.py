@@ -15,7 +15,10 @@ from cablestudy.system.tolerances import SYSTEM
 
 
 class LoopGainErrors:
-    """Errors by the models of the cables, by the drag on them, and by what stands for their highest modes.
+    """Errors of the largest stable gain and of margins, from what the loop gain of `DrivenCables` leaves open.
+
+    They are found by comparison with other loop gains: of cables changed by the errors of their models, of cables that
+    follow the drag of the mean wind, or with other vectors in place of the highest modes.
 
     Parameters
     ----------
@@ -27,11 +30,13 @@ class LoopGainErrors:
 
     @cached_property
     def by_models(self):
-        """Loop gains changed by the possible errors of the models of the cables: list of `LoopGain`, one to three.
+        """Loop gains changed by the possible errors of the models of the cables: list of one to three `LoopGain`.
 
-        1. The frequencies of the modes are lowered by the errors of the mesh.
-        2. If damping is modal, the upper half of the modes has none: this damping grows as modes are added.
-        3. If vectors stand for modes, they stand for more of them.
+        1. The frequencies of all modes are lower by the estimated errors of the mesh.
+        2. If cables have modal damping, the upper half of their modes has none: the damping that it adds grows with the
+        number
+           of modes, and is uncertain.
+        3. If vectors stand for the highest modes in the loop gain, they stand for more of them.
         """
         driven, loop_gain, elements = self._driven, self._driven.loop_gain, self._driven.loop_gain.elements
         mesh_errors = [np.zeros(len(element.omega)) for element in elements]
@@ -57,17 +62,21 @@ class LoopGainErrors:
         return [driven.loop_gain_of(models.with_modes(driven.modes_in_loop(models)), models)]
 
     def _mesh_errors(self, group):
-        """Relative errors, by the mesh, of the frequencies of the n kept modes and vectors of each cable: list of (n,).
+        """Estimate the relative errors, by the mesh, of the frequencies W of n modes of each cable: list of (n,). [-]
 
-        Far above the modes that decide on the loop only the joint response of modes to moving ends matters. Six vectors
-        (`residual_vectors`) give it too, and their errors tell more of it than those of single modes, which cancel in
-        it. Such a mode has the mean error of the vectors, weighted by its share in each, if that is smaller than its
-        own.
+        W^2 is twice the strain energy of a mode of modal mass 1. With the error E of twice the strain energy by the
+        mesh, W has the relative error E/(2 W^2), at most 1/2.
+
+        Far above the modes that decide on the loop, only the joint response of all modes to moving ends matters, in
+        which errors of single modes cancel. Six vectors (`residual_vectors`), combinations of these modes, have the
+        same response. So the error of such a mode is at most the mean of those of the vectors, weighted by its squared
+        amplitude in each.
 
         Parameters
         ----------
         group : MeshGroup
-            Of these cables.
+            The cables, which have equal meshes. Their n modes are those in the loop gain, and vectors that stand for
+            others.
         """
         elements, multiple = self._driven.loop_gain.elements, MOTION.single_mode_errors
         far, vectors, amplitudes, errors = [], [], [], []

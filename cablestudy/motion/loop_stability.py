@@ -115,16 +115,23 @@ class LoopStability:
             _solve_trials(dict.fromkeys(trials.values()))  # loops of other exposures share theirs
 
     def _search_driven_cables(self):
-        """Search for a gain that is not below the largest stable one: a generator that returns its `DrivenCables`.
+        """Raise a trial gain until it is at least the largest stable one: a generator that returns its `DrivenCables`.
 
-        It yields the `DrivenCables` of each trial gain before it asks for their `limit`, so that the caller can compute
-        the limits of many loops together. Raises as `driven`.
+        `DrivenCables` have the loop gain with all modes of cables that their trial gain could drive to instability. So
+        the largest stable gain that follows from it is right if it is at most the trial gain; else it is the next trial
+        gain. Where the loop is stable with every gain, `MOTION.unlimited_gain` times the lowest frequency stands for
+        the largest one.
 
-        Notes
-        -----
-        `DrivenCables` have all modes of cables that their trial gain could drive. So their largest stable gain is right
-        if it is at most the trial gain; else it is the next trial gain. Where they are stable with every gain,
-        `MOTION.unlimited_gain` times the lowest frequency stands for the largest one.
+        Yields
+        ------
+        DrivenCables
+            Those of each trial gain, before they are asked for their `limit`, the largest stable gain: so that the
+            caller can compute the limits of many loops together.
+
+        Raises
+        ------
+        NoSolutionError, ConvergenceError
+            The loop is unstable without gain, or could drive too many modes.
         """
         driven_cables, first_gains = self._trials.driven_cables, self._trials.first_gains
         self._closed_loop.check_open()

@@ -16,10 +16,11 @@ from cablestudy.system.coupled_modes import coupled_modes_of_cases
 
 
 def search_models(analyses):
-    """Find for each analysis a `ClosedLoop` with as many modes as needed, and its `GustResponse`, or None without wind.
+    """Find for each of many analyses a model with as many modes as its accuracy needs, and its response to gusts.
 
-    Each analysis tries models with more and more modes (`sizes_to_try`) until these suffice for the accuracy. In each
-    round the models, and the variances, of all analyses that need another one are computed together.
+    Models with more and more modes are tried (`DynamicAnalysis.sizes_to_try`), until the variances of motions are
+    accurate enough. Without wind the first model serves. In each round the models, and their variances, of all analyses
+    that need another one are computed together.
 
     Parameters
     ----------
@@ -28,7 +29,7 @@ def search_models(analyses):
     Returns
     -------
     dict
-        Analysis -> tuple of both, or the error that says why there are none.
+        Analysis -> (`ClosedLoop`, `GustResponse` or None without wind), or the error that says why there are none.
     """
     sizes = {analysis: outcome_of(lambda a=analysis: a.sizes_to_try) for analysis in analyses}
     outcomes, pending, responses = dict(sizes), dict(sizes), dict.fromkeys(analyses)
@@ -92,10 +93,11 @@ def _turbulence_of_stated_gains(closed_loops):
 
 
 def solve_modes(analyses, equilibrium):
-    """Compute the coupled modes that many analyses need first, and keep them in `DynamicAnalysis.modes`.
+    """Compute the modes that many analyses need first, in few calls, and keep them in `DynamicAnalysis.modes`.
 
-    Analyses whose first models have the same key (`DynamicAnalysis.first_model`) are computed in one call, which costs
-    less than one for each. What these analyses need later is computed for all of them, too, when one is asked for it.
+    Analyses whose first models agree in number of modes, accuracy, planes and elements (`DynamicAnalysis.first_model`)
+    are computed in one call, which costs less than one for each. What these analyses need later is computed for all of
+    them, too, when one is asked for it.
 
     Parameters
     ----------

@@ -14,19 +14,25 @@ TURN = 2 * np.pi
 
 
 def peak(analysis, names, mean=0.0, crossings=0.0, mean_error=0.0):
-    """Largest size that some outputs together are expected to reach in the wind, and its relative error.
+    """Estimate the largest size that some outputs together reach in the wind, |mean| + g(n, T) RMS.
 
     Parameters
     ----------
     analysis : DynamicAnalysis
+        With wind, whose duration is T.
     names : sequence of str
-        Names of the outputs, whose RMS is that of all together.
+        Names of the outputs, of equal units. RMS is the root of the sum of their variances, with the loop closed.
     mean : float
         Their mean value, in their unit.
     crossings : float
-        Least relative error of the rate at which the mean is crossed. [-]
+        Least relative error of the rate n at which the mean is crossed. [-]
     mean_error : float
         Relative error of the mean value. [-]
+
+    Returns
+    -------
+    largest, error : float
+        In the unit of the outputs; its estimated relative error. [-]
     """
     rms, error = analysis.rms(names, "value", open_loop=False)
     if not rms:
@@ -48,19 +54,26 @@ def peak_of_change(analysis, names):
 
 
 def winch_speeds(analysis):
-    """Speeds of winches: largest RMS and largest peak expected in the wind, and the number of the winch of this.
+    """Largest RMS, and largest expected peak g(n, T) RMS, of the speeds of all winches in the wind.
+
+    Both are zero where no loop moves the winches.
+
+    Parameters
+    ----------
+    analysis : DynamicAnalysis
+        With wind.
 
     Returns
     -------
     rms, peak : tuple of 2 float
-        Speed [m/s], and its estimated relative error [-].
+        Largest of all winches [m/s], and its estimated relative error [-].
     fastest : int
-        Number of the winch from 0.
+        Number of the winch with the largest peak, from 0.
 
     Raises
     ------
     NoSolutionError, ConvergenceError
-        As `DynamicAnalysis.response`.
+        What moves is unstable, or the variances cannot be computed.
     """
     response = analysis.response
     if response.loop is None:

@@ -259,12 +259,16 @@ class Plant:
     def delayed_response(self, loop, coarse=False, speeds=False):
         """Response of all outputs to the gusts with a loop that has a delay: `DelayedResponse`.
 
+        It has the exact response over frequency, and poles that make sharp peaks in it. Up to the frequency
+        `right_up_to` of the loop these are poles with a Padé approximant of the delay. Above it the winches hardly
+        move, and the poles are those with the winches at rest.
+
         Parameters
         ----------
         loop : Loop
-            About `motion`.
+            Loop about the `motion` of this plant.
         coarse : bool
-            Whether to leave out the highest modes, in `coarse_space`.
+            True to leave out the highest modes, by `coarse_space`: the change tells the error by modes.
         speeds : bool
             True for the speeds of the winches instead of the outputs.
         """

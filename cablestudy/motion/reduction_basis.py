@@ -58,9 +58,10 @@ def _moving_loads(plant):
 
 
 def loads_and_bases(plants, size):
-    """Yield the basis of the model of each plant, and the loads whose static responses are in it.
+    """Yield for each plant the reduction basis of its model: modes, and static responses in place of the other modes.
 
-    Those whose arrays have equal sizes are computed together.
+    A static response is K^-1 f, with the stiffness K and forces f on the coordinates. The head of this file says which
+    forces count. Plants whose arrays have equal sizes are computed together.
 
     Parameters
     ----------
@@ -72,9 +73,10 @@ def loads_and_bases(plants, size):
     ------
     plant : Plant
     loads : ndarray, shape (n, r)
-        Forces on the n coordinates of the full system.
+        The r columns f.
     basis : (ndarray, ndarray), shapes (m,) and (n, m)
-        Frequencies [rad/s] and shapes of the m coordinates of the model: modes, then static responses.
+        Frequencies [rad/s] and shapes of the m coordinates of the model: modes of the plant, then Ritz vectors of the
+        static responses.
     """
     loads = {plant: (_applied_and_midspan_loads(plant), _moving_loads(plant)) for plant in plants}
 

@@ -15,13 +15,14 @@ WIND_INPUT = "gust"  # name of the input of a state space that is a gust
 
 
 def in_time(closed_loop, output, input_, components, times):
-    """Response of a displacement over time to an input of a closed loop: `TimeResponse`.
+    """Response of a displacement over time to an input of a closed loop, and of the winches: `TimeResponse`.
 
-    Its estimated error is the sum of
+    Its relative error is estimated by the sum of
 
     * the change to a smaller space of the coordinates (`Plant.coarse_space_in_time`);
-    * twice the change to twice as many modes: at a corner in time amplitudes of modes fall with the square of their
-      frequency, so that twice as many make it half as wrong;
+    * twice the change to twice as many modes: at a corner of the input in time amplitudes of modes fall with the square
+    of
+      their frequency, so that twice as many make the error half as large;
     * twice the change by twice as many approximants of a delay, in the smaller space: after a delay a step makes a
       corner that contains all frequencies.
 
@@ -105,25 +106,31 @@ def uniform_gust(gusts):
 
 
 def _response_in_space(closed_loop, loop, motion, space, output, input_, components, times, law_states=None):
-    """Response over time to an input of a closed loop, with its plant in all coordinates or in a subspace.
+    """Response over time to an input of a closed loop, with its plant in all n coordinates or in r of a subspace.
 
     Parameters
     ----------
+    closed_loop : ClosedLoop
+        Its plant has n coordinates, and its gusts give the force of a uniform gust.
     loop : Loop
-        About all coordinates of the plant.
+        Loop about all n coordinates, whose gain, notches and allocation are used.
     motion : LinearSystem
         Equations of motion of the plant, in r coordinates.
     space : ndarray, shape (n, r), or None
         Basis of the subspace; None where all n coordinates are kept.
-    closed_loop, output, input_, components, times
-        See `in_time`.
+    output, input_ : str
+        Names of a displacement, and of an input: `winch.CABLE`, `reference.COORDINATE` or WIND_INPUT.
+    components : list of time_response.Component
+        The input as a sum of functions of time.
+    times : ndarray, shape (m,)
+        Uniform, from zero. [s]
     law_states : tuple, optional
-        In place of `Loop.law_states`.
+        State space of the control law with another approximation of its delay, in place of `Loop.law_states`.
 
     Returns
     -------
     TimeResponse
-        With the loop and without it.
+        Displacement with the loop and without it, and movements of the winches; its errors are zero.
     """
     loads, allocation = np.zeros((len(closed_loop.motion), 1)), loop.allocation
     if closed_loop.gusts is not None:

@@ -19,10 +19,15 @@ TURN = 2 * np.pi
 
 
 def change_by_waves(plant):
-    """Estimate how much waves on cables change the variances of tensions in the wind: an error of the model.
+    """Estimate how much waves on cables above the modes of the model change the variances of tensions in the wind.
 
-    The share of the gusts' force that a model transfers to the ends of cables at once follows a wave instead, and the
-    variances are computed again (see the head of this file).
+    The model transfers a share D of the gusts' force to the ends of cables at once. Here a wave carries it, of
+    frequency w and damping ratio zeta (`_first_waves`),
+
+        D w^2/(s^2 + 2 zeta w s + w^2)
+
+    and the variances are computed again. The changes by waves along the cable and by those across it are added, each
+    with its safety factor, `MOTION.waves_along` or `MOTION.waves_across`.
 
     Parameters
     ----------
@@ -32,10 +37,10 @@ def change_by_waves(plant):
     Returns
     -------
     ndarray, shape (2, o)
-        For the o outputs of the plant and for their rates; 0 for all but tensions. For rates of tensions it is up to
-        five times too small: nearly all of the change is the resonance of the first wave along a cable that sags, which
-        is excited more than that share of the force implies. No column shows the rate of a tension; the largest tension
-        depends on its logarithm, see `crossings`.
+        Changes, 0 or more, of the variances of the o outputs of the plant, and of their rates. They are 0 for all but
+        tensions, and for stated elements. For rates of tensions they are up to five times too small: nearly all of such
+        a change is the resonance of the first wave along a cable that sags, which is excited more than D implies. No
+        result shows the rate of a tension; the largest tension depends on its logarithm, see `MOTION.crossings`.
     """
     gusts, turbulence, variances = plant.gusts, plant.at_rest, plant.at_rest.variances[0]
     change, residues = np.zeros(variances.shape), turbulence.residues
@@ -64,17 +69,23 @@ def change_by_waves(plant):
 
 
 def _first_waves(plant):
-    """Poles of the first standing waves along and across each cable with mass, above the modes of a `Plant`.
+    """Poles of the first standing waves along and across each cable with mass that are above the modes of a plant.
 
-    The cables are taken as straight strings and bars with fixed ends, with frequencies n pi/l sqrt(EA/m) along and
-    n pi/l sqrt(T/m) across and the damping of the cable; waves across are damped by the air too.
+    The cables are taken as straight bars and strings with fixed ends, of length l and mass per length m. With n
+    half-waves
+
+        w = n pi/l sqrt(F/m),   zeta = ratio + e (loss + time w)/2 + c/(2 m w),   s = w (-zeta + i sqrt(1 - zeta^2))
+
+    F is EA along and the mean tension T across. ratio, loss and time are numbers of the damping of the cable; e is the
+    share of strain in the energy of the wave, 1 along and `MOTION.strained_share` across. c is the viscous damping per
+    length, across with that by the air. zeta is kept between two bounds.
 
     Returns
     -------
     rows : ndarray of int, shape (r,)
-        Outputs of the plant that are the tensions at the ends of these cables.
+        Outputs of the plant that are the tensions at the ends of these cables, two of each.
     along, across : ndarray, complex, shape (r,)
-        Poles. [rad/s]
+        Pole s of the wave along, and across, the cable of each of these outputs. [rad/s]
     """
     catenary, cables, wind = plant.equilibrium.catenary, list(plant.scene.cables.values()), plant.scene.wind
     span, dampings = catenary.span, [cable.damping for cable in cables]
