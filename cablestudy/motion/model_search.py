@@ -58,16 +58,22 @@ def search_models(analyses):
 
 
 def closed_loops_of(sizes, trial=0):
-    """`ClosedLoop` of each analysis in one round of the search: dict, with the error in place of one that there is not.
+    """Build the `ClosedLoop` of each analysis with one of the numbers of modes to try.
 
-    The motions of all are computed together.
+    A `ClosedLoop` is a suspension with its control loop, if it has one. The equations of motion of all analyses are
+    computed together.
 
     Parameters
     ----------
     sizes : dict
         Analysis -> numbers of modes that it tries (`DynamicAnalysis.sizes_to_try`), or the error that it has none.
     trial : int
-        Which of these numbers is taken, from 0.
+        Index of the number that is taken, from 0.
+
+    Returns
+    -------
+    dict
+        Analysis -> `ClosedLoop`, or the error that says why there is none.
     """
     found = {}
     for analysis, of_analysis in sizes.items():
