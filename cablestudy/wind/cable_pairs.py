@@ -153,21 +153,27 @@ def coherence_of_cables(kappa, cable, other):
 
 
 def coherence_of_chords(kappa, cable):
-    """Mean of exp(-kappa r) - exp(-kappa a) for functions of one cable, by straight distances r and those along it, a.
+    """Correction to the coherence of the gusts on one cable: by straight distances in place of those along the cable.
 
-    `Strips.gust_covariance` has the distance along the cable; this is what the straight one adds. It is smooth, since
-    both distances are nearly equal where they are short.
+    `Strips.gust_covariance` takes exp(-kappa a), with the distance a along the cable between two places; the coherence
+    is exp(-kappa r), with their straight distance r. The mean of the difference for each pair of load functions g of
+    the cable, see `Arc.functions`, is
+
+        double integral of g_i(s) g_j(t) (exp(-kappa r(s, t)) - exp(-kappa a(s, t))) ds dt
+
+    It is smooth, since both distances are nearly equal where they are short.
 
     Parameters
     ----------
     kappa : ndarray, shape (f,)
-        [1/m]
+        Decay of the coherence at each of f frequencies. [1/m]
     cable : list of Arc
-        Its elements, with q functions in all.
+        Elements of the cable, with q functions in all.
 
     Returns
     -------
     ndarray, shape (f, q, q)
+        [-]
     """
     count = len(cable[0].points)
     positions, weights = gauss(WIND.chord_points * count - 1)
@@ -189,18 +195,23 @@ def coherence_with_points(kappa, places, cable):
 
 
 def _sinh_rule(count, center, scale):
-    """Rule of quadrature on [0, 1] for a polynomial times a narrow peak, broad in u: t = center + scale sinh(u).
+    """Points and weights of quadrature over t from 0 to 1, for a polynomial times a function with a narrow peak.
+
+    With t = center + scale sinh(u) the peak is broad in u, in which the points are those of a Gauss rule, closer
+    together at the ends. If any peak is narrower than `WIND.narrow_peak`, it counts as a kink, with all points on
+    either side of it.
 
     Parameters
     ----------
     count : int
         Number of coefficients of the polynomial.
     center, scale : ndarray, shape (...)
-        Place and width of the peak.
+        Place and width of the peak of each of many rules, in t.
 
     Returns
     -------
     points, weights : ndarray, shape (..., q)
+        q points t, and weights for an integral over t.
     """
     points, weights = _ends_refined(max(count + WIND.load_points, WIND.peak_points))
     kinked = np.any(scale < WIND.narrow_peak)

@@ -80,9 +80,11 @@ def along_cable(wind):
 
 @dataclass(frozen=True)
 class Rods:
-    """Eigenfunctions of the rods of n cables with free ends (module's docstring), in which loads on them are expanded.
+    """Eigenfunctions of n cables as rods with free ends, by which covariances of the gusts along a cable are sums.
 
-    They are orthonormal over the stretched length of each cable, which counts as 1.
+    The coherence exp(-r/l) over a distance r is Green's function of such a rod (module's docstring). The eigenfunctions
+    are orthonormal over the stretched length of each cable, which counts as 1; loads on the cable are expanded in r of
+    them.
     """
 
     square: np.ndarray  # eigenvalues, the integral of the squared slope of each function, shape (n, r)
@@ -182,24 +184,27 @@ def gauss(order):
 
 
 def galerkin(mesh, stretch, functions):
-    """Matrices of the rods of n cables (module's docstring) in functions along them, by Galerkin's method.
+    """Matrices, by Galerkin's method, of the rods that give the covariance of gusts along n cables (see `Rods`).
+
+    With r functions phi along a cable, and x along its stretched length, which counts as 1,
+
+        stiffness_ij = integral of phi_i' phi_j' dx,   mass_ij = integral of phi_i phi_j dx
 
     Parameters
     ----------
     mesh : Mesh
-        e elements of p + 1 nodes.
+        Mesh of the cables: e elements of p + 1 nodes.
     stretch : ndarray, shape (n, e, p)
-        |r'| of each cable at the Gauss points of its elements. [-]
+        Local stretched over unstretched length of each cable, at the p Gauss points of each element. [-]
     functions : ndarray, shape (nodes, r)
-        Values of r functions at the nodes.
+        Values of the r functions at all nodes.
 
     Returns
     -------
     length : ndarray, shape (n,)
-        Stretched over unstretched length. [-]
+        Stretched over unstretched length of each cable. [-]
     stiffness, mass : ndarray, shape (n, r, r)
-        Integrals of products of the slopes of two functions, and of their values, over the stretched length, which
-        counts as 1. [-]
+        [-]
     """
     element, (points, weights) = basis(mesh.order), gauss(mesh.order)
     interpolation, nodal = lagrange(element.points, points), functions[mesh.element_nodes]

@@ -19,19 +19,23 @@ STROUHAL = 0.2  # of a round cylinder at Reynolds numbers from 3e2 to 2e5 (Blevi
 
 
 def drag_matrices(tangent, wind_direction):
-    """Matrices [a (I - t t^T) + U_n U_n^T/a]/(2 v) along a cable, from turbulence to the drag that it adds.
+    """Matrices from turbulence to the drag that it adds per length of a cable: [a (I - t t^T) + U_n U_n^T/a]/(2 v).
+
+    U_n is the part of the mean wind, of speed v, that is normal to the cable, and a = |U_n|. Where the cable is along
+    the wind the matrix is zero.
 
     Parameters
     ----------
     tangent : ndarray, shape (..., 3)
-        Unit vectors t. [-]
+        Unit vectors t along the cable. [-]
     wind_direction : ndarray, shape (3,)
-        Unit vector of the mean wind, whose speed is v. [-]
+        Unit vector of the mean wind. [-]
 
     Returns
     -------
     ndarray, shape (..., 3, 3)
-        Force per length [N/m] = rho C_d d v times this matrix times the turbulence u' [m/s]. [-]
+        The added force per length [N/m] is rho C_d d v times this matrix times the turbulence u' [m/s], with the
+        density rho of the air, the drag coefficient C_d and the diameter d. [-]
     """
     normal_wind = wind_direction - tangent * (tangent @ wind_direction)[..., None]  # U_n/v
     a = np.sqrt((normal_wind**2).sum(axis=-1))[..., None, None]  # |U_n|/v

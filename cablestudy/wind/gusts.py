@@ -137,17 +137,21 @@ class Gusts:
         return covariance
 
     def _table_weights(self, kappa):
-        """Weights of the k covariances of `_table` in those interpolated at other kappa.
+        """Weights that interpolate the covariance at f values of kappa between those in `_table`, at its k values.
+
+        Weights are splines over log(kappa + const). Above the highest kappa of the table, covariances with cables fall
+        with 1/kappa, and those between bodies stay as they are. Where no covariance depends on kappa, k is 1 and all
+        weights are 1.
 
         Parameters
         ----------
         kappa : ndarray, shape (f,)
-            [1/m]
+            Decay of the coherence exp(-kappa r) over a distance r. [1/m]
 
         Returns
         -------
         for_cables, for_bodies : ndarray, shape (k, f)
-            For the entries of the matrix with cables, and for those between bodies.
+            Weight of each covariance of the table: for entries with cables, and for those between bodies. [-]
         """
         table_kappa = self._table[0]
         if table_kappa is None:
@@ -220,22 +224,26 @@ class Gusts:
         return half + np.swapaxes(half, -1, -2)
 
     def _loads(self, kappa):
-        """Yield the loads by the gusts: those on each cable, then those on all bodies together, if any.
+        """Yield the loads by the gusts: one for each cable, then one for all b bodies together, if there are any.
+
+        A load does work on k coordinates: those of its cable, or the three components of the speed at each body. On a
+        cable the speed is expanded in q functions along it, each of which does its own work; bodies have q = b places
+        in their stead.
 
         Parameters
         ----------
         kappa : ndarray, shape (f,)
-            [1/m]
+            The coherence at a distance r is exp(-kappa r), at each of f frequencies. [1/m]
 
         Yields
         ------
-        places : list of Arc, or ndarray, shape (b, 3)
-            Elements of the cable, whose functions are q in all, or the q places of the bodies. [m]
+        places : list of Arc, or ndarray, shape (q, 3)
+            Elements of the cable, which have q functions in all; or places of the bodies. [m]
         work : ndarray, shape (q, t, k)
-            Work of the load on its own k coordinates by each of the t components of the turbulence that are not zero,
-            with the form of each function; for the bodies the speeds themselves.
+            Work on each coordinate of a speed with the form of each function, and the RMS of each of the t components
+            of the turbulence that are not zero; for the bodies the speeds themselves.
         coordinates : ndarray, shape (k, i)
-            These coordinates by the inputs, see `input_matrix`.
+            The k coordinates by the i inputs, see `input_matrix`.
         own_covariance : ndarray, shape (f, k, k)
             Covariance of the work on these coordinates.
         """
@@ -257,17 +265,26 @@ class Gusts:
 
 
 def _cross_covariance(kappa, places, work, cables, other_work):
-    """Covariance of the work of the gusts on one load of `Gusts._loads` with that on the c cables before it.
+    """Covariance of the work of the gusts on one load with that on several cables.
+
+    Loads are those of `Gusts._loads`. The covariance of the work on coordinates k and l, at each frequency, is
+
+        sum over q, p and t of work[q, t, k] C[q, p] other_work[p, t, l]
+
+    C is the mean coherence of functions, or places, q and p; the t components of the turbulence are uncorrelated.
 
     Parameters
     ----------
     kappa : ndarray, shape (f,)
-        The coherence at a distance r is exp(-kappa r). [1/m]
-    places, work
-        Of that load.
+        The coherence at a distance r is exp(-kappa r), at each of f frequencies. [1/m]
+    places : list of Arc, or ndarray, shape (q, 3)
+        The one load: elements of a cable, with q functions in all, or places of q bodies. [m]
+    work : ndarray, shape (q, t, k)
+        Its work on k coordinates.
     cables : list of list of Arc
+        Elements of each of the other cables.
     other_work : ndarray, shape (p, t, l)
-        Work on l coordinates by the p functions of all these cables.
+        Work on l coordinates by the p functions of all other cables.
 
     Returns
     -------
@@ -295,25 +312,32 @@ def _covariance(coherence, work, other_work):
 
 
 def gusts(wind, drag, layout, shapes, strips, amplitudes, areas, coherence):
-    """The `Gusts` on a suspension.
+    """Collect the forces of the turbulence on m coordinates of a suspension: `Gusts`.
+
+    The drag on a body rho/2 C_d A_k |u| u_k, along each of its axes k, changes with the turbulence u' by
+
+        rho/2 C_d A_k (|U| u'_k + U_k (U.u')/|U|)
+
+    with the mean wind U, the density rho of the air, and the drag coefficient times area C_d A_k.
 
     Parameters
     ----------
     wind : SuspensionWind
+        Mean speed, turbulence and its spectrum.
     drag : Drag
-        Of one case.
+        Mean wind, and drag coefficients times areas, of one case.
     layout : Layout
+        Matrices and connections of the bodies.
     shapes : ndarray, shape (n, m)
-        Combinations of its n coordinates, which are the m coordinates of the gusts.
-    strips, amplitudes : list
-        As of `strips.on_cables`, in these combinations.
+        Combinations of the n coordinates of the suspension, which are the m coordinates of the gusts.
+    strips : list of Strips
+        Wind forces on the cables, in groups, from `strips.on_cables`.
+    amplitudes : list of ndarray, shape (g, k, m + 2 c)
+        For each group, the k coordinates of each of its g cables by the m coordinates, see `strips.amplitudes`.
     areas : ndarray, shape (b,)
-        Areas of all bodies and junctions, for their admittance. [m^2]
+        Areas of all bodies and junctions across the wind, for their admittance. [m^2]
     coherence : Coherence
-
-    Notes
-    -----
-    Drag on a body rho/2 C_d A_k |u| u_k changes with the turbulence u' by rho/2 C_d A_k (|U| u'_k + U_k (U.u')/|U|).
+        Of the turbulence at two places.
     """
     speed = float(size(drag.velocity))
     bodies, centers, drag_matrix, displacements = _wind_on_bodies(drag, layout, shapes)
@@ -330,18 +354,29 @@ def damping_of_bodies(drag, layout, shapes):
 
 
 def _wind_on_bodies(drag, layout, shapes):
-    """Linear drag of the b bodies and junctions on which the wind acts, arguments as of `gusts`.
+    """Linear drag of those bodies and junctions, b in number, that have any.
+
+    In the axes of a body, a change u' of the wind U changes its drag by rho/2 C_d A_k (|U| u'_k + U_k (U.u')/|U|).
+
+    Parameters
+    ----------
+    drag : Drag
+        Mean wind U, and drag coefficients times areas C_d A_k, of one case.
+    layout : Layout
+        Matrices and connections of the bodies.
+    shapes : ndarray, shape (n, m)
+        m combinations of the n coordinates of the suspension.
 
     Returns
     -------
     bodies : ndarray of int, shape (b,)
         Indices of these bodies and junctions.
     centers : ndarray, shape (b, 3)
-        Centres of pressure. [m]
+        Centres of pressure, global axes. [m]
     drag_matrix : ndarray, shape (b, 3, 3)
-        Change of the drag per change of the speed, see `gusts`, global axes. [N s/m]
+        Change of the drag by a change of the wind, global axes. [N s/m]
     displacements : ndarray, shape (b, 3, m)
-        Displacements of the centres of pressure per coordinate.
+        Displacements of the centres of pressure by the m combinations, global axes.
     """
     rotation = layout.equilibrium.rotation
     speed = float(size(drag.velocity))

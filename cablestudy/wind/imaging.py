@@ -12,7 +12,7 @@ from cablestudy.wind.tolerances import WIND
 
 
 def exposure_weight(frequency, exposure):
-    """Share of the variance, at each frequency, that is motion within one exposure: 1 - sinc^2(pi f t).
+    """Share of the variance, at each frequency, that is motion within one exposure: 1 - (sin x/x)^2, x = pi f t.
 
     It is the variance about the mean of each exposure, averaged over exposures that begin at any time: the motion that
     blurs an image.
@@ -31,7 +31,8 @@ def exposure_weight(frequency, exposure):
 
     Notes
     -----
-    Martin, Image motion as a measure of seeing quality, PASP 99 (1987) 1360-1370: the mean of an exposure keeps sinc^2.
+    Martin, Image motion as a measure of seeing quality, PASP 99 (1987) 1360-1370: the mean of an exposure keeps
+    (sin x/x)^2.
     """
     phase = pi * exposure * np.asarray(frequency, dtype=float)
     fast = np.maximum(phase, WIND.series_phase)  # small phases, at which the difference cancels, follow from a series
@@ -47,14 +48,15 @@ def exposure_weight(frequency, exposure):
 def correction_weight(frequency, bandwidth, delay):
     """Share of the variance, at each frequency, that a correcting mirror leaves: |1/(1 + L)|^2.
 
-    The mirror follows the motion by an integrating loop with a delay, L = (2 pi bandwidth/s) exp(-s delay).
+    The mirror follows the motion by an integrating loop with a delay, L = (2 pi bandwidth/s) exp(-s delay), s = 2 pi i
+    f.
 
     Parameters
     ----------
     frequency : ndarray, shape (m,)
-        [Hz]
+        f. [Hz]
     bandwidth : float
-        Where |L| = 1. [Hz]
+        Frequency at which |L| = 1. [Hz]
     delay : float
         [s]
 

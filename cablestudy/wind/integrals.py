@@ -68,14 +68,19 @@ class Integrals:
     def undamped(self, response, variance, stiffness):
         """Find, for each output, an undamped motion that makes its variance infinite: the pole that moves it most.
 
-        A pole other than zero is undamped where `damped` is False with `least_damping_ratio`. Its motion makes a
-        variance infinite only if the gusts excite it: if, with the damping ratio `least_damping_ratio`, its energy in
-        the output would exceed the share `WIND.undamped_share` of the energy of all other motion.
+        A pole l_j other than zero is undamped if its damping ratio is not above z = `least_damping_ratio`, or if its
+        decay is no more than rounding. It makes the variance of an output infinite only if the gusts excite it: if,
+        with the damping ratio z, its energy in the output,
+
+            |c_j|^2 (b_j S b_j^H)/(2 z |l_j|) stiffness,
+
+        would exceed the share `WIND.undamped_share` of the energy of all other motion, variance times stiffness. S is
+        the spectral matrix of the gusts; b_j and c_j are the input and output vectors of the pole.
 
         Parameters
         ----------
         response : Residues or DelayedResponse
-            As for `variances`.
+            Response of the o outputs of a stable system to the inputs of the gusts.
         variance : ndarray, shape (o,)
             Variances of the outputs without undamped motions.
         stiffness : ndarray, shape (o,)
@@ -103,10 +108,22 @@ class Integrals:
 
 
 def variances_of_rows(integrals, responses):
-    """`Integrals.variances` of many rows, of their integrals and responses: list of ndarray, shape (w, o).
+    """Variances of outputs in gusts for many rows: integrals of their spectra, times each of some weights.
 
-    Rows whose arrays have equal shapes are computed together, as many as a processor's cache holds; no digit of a row
-    depends on the others.
+    Poles that nothing damps are left out. Rows whose arrays have equal shapes are computed together, as many as a
+    processor's cache holds; no digit of a row depends on the others.
+
+    Parameters
+    ----------
+    integrals : list of Integrals
+        Gusts, points of quadrature over frequency, and w weights of each row.
+    responses : list of (Residues or DelayedResponse)
+        Response of the o outputs of each row to its gusts, by poles.
+
+    Returns
+    -------
+    list of ndarray, shape (w, o)
+        For each row, in squares of the units of its outputs.
     """
     found, together = [None] * len(integrals), {}
     for row, (integral, response) in enumerate(zip(integrals, responses, strict=True)):

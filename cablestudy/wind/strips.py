@@ -175,19 +175,20 @@ class Strips:
 
 
 def strips(models, kept, equilibrium, drag):
-    """`Strips` of the cables that the wind acts on, for gust forces and aerodynamic damping: list.
+    """Wind forces along the cables that the wind acts on, for gusts and aerodynamic damping: list of `Strips`.
 
-    Cables with equal meshes and equal numbers of coordinates are in one of them.
+    Each of these has the cables with equal meshes and equal numbers of coordinates. The list is empty without drag.
 
     Parameters
     ----------
     models : Models
+        Elements of all c cables.
     kept : list of ReducedCable, or None
-        Coordinates of each cable; None for all modes.
+        Coordinates of each cable: some modes, and vectors that stand for the others; None for all modes.
     equilibrium : Equilibrium
         Of one case.
     drag : Drag
-        Of this case.
+        Mean wind, and drag coefficient times diameter of the c cables, of this case.
     """
     if not (drag.cables > 0).any():
         return []
@@ -209,20 +210,29 @@ def strips(models, kept, equilibrium, drag):
 
 
 def nodal_shapes(models, kept, cables):
-    """Yield index, `Mesh`, positions of the nodes and their displacements per coordinate, for each of some cables.
+    """Yield the mesh of each of some cables, the positions of its p nodes, and their displacements per coordinate.
+
+    A cable has k coordinates: its modes or vectors in `kept`, then six displacements of its ends. A cable without mass
+    is straight, with one element.
 
     Parameters
     ----------
     models : Models
+        Elements of the cables.
     kept : list of ReducedCable, or None
-        Coordinates of each cable; None for all modes.
+        Coordinates of each cable: some modes, and vectors that stand for the others; None for all modes.
     cables : ndarray of int
         Indices of the cables.
 
     Yields
     ------
-    int, Mesh, ndarray, ndarray
-        Positions from end 1, shape (p, 3) [m]; displacements as `Strips.shapes` of one cable, shape (p, 3, k).
+    cable : int
+        Index of the cable.
+    mesh : Mesh
+    positions : ndarray, shape (p, 3)
+        Positions of the nodes from end 1, global axes. [m]
+    shapes : ndarray, shape (p, 3, k)
+        Displacements of the nodes per coordinate, global axes.
     """
     meshes, nodes = models.meshes, models.shapes_of_modes()
     for cable in cables.tolist():
@@ -265,24 +275,26 @@ def on_cables(solution, layout, shapes, drag):
 def amplitudes(solution, layout, shapes, groups):
     """Amplitudes of the coordinates of cables in m shapes of the suspension, and in two end movements of each cable.
 
-    By them the wind forces of `Strips` on a cable's coordinates become those on the shapes, and tensions. In an end
-    movement one end moves out of its cable along the tangent by one, and nothing else moves: the work of a load on this
-    movement is the decrease of the tension at that end by the load.
+    They turn wind forces on the coordinates of a cable into forces on the shapes, and into tensions. In an end movement
+    one end moves by one out of its cable along the tangent, and nothing else moves: the work of a load on this movement
+    is the decrease of the tension at that end by the load.
 
     Parameters
     ----------
     solution : Solution
         Models and coordinates of the cables.
     layout : Layout
+        Connection of the ends of cables to the bodies.
     shapes : ndarray, shape (n, m)
         Combinations of the n coordinates of the suspension.
     groups : list of ndarray of int, shape (g,)
-        Indices of cables with equal numbers k of coordinates, c in all.
+        Indices of the g cables of each group, with equal numbers k of coordinates; c cables in all groups.
 
     Returns
     -------
     list of ndarray, shape (g, k, m + 2 c)
-        Amplitudes for the cables of each group: rows are coordinates of a cable, modes first and then its ends.
+        For each group: rows are the coordinates of a cable, modes first and then its six ends. Columns are the m
+        shapes, then the movements of end 1 and end 2 of each of the c cables, in the order of the groups.
     """
     if not groups:
         return []
@@ -299,15 +311,21 @@ def amplitudes(solution, layout, shapes, groups):
 
 
 def _courses(models, catenary):
-    """Direction and stretch along each cable in its chord frame, for `Strips` and `_closest_to_wind`.
+    """Direction, stretch and tension along each cable in its chord frame. A cable without mass counts as straight.
 
-    A cable without mass counts as straight.
+    Parameters
+    ----------
+    models : Models
+        Elements of the cables.
+    catenary : Catenary
+        Of the c cables.
 
     Returns
     -------
     list of (direction, stretch, middle, half)
-        Unit tangents, shape (e, order, 3), and |r'|, (e, order), at the points of the tensions; tension vectors in the
-        middle of each element, and half of their changes over it, both (e, 3). [N]
+        For each cable, with e elements of some order p: unit tangents, shape (e, p, 3), and local stretched over
+        unstretched length, (e, p), at the Gauss points [-]; tension vectors in the middle of each element, and half of
+        their changes over it, both (e, 3) [N]. Without mass a unit vector stands for the tension.
     """
     along = np.eye(3)[:1]
     mean_stretch = (1 + catenary.mean_tension / catenary.span.axial_stiffness)[:, None, None]

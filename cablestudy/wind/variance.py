@@ -121,16 +121,19 @@ class Panels:
         self.weights = np.concatenate([shares, lowest], axis=-1)
 
     def resolvents(self, poles, one_sided=False):
-        """r_j of the module's docstring times the weights, shape (..., N, n).
+        """Weights of an integral over frequency f of a smooth function times r_j, for N poles l_j: shape (..., N, n).
 
-        Sums over the n points of their products with a smooth function are integrals over frequency.
+            r_j = -2 l_j/(w^2 + l_j^2),   one-sided 2/(i w - l_j),   w = 2 pi f
+
+        The integral is the sum over the n points, `frequency`, of the function times these weights, however narrow the
+        peak of r_j is.
 
         Parameters
         ----------
         poles : ndarray, complex, shape (..., N)
             In the upper half plane or on the real axis; anywhere for a response at positive frequencies alone. [rad/s]
         one_sided : bool
-            Whether the poles are those of such a response.
+            True if the poles are those of such a response.
         """
         omega = 2 * np.pi * self.frequency[..., None, :]
         if one_sided:
@@ -179,16 +182,21 @@ def _legendre_q(z):
 def variances(residues, panels, noise, weights):
     """Variances of the outputs of a system driven by noise: integrals of their spectra times each of some weights.
 
+    The spectra are the diagonal of Y S Y^H, with the response Y = D + sum over j of c_j b_j/(s - l_j) and the one-sided
+    spectral matrix S of the inputs. By the covariances X of the amplitudes of the poles, which solve Lyapunov's
+    equation (module's docstring), such an integral is a sum over pairs of poles, c_j X_jk conj(c_k), and terms with D.
+
     Parameters
     ----------
     residues : Residues
-        Response of a stable system of o outputs, with both poles of each complex pair; of rows with equally many poles
-        in the upper half plane and on the real axis.
+        Y: response of a stable system of o outputs, with both poles of each complex pair; of rows (...) with equally
+        many poles in the upper half plane and on the real axis.
     panels : Panels
+        n points of quadrature over frequency.
     noise : Noise
-        Spectral matrix of the inputs.
+        S.
     weights : ndarray, shape (..., w, n)
-        w functions of frequency, at the n points of the panels.
+        w functions of frequency, at these points.
 
     Returns
     -------
@@ -222,29 +230,33 @@ def variances(residues, panels, noise, weights):
 def variances_with_remainder(residues, remainder, noise_times, panels, noise, weights):
     """Variances of the outputs of a system with a delay, driven by noise; without a delay, use `variances`.
 
-    Its response is a sum over its sharp poles, P, and a remainder, G, that is smooth over frequency: see
-    `system.residues.DelayedResponse.split`.
+    The response is a sum over its sharp poles, P, and a remainder, G, that is smooth over frequency. The spectra are
+    the diagonal of
+
+        P S P* + 2 Re P S G* + G S G*
+
+    S is the one-sided spectral matrix of the inputs, and * the conjugate transpose. The first term is integrated by
+    `variances`, the others by quadrature, in batches of frequencies.
 
     Parameters
     ----------
     residues : Residues
         P: stable poles, both of each complex pair, without a direct part.
     remainder : callable
-        G: s = i w, shape (f,) [rad/s] -> complex, shape (f, o, i).
+        G: s = 2 pi i f, shape (f,) [rad/s] -> complex, shape (f, o, i), for o outputs and i inputs.
     noise_times : callable
-        Frequencies, shape (f,) [Hz], and columns, complex, shape (f, i, o) -> spectral matrix S times the columns.
-    panels, noise, weights
-        Points of quadrature; S, as `Noise`; w functions at these points, shape (w, n): as for `variances`.
+        Frequencies, shape (f,) [Hz], and columns, complex, shape (f, i, o) -> S times the columns.
+    panels : Panels
+        n points of quadrature over frequency.
+    noise : Noise
+        S.
+    weights : ndarray, shape (w, n)
+        w functions of frequency by which the spectra are multiplied, at these points.
 
     Returns
     -------
     ndarray, shape (w, o)
         Of each of o outputs, with each of the w weights.
-
-    Notes
-    -----
-    The spectra are the diagonal of P S P* + 2 Re P S G* + G S G*: the first term is integrated by `variances`, the
-    others by quadrature, in batches of frequencies.
     """
     variance, s = variances(residues, panels, noise, weights), 2j * np.pi * panels.frequency
     fractions = panels.weights_for(residues.poles).T / (s[:, None] - residues.poles)
@@ -259,25 +271,30 @@ def variances_with_remainder(residues, remainder, noise_times, panels, noise, we
 
 
 def _spectral_integrals(inputs, panels, noise, weights, resolvents):
-    """Integrals over frequency for `variances`: of r_j b_j S, and of S, each with w weights.
+    """Integrals over frequency for `variances`: of r_j b_j S, and of S, each times w weights.
 
-    Symbols are those of the module's docstring.
+    S is the one-sided spectral matrix of i inputs, b_j the input vector of the pole l_j, and r_j = -2 l_j/(w^2 + l_j^2)
+    the narrow peak by this pole, see `Panels.resolvents`.
 
     Parameters
     ----------
     inputs : ndarray, complex, shape (..., N, i)
         b_j of N poles.
     panels : Panels
+        n points of quadrature over frequency.
     noise : Noise
         S.
     weights : ndarray, shape (..., w, n)
-        w functions at the n points of quadrature.
+        w functions of frequency at these points.
     resolvents : ndarray, complex, shape (..., N, n)
         r_j times the weights of the quadrature.
 
     Returns
     -------
-    by_pole, spectra : ndarray, shapes (..., w, N, i), (..., w, i, i)
+    by_pole : ndarray, complex, shape (..., w, N, i)
+        Integrals of r_j b_j S.
+    spectra : ndarray, shape (..., w, i, i)
+        Integrals of S.
     """
     (*leading, poles, size), (count, points) = inputs.shape, weights.shape[-2:]
     real_resolvents = np.concatenate([resolvents.real, resolvents.imag], axis=-2)
@@ -297,16 +314,22 @@ def _spectral_integrals(inputs, panels, noise, weights, resolvents):
 
 
 def _times_matrices(inputs, matrices, integrals):
-    """Sum over k of c_k b_j S_k for each of N poles j and w weights, shape (..., N, w, l).
+    """Sum over k = 1 to p of c_k b_j S_k, for each of N poles j and each of w weights, whose c_k differ.
+
+    Where i < p the sums of c_k S_k are computed first, else the products b_j S_k.
 
     Parameters
     ----------
     inputs : ndarray, complex, shape (..., N, i)
-        b_j.
+        b_j, a row for each pole.
     matrices : ndarray, shape (..., p, i, l)
-        S_k, k = 1 to p, real.
+        S_k, real.
     integrals : ndarray, shape (..., 2, N, w, p)
         Real and imaginary parts of c_k, for each pole and weight.
+
+    Returns
+    -------
+    ndarray, complex, shape (..., N, w, l)
     """
     *leading, functions, rows, columns = matrices.shape
     real, imag = np.moveaxis(integrals, -4, 0)
