@@ -101,7 +101,7 @@ class ClosedLoop:
         Raises
         ------
         NoSolutionError
-            No gain follows from the margin, as the loop is stable with every gain; or no winch moves what is measured.
+            No gain follows from the margin or the sensitivity; or no winch moves what is measured.
         """
         control = self.scene.control
         if control is None:
