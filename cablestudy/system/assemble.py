@@ -6,24 +6,34 @@ from cablestudy.system.linear import LinearSystem
 
 
 def assemble(cables, connection, bodies, imposed=None, stiffness=0.0):
-    """Assemble the `LinearSystem` of cables between bodies, winches and the ground from their superelements.
+    """Assemble the `LinearSystem` M z'' + C z' + K z = B0 u + B1 u' + B2 u'' of cables, bodies and winches.
 
-    Its coordinates are the modal amplitudes of one cable after the other, then the displacements of the bodies; its
-    inputs are the movements of the winches.
+    The coordinates z are the modal amplitudes q of one cable after the other, then the displacements x of the bodies.
+    The inputs u are the movements of the i winches.
 
     Parameters
     ----------
     cables : sequence of Superelement
-        One of each of the c cables.
+        The c cables, each with matrices of its modes and its six end displacements.
     connection : ndarray or sparse array, shape (6 c, b)
-        G: displacements of the six ends of one cable after the other, per displacement of the bodies. Where it is
-        sparse, the matrices of the system are.
+        G: end displacements of one cable after the other, per displacement of the bodies. If it is sparse, the matrices
+        of the result are sparse.
     bodies : ndarray or sparse array, shape (b, b)
         Mass matrix of the b displacements of the bodies.
     imposed : ndarray, shape (6 c, i), optional
-        H: displacements of the ends per movement of the winches.
+        H: end displacements of the cables per movement of each winch. Default: no winches.
     stiffness : ndarray or sparse array, shape (b, b), optional
-        Of the bodies, without that of the cables.
+        Stiffness of the bodies without that of the cables. Default: zero.
+
+    Returns
+    -------
+    LinearSystem
+
+    Notes
+    -----
+    The ends of the cables move by G x + H u. Let A be the block-diagonal mass (or damping, or stiffness) matrix of all
+    modes and ends, and T = [I, 0; 0, G]. Then M = T^T A T, plus `bodies`, and B2 = -T^T A [0; H]. C and B1 follow in
+    this way from the damping matrices, and K (plus `stiffness`) and B0 from the stiffness matrices.
     """
     imposed = np.zeros((connection.shape[0], 0)) if imposed is None else imposed
     matrices = [cable.matrices() for cable in cables]
@@ -33,16 +43,28 @@ def assemble(cables, connection, bodies, imposed=None, stiffness=0.0):
 
 
 def assemble_dense(matrices, connection, bodies, imposed, stiffness=0.0):
-    """`assemble` for a dense G, or for those of many rows (...).
+    """Assemble the `LinearSystem` of cables, bodies and winches from dense matrices: of one system, or of many (...).
+
+    Symbols and equations are those of `assemble`: the ends of the c cables move by G x + H u, x being the b
+    displacements of the bodies and u the movements of the i winches.
 
     Parameters
     ----------
     matrices : list of tuple of 3 ndarray, shape (..., n + 6, n + 6)
-        M, C and K of each cable, of its n modes and six ends.
+        M, C and K of each cable, for its n modes and then its six end displacements. K is complex if its damping is
+        hysteretic.
     connection : ndarray, shape (..., 6 c, b)
+        G: end displacements of one cable after the other, per displacement of the bodies.
     bodies : ndarray, shape (..., b, b)
+        Mass matrix of the bodies.
     imposed : ndarray, shape (..., 6 c, i)
+        H: end displacements of the cables per movement of each winch.
     stiffness : ndarray, shape (..., b, b), or 0
+        Stiffness of the bodies without that of the cables.
+
+    Returns
+    -------
+    LinearSystem
     """
     modal, b = sum(of_cable.shape[-1] - 6 for of_cable, *_ in matrices), bodies.shape[-1]
     hysteretic, leading = any(np.iscomplexobj(of_cable) for *_, of_cable in matrices), bodies.shape[:-2]
@@ -69,10 +91,25 @@ def assemble_dense(matrices, connection, bodies, imposed, stiffness=0.0):
 
 
 def _assemble_sparse(cables, matrices, connection, bodies, imposed, stiffness):
-    """`assemble` for a sparse G: block-diagonal matrices A of all modes and cable ends, reduced to T^T A T.
+    """Assemble the `LinearSystem` of `assemble` from a sparse G, the end displacements per displacement of the bodies.
 
-    T gives modes and ends by the coordinates of the system: the ends move with the bodies. `matrices` has M, C and K of
-    each cable; the other arguments are those of `assemble`.
+    With T = [I, 0; 0, G], from the coordinates of the system to all modes and cable ends, each matrix is T^T A T plus
+    that of the bodies, A being the block-diagonal matrix of all cables. Its inputs have the matrices -T^T A [0; H].
+
+    Parameters
+    ----------
+    cables : sequence of Superelement
+        The c cables.
+    matrices : list of tuple of 3 ndarray, shape (n + 6, n + 6)
+        M, C and K of each cable, for its n modes and then its six end displacements.
+    connection : sparse array, shape (6 c, b)
+        G.
+    bodies : ndarray or sparse array, shape (b, b)
+        Mass matrix of the bodies.
+    imposed : ndarray, shape (6 c, i)
+        H: end displacements per movement of each winch.
+    stiffness : ndarray or sparse array, shape (b, b), or 0
+        Stiffness of the bodies without that of the cables.
     """
     from scipy.sparse import block_array, csc_array, eye_array
 
@@ -95,11 +132,19 @@ def _assemble_sparse(cables, matrices, connection, bodies, imposed, stiffness):
 
 
 def _block_diagonal(cables, matrices):
-    """M, C and K of all cables before they are connected to bodies: list of three sparse block-diagonal arrays.
+    """Block-diagonal mass, damping and stiffness matrices of all c cables, before they are connected to bodies.
 
-    Rows and columns are the modes of the first cable, of the second, and so on; then the six end displacements of the
-    first cable, of the second, and so on. Arguments are those of `_assemble_sparse`. Cables with equal numbers of modes
-    are entered in one step.
+    Parameters
+    ----------
+    cables : sequence of Superelement
+    matrices : list of tuple of 3 ndarray, shape (n + 6, n + 6)
+        M, C and K of each cable, for its n modes and then its six end displacements.
+
+    Returns
+    -------
+    list of 3 sparse arrays, shape (N + 6 c, N + 6 c)
+        M, C and K. Rows and columns are the N modes of all cables, one cable after the other; then the six end
+        displacements of each cable, one cable after the other.
     """
     from scipy.sparse import coo_array
 

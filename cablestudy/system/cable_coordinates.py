@@ -159,24 +159,23 @@ class GroupCoordinates:
         return self.vectors.shape[-2]
 
     def truncation_error(self, square, ends):
-        """Relative error of squared frequencies of a suspension by the modes left out: the mass that they would add.
+        """Relative error of squared frequencies of a suspension by the modes of cables that its coordinates omit.
 
         Parameters
         ----------
         square : ndarray, shape (g, r)
-            w^2: squared frequencies of r modes of the suspension. [rad^2/s^2]
+            w^2: squared angular frequencies of r modes of the suspension, for each of the g cables. [rad^2/s^2]
         ends : ndarray, shape (g, 6, r)
-            u: displacements of the ends of each cable in these modes, mass-normalised. [1/sqrt(kg)]
+            u: displacements of the six ends of each cable in these modes, which are mass-normalised. [1/sqrt(kg)]
 
         Returns
         -------
         ndarray, shape (g, r)
-            Of each cable, over the modal mass. [-]
+            Part of the error that each cable makes. [-]
 
-        Notes
-        -----
-        Sum of |m u|^2 w^2/(W^2 - w^2) over the modes left out, m being their coupling and W their omega, less the same
-        sum over the residual vectors, which supply a part of this mass.
+        Notes ----- A mode of a cable, with fixed ends, the frequency W and the momentum m per velocity of the ends,
+        would add the modal mass (m u)^2 w^2/(W^2 - w^2) to that of the suspension, which is 1. The error is the sum of
+        this over the modes left out, less the same sum over the residual vectors, which supply a part of that mass.
         """
         is_mode = np.arange(self.used.shape[-1]) < self.modes
         sign = np.where(self.used, -1.0 * ~is_mode, 1.0 * is_mode)  # modes that are not used, less vectors that are
@@ -278,22 +277,25 @@ class Coordinates:
 
 
 def residual_vectors(omega, coupling, omitted):
-    """Residual vectors V = K^-1 M U of cables, which replace the modes left out; see the module's docstring.
+    """Residual vectors of g cables: combinations of the modes left out, which replace these.
+
+    They span the static response V = K^-1 M U of the modes left out to the inertia forces of the six static shapes U,
+    with K and M of the cable with fixed ends. In terms of the modes, row j of V is m_j/W_j^2.
 
     Parameters
     ----------
     omega : ndarray, shape (g, n)
-        Angular frequencies of the modes with fixed ends of g cables. [rad/s]
+        W: angular frequencies of the n modes with fixed ends of each cable. [rad/s]
     coupling : ndarray, shape (g, n, 6)
-        Momentum of each mode per velocity of the ends, see `Superelement`. [sqrt(kg)]
+        m: momentum of each mode per velocity of each of the six end displacements. [sqrt(kg)]
     omitted : ndarray of bool, shape (g, n)
         True for modes that are left out.
 
     Returns
     -------
     ndarray, shape (g, n, k)
-        Columns: amplitudes of the modes in each vector, orthonormal, vectors of low frequency first; k = min(6, n).
-        Vectors that rounding would determine are zero.
+        The vectors as columns: amplitudes of the modes, orthonormal, ascending in frequency; k = min(6, n). Columns are
+        zero in place of vectors that are dependent on others but for rounding.
     """
     if not omitted.any():
         return np.zeros((*omega.shape, min(coupling.shape[-1], omega.shape[-1])))

@@ -246,25 +246,25 @@ class Models:
         return [np.stack([masks[cable] for cable in group.cable_indices.tolist()]) for group in self.groups]
 
     def truncation_error(self, coordinates, square, ends):
-        """Relative error of squared frequencies by the modes that the coordinates of each cable leave out.
+        """Relative error of squared frequencies of a suspension by the modes of cables that its coordinates omit.
 
         Parameters
         ----------
         coordinates : Coordinates
+            Of the c cables: modes with fixed ends that are kept, and residual vectors.
         square : ndarray, shape (c, r)
-            Squared frequencies of r modes of the suspension, at each cable. [rad^2/s^2]
+            w^2: squared angular frequencies of r modes of the suspension, given for each cable. [rad^2/s^2]
         ends : ndarray, shape (c, 6, r)
-            Displacements of the ends in the modes, mass-normalised. [1/sqrt(kg)]
+            u: displacements of the six ends of each cable in these modes, mass-normalised. [1/sqrt(kg)]
 
         Returns
         -------
         ndarray, shape (c, r)
-            [-]
+            Part of the error that each cable makes. [-]
 
-        Notes
-        -----
-        A mode left out, with the frequency W and the momentum m per velocity of the ends, whose displacements are u,
-        adds the mass |m u|^2 w^2/(W^2 - w^2): over that of the motion, which is 1, this is the relative error of w^2.
+        Notes ----- A mode left out, with the frequency W and the momentum m per velocity of the ends, adds the modal
+        mass (m u)^2 w^2/(W^2 - w^2) to that of the suspension, which is 1. The error is the sum of this over the modes
+        left out, less the same sum over the residual vectors, which replace a part of them.
         """
         error = np.zeros(square.shape)
         for of_group in coordinates.of_groups:
@@ -273,19 +273,22 @@ class Models:
         return error
 
     def mesh_error(self, amplitudes, square, ends):
-        """Estimated relative error of squared frequencies by the mesh of each cable.
+        """Estimated relative error of squared frequencies of a suspension by the mesh of each of its c cables.
 
         Parameters
         ----------
         amplitudes : list of ndarray, shape (g, n, r)
-            Of all modes of the cables of each group, about their static shapes.
-        square, ends
-            As for `truncation_error`.
+            For each group of g cables on equal meshes: amplitudes of their n modes with fixed ends, relative to the
+            static shapes, in r mass-normalised modes of the suspension. [-]
+        square : ndarray, shape (c, r)
+            Squared angular frequencies of these r modes, given for each cable. [rad^2/s^2]
+        ends : ndarray, shape (c, 6, r)
+            Displacements of the six ends of each cable in them. [1/sqrt(kg)]
 
         Returns
         -------
         ndarray, shape (c, r)
-            A share of the energy in the two highest polynomials of the elements (`PlaneModes.errors`). [-]
+            A share of the energy in the two highest polynomials of the elements, over that of the mode. [-]
         """
         error = np.zeros(square.shape)
         for group, of_group in zip(self.groups, amplitudes, strict=True):
@@ -293,18 +296,21 @@ class Models:
         return error / np.where(square > 0, square, 1.0)
 
     def nodes(self, amplitudes, ends):
-        """Positions and displacements of the nodes of each cable, from end 1 to end 2.
+        """Positions and displacements of the nodes of each of the c cables in r motions of the suspension.
 
         Parameters
         ----------
-        amplitudes, ends
-            As for `mesh_error`.
+        amplitudes : list of ndarray, shape (g, n, r)
+            For each group of g cables on equal meshes: amplitudes of their n modes with fixed ends, relative to the
+            static shapes. [sqrt(kg) m]
+        ends : ndarray, shape (c, 6, r)
+            Displacements of the six ends of each cable, global axes. [m]
 
         Returns
         -------
-        list of (ndarray, ndarray)
-            Positions from end 1, shape (nodes, 3), and displacements, shape (nodes, 3, r), global axes; the two ends of
-            a cable without mass. [m]
+        list of (ndarray, ndarray), one for each cable
+            Positions of the nodes relative to end 1, shape (nodes, 3), and displacements, shape (nodes, 3, r); global
+            axes, from end 1 to end 2. [m] A cable without mass has its two ends as nodes.
         """
         nodes = [(chord, of_ends.reshape(2, 3, -1)) for chord, of_ends in zip(self._chords, ends, strict=True)]
         for group, of_group in zip(self.groups, amplitudes, strict=True):
@@ -335,17 +341,23 @@ class Models:
         return (span.chord[:, None] * span.frame[:, 0])[:, None, :] * np.array([[0.0], [1.0]])
 
     def moving_mass(self, amplitudes, ends):
-        """Moving mass of each cable by direction: across it in its plane, out of this plane, and along the cable.
+        """Moving mass of each of the c cables in r motions of the suspension, by direction.
+
+        This is 2 T/w^2, T being the kinetic energy and w the frequency: the sum of mass times squared displacement over
+        the nodes. For mass-normalised motions it is a share of the kinetic energy.
 
         Parameters
         ----------
-        amplitudes, ends
-            As for `mesh_error`.
+        amplitudes : list of ndarray, shape (g, n, r)
+            For each group of g cables on equal meshes: amplitudes of their n modes with fixed ends, relative to the
+            static shapes, in mass-normalised motions. [-]
+        ends : ndarray, shape (c, 6, r)
+            Displacements of the six ends of each cable in these motions, global axes. [1/sqrt(kg)]
 
         Returns
         -------
         ndarray, shape (c, 3, r)
-            Twice the kinetic energy over w^2: for mass-normalised motions, whose total is 1, a share of the total. [-]
+            By direction: across the cable in its plane, out of this plane, along the cable; zero without mass. [-]
         """
         moving_mass = np.zeros((len(ends), 3, ends.shape[-1]))
         for group, of_group in zip(self.groups, amplitudes, strict=True):
