@@ -105,14 +105,22 @@ class MeshGroup:
         return list(zip(positions, displacements, strict=True))
 
     def coordinates(self, kept, vectors):
-        """`GroupCoordinates` of the cables of the group: kept modes, and residual vectors for those left out.
+        """Reduced coordinates of the g cables of the group: modes with fixed ends, residual vectors for the others.
+
+        Residual vectors are combinations of the modes left out, see `residual_vectors`.
 
         Parameters
         ----------
         kept : ndarray of bool, shape (g, n)
-            True for modes that are coordinates.
+            True for those of the n modes of each cable that are kept as coordinates.
         vectors : ndarray of bool, shape (g,)
-            True for cables that get residual vectors.
+            True for cables that get residual vectors; the others lose the modes left out without a substitute.
+
+        Returns
+        -------
+        GroupCoordinates
+            With the frequencies sqrt(v^T W^2 v) and the couplings v^T m of each vector v: W are the frequencies of the
+            modes and m their momenta per velocity of the six ends.
         """
         omega, coupling = self.ends.omega, self.ends.coupling
         shapes = residual_vectors(omega, coupling, ~kept & vectors[:, None])
@@ -173,9 +181,11 @@ class GroupCoordinates:
         ndarray, shape (g, r)
             Part of the error that each cable makes. [-]
 
-        Notes ----- A mode of a cable, with fixed ends, the frequency W and the momentum m per velocity of the ends,
-        would add the modal mass (m u)^2 w^2/(W^2 - w^2) to that of the suspension, which is 1. The error is the sum of
-        this over the modes left out, less the same sum over the residual vectors, which supply a part of that mass.
+        Notes
+        -----
+        A mode of a cable, with fixed ends, the frequency W and the momentum m per velocity of the ends, would add the
+        modal mass (m u)^2 w^2/(W^2 - w^2) to that of the suspension, which is 1. The error is the sum of this over the
+        modes left out, less the same sum over the residual vectors, which supply a part of that mass.
         """
         is_mode = np.arange(self.used.shape[-1]) < self.modes
         sign = np.where(self.used, -1.0 * ~is_mode, 1.0 * is_mode)  # modes that are not used, less vectors that are

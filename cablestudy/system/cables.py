@@ -262,9 +262,11 @@ class Models:
         ndarray, shape (c, r)
             Part of the error that each cable makes. [-]
 
-        Notes ----- A mode left out, with the frequency W and the momentum m per velocity of the ends, adds the modal
-        mass (m u)^2 w^2/(W^2 - w^2) to that of the suspension, which is 1. The error is the sum of this over the modes
-        left out, less the same sum over the residual vectors, which replace a part of them.
+        Notes
+        -----
+        A mode left out, with the frequency W and the momentum m per velocity of the ends, adds the modal mass (m u)^2
+        w^2/(W^2 - w^2) to that of the suspension, which is 1. The error is the sum of this over the modes left out,
+        less the same sum over the residual vectors, which replace a part of them.
         """
         error = np.zeros(square.shape)
         for of_group in coordinates.of_groups:

@@ -88,20 +88,24 @@ class CondensedCables:
         return replace(self, further=np.stack(further) + (0.0 if self.further is None else self.further))
 
     def dynamic_stiffness(self, s):
-        """Dynamic stiffness at the ends of each cable, its derivative by s, and the motion that goes with the ends.
+        """Dynamic stiffness D(s) at the six end displacements of each of g cables, its derivative, and the motion.
+
+        With the coordinates q of a cable (modes with fixed ends, or others), its end displacements u and their matrices
+        Q = s^2 M + s C + K,
+
+            D = Q_uu - Q_uq Q_qq^-1 Q_qu,    X = [-Q_qq^-1 Q_qu; I],    D' = X^T Q' X.
 
         Parameters
         ----------
         s : ndarray, complex, shape (g,)
-            [rad/s]
+            Laplace variable, one value for each cable. [rad/s]
 
         Returns
         -------
-        stiffness, derivative : ndarray, shape (g, 6, 6)
-            D(s) of the module's docstring, and D'(s) = X^T Q'(s) X: exact where `further` is symmetric, else an
-            approximation.
-        shapes : ndarray, shape (g, n + 6, 6)
-            X: all displacements, of modes and ends, per displacement of the ends.
+        stiffness, derivative : ndarray, complex, shape (g, 6, 6)
+            D and dD/ds. The derivative is an approximation if `further` damping is not symmetric. [N/m], [N s/m]
+        shapes : ndarray, complex, shape (g, n + 6, 6)
+            X: displacements of the n coordinates, then of the ends, per displacement of each end.
         """
         n, s = self.omega.shape[-1], s[:, None, None]
         viscous, ratio = self.viscous[:, None, None], self.ratio[:, None, None]
@@ -126,17 +130,21 @@ class CondensedCables:
         return of_ends + of_modes @ shapes, 2 * s * inertia + damping, all_shapes
 
     def products(self, left, right):
-        """Products left^T M right, left^T C right and left^T Im K right, by which energies and losses are found.
+        """Products left^T M right, left^T C right and left^T Im(K) right of each of g cables, for energies and losses.
+
+        M, C and K are the matrices of the n coordinates of a cable and its six end displacements. `left` is transposed,
+        not conjugated. Modal damping in C acts on the absolute amplitudes q + m u of the coordinates q, with the end
+        displacements u and the `coupling` m.
 
         Parameters
         ----------
         left, right : ndarray, complex, shape (g, n + 6, k)
-            Displacements of the coordinates, then of the ends.
+            Displacements of the n coordinates, then of the six ends, in k motions of each cable.
 
         Returns
         -------
-        inertia, damping, loss : ndarray, shape (g, k, k)
-            Modal damping in C is that of the absolute amplitudes q + m u.
+        inertia, damping, loss : ndarray, complex, shape (g, k, k)
+            Products with M, C and Im(K).
         """
         n = self.omega.shape[-1]
         momentum = product(self.coupling, right[:, n:])  # of the coordinates
@@ -169,18 +177,26 @@ def laws_of(damping):
 
 
 def _solution(diagonal, damped, dense, right):
-    """Solution x of (d + sum of V^T c V + sum of f B) x = b, by the formula of Woodbury where it pays; (g, n, 6).
+    """Solve (d + sum of V^T c V + sum of f B) x = b for the n coordinates of each of g cables.
+
+    d is a diagonal matrix; V^T c V comes from damping of strain or of point masses. If V has few rows and there is no
+    B, Woodbury's formula is used, which is cheaper.
 
     Parameters
     ----------
-    diagonal : ndarray, shape (g, n, 1)
+    diagonal : ndarray, complex, shape (g, n, 1)
         d.
     damped : list of (ndarray, ndarray)
-        Rows V, shape (g, r, n), and the factor c of V^T c V, shape (g, 1, 1).
+        Rows V, shape (g, r, n), and their complex factor c, shape (g, 1, 1).
     dense : list of (ndarray, ndarray)
-        Matrices B, shape (g, n, n), and their factors f.
-    right : ndarray, shape (g, n, 6)
+        Matrices B, shape (g, n, n), and their factors f, shape (g, 1, 1).
+    right : ndarray, complex, shape (g, n, 6)
         b.
+
+    Returns
+    -------
+    ndarray, complex, shape (g, n, 6)
+        x.
     """
     n = diagonal.shape[1]
     if dense or sum(rows.shape[1] for rows, _ in damped) >= n:

@@ -92,24 +92,24 @@ def all_joined(joined):
 
 
 def observed(system):
-    """Mask of the coordinates of a `LinearSystem` that affect its outputs, directly or through others, (..., n).
+    """Mask of the coordinates of a `LinearSystem` that affect its outputs, directly or through others.
 
     Parameters
     ----------
     system : LinearSystem
-        With dense matrices, without actuators.
+        Of n coordinates; one system, or many (...). With dense matrices, without actuators.
 
     Returns
     -------
-    ndarray of bool
+    ndarray of bool, shape (..., n)
 
     Notes
     -----
     To compare coordinates of different units, each one vibrates alone with the amplitude z = 1/sqrt(k), at the
-    frequency w = sqrt(k/m), k and m being its entries on the diagonals of stiffness and mass. This changes an output
-    C0 z + C1 z' + C2 z'' by |C0| z + |C1| w z + |C2| w^2 z. A coordinate affects the output directly if its change is
-    more than rounding of the largest change by any coordinate. Coordinates that mass, damping or stiffness couple to
-    such a one, perhaps through others, affect the output too.
+    frequency w = sqrt(k/m), k and m being its entries on the diagonals of stiffness and mass. This changes an output C0
+    z + C1 z' + C2 z'' by |C0| z + |C1| w z + |C2| w^2 z. A coordinate affects the output directly if its change is more
+    than rounding of the largest change by any coordinate. Coordinates that mass, damping or stiffness couple to such a
+    one, perhaps through others, affect the output too.
     """
     diagonals = (np.diagonal(matrix, axis1=-2, axis2=-1) for matrix in (system.stiffness.real, system.mass))
     root_k, root_m = map(np.sqrt, diagonals)

@@ -13,25 +13,38 @@ from cablestudy.system.mode_search import Search
 def coupled_modes(
     equilibrium, count, accuracy=1e-4, damping=UNDAMPED, model=None, cables=None, damped=False, shaped=False
 ):
-    """The lowest coupled modes of one suspension, to an accuracy or by stated elements: `CoupledModes`.
+    """The lowest coupled modes of one suspension, to an accuracy or with elements that the scene states.
 
     Parameters
     ----------
     equilibrium : Equilibrium
-        Of one case.
-    count, accuracy, damped, shaped
-        See `Search`.
+        Of one case; the modes are small motions about it.
+    count : int
+        Number of modes.
+    accuracy : float
+        Largest relative error of the frequencies that is allowed. [-]
     damping : Damping or sequence of Damping
         Of all cables, or of each.
     model : FixedModel, optional
-        Elements that the scene states, in place of an accuracy: see `Search.solve_stated_elements`.
+        Elements of each cable that the scene states. They take the place of `accuracy`.
     cables : Cables, optional
-        The cables with their damping, where they are known.
+        The cables with their damping, where they were already made; else they are made of `equilibrium` and `damping`.
+    damped : bool
+        True if the modes serve for damping too: meshes are finer, and more modes of the cables are coordinates.
+    shaped : bool
+        True if the modes must represent the form of each cable under loads too: more modes of the cables are
+        coordinates.
+
+    Returns
+    -------
+    CoupledModes
 
     Raises
     ------
-    NoSolutionError, ConvergenceError
-        As `Search.solve` gives them.
+    NoSolutionError
+        The equilibrium is not stable, or a cable has no definite motion, as where it hangs folded.
+    ConvergenceError
+        No equilibrium was found, or the accuracy cannot be reached.
     """
     drag = model and model.drag
     static = equilibrium.end_stiffness[equilibrium.suspension.of_cables]
@@ -41,25 +54,29 @@ def coupled_modes(
 
 
 def coupled_modes_of_cases(equilibrium, count, accuracy, damping, planes=None, damped=False, model=None):
-    """The lowest coupled modes of many cases with equal names and connections.
+    """The lowest coupled modes of n suspensions ("cases") with equal names and connections, solved together.
 
     Parameters
     ----------
     equilibrium : Equilibrium
-        Of shape (n,).
-    count, accuracy, damped
-        See `Search`.
+        Of n cases, shape (n,), with c cables each; the modes are small motions about it.
+    count : int
+        Number of modes of each case.
+    accuracy : float
+        Largest relative error of the frequencies that is allowed. [-]
     damping : sequence of Damping
         Of the n c cables, those of one case after the other.
     planes : tuple, optional
-        As for `Cables`.
+        Directions in which the cables move, as of `Dynamics`. Default: all.
+    damped : bool
+        True if the modes serve for damping too: meshes are finer, and more modes of the cables are coordinates.
     model : FixedModel, optional
-        As for `coupled_modes`, with the drag on all n c cables.
+        Elements of each cable that the scene states, in place of `accuracy`; with the drag on all n c cables.
 
     Returns
     -------
     list of (CoupledModes or Exception)
-        See `Search.solve`.
+        For each case its modes, or the reason why it has none.
     """
     cases, cables_of_case = equilibrium.lengths.shape
     if Layout(equilibrium).large:  # sparse matrices: one after the other

@@ -292,20 +292,27 @@ class CoupledModes:
 
 
 def modes_of_row(trial, row, error, finer=None):
-    """`CoupledModes` of one row of a `Trial`.
+    """`CoupledModes` of one suspension of a `Trial`, with modes of nearly equal frequencies marked as coincident.
 
-    The order of modes whose frequencies agree within their errors is not certain. As their error each has the largest
-    of these errors and the distance of the lowest and the highest of them. Their shapes are combined so that different
-    coordinates move in each.
+    Modes coincide if their frequencies agree within their errors, so that their order is not certain. The error of each
+    of them becomes the largest of their errors plus the relative distance of the highest from the lowest frequency.
+    Their shapes are replaced by combinations, orthogonal for M, that move different coordinates as far as possible:
+    principal axes of the mean index of the moving coordinates.
 
     Parameters
     ----------
     trial : Trial
+        Modes of many suspensions, called rows.
     row : int
+        Index of the suspension.
     error : ndarray, shape (k,)
         Estimated relative error of each frequency. [-]
     finer : callable, optional
-        See `CoupledModes`.
+        Makes modes of a finer model when they are needed, see `CoupledModes`.
+
+    Returns
+    -------
+    CoupledModes
 
     Raises
     ------

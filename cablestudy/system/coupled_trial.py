@@ -54,22 +54,23 @@ class Trial:
         return taken
 
     def _systems(self, row):
-        """Yield the undamped systems of all rows, as stacks of equal sizes that one call solves.
+        """Yield the undamped systems of all n rows (suspensions), those with matrices of equal sizes as one stack.
 
-        Rows of one stack have equally many coordinates of cables, and equally many of these that move bodies.
+        Rows of one stack have equally many coordinates of cables, and equally many of these are coupled to bodies.
 
         Parameters
         ----------
         row : ndarray of int, shape (N,)
-            Row of each coordinate of the cables.
+            Row of each of the N coordinates of the cables of all rows.
 
         Yields
         ------
         rows : ndarray of int, shape (m,), or 0
-            Rows of a stack; 0 of a single row without an axis of rows.
-        index : ndarray of int, shape (m, size)
-            Indices of the coordinates of their cables among all N.
+            Indices of the rows of a stack; 0 if there is one row only, without an axis of rows.
+        index : ndarray of int, shape (m, size), or (size,)
+            Indices among all N of the coordinates of the cables of these rows.
         system : ReducedSystem
+            Mass and stiffness of the stack.
         """
         if not self.layout.shape:
             yield 0, np.arange(len(row)), self.reduced(0)

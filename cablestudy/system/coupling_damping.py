@@ -40,23 +40,29 @@ class PoleSum:
 
     @classmethod
     def of_polynomial(cls, matrices, poles, left, right):
-        """`PoleSum` of the dynamic stiffness at the ends, the modes condensed out of the matrix polynomial of a cable.
+        """Condense the modes out of the matrix polynomial Q(x) of a cable: `PoleSum` of the stiffness at its ends.
 
         Parameters
         ----------
         matrices : sequence of 2 or 3 ndarray, shape (..., n + e, n + e)
-            Coefficients by ascending power of x: K and M, or K, C and M, for the n modes and then the ends; M is the
+            Coefficients of Q by ascending power of x: K and M, or K, C and M, for n modes and then e ends. M is the
             identity for the modes.
         poles, left, right : ndarray, shapes (..., N), (..., n, N), (..., N, n)
-            The inverse of the polynomial Q_nn of the modes is the sum of left right/(x - pole) over the poles.
+            Resolvent of the modes: Q_nn^-1 = sum of left_j right_j/(x - pole_j) over the N poles.
+
+        Returns
+        -------
+        PoleSum
 
         Notes
         -----
-        With the polynomial Q(x) of modes n and ends e, the stiffness at the ends is
+        The stiffness at the ends is Q_ee - Q_en Q_nn^-1 Q_ne. With d, the degree of Q, it is a polynomial of degree d
+        less x^d times the sum of residue_j/(x - pole_j), and
 
-            Q_ee - Q_en Q_nn^-1 Q_ne,    Q_nn^-1 = sum of left_j right_j/(x - pole_j),
+            residue_j = (Q_en(pole_j) left_j) (right_j Q_ne(pole_j))/pole_j^d.
 
-        so that residue_j = (Q_en(pole_j) left_j) (right_j Q_ne(pole_j))/pole_j^d: the sum of a `PoleSum` is times x^d.
+        The polynomial is U^T Q U with the static shapes U = [-K_nn^-1 K_ne; I], but for its highest coefficient, which
+        is M_ee - M_en M_ne.
         """
         n = left.shape[-2]
         static, *_, mass = matrices
@@ -183,19 +189,27 @@ class CouplingDamping:
 
     @computed_together
     def _pole_sum_and_resolvent(cables):
-        """`PoleSum` of a cable, and the resolvent of its modes, from the cheapest method that is accurate enough.
+        """`PoleSum` of a cable, and the resolvent of its modes, by the cheapest method that is accurate enough.
 
         Returns
         -------
         pole_sum : PoleSum or None
+            Dynamic stiffness at the ends as a sum over poles in x; None if rounding spoils every such sum.
         resolvent : tuple of ndarray, shapes (N,), (n, N), (N, n), or None
-            Poles, left and right: the inverse of the polynomial of the n modes is the sum of left right/(x - pole).
+            N poles, left and right: with the matrix polynomial Q_nn(x) of the n modes, Q_nn^-1 is the sum of
+            left right/(x - pole).
 
         Notes
         -----
-        Where a similar element is known, its resolvent is corrected to first order, unchecked: it serves for small
-        changes of a loop gain. Else the poles are found in windows of frequency, or of all modes at once, and the first
-        sum that agrees with the equations (`_relative_errors`) is taken. None, None where rounding spoils all of them.
+        An attribute that is computed for many cables in one call. The methods, in the order in which they are tried:
+
+        1. A similar element is known: its resolvent is corrected to first order, unchecked. That serves for small
+        changes of a
+           loop gain.
+        2. The poles are found in windows of frequency, if the element allows it.
+        3. The poles of all modes are found at once.
+
+        Of 2 and 3 the first sum is taken whose error against the equations is small enough (`_relative_errors`).
         """
         by_all_modes = []
         for cable in cables:
@@ -346,18 +360,31 @@ def _where_trusted(cables, poles, left, right, trusted):
 
 
 def _relative_errors(matrices, x, sums, poles, left, right):
-    """Largest relative error of the `PoleSum`s of r cables, at m values of x each: shape (r,). [-]
+    """Largest relative error of the `PoleSum`s of r cables, each checked at m values of x. [-]
 
-    The reference is Q_ee - Q_en q - q^T Q_ne + q^T Q_nn q, Q being the matrix polynomial of modes n and ends e. It is
-    stationary in q = Q_nn^-1 Q_ne, so that its error is the square of that of q, which left and right give.
+    A `PoleSum` is the dynamic stiffness at the ends of a cable as a sum over poles. It is compared with
+
+        Q_ee - Q_en q - q^T Q_ne + q^T Q_nn q,    q = Q_nn^-1 Q_ne,
+
+    Q(x) being the matrix polynomial of n modes and e ends. This form is stationary in q: an error of q, which is
+    computed from the same poles, changes it by the square only.
 
     Parameters
     ----------
-    matrices, poles, left, right
-        As for `PoleSum.of_polynomial`, of r cables.
-    x : ndarray, shape (r, m)
+    matrices : sequence of 2 or 3 ndarray, shape (r, n + e, n + e)
+        Coefficients of Q by ascending power of x, symmetric.
+    x : ndarray, complex, shape (r, m)
+        Values at which the sums are checked.
     sums : PoleSum
         Of all r cables.
+    poles, left, right : ndarray, complex, shapes (r, N), (r, n, N), (r, N, n)
+        Q_nn^-1 is the sum of left right/(x - pole) over the N poles.
+
+    Returns
+    -------
+    ndarray, shape (r,)
+        Error of an entry i j over sqrt(a_i a_j), with the size a = |x|^d M_ii + |K_ii| of the forces at an end; d is
+        the degree of Q, M its last coefficient and K its first.
     """
     n = left.shape[1]
     q_ee, q_ne = (_polynomial([matrix[:, None, rows, n:] for matrix in matrices], x) for rows in np.s_[n:, :n])

@@ -21,30 +21,36 @@ from cablestudy.system.tolerances import SYSTEM
 
 @np.errstate(all="ignore")  # what is not finite is not taken for a pole
 def poles_near(layout, cables, near, displacements, damping, far):
-    """The pole next to a complex frequency of each of n suspensions, called rows, by inverse iteration.
+    """Find the pole nearest to an estimate for each of n damped suspensions ("rows"), by inverse iteration.
 
-    Each iteration has a Newton step along its vector. The real part is then taken from the losses, by the last equation
-    of the module's docstring. No digit of a row depends on the others.
+    A pole s solves D(s) u = 0, D being the dynamic stiffness of the d free displacements u of the bodies, all motion of
+    the cables included. Each iteration updates u, and takes a Newton step of s.
 
     Parameters
     ----------
     layout : Layout
-        Of the rows, with d free displacements and c cables each; or of one, without an axis of rows.
+        Of the n rows, with d free displacements and c cables each; or of one, without an axis of rows.
     cables : list of CondensedCables
         Of the n c cables, those of one row after the other.
     near : ndarray of complex, shape (n,)
         Estimates of the poles, above the real axis; not a number where none is asked for. [rad/s]
     displacements : ndarray, shape (n, d)
-        Estimates of the free displacements of the poles.
-    damping : ndarray or sparse array, shape (n, d, d), or (d, d) where the layout's matrices are sparse; or 0
-        C_b. [N s/m, N s; N s, N m s]
+        Estimates of u.
+    damping : ndarray, shape (n, d, d); sparse array, shape (d, d), where the layout's matrices are sparse; or 0
+        Damping of the bodies without that of the cables. [N s/m, N s; N s, N m s]
     far : ndarray, shape (n,)
-        Relative distance from `near` from which on a pole counts as another one. [-]
+        Largest relative distance of a pole from `near`: farther ones are not accepted. [-]
 
     Returns
     -------
     ndarray of complex, shape (n,)
         Not a number where no pole is found nearer than `far`. [rad/s]
+
+    Notes
+    -----
+    At last the real part r of the pole r + i w is taken from the losses, which are accurate however small the damping
+    is. With the displacements v of bodies and cables, r = -(w Re v^H C v + v^H Im K v)/(2 w v^H M v + Im v^H C v). No
+    digit of a row depends on the others.
     """
     count = len(layout.equilibrium.suspension.cable_names)
     ends, slopes = np.zeros((2, len(near) * count, 6, 6), dtype=complex)

@@ -11,30 +11,32 @@ def damping_ratios(system, omega, shapes, coupled=SYSTEM.coupled_modes):
 
 
 def damped_poles(system, omega, shapes, coupled=SYSTEM.coupled_modes):
-    """Pole of the damped system that belongs to each of some undamped modes, and its damping ratio -Re s/|s|.
+    """Find the pole of the damped system that belongs to each of k undamped modes, and its damping ratio -Re s/|s|.
 
     Parameters
     ----------
     system : LinearSystem
+        Of n coordinates, with M, C and K; K is complex where damping is hysteretic.
     omega : ndarray, shape (k,)
-        Angular frequencies of some of the lowest modes, in any order. [rad/s]
+        W: angular frequencies of some of the lowest modes, in any order. [rad/s]
     shapes : ndarray, shape (n, k)
         Mass-normalised shapes of these modes.
     coupled : int
-        Number of other modes that damping may couple to these: the poles are found in the space of all.
+        Number of further modes that damping may couple to these, and that span the space of the solution too.
 
     Returns
     -------
-    poles : ndarray, shape (k,)
-        Not a number where a mode does not oscillate. [rad/s]
+    poles : ndarray, complex, shape (k,)
+        s; not a number where a mode does not oscillate. [rad/s]
     ratio : ndarray, shape (k,)
-        [-]
+        -Re s/|s|; see Notes for a mode that does not oscillate. [-]
 
     Notes
     -----
-    The poles are those of s^2 + s phi^T C phi + w^2 + i phi^T Im K phi in a space of these modes, some others, and
-    the static response K^-1 C phi to the damping forces of these modes. A pole belongs to the mode that has the largest
-    part in its motion; a mode that does not oscillate has phi^T C phi/(2 w).
+    The poles are those of s^2 I + s Phi^T C Phi + W^2 + i Phi^T Im(K) Phi. The columns of Phi are these modes, the
+    further ones, and Ritz vectors: the static response of the system to the damping forces of these modes, Im(K) phi,
+    or C phi where the former vanish. Each mode gets the pole in whose motion it has the largest share, no two the same.
+    A mode that does not oscillate has the ratio phi^T C phi/(2 W) + phi^T Im(K) phi/(2 W^2).
     """
     count, loss, damping = len(omega), system.stiffness.imag, system.damping
     damping_forces = loss @ shapes
@@ -88,22 +90,22 @@ def ritz(system, basis, vectors):
 
 
 def ritz_of_rows(system, basis, vectors):
-    """Approximate further modes of systems from vectors, by the Rayleigh-Ritz method, orthogonal to some known modes.
+    """Approximate further modes of p systems in the space of given vectors, by the Rayleigh-Ritz method.
 
     Parameters
     ----------
     system : LinearSystem
-        Of n coordinates; of p rows, or of one, whose matrices may be sparse.
+        The p systems ("rows") of n coordinates each; or one, whose matrices may be sparse, with p = 1.
     basis : ndarray, shape (p, n, k)
-        Mass-normalised shapes of the known modes.
+        Mass-normalised shapes of k known modes of each system.
     vectors : ndarray, shape (p, n, r)
-        Displacements whose space has the further modes, such as static responses; they need not be independent.
+        Displacements that span the space, such as static responses; they need not be independent.
 
     Returns
     -------
     list of (ndarray, ndarray)
-        Of each row the angular frequencies, at most r, ascending, shape (q,) [rad/s]; and the mass-normalised shapes,
-        orthogonal to the known modes, shape (n, q).
+        For each system q <= r angular frequencies, descending, shape (q,) [rad/s]; and mass-normalised shapes, shape
+        (n, q), which diagonalise M and Re(K), and are orthogonal for M to the known modes.
     """
     stiffness = system.stiffness.real
     size = np.sqrt((vectors * _times(stiffness, vectors)).sum(axis=-2, keepdims=True))
