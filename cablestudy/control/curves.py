@@ -103,23 +103,31 @@ def at_frequencies(functions, row, omega, growth=0.0):
 
 
 def sample_curves(functions, row, omega, matrices=None, highest=np.inf, most=np.inf):
-    """Compute loop gains at frequencies close enough to show each crossing of the negative real axis: `LoopGainCurves`.
+    """Compute n loop gains at frequencies that show each crossing of the negative real axis by an eigenvalue.
 
-    Stability follows from these crossings of their eigenvalues, see `margins_crossings`. Intervals of the frequencies
-    given are divided where an eigenvalue may cross unseen.
+    Stability follows from these crossings: a pole of the closed loop is on the imaginary axis where gain times
+    eigenvalue is -1. Intervals between the given frequencies are divided where an eigenvalue may cross unseen.
 
     Parameters
     ----------
     functions : sequence of callable
-        The loop gains of n loops.
-    row, omega : ndarray, shape (f,)
-        Frequencies to begin with, as of `LoopGainCurves`.
+        The n loop gains, over the gain: s, shape (f,) [rad/s] -> shape (f, k, k). [s]
+    row : ndarray of int, shape (f,)
+        Number of the loop to which each first frequency belongs, ascending.
+    omega : ndarray, shape (f,)
+        First frequencies, ascending within each loop. [rad/s]
     matrices : ndarray, shape (f, k, k), optional
-        The loop gains there.
+        The loop gains there; computed if not given.
     highest : float or ndarray, shape (n,)
         Frequency above which no interval is divided. [rad/s]
     most : float or ndarray, shape (n,)
-        Gain up to which no crossing may be missed, or the least one with a crossing where that is larger. [rad/s]
+        Gain of each loop up to which no crossing may be missed; if no pole crosses below it, the least gain with a
+        crossing takes its place. [rad/s]
+
+    Returns
+    -------
+    LoopGainCurves
+        The loop gains and their eigenvalues at the first and at the added frequencies.
     """
     first = LoopGainCurves.of(row, omega, at_frequencies(functions, row, omega) if matrices is None else matrices)
     most, highest = (np.broadcast_to(bound, len(functions)) for bound in (most, highest))
@@ -139,16 +147,20 @@ def refined_for_sensitivity(function, gain, curve):
 
 
 def _subdivided(functions, curves, divides, highest):
-    """`LoopGainCurves` with more frequencies, in intervals that need them.
+    """Divide intervals of frequency where a criterion asks for it, and compute n loop gains there: `LoopGainCurves`.
+
+    Each interval is divided into `interval_parts`, and these in turn, in up to `interval_rounds` rounds.
 
     Parameters
     ----------
-    functions, highest
-        As of `sample_curves`.
+    functions : sequence of callable
+        The n loop gains: s, shape (f,) [rad/s] -> shape (f, k, k).
     curves : LoopGainCurves
-        With f frequencies.
+        Known values at f frequencies.
     divides : callable
-        Which intervals are divided: `LoopGainCurves` -> ndarray of bool, shape (f - 1,).
+        The criterion: `LoopGainCurves` -> ndarray of bool, shape (f - 1,), True for intervals to divide.
+    highest : ndarray, shape (n,)
+        Frequency of each loop above which no interval is divided. [rad/s]
     """
     fractions = np.arange(1, CONTROL.interval_parts) / CONTROL.interval_parts
     for _ in range(CONTROL.interval_rounds):
@@ -163,11 +175,23 @@ def _subdivided(functions, curves, divides, highest):
 
 
 def _may_cross_twice(curves, most):
-    """Intervals in which an eigenvalue may cross the negative real axis and come back: ndarray of bool, shape (f - 1,).
+    """Mask of the intervals of frequency in which an eigenvalue may cross the negative real axis and come back unseen.
 
-    In these an eigenvalue turns by much; or it is near the axis, and its angle or size changes by much for that. An
-    eigenvalue l crosses with the gain 1/|l|: those too small for the gains `most`, shape (n,), of `sample_curves` do
-    not count.
+    In these an eigenvalue turns by a large angle; or it is near the axis, and its angle or size changes by much. An
+    eigenvalue l crosses at the gain 1/|l|, so that those too small to cross at the gains of interest do not count.
+
+    Parameters
+    ----------
+    curves : LoopGainCurves
+        Eigenvalues of n loop gains at f frequencies.
+    most : ndarray, shape (n,)
+        Gain of each loop up to which no crossing may be missed, or the least with a crossing where that is larger.
+        [rad/s]
+
+    Returns
+    -------
+    ndarray of bool, shape (f - 1,)
+        For the interval from each frequency to the next.
     """
     before, after = paired(curves.values)
     row, inside = curves.row[1:], curves.row[1:] == curves.row[:-1]

@@ -193,24 +193,25 @@ class StableGains:
         return float(largest(sensitivity(at_rest))[0])
 
     def gain_of_peak(self, peak, most):
-        """Largest stable gain with which the sensitivity nowhere exceeds `peak`, for a gain set by a margin. [rad/s]
+        """Largest stable gain with which the sensitivity nowhere exceeds `peak`: so a gain is set by a margin.
 
         Parameters
         ----------
         peak : float
-            Largest size of the sensitivity (I + L)^-1 over frequency that is allowed, above 1. [-]
+            Largest singular value of the sensitivity (I + L)^-1 over frequency that is allowed, above 1; L is the loop
+            gain. [-]
         most : float or None
             Gain up to which the loop is stable; None where it is stable with any gain. [rad/s]
 
         Returns
         -------
         float or None
-            None where the peak is lower with every gain.
+            None where the peak is not reached with any gain. [rad/s]
 
         Raises
         ------
         NoSolutionError
-            With every gain it is higher, by what the winches do not correct at rest; or the search did not end.
+            It is exceeded with every gain, by what the winches do not correct at rest; or the search did not end.
         """
         if (at_rest := self._sensitivity_at_rest) > peak:
             raise NoSolutionError(
@@ -226,23 +227,25 @@ class StableGains:
         return gain if most or bounded_by_peak else None
 
     def single_limits(self, gain, finer=None, beyond=np.inf):
-        """Gain margin of each measured coordinate alone: factor by which its gain may grow, the others unchanged. [-]
+        """Gain margin of each of k measured coordinates alone: factor by which its gain may grow, others unchanged.
 
         Parameters
         ----------
         gain : float
             Gain of all coordinates, with which the loop is stable. [rad/s]
         finer : callable, optional
-            L over the gain of finer elements, by which limits at higher frequencies than `beyond` [rad/s] are located.
+            Loop gain over the gain of finer elements, s, shape (f,) [rad/s] -> shape (f, k, k).
+        beyond : float
+            Frequency above which limits are located with `finer`. [rad/s]
 
         Returns
         -------
         ndarray, shape (k,)
-            Infinite without limit, 0 where the loop is unstable without the gain of this coordinate.
+            Infinite without limit, 0 where the loop is unstable without the gain of this coordinate. [-]
 
         Notes
         -----
-        With the other loops closed the loop gain of coordinate j is 1/S_jj - 1, S = (I + L)^-1.
+        With the other loops closed the loop gain of coordinate j is 1/S_jj - 1, S = (I + L)^-1 being the sensitivity.
         """
         curve = self._closed_loop_curve(gain)
         closed, size, count = sensitivity(gain * curve.matrices), curve.matrices.shape[-1], len(curve.omega)
@@ -274,19 +277,28 @@ def _curves_of(loops):
 
 
 def _destabilising_limits(loops):
-    """`StableGains.limits` of many loops with as many measured coordinates: list of lists, ascending by gain.
+    """Gains at which poles of many loops cross the imaginary axis to the right: `StableGains.limits` of each.
 
-    The first of each list has the largest stable gain; an empty one means that every gain is stable.
+    Parameters
+    ----------
+    loops : list of StableGains
+        With equally many measured coordinates.
+
+    Returns
+    -------
+    list of (list of Limit)
+        For each loop, ascending by gain. The first is the largest stable gain; of those above it some may be missing.
+        An empty list means that every gain is stable.
 
     Notes
     -----
-    On the curve crossings are known by interpolation alone. In each round those that may be the first of their loop are
-    located to rounding (`_split_first`), and kept where a pole moves to the right. Rounds go on until no other crossing
-    lies below the least limit found: that of a mode nearly undamped lies above the gain at which its pole crosses.
+    With an eigenvalue l of the loop gain over the gain g, a pole s obeys 1 + g l(s) = 0: it moves by 1/(g dl/ds) per
+    relative change of g.
 
-    With l the eigenvalue of the loop gain over the gain, L/g, a pole is at 1 + g l(s) = 0: it moves by 1/(g dl/ds) per
-    relative change of g. A mode that is nearly undamped (`CONTROL.undamped`) is called unstable only from the gain on
-    with which its growth over its frequency is `CONTROL.negligible_growth`.
+    On the curve over frequency crossings are known by interpolation only. In each round those that may be the first of
+    their loop are located to rounding (`_split_first`), and kept where a pole moves to the right. Rounds go on until no
+    other crossing lies below the least limit found. A mode that is nearly undamped (`CONTROL.undamped`) has its limit
+    not where its pole crosses, but where its growth over its frequency is `CONTROL.negligible_growth`.
     """
     functions, limits = [loop.loop_gain for loop in loops], [[] for _ in loops]
     remaining = Crossings.concatenate([loop._crossings for loop in loops])
@@ -320,18 +332,23 @@ def _limits_at(functions, crossings):
 
 
 def _undamped_factors(functions, row, limits):
-    """Gain from which on each of some modes nearly undamped grows by `negligible_growth`, shape (l,). [rad/s]
+    """Gain from which on each of l nearly undamped modes grows by `negligible_growth` times its frequency. [rad/s]
 
-    It is sought along s = (growth + i) w, at frequencies w on both sides of the mode; infinite where it is not found.
+    The growing pole is sought along s = (negligible_growth + i) w, at frequencies w on both sides of the mode.
 
     Parameters
     ----------
     functions : sequence of callable
-        Loop gains of n loops.
+        Loop gains of n loops, over the gain: s, shape (f,) [rad/s] -> shape (f, k, k).
     row : ndarray of int, shape (l,)
         Number of the loop of each mode, ascending.
     limits : list of Limit
-        Where the pole of each mode crosses the axis.
+        Gain and frequency at which the pole of each mode crosses the imaginary axis.
+
+    Returns
+    -------
+    ndarray, shape (l,)
+        Infinite where the mode nowhere grows so fast.
     """
     own, growth = [functions[index] for index in row.tolist()], CONTROL.negligible_growth  # one function for each mode
     center = np.array([limit.omega for limit in limits])[:, None]
@@ -382,16 +399,22 @@ def limit_near(loop_gain, similar):
 
 
 def limits_near(loop_gain, similar):
-    """Crossings of the imaginary axis near a known crossing of a similar loop: list of `Limit`, one per eigenvalue.
+    """Find crossings of the imaginary axis by poles, near a known crossing of a similar loop.
 
-    A local search in place of a whole curve over frequency, for loop gains that differ by the errors of a model.
+    This is a local search in place of a whole curve over frequency, for loop gains that differ by the errors of a
+    model.
 
     Parameters
     ----------
     loop_gain : callable
-        L over the gain, as for `StableGains`.
+        Loop gain over the gain: s, shape (f,) [rad/s] -> shape (f, k, k). [s]
     similar : Limit
-        The known limit, at whose frequency the search begins.
+        The known crossing: the search begins at its frequency, with the eigenvalues l whose -1/l is near its gain.
+
+    Returns
+    -------
+    list of Limit
+        Gain and frequency of one crossing for each of these eigenvalues that has one; `rate` is that of `similar`.
     """
     omega = similar.omega
     needed_gains = cache(lambda omega: -1 / eigenvalues(loop_gain(np.array([1j * omega])))[0])

@@ -23,22 +23,27 @@ from cablestudy.system.together import batches
 def poles_of_modes(loop_gains, modes):
     """Estimate the poles of modes of single cables with the bodies free, and the shift of each pole per gain.
 
-    They tell which modes a gain could drive to instability, and where the loop gain has peaks. The equations of the
-    module's docstring are evaluated once, not iterated, at s beside i W: at W the resonance of the mode dominates Z,
-    and Z_r would be lost in rounding.
+    They tell which modes a gain could drive to instability, and where the loop gain has peaks.
 
     Parameters
     ----------
     loop_gains : list of LoopGain
-        Of many rows, which may share one.
+        Of many suspensions, some of which may be the same object.
     modes : list of (list of ndarray of int)
-        Of each loop gain the numbers of modes of each cable, from 0.
+        For each loop gain and each of its cables, indices of modes with fixed ends, from 0.
 
     Returns
     -------
-    list of (ndarray, ndarray)
-        Of each loop gain the poles s of these modes without gain [rad/s], and the change of each per gain, to first
-        order, -X/(2 s) [-]. Both are complex, shape (n,), one cable after the other; not numbers where Z_r is singular.
+    list of (ndarray, ndarray), both complex, shape (n,)
+        For each loop gain, of these n modes, one cable after the other: the poles s without gain [rad/s], and the
+        change of each per gain to first order, -X/(2 s) [-]. Not numbers where Z_r is singular.
+
+    Notes
+    -----
+    A mode of the frequency W and the decay rate c/2 between fixed ends has the pole of s^2 + c s + W^2 = W^4 w^T Z_r^-1
+    w. Z_r is the dynamic stiffness of the bodies with all cables but without this mode, and w its coupling to the
+    bodies; X is given in the module's docstring. Z_r and X are computed once, at s beside i W: at W itself the
+    resonance of the mode dominates, and rounding would spoil Z_r.
     """
     found = [None] * len(loop_gains)
     for indices, members in _batches(loop_gains, range(len(loop_gains))):
@@ -102,29 +107,29 @@ def _held_and_driven(loop_gains, row, omega, decay, w, by_winches):
 def narrow_poles(loop_gains, estimates, starts, errors):
     """Find poles, without gain, whose resonances are narrower than the errors of their estimates.
 
-    A loop gain L has a resonance as wide as the decay of its pole. Frequencies beside an estimate miss it if the
-    estimate is off by more than this width.
+    A loop gain has a resonance about as wide as the decay of its pole. Frequencies beside an estimate of the pole miss
+    it if the estimate is off by more than this width.
 
     Parameters
     ----------
     loop_gains : list of LoopGain
-    estimates : list of ndarray
-        Poles of each, complex, shape (n,). [rad/s]
-    starts : list of ndarray
-        Places from which they are sought, complex, shape (m,): estimates, and others. [rad/s]
+    estimates : list of ndarray, complex, shape (n,)
+        Estimated poles of each loop gain. [rad/s]
+    starts : list of ndarray, complex, shape (m,)
+        Points from which poles of each are sought: estimates, and others. [rad/s]
     errors : list of ndarray, shape (m,)
-        Relative error of each start: it is searched only if its relative decay is smaller. [-]
+        Relative error of each start. A start s is used only if |Re s|/|s| is smaller. [-]
 
     Returns
     -------
-    list of ndarray
-        For each loop gain the poles whose distance from all estimates exceeds half the width of their resonance,
-        complex, shape (k,). [rad/s]
+    list of ndarray, complex, shape (k,)
+        For each loop gain the poles found whose distance from all estimates, and from each other, exceeds half the
+        width of their resonance, |Re s|. [rad/s]
 
     Notes
     -----
-    At s near a pole the steps d to it, and to poles close to it, are eigenvalues of Z x = -d Z' x. Newton's method
-    follows.
+    With the dynamic stiffness Z(s) of the bodies and cables, the steps d from s to near poles are eigenvalues of
+    Z x = -d Z' x to first order. Newton's method follows.
     """
     found, hidden_of = [poles[:0] for poles in estimates], {}
     for index, (loop_gain, s, error) in enumerate(zip(loop_gains, starts, errors, strict=True)):

@@ -16,19 +16,19 @@ from cablestudy.system.state_spaces import StateSpaces
 def force_state_space(motion, forces, loop, actuators=()):
     """State-space matrices B, C and D from forces on a suspension to its outputs, with its loop or the winches at rest.
 
-    With the eigenvalues of A in `Loop.eigen`, or in `LinearSystem.eigen` without a loop, they give the response as a
-    sum over poles (`residues`).
+    With the eigenvalues of A, in `Loop.eigen` or without a loop in `LinearSystem.eigen`, they give the frequency
+    response as a sum over poles (`residues`).
 
     Parameters
     ----------
     motion : LinearSystem
-        The suspension; its inputs are the lengths that winches reel in.
+        The suspension in m coordinates; its inputs are the lengths that winches reel in.
     forces : ndarray, shape (m, j)
-        Force on each coordinate by each of j inputs.
+        Force on each coordinate by each of the j inputs of the result.
     loop : Loop or None
-        With None the winches are at rest.
+        Control loop of the winches; None for winches at rest.
     actuators : sequence of Actuator
-        Those of the suspension, see `StateSpaces`.
+        Reaction masses and wheels of the suspension.
 
     Returns
     -------

@@ -294,14 +294,12 @@ def largest(matrices):
 
 
 def gain_of_peak(unit_gain, omega, peak, most):
-    """Largest gain, at most `most`, with which no singular value of the sensitivity (I + gain L)^-1 is above `peak`.
-
-    Here, and in the functions below, L is the loop gain over the gain.
+    """Find the largest gain g <= `most` for which no singular value of the sensitivity (I + g L)^-1 exceeds `peak`.
 
     Parameters
     ----------
     unit_gain : callable
-        L: s, shape (f,) -> shape (f, k, k).
+        L, the loop gain over the gain: s, shape (f,) [rad/s] -> shape (f, k, k). [s]
     omega : ndarray, shape (f,)
         Frequencies to begin with, ascending, close enough to show how L changes. [rad/s]
     peak : float
@@ -312,7 +310,7 @@ def gain_of_peak(unit_gain, omega, peak, most):
     Returns
     -------
     gain, omega : float
-        That gain, and the frequency of the peak, None where the gain is `most`. [rad/s], [rad/s]
+        g, and the frequency of the peak; None in place of the frequency where g is `most`. [rad/s]
 
     Raises
     ------
@@ -325,8 +323,9 @@ def gain_of_peak(unit_gain, omega, peak, most):
 
         (1 - 1/peak^2) m^2 I + m (L + L^H) + L^H L
 
-    is singular, as m^2 [(I + g L)^H (I + g L) - I/peak^2] then is. Where one is above `peak` with the gain g, it is so
-    down to the next of these gains below g. The least of these over frequency is tried next, until none is above.
+    is singular, as it is m^2 [(I + g L)^H (I + g L) - I/peak^2]. If a value exceeds `peak` with a gain, it does so down
+    to the next lower one of these gains. The least of these over frequency is tried next, until no value exceeds
+    `peak`.
     """
 
     def largest_at(function, gain):
@@ -367,24 +366,27 @@ def _finite(value):
 
 
 def _next_below(peak, value, gain):
-    """Find 1/g of the largest gain g below `gain` with which a singular value of the sensitivity is `peak`.
+    """Find at each of f frequencies the largest g < `gain` with which a singular value of (I + g L)^-1 is `peak`.
 
-    At each of f frequencies: solves the quadratic eigenvalue problem of `gain_of_peak` in m = 1/g, as a linear one of
-    twice the size.
+    With m = 1/g this is a quadratic eigenvalue problem, solved as a linear one of twice the size: a determinant of
+
+        (1 - 1/peak^2) m^2 I + m (L + L^H) + L^H L
+
+    is zero.
 
     Parameters
     ----------
     peak : float
-        Size of the sensitivity. [-]
+        Size of the sensitivity, above 1. [-]
     value : ndarray, shape (f, k, k)
-        L. [s]
+        L, the loop gain over the gain. [s]
     gain : float
         Gain below which g is looked for. [rad/s]
 
     Returns
     -------
     ndarray, shape (f,)
-        Zero where the sensitivity is not above `peak` with `gain`, or no such g is found. [s]
+        m = 1/g; zero where the sensitivity is not above `peak` with `gain`, or no such g is found. [s]
     """
     size, factor, result = value.shape[-1], 1 - peak**-2, np.zeros(len(value))
     higher = np.flatnonzero(_least_singular_value(value, gain) * peak < 1)  # where the sensitivity is above the peak

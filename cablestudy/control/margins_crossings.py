@@ -88,16 +88,23 @@ class Crossings:
 
 
 def crossings(row, omega, values):
-    """`Crossings` of each eigenvalue of some loop gains.
+    """Find neighbouring frequencies between which an eigenvalue of a loop gain crosses the negative real axis.
+
+    There a pole of the closed loop crosses the imaginary axis, with the gain that makes the eigenvalue -1.
 
     Parameters
     ----------
     row : ndarray of int, shape (f,)
-        Number of the loop, or of a part of its frequencies, ascending: no crossing is looked for from one to the next.
+        Number of the loop, or of a part of its frequencies, ascending. No crossing is looked for from one to the next.
     omega : ndarray, shape (f,)
-        Ascending within each row. [rad/s]
-    values : ndarray, shape (f, k)
-        Eigenvalues of the loop gains; not a number where one is infinite.
+        Frequencies, ascending within each row. [rad/s]
+    values : ndarray, complex, shape (f, k)
+        Eigenvalues of the loop gains over the gain; not a number where one is infinite. [s]
+
+    Returns
+    -------
+    Crossings
+        Pairs of frequencies, and the eigenvalue at both.
     """
     before, after = paired(values)
     rounding = CONTROL.zero_eigenvalue * np.abs(values).max(axis=-1)[:-1, None]
@@ -111,21 +118,26 @@ def crossings(row, omega, values):
 
 
 def refined(functions, brackets, growth=0.0):
-    """Locate to rounding where eigenvalues of loop gains cross the negative real axis: `Crossings` by loop.
+    """Locate to rounding where eigenvalues of loop gains cross the negative real axis.
 
-    Those of each loop are sorted by the factor of its gain that makes the eigenvalue -1. Each bracket is first divided
-    by further frequencies, which separates several crossings in one bracket; the secant method follows. A bracket in
-    which no crossing is left is dropped: values of two eigenvalues had been paired as if of one.
+    Each pair of frequencies is first divided by further ones, which separates several crossings between them. The
+    secant method follows. A pair between which no crossing is left is dropped: there values of two eigenvalues had been
+    paired as if they were of one.
 
     Parameters
     ----------
     functions : sequence of callable
-        The loop gains of n loops, as of `curves`.
+        The n loop gains, over the gain: s, shape (f,) [rad/s] -> shape (f, k, k). [s]
     brackets : Crossings
         Pairs of frequencies with at least one apparent crossing between them.
     growth : float
-        The loop gains are computed at s = (growth + i) omega: 0 for the limit of stability, else along a line of
-        constant damping ratio. [-]
+        The loop gains are computed at s = (growth + i) w: 0 for the limit of stability, else along a line of constant
+        damping ratio. [-]
+
+    Returns
+    -------
+    Crossings
+        Sorted by loop, and within each by the gain that makes the eigenvalue -1.
     """
     is_single = False
     for _ in range(CONTROL.crossing_zooms if len(brackets) else 0):
@@ -142,19 +154,25 @@ def refined(functions, brackets, growth=0.0):
 
 
 def _by_secant(functions, brackets, is_single, growth):
-    """Locate crossings to rounding by the secant method: `Crossings`, from `brackets` with one crossing each.
+    """Locate crossings of the negative real axis by eigenvalues to rounding, by the secant method.
 
-    Of several eigenvalues the one nearest to the line through the last two values is followed.
+    Of the k eigenvalues at a new frequency it takes the one nearest to the line through the last two values.
 
     Parameters
     ----------
     functions : sequence of callable
-        The loop gains of n loops.
+        The n loop gains, over the gain: s, shape (f,) [rad/s] -> shape (f, k, k). [s]
     brackets : Crossings
+        Pairs of frequencies, each with one crossing between them.
     is_single : bool
         True for k = 1: no eigenvalue can be mistaken for another.
     growth : float
-        As of `refined`.
+        The loop gains are computed at s = (growth + i) w. [-]
+
+    Returns
+    -------
+    Crossings
+        One for each bracket, without those where another eigenvalue was followed by mistake.
     """
     pairs, (low, high) = brackets, brackets.omega.T  # the last two points of each search
     last_step = np.maximum(CONTROL.secant_last_step * (high - low), CONTROL.secant_rounding * high)
@@ -183,22 +201,30 @@ def _by_secant(functions, brackets, is_single, growth):
 
 
 def crossing_near(needed_gain, begin, step, farthest, settled):
-    """Gain and frequency, both [rad/s], at which a pole crosses the imaginary axis near a frequency; None if not found.
+    """Find gain and frequency at which a pole crosses the imaginary axis, by a secant search from a frequency.
 
     Parameters
     ----------
     needed_gain : callable
-        Frequency [rad/s] -> -1/l, complex, of an eigenvalue l of the loop gain over the gain. Where it is real, it is
-        the gain with which a pole crosses there. [rad/s]
-    begin, step, farthest : float
-        First frequency of the search, distance from it to the second one, and largest distance from it to the
-        crossing. [rad/s]
+        Frequency w [rad/s] -> -1/l, complex, l being an eigenvalue of the loop gain over the gain at i w. Where it is
+        real, it is the gain with which a pole crosses there. [rad/s]
+    begin : float
+        First frequency. [rad/s]
+    step : float
+        Distance from it to the second frequency. [rad/s]
+    farthest : float
+        Largest distance of the crossing from `begin`. [rad/s]
     settled : float
         Step that ends the search; gain and frequency are extrapolated by it. [rad/s]
 
+    Returns
+    -------
+    (float, float) or None
+        Gain and frequency [rad/s]; None if no crossing was found.
+
     Notes
     -----
-    The imaginary part is about linear in the frequency, so that the secant method needs few steps.
+    The zero of Im(-1/l) is sought. It is about linear in the frequency, so that few steps are needed.
     """
     previous, previous_gain, omega = begin, needed_gain(begin), begin + step
     for _ in range(CONTROL.crossing_steps):

@@ -10,16 +10,16 @@ ASIDE = np.array([0.6, 2.0, 6.0])  # distances from a pole, in its half-widths
 
 
 def frequencies(poles, notches=(), law=INTEGRATOR):
-    """First grid of frequencies for a loop gain: all decades, denser beside poles, in steps of the phase of a delay.
+    """First grid of frequencies for a loop gain: equal ratios over all decades, denser beside poles and for a delay.
 
     Parameters
     ----------
-    poles : ndarray
-        Poles of the open loop; those in the lower half plane, mirror images of others, are left out. [rad/s]
+    poles : ndarray, complex
+        Poles of the open loop. Those in the lower half plane are left out, as mirror images of others. [rad/s]
     notches : iterable of (Notch or None)
-        Their corners, and those of the law, count as poles.
+        Notch filters of the loop, whose corner frequencies count as poles.
     law : Law
-        Its delay sets the step of some frequencies.
+        Control law: its corner frequencies count as poles too; its delay T adds frequencies in equal steps of w T.
 
     Returns
     -------
@@ -53,19 +53,26 @@ def near_poles(poles):
 
 
 def highest(function, curves, equal=0.0):
-    """Find the largest value of each of n functions of frequency, and the frequency where it is [rad/s]: list of pairs.
+    """Find the largest value of each of n functions of frequency, and the frequency where it is.
 
-    Peaks between the known frequencies are refined where they may be the highest: such as the peak of a sensitivity. Of
-    peaks that are equal the frequency is the lowest one.
+    Peaks between the known frequencies are refined if they may be the highest, as for the peak of a sensitivity. Of
+    equal peaks the lowest frequency is taken.
 
     Parameters
     ----------
     function : callable
-        Frequencies, and the numbers of the functions there, both of shape (f,) -> values, shape (f,).
+        Evaluates many functions at once: frequencies [rad/s] and, for each, the number of the function (from 0), both
+        of shape (q,) -> values, shape (q,).
     curves : list of (ndarray, ndarray)
-        Of each function known frequencies, shape (f,), ascending, close enough to show every peak, and values there.
+        For each function known frequencies, shape (f,), ascending and close enough to show every peak, and values
+        there, shape (f,).
     equal : float
-        Relative difference of heights, which are not negative, up to which peaks are equal. [-]
+        Relative difference of heights up to which peaks are equal; heights are then not negative. [-]
+
+    Returns
+    -------
+    list of (float, float)
+        For each function its largest value, and the frequency [rad/s].
     """
     found, brackets = [], []
     for number, (omega, value) in enumerate(curves):
@@ -106,16 +113,22 @@ def _peaks(omega, value, chosen):
 
 
 def maxima(function, low, top, high, *which):
-    """Local maxima of a function between frequencies: their frequencies [rad/s] and values, each of shape (p,).
+    """Refine p local maxima of functions of frequency, each known to lie between two frequencies.
 
     Parameters
     ----------
     function : callable
-        Frequencies, shape (q,), and the entries of `which` for the maxima near them, shape (q,) -> values, shape (q,).
+        Frequencies, shape (q,) [rad/s], and for each the entries of `which` that belong to its maximum, shape (q,) each
+        -> values, shape (q,).
     low, top, high : ndarray, shape (p,)
-        Ascending; the value at `top` is the highest of the three. [rad/s]
-    which : ndarray, shape (p,)
-        Further arguments of the function, one value for each maximum, such as the number of one of several functions.
+        Frequencies below, near and above each maximum; of the three `top` has the highest value. [rad/s]
+    *which : ndarray, shape (p,)
+        Further arguments of `function`, one value for each maximum, such as the number of one of several functions.
+
+    Returns
+    -------
+    frequency, value : ndarray, shape (p,)
+        Of each maximum; -inf for a value that is not a number. [rad/s]
     """
     width = high - low
 
@@ -147,22 +160,24 @@ def _polished_maxima(function, height, omega, width, which):
 
 
 def passages(function, curves):
-    """Find where the values of n functions of frequency, k of each, pass zero: such as the crossovers of a loop gain.
+    """Find the zeros of n functions of frequency with k values each, such as the crossovers of a loop gain.
 
-    That is between known values of different signs, and beside an extremum between two of one sign.
+    They lie between known values of different signs. Two more lie beside an extremum that passes zero between known
+    values of one sign.
 
     Parameters
     ----------
     function : callable
-        Frequencies, and the numbers of the functions there, both of shape (f,) -> values, shape (f, k).
+        Evaluates many functions at once: frequencies [rad/s] and, for each, the number of the function (from 0), both
+        of shape (q,) -> values, shape (q, k).
     curves : list of (ndarray, ndarray)
-        Of each function known frequencies, shape (f,), ascending, close enough to show every extremum, and its values
-        there, shape (f, k).
+        For each function known frequencies, shape (f,), ascending and close enough to show every extremum, and its
+        values there, shape (f, k).
 
     Returns
     -------
     list of (ndarray, ndarray of int)
-        Of each function the frequencies, ascending, where a value is zero [rad/s], and the number of the value.
+        For each function the frequencies of its zeros, ascending [rad/s], and which of the k values is zero.
     """
 
     def single(omega, number, rank):
@@ -184,9 +199,22 @@ def passages(function, curves):
 
 
 def _with_extrema_of_other_sign(function, single, curves):
-    """The curves of `passages` with the extrema that pass zero between two frequencies of one sign: list of pairs.
+    """Add to known values of functions of frequency the extrema that pass zero between two values of one sign.
 
-    `function` and `curves` are those of `passages`; `single` gives one of the k values of a function at each frequency.
+    Parameters
+    ----------
+    function : callable
+        Frequencies [rad/s] and, for each, the number of one of n functions, both of shape (q,) -> values, shape (q, k).
+    single : callable
+        One of these k values: frequencies, numbers of functions and numbers of values, each of shape (q,) -> shape
+        (q,).
+    curves : list of (ndarray, ndarray)
+        For each function known frequencies, shape (f,), ascending, and its values there, shape (f, k).
+
+    Returns
+    -------
+    list of (ndarray, ndarray)
+        `curves` with the frequencies of these extrema, and all k values there.
     """
     brackets = []
     for number, (omega, value) in enumerate(curves):

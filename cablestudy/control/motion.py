@@ -109,19 +109,19 @@ def basis_of_rows(system, omega, shapes, responses):
     Parameters
     ----------
     system : LinearSystem
-        The suspensions in all N coordinates, of n rows, see `control.suspension.suspension_system`.
+        The n suspensions ("rows") in all N coordinates, see `control.suspension.suspension_system`.
     omega : list of ndarray, shape (k,)
-        Angular frequencies of the undamped modes of each row. [rad/s]
+        Angular frequencies of k undamped modes of each. [rad/s]
     shapes : ndarray, shape (n, N, k)
         Their shapes, mass-normalised.
     responses : ndarray, shape (n, N, r)
-        Static displacements by forces on the coordinates.
+        Static displacements by r sets of forces on the coordinates.
 
     Returns
     -------
     list of (ndarray, ndarray)
-        Of each row the frequencies of the modes, then of the Ritz vectors, ascending, shape (m,) [rad/s]; and their
-        shapes, mass-normalised, shape (N, m).
+        For each suspension m <= k + r frequencies, shape (m,): those of the modes, then those of the Ritz vectors,
+        ascending [rad/s]; and mass-normalised shapes, orthogonal for mass and stiffness, shape (N, m).
     """
     found = []
     for of_row, modes, (added_omega, added) in zip(omega, shapes, ritz_of_rows(system, shapes, responses), strict=True):
@@ -131,20 +131,26 @@ def basis_of_rows(system, omega, shapes, responses):
 
 
 def motion_of_rows(whole: LinearSystem, omega, shapes, winches, damping):
-    """Reduce n suspensions to m shapes each: a `LinearSystem` of n rows, without actuators.
-
-    Its coordinates are the amplitudes of the shapes, its inputs the lengths v that the winches reel in.
+    """Reduce n suspensions to m shapes Phi each, without actuators: z = Phi q.
 
     Parameters
     ----------
     whole : LinearSystem
-        The n suspensions in all N coordinates, see `control.suspension.suspension_system`.
-    omega, shapes : ndarray, shapes (n, m) and (n, N, m)
-        Reduction basis, see `basis_of_rows`. [rad/s], mass-normalised
+        The n suspensions ("rows") in all N coordinates z, see `control.suspension.suspension_system`.
+    omega : ndarray, shape (n, m)
+        W: angular frequencies of the shapes. [rad/s]
+    shapes : ndarray, shape (n, N, m)
+        Phi: mass-normalised, orthogonal for mass and stiffness, see `basis_of_rows`.
     winches : int
         Number of winches, which are the first inputs of `whole`.
     damping : ndarray, shape (n, m, m), or 0
-        Damping of the amplitudes in addition to that of `whole`.
+        Damping of the amplitudes q in addition to that of `whole`.
+
+    Returns
+    -------
+    LinearSystem
+        Of n rows: q'' + (Phi^T C Phi + `damping`) q' + (W^2 + i Phi^T Im(K) Phi) q = Phi^T (B0 v + B1 v' + B2 v''). The
+        inputs v are the lengths that the winches reel in; outputs are those of `whole`.
     """
     count, transposed = omega.shape[-1], np.swapaxes(shapes, -1, -2)
     stiffness = np.zeros((*omega.shape, count), whole.stiffness.dtype)
@@ -196,9 +202,14 @@ def with_strokes(matrix, strokes):
 def actuated(layout, shapes, mass, damping, stiffness, actuators):
     """Add actuators to the matrices of a suspension: strokes of reaction masses become further coordinates.
 
+    A reaction mass m_a with the stroke q along the axis a has the kinetic energy m_a q' a.d' + m_a q'^2/2 in addition
+    to that of the body, d being the displacement of its place. Of its weight remains the moment m_a g q (a x e_z). A
+    wheel turns freely about its axis: its moment of inertia about it is taken off the mass matrix.
+
     Parameters
     ----------
     layout : Layout
+        Bodies of the suspension.
     shapes : ndarray, shape (n, m)
         The m coordinates of the matrices in terms of the n of the suspension, whose last ones are the free
         displacements of bodies.
@@ -209,10 +220,9 @@ def actuated(layout, shapes, mass, damping, stiffness, actuators):
     Returns
     -------
     mass, damping, stiffness : ndarray, shape (m + j, m + j)
-        With the strokes of j reaction masses as the last coordinates, and without the inertia of wheels about their
-        axes.
+        With the strokes of j reaction masses as the last coordinates; with their springs and dampers.
     feedback : tuple of ActuatorFeedback
-        The controlled force or torque of each actuator.
+        Controlled force or torque of each actuator, which is not in the matrices.
     """
     if not actuators:
         return mass, damping, stiffness, ()

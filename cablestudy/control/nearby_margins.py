@@ -27,15 +27,20 @@ class _DifferenceError(Exception):
 
 @np.errstate(divide="ignore", invalid="ignore")  # what is not finite is refused
 def nearby_margins(known, loop_gain):
-    """Estimate the `Margins` of a loop gain L' that differs little from L; None where it differs too much.
+    """Estimate the `Margins` of a loop gain L' that differs little from a loop gain L with known margins.
 
     Parameters
     ----------
     known : Margins
         Of L.
     loop_gain : callable
-        L': s, shape (f,) -> shape (f, k, k). It is called once, at the frequencies that decide the margins of L: those
-        of its crossovers, of the peaks of sensitivity and disk margin (three each), and of the bandwidth.
+        L': s, shape (f,) [rad/s] -> shape (f, k, k). It is called once, at the frequencies that decide the margins of
+        L: its crossovers, the bandwidth, and three about each peak of sensitivity and disk margin.
+
+    Returns
+    -------
+    Margins or None
+        To first order in L' - L; None where L' differs too much for that.
     """
     (crossovers, angles), count = known.crossovers, len(known.crossovers[0])
     try:

@@ -31,16 +31,16 @@ FORCES = tuple((f"force_{name}", "N") for name in NAMES)
 
 @np.errstate(all="ignore")  # StateSpace refuses what overflows
 def state_space(model, chosen=None, residual=True, nodes=None, gondola=None, location="ground", loop=None, highest=0.0):
-    """`StateSpace` of one cable: with moved ends, or with a gondola on end 2 that is free along x, and a winch.
+    """`StateSpace` of one cable: with moved ends, or with a winch and a gondola on end 2 that is free along x.
 
     Parameters
     ----------
     model : Superelement
-        With all modes, n of them.
+        The cable with all its n modes with fixed ends.
     chosen : ndarray of int, optional
-        The modes to keep. Default: all.
+        Indices of the modes to keep, from 0. Default: all.
     residual : bool
-        Whether the static part, the inertia and the modal damping of the omitted modes are kept. If not, their absolute
+        True to keep the static part, the inertia and the modal damping of the modes left out. Else their absolute
         amplitudes are held at zero, as in the paper that this program follows.
     nodes : ndarray, shape (n + 6, 3 j), optional
         Displacements of j nodes along x, y and z by the modes [1/sqrt(kg)] and by the ends [-]: forces on these nodes
@@ -48,21 +48,23 @@ def state_space(model, chosen=None, residual=True, nodes=None, gondola=None, loc
     gondola : (float, float), optional
         Mass [kg] and viscous damping [N s/m] of a gondola.
     location : {"ground", "gondola"}
-        Where the winch stands: on the ground it moves end 1 along x (the paper's model A), on the gondola it moves
-        end 2 along x relative to the gondola (model B).
+        Where the winch stands. On the ground it moves end 1 along x (the paper's model A). On the gondola it moves end
+        2 along x relative to the gondola (model B).
     loop : Loop or LinearControl, optional
         Its gain, notch and law close the loop from the gondola's position to the winch.
     highest : float
-        Frequency up to which, at least, the approximation of a delay of the loop is right. [rad/s]
+        Frequency up to which, at least, a delay of the loop is approximated well. [rad/s]
 
     Returns
     -------
     StateSpace
-        Inputs: the displacements of the ends, or winch and force on the gondola, then the forces on nodes; with a loop
-        the reference of the gondola's position, the last one, in place of the winch. Outputs: position and velocity of
-        a gondola; the six forces that hold the ends where they are, by the cable alone; with a loop the winch.
-        Forces at the ends need derivatives of the imposed displacements. The gondola's position needs none; with a loop
-        it needs that of the reference, where the law passes the reference on at once.
+        Inputs without a gondola: the six displacements of the ends; with one: winch and force on the gondola. Then come
+        the forces on nodes. With a loop the reference of the gondola's position, the last input, takes the place of the
+        winch.
+
+        Outputs: position and velocity of a gondola; the six forces that hold the ends where they are, by the cable
+        alone; with a loop the movement of the winch. The forces need derivatives of imposed displacements. The
+        gondola's position needs none, but with a loop whose law passes the reference on at once that of the reference.
     """
     chosen = np.arange(len(model.omega)) if chosen is None else np.asarray(chosen, dtype=int)
     system, free_cable = linear_system(model, chosen, residual, nodes, gondola, location)

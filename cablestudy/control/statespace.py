@@ -103,14 +103,19 @@ class StateSpace:
         return control.ss(self.a, self.b, self.c, self.d, **labels)
 
     def response(self, s: ArrayLike, derivatives: bool = False) -> NDArray[np.complex128]:
-        """Frequency response C (s I - A)^-1 B + D, by a linear solve for each s; complex, shape (m, o, i).
+        """Frequency response C (s I - A)^-1 B + D at m values of s, by a linear solve for each.
 
         Parameters
         ----------
         s : array_like, shape (m,)
             Complex numbers, none of them a pole. [rad/s]
         derivatives : bool
-            Whether s D1 + s^2 D2 is added.
+            True to add s D1 + s^2 D2, the effect of velocities and accelerations of inputs on the outputs.
+
+        Returns
+        -------
+        ndarray, complex, shape (m, o, i)
+            For o outputs and i inputs.
 
         Raises
         ------
@@ -169,8 +174,9 @@ def _check_finite(**matrices):
 def state_space_of(system, second_order=None, loop=None, measured=(), actuators=(), added=False):
     """Convert a `LinearSystem` of second order to a labelled `StateSpace`, with its loop closed or without one.
 
-    States are the coordinates z, modal amplitudes times their frequency W, and z', each less a multiple of the inputs
-    (see `_from_rows`); then those of actuators and loop, see `system.first_order`.
+    The states are the coordinates z (those that are modal amplitudes times their frequency W) and the rates z', then
+    those of actuators and loop. Multiples of the inputs are taken off them so that no derivative of an input acts on a
+    state (see `_from_rows`).
 
     Parameters
     ----------
@@ -178,22 +184,22 @@ def state_space_of(system, second_order=None, loop=None, measured=(), actuators=
         With real matrices and labels. Its first inputs are the lengths that winches reel in, or displacements; with a
         loop the others are forces.
     second_order : LinearSystem, optional
-        System whose M, C and K the result keeps for the user: for one cable that with free ends, for a suspension that
-        from which no modes were left out.
+        System whose M, C and K the result keeps for the user: one cable with free ends, or a suspension with all its
+        modes.
     loop : LinearControl or Loop, optional
-        Loop that measures coordinates of the system.
+        Loop that measures coordinates of the system and moves the winches.
     measured : tuple of (str, str)
         Name and unit of each coordinate that the loop measures.
     actuators : sequence of Actuator
-        Actuators of the system.
+        Reaction masses and wheels of the system.
     added : bool
-        Whether lengths that winches reel in beyond those of the loop are inputs too, after the references.
+        True for lengths that winches reel in beside the loop as inputs too, after the references.
 
     Returns
     -------
     StateSpace
         Inputs: those of the system; with a loop the reference of each measured coordinate in place of the winches.
-        Outputs: those of the system, with a loop the length that each winch has reeled in, then stroke and force of
+        Outputs: those of the system; with a loop the length that it reels in at each winch; then stroke and force of
         each reaction mass, momentum and torque of each wheel.
 
     Raises
@@ -287,12 +293,21 @@ def channels(system, inputs=(), outputs=()):
 
 
 def proper(system):
-    """`StateSpace` without D1 and D2, for programs that know A, B, C, D alone; its response is exactly the same.
+    """Turn the terms D1 u' + D2 u'' of the outputs into states and inputs, for programs that know A, B, C, D alone.
 
-    An input u whose acceleration acts on an output is replaced by u'', and u and u' become states; an input of which
-    u' acts, and u'' does not, is replaced by u', and u becomes a state. So y = C x + D u + D1 u' + D2 u'' is a sum of
-    states and inputs. Other inputs are as they were. The added states are integrators: the system drifts unless the
-    new input is the velocity or acceleration of a movement that ends.
+    An input u whose acceleration acts on an output is replaced by u'', and u and u' become states. If only its velocity
+    acts, it is replaced by u', and u becomes a state. Other inputs stay as they were.
+
+    Parameters
+    ----------
+    system : StateSpace
+        y = C x + D u + D1 u' + D2 u''.
+
+    Returns
+    -------
+    StateSpace
+        With D1 = D2 = 0 and exactly the same response. The added states are integrators: the system drifts unless the
+        new input is the velocity or acceleration of a movement that ends.
     """
     first, second = system.derivatives
     # of each input the order of its highest derivative that acts on an output

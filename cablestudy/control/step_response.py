@@ -70,10 +70,20 @@ def step_response(time, value, final):
 
 
 def _by_spline(time, value, final, largest):
-    """`StepResponse` from a cubic spline through a sampled response to a step.
+    """Overshoot, rise time and settling time of a sampled response to a step, from a cubic spline through the samples.
 
-    `time`, `value` and `final` are as of `step_response`; `largest` is the largest size of the values, by which the
-    spline is scaled.
+    Parameters
+    ----------
+    time, value : ndarray, shape (m,)
+        Uniform times from zero [s], and the response to a step at time zero.
+    final : float
+        Value after a long time.
+    largest : float
+        Largest size of the values, by which the spline is scaled.
+
+    Returns
+    -------
+    StepResponse
     """
     from scipy.interpolate import CubicSpline
 

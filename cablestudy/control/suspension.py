@@ -60,24 +60,30 @@ class Marker:
 
 
 class _Ends:
-    """Ends of the cables of n rows with equal names and connections, and their winches, as arrays with the row first.
+    """Effect of winches on the ends of the c cables, of n suspensions ("rows") with equal names and connections.
+
+    A winch that reels in v moves the end of its cable along the tangent t by (1 + T/EA) v, T being the tension there,
+    and takes the weight of the length v off it. A winch that moves an end in a direction d displaces it by v d.
 
     Parameters
     ----------
     layouts : list of Layout
+        Bodies and cables of each row.
     winches : list of (list of Winch)
-        Of each row, on equal cables; those of a number move the end in all rows, or reel in all.
+        The i winches of each row. Those of equal index are on the same end of the same cable in all rows, and of the
+        same kind.
 
     Attributes
     ----------
     direction : ndarray, shape (n, c, 2, 3)
-        Unit tangents at the ends, which point out of the cables.
+        Unit tangents at both ends, which point out of the cables. [-]
     movements : ndarray, shape (n, 6 c, i)
         H: displacements of the six ends of all cables per movement of each winch. [-]
     lifted : ndarray, shape (n, 6 c, i)
-        Forces on the ends of all cables by the load that each winch takes off its own end. [N/m]
+        Upward forces on the ends of all cables per movement of each winch, by the weight that it takes off. [N/m]
     moments : ndarray, shape (n, 6 b, i)
-        On bodies and points, per movement of each winch, by the arm of its cable. [N]
+        Loads on the b bodies and points per movement of each winch: moments d x F of the force F of the cable, where a
+        winch moves its end in a direction d. [N]
     """
 
     def __init__(self, layouts, winches):
@@ -130,21 +136,25 @@ def suspension_system(layout, kept, winches=(), markers=(), midspans=()):
     Parameters
     ----------
     layout : Layout
+        Bodies and cables about the equilibrium.
     kept : list of ReducedCable
-        Modes and residual vectors of each cable.
+        Modes and residual vectors of each cable that are coordinates.
     winches : sequence of Winch
     markers : sequence of Marker
+        Places on bodies whose displacements are outputs.
     midspans : sequence of ndarray, shape (3, k)
-        Displacement at mid-span of each cable by its modes and ends, see `wind.strips.midspan_shapes`; by default none
-        is an output.
+        Displacement at mid-span of each cable by its k coordinates, modes and then six ends, along the axes of its
+        chord frame (`wind.strips.midspan_shapes`). By default none is an output.
 
     Returns
     -------
     LinearSystem
         Inputs: `winch.CABLE` (length reeled in, m), then `BODY.force_x` to `BODY.moment_z` of all free displacements,
-        at the reference point. Outputs: those displacements, `BODY.MARKER.x` and so on, `CABLE.midspan.x` and so on
-        along the axes of its chord frame, `LINK.force`, `CABLE.tension_from`, `CABLE.tension_to`. Displacements need no
-        derivatives of inputs in the state space; tensions at moved ends do.
+        at the reference point.
+
+        Outputs: those displacements, `BODY.MARKER.x` and so on, `CABLE.midspan.x` and so on, `LINK.force`,
+        `CABLE.tension_from`, `CABLE.tension_to`. In the state space displacements need no derivatives of inputs;
+        tensions at moved ends do.
 
     Raises
     ------
@@ -239,25 +249,31 @@ def _coordinates(layout, kept):
 
 
 def _outputs(layouts, matrices, connection, ends, markers, midspans):
-    """Output matrices of n rows: C0, C1, C2 of z, z', z'' and D0, D1, D2 of v, v', v''.
+    """Output matrices of n suspensions: y = C0 z + C1 z' + C2 z'' + D0 v + D1 v' + D2 v''.
 
-    z are the coordinates and v the lengths that winches reel in. Outputs are displacements of bodies, of markers and at
-    mid-spans, then forces of links, then tensions.
+    z are the N coordinates (modal amplitudes of all cables, then the d free displacements of bodies) and v the lengths
+    that i winches reel in. The o outputs y are displacements of bodies, of markers and at mid-spans, then forces of
+    links, then tensions at both ends of each cable.
 
     Parameters
     ----------
-    layouts, markers, midspans
-        As for `suspension_systems`.
+    layouts : list of Layout
+        Bodies and cables of each suspension.
     matrices : list of tuple of 3 ndarray, shape (n, m + 6, m + 6)
-        M, C and K of the m modes and six ends of each cable.
+        For each of the c cables M, C and K, for its m modes and then its six end displacements.
     connection : ndarray, shape (n, 6 c, d)
-        `Layout.connection`.
+        G: displacements of the ends of all cables per free displacement.
     ends : _Ends
+        Displacements of the ends by the winches.
+    markers : list of (sequence of Marker)
+        For each suspension, places on bodies whose displacements are outputs.
+    midspans : list of (sequence of ndarray, shape (3, m + 6))
+        For each suspension, displacement at mid-span of each cable by its modes and ends; empty for no such outputs.
 
     Returns
     -------
     c, d : tuple of 3 ndarray, shapes (n, o, N) and (n, o, i)
-        The first of each is complex where damping is hysteretic.
+        C0, C1, C2 and D0, D1, D2. C0 and D0 are complex where damping is hysteretic.
     """
     suspension, count, free = layouts[0].equilibrium.suspension, len(layouts), len(layouts[0].free)
     modal = sum(stiffness.shape[-1] - 6 for *_, stiffness in matrices)
@@ -320,10 +336,28 @@ def _midspans(connection, movements, midspans, modal):
 
 
 def _tensions(matrices, connection, ends, modal):
-    """Output matrices of the tensions at both ends of all c cables of n rows: list of pairs (C_j, D_j), j = 0, 1, 2.
+    """Output matrices of the tensions at both ends of all c cables of n suspensions.
 
-    C_j, shape (n, 2 c, N), multiplies the j-th derivative of the coordinates z, and D_j, shape (n, 2 c, i), that of the
-    lengths v reeled in. Parameters as of `_outputs`; `modal` is the number of modal amplitudes.
+    With the outward unit tangents t at the two ends, A_j = K, C, M of a cable for its modes q and end displacements u,
+    and u = G x + H v, the forces on the ends give the tensions t^T (A_uq q + A_uu u), summed over j and derivatives.
+    The load that a winch takes off its own end is subtracted from those of v.
+
+    Parameters
+    ----------
+    matrices : list of tuple of 3 ndarray, shape (n, m + 6, m + 6)
+        For each cable M, C and K, for its m modes and then its six end displacements.
+    connection : ndarray, shape (n, 6 c, d)
+        G: displacements of the ends of all cables per free displacement x of the bodies.
+    ends : _Ends
+        Tangents, and H: displacements of the ends per length v reeled in.
+    modal : int
+        Number of modal amplitudes of all cables.
+
+    Returns
+    -------
+    list of 3 (ndarray, ndarray), shapes (n, 2 c, N) and (n, 2 c, i)
+        C_j and D_j, by which the j-th derivatives of the N coordinates (modal amplitudes, then x) and of v are
+        multiplied.
     """
     count, _, free = connection.shape
     dtypes = [np.result_type(float, *(stiffness for _, _, stiffness in matrices)), float, float]

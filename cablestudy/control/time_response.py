@@ -66,14 +66,14 @@ def gust(size, length):
 
 
 def respond(a, b, c, d, components, time):
-    """Response over time of the outputs of a linear system, from rest, to one input: exact at each point of time.
+    """Response over time of o outputs of a linear system, from rest, to one input: exact at each point of time.
 
     Parameters
     ----------
     a, b, c, d : ndarray, shapes (n, n), (n,), (o, n), (o,)
-        State-space matrices with one input.
+        x' = A x + B u, y = C x + D u with n states and one input u.
     components : list of Component
-        Their sum is the input.
+        Parts whose sum is the input: each is h z with z' = S z, from a time on.
     time : ndarray, shape (m,)
         Uniform, from zero. [s]
 
@@ -83,7 +83,8 @@ def respond(a, b, c, d, components, time):
 
     Notes
     -----
-    Each component and the state obey one equation without input (module's docstring), advanced by exp(matrix dt).
+    State and component together obey [x; z]' = [A, B h; 0, S] [x; z], an equation without input. A time step dt
+    multiplies [x; z] by the exponential of this matrix times dt.
     """
     from scipy.linalg import expm
 
@@ -139,20 +140,25 @@ class TimeResponse:
 def responses(closed, alone, output, winches, input_, components, time):
     """Compute the `TimeResponse` of one displacement and of the winches to one input.
 
-    Its `errors` are left at 0; they follow from `differences`.
-
     Parameters
     ----------
     closed, alone : StateSpace
-        Suspension with the loop and without it: `alone` has the last inputs of `closed`, all but the references.
+        Suspension with its loop, and without it. The inputs of `alone` are the last ones of `closed`, all but the
+        references of the loop.
     output, input_ : int
         Indices, in `closed`, of the displacement that is returned and of the input.
     winches : list of int
-        Indices of the outputs of `closed` that are movements of winches by the loop.
-    components : list of time_response.Component
+        Indices of the i outputs of `closed` that are movements of winches by the loop.
+    components : list of Component
         Parts whose sum is the input over time.
     time : ndarray, shape (m,)
         Uniform, from zero. [s]
+
+    Returns
+    -------
+    TimeResponse
+        Its `final` is the static gain D - C A^-1 B of the closed loop. Its `errors` are zero; they follow from
+        `differences`.
     """
     c_winches, b = closed.c[winches], closed.b[:, input_]
     c = np.concatenate([closed.c[[output]], c_winches, c_winches @ closed.a])  # displacement, winches, their speeds

@@ -238,12 +238,14 @@ class CouplingDamping:
         return None
 
     def sum_over_poles(self, residues):
-        """Function of s that sums residues over the poles: x^d times the sum of residues/(x - pole).
+        """Make a function of s: x^d times the sum of residue/(x - pole) over the poles of `pole_sum`.
+
+        x is s, with d = 2; or s^2 + viscous s, with d = 1, where hysteretic damping alone couples the modes.
 
         Parameters
         ----------
         residues : ndarray, shape (N, r)
-            At each of the N poles of `pole_sum`, of r sums.
+            Residues of r sums at each of the N poles.
 
         Returns
         -------
@@ -252,12 +254,13 @@ class CouplingDamping:
 
         Notes
         -----
-        Two poles p and q make one term of it: those in s of one in x; of a real polynomial conjugate ones, or two real
-        ones. Both differences s - p and s - q are taken without loss, and with residues R and S
+        Two poles p and q in s, with the residues R and S, make one term:
 
-            R/(s - p) + S/(s - q) = ((R + S) s - (R q + S p))/((s - p) (s - q)),
+            R/(s - p) + S/(s - q) = ((R + S) s - (R q + S p))/((s - p) (s - q)).
 
-        where both coefficients are real.
+        They are the two in s of one pole in x; or, of a real polynomial, conjugate or real ones, so that both
+        coefficients are real. Taken in pairs, differences s - p and s - q lose no digits. Poles of a complex polynomial
+        in s are not paired.
         """
         poles, count = self.pole_sum.poles, residues.shape[1]
         if self._squared:

@@ -64,14 +64,22 @@ class Ends:
         return taken
 
     def superelement(self, damping, index=()):
-        """The `Superelement` of one cable, with some damping.
+        """Make the `Superelement` of one cable with a given damping.
 
         Parameters
         ----------
         damping : Damping
-            model, and ratio [-], loss_factor [-] or time [s]; viscous [N s/m^2].
+            Its `model`: "modal" with a damping ratio [-], "hysteretic" with a loss factor [-] or "kelvin_voigt" with a
+            time [s]; in addition viscous damping per length [N s/m^2].
         index : int
-            Index of the cable among many; () if there is but one, without an axis of cables.
+            Index of the cable among those of this object; () if it has but one, without an axis of cables.
+
+        Returns
+        -------
+        Superelement
+            With all n modes. For hysteretic and Kelvin-Voigt damping its `damping_ratio` are the equivalent ones of the
+            modes, E_jj/W_j^2 times loss factor/2, or times W_j time/2: W is the frequency and E the elastic part of the
+            stiffness.
         """
         omega, coupling, stiffness, inertia = (matrix[index] for matrix in self._undamped)
         participation = -(omega[:, None] ** 2) * coupling
@@ -86,19 +94,19 @@ class Ends:
         return Superelement(omega, participation, ratio, stiffness, inertia, strain, viscous, carried=carried)
 
     def nodal_displacements(self, amplitudes, ends):
-        """Displacements of the nodes of all cables in motions of their modes and ends.
+        """Displacements Psi q + U u of the nodes of all cables: Psi are modes with fixed ends, U static shapes.
 
         Parameters
         ----------
         amplitudes : ndarray, shape (..., n, r)
-            Amplitudes of the modes, relative to the static shapes. [sqrt(kg) m]
+            q: amplitudes of the n modes, relative to the static shapes. [sqrt(kg) m]
         ends : ndarray, shape (..., 6, r)
-            Displacements of the ends, global axes. [m]
+            u: displacements of end 1 and end 2 along x, y, z, global axes. [m]
 
         Returns
         -------
         ndarray, shape (..., nodes, 3, r)
-            Chord frame. [m]
+            Along the axes of the chord frame. [m]
         """
         in_chord_frame = self._rotation @ ends
         shapes = self._basis[1]
@@ -354,31 +362,31 @@ class EndsOfLarge(Ends):
         return tuple(array[None] for array in (*basis, forces))
 
     def _residual_vectors(self, system, static, omega, shapes):
-        """Residual vectors of the modes in one plane of motion that are not computed.
+        """Residual vectors in one plane of motion of the cable: they replace its modes that are not computed.
 
         Parameters
         ----------
         system : System
-            Of the plane, from `Dynamics.systems`.
+            Equations of motion in this plane, from `Dynamics.systems`; of one to three axes of the chord frame.
         static : ndarray, shape (nodes, axes, 2 axes)
-            Static shapes of its end movements, see `_static_shapes`.
+            U: displacements of the nodes along these axes by a unit displacement of each end along each of them. [-]
         omega, shapes : ndarray, shapes (n,) and (nodes, 3, n)
-            Of the computed modes. [rad/s], [1/sqrt(kg)]
+            W and Phi: frequencies and mass-normalised shapes of the computed modes. [rad/s], [1/sqrt(kg)]
 
         Returns
         -------
         tuple of ndarray, shapes (k,), (nodes, 3, k), (nodes, 3, k)
-            Frequencies [rad/s] and mass-normalised shapes of k independent vectors, and the forces that hold these, as
-            of `_holding_forces`.
+            Frequencies [rad/s] and mass-normalised shapes of k independent vectors, and the forces K V that hold the
+            shapes, as of `_holding_forces`.
 
         Notes
         -----
-        With the modes Phi, W^2 = Phi^T K Phi and the static shapes U, the response of the other modes to the inertia
-        forces M U, and the forces that hold it, are
+        With Phi^T K Phi = W^2, the response of the other modes to the inertia forces M U, and the forces that hold it,
+        are
 
             V = K^-1 M U - Phi a,    K V = M U - M Phi W^2 a,    a = Phi^T M K^-1 M U.
 
-        The vectors are those combinations of V that are mass-normalised, and have a frequency each.
+        The vectors are combinations of the columns of V that are orthonormal for M and orthogonal for K.
         """
         dynamics, axes = self._dynamics, list(system.axes)
         cable_mass, unit = (dynamics.mass * dynamics.length).item(), self._unit_frequency.item()

@@ -136,26 +136,34 @@ class Equations:
 
 
 def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
-    """First-order `Equations` of a linear system, its control loop closed if there is one.
+    """First-order `Equations` of a linear system of m coordinates, with its control loop closed if there is one.
 
     Parameters
     ----------
     motion : LinearSystem
+        M z'' + C z' + K z = forces, with the i winches as inputs.
     allocation : Allocation, optional
-        Without it there is no loop.
+        Measured coordinates y of the loop, and how their errors are shared among the winches; without it no loop.
     notches : tuple of (Notch or None)
-        Of each measured coordinate.
+        Notch filter of each measured coordinate.
     law : tuple of 4 ndarray
-        s C1 as a state space a, b, c, d: see `Law.state_space`.
+        State space a, b, c, d of s C1, the control law C1 times s; see `Law.state_space`. Default: an integrator.
     forces : ndarray, shape (..., m, j), optional
-        Force on each coordinate by each force; without it there are no inputs, and winches move by the loop alone.
+        Force on each coordinate by each of j forces. Without it there are no inputs, and winches move by the loop
+        alone.
+
+    Returns
+    -------
+    Equations
 
     Notes
     -----
-    e = N (y - r) is the error behind the notches: with the states n of a notch e = c_n n + d_n (y - r). An integrator
-    reels in v with v' = -gain A e and v'' = -gain A (c_n n' + d_n (y' - r')), both sums of states and inputs. Since
-    A = U R (`Allocation`), one state p for each independent movement, a column of U, is enough: v = U p. Another law
-    has its states l between R and U: p' = c l + d w, l' = a l + b w, w = -gain R e, with `law` = a, b, c, d.
+    The error behind the notches N is e = N (y - r), with references r: with the states n of the notches,
+    e = c_n n + d_n (y - r). An integrator moves the winches by v with v' = -gain A e and
+    v'' = -gain A (c_n n' + d_n (y' - r')). Both are sums of states and inputs.
+
+    A = U R, the columns of U being independent movements of the winches (`Allocation`). So one state p for each of them
+    is enough, v = U p. Another law has states l between R and U: p' = c l + d w, l' = a l + b w, w = -gain R e.
     """
     m, unit, leading, order = len(motion), motion.unit, motion.mass.shape[:-2], np.asarray(law[0]).shape[-1]
     filters = sum(actuator.filtered for actuator in motion.feedback)
@@ -194,18 +202,30 @@ def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
 
 
 def _add_law(motion, allocation, law, errors, force, fixed, scaled):
-    """Add the control law and the movements of the winches to the rows of `equations`, in place; symbols as there.
+    """Add the control law and the winches to the rows of the first-order equations that `equations` makes, in place.
+
+    With the errors e behind the notches, A = U R (`Allocation`) and the state space a, b, c, d of the law, the r winch
+    movements p and the states l of the law obey
+
+        p' = c l + d w,    l' = a l + b w,    w = -gain R e,    v = U p.
+
+    The lengths v that winches reel in, v' and v'' act on the m coordinates by B0, B1 and B2. Terms with the gain go
+    into `scaled`, others into `force` and `fixed`. "Rows" are coefficients of the N states and of inputs, w columns in
+    all.
 
     Parameters
     ----------
-    motion, allocation, law
-        As for `equations`.
+    motion : LinearSystem
+    allocation : Allocation
+    law : tuple of 4 ndarray
+        a, b, c, d.
     errors : (ndarray, ndarray)
-        Rows that give the errors e behind the notches and their rates e', shape (..., k, w) both.
+        Rows that give e and e' of the k measured coordinates, shape (..., k, w) both.
     force : ndarray, shape (..., m, w)
-        Rows that give the force on each coordinate without what the loop gain multiplies.
-    fixed, scaled
-        As of `Equations`.
+        Rows that give the force on each coordinate, without what the gain multiplies.
+    fixed, scaled : ndarray, shapes (..., N, w) and (..., k, N, w)
+        Rows of the state rates: without the gain, and those that it multiplies, by the error of each measured
+        coordinate.
     """
     a, b, c, d = law
     m, size, order, r = len(motion), fixed.shape[-2], np.asarray(a).shape[-1], allocation.movements.shape[-1]
@@ -270,16 +290,19 @@ def _force_of_actuator(feedback, movement, rate):
 
 
 def _filter_by_notches(notches, error, error_rate, fixed, begin):
-    """Pass the control errors through the notch filters, in place, and write the equations of the filters' states.
+    """Pass the control errors through the notch filters, in place, and write the equations of the filters' states n.
+
+    Each filter turns an error e into c n + d e, with n' = a n + b e. "Rows" are coefficients of the N states and of
+    inputs, w columns in all.
 
     Parameters
     ----------
     notches : tuple of (Notch or None)
-        Filter of each measured coordinate; None leaves its error as it is.
+        Filter of each of the k measured coordinates; None leaves its error as it is.
     error, error_rate : ndarray, shape (..., k, w)
         Rows that give the errors and their rates; on return those behind the filters.
     fixed : ndarray, shape (..., N, w)
-        `Equations.fixed`; on return with the rows of the filters' states, two for each filter.
+        Rows of the state rates; on return with those of the filters' states, two for each filter.
     begin : int
         Index of the first of these states.
     """
@@ -299,19 +322,21 @@ def _filter_by_notches(notches, error, error_rate, fixed, begin):
 
 
 def state_rows(system, forces=None, loop=None, actuators=()):
-    """Coefficients of x', of the winch movements and of the outputs of a system, of which state spaces are made.
+    """Rows that give x', the winch movements and the outputs of a system, of which state spaces are made.
 
-    The columns of these rows multiply the N states x; then, where there are `forces`, the p inputs u, their rates u'
-    and their second derivatives u'': w = N or N + 3 p columns.
+    A row has the coefficients of the N states x; then, where there are `forces`, those of the p inputs u, of u' and of
+    u'': w = N or N + 3 p columns.
 
     Parameters
     ----------
     system : LinearSystem
-    forces : ndarray, shape (m, j), optional
-        Force on each coordinate by each input that is a force; without it there are no inputs.
+        Of m coordinates z, i winches as inputs, and o outputs.
+    forces : ndarray, shape (..., m, j), optional
+        Force on each coordinate by each of j forces; without it there are no inputs.
     loop : LinearControl or Loop, optional
+        Control loop of the winches; without it only inputs move them.
     actuators : sequence of Actuator
-        Those of the system.
+        The a actuators of the system.
 
     Returns
     -------
@@ -321,13 +346,13 @@ def state_rows(system, forces=None, loop=None, actuators=()):
     reeled : tuple of 2 ndarray, shape (..., i, w)
         Length that the loop reels in at each winch, and its speed.
     outputs : ndarray, shape (..., o + 2 a, w)
-        Outputs of the system, then those of the actuators, see `_actuator_outputs`.
+        Outputs of the system, then stroke and force of each reaction mass, or momentum and torque of each wheel.
 
     Notes
     -----
-    The inputs are, in this order, the references of the loop, the lengths that each winch reels in beside the loop, and
-    the forces. In all a winch reels in l = l_loop + u_winch, l_loop being the last states times `Equations.winches`.
-    The outputs are y = C0 z + C1 z' + C2 z'' + D0 l + D1 l' + D2 l''.
+    The inputs u are, in this order, the references of the loop, the lengths u_w that the winches reel in beside the
+    loop, and the forces. In all a winch reels in l = l_loop + u_w, l_loop being the last states times
+    `Equations.winches`. The outputs of the system are y = C0 z + C1 z' + C2 z'' + D0 l + D1 l' + D2 l''.
     """
     of_loop = (loop.allocation, loop.notches, loop.law_space) if loop else ()
     first_order = equations(system, *of_loop, forces=forces)

@@ -200,14 +200,16 @@ class Cables:
         )
 
     def meshes(self, orders):
-        """Mesh of each cable, for a sum of the orders of the elements along the piece that has most waves.
+        """Make a mesh for each of the c cables that resolves a given number of waves.
 
-        Other pieces (`edges`) have fewer elements, by the time that a wave takes along each.
+        The number is given by the sum of the polynomial orders of all elements along a piece of the cable. It holds for
+        the piece between two `edges` that has most waves. Other pieces have fewer elements, in proportion to the time
+        that a wave takes along them.
 
         Parameters
         ----------
         orders : ndarray, shape (c,)
-            This sum of each cable, which is rounded up.
+            Sum of orders of each cable; it is rounded up to elements of equal, even order.
 
         Returns
         -------

@@ -122,24 +122,25 @@ class LinearSystem:
 
     @cached_property
     def strain_modes(self):
-        """All undamped modes, winches at rest, scaled to unit strain energy v^T K v = 1.
+        """All undamped modes of the n coordinates, winches at rest, scaled to unit strain energy v^T K v = 1.
 
         Returns
         -------
         compliance : ndarray, shape (n,)
-            1/W^2 = v^T M v, W the angular frequency; descending. [s^2]
+            1/W^2 = v^T M v, W being the angular frequency; descending. [s^2]
         shapes : ndarray, shape (n, n)
             The modes v are its columns.
 
         Raises
         ------
         NoSolutionError
-            The equilibrium is not stable.
+            K is not positive definite: the equilibrium is not stable.
 
         Notes
         -----
-        With K = L L^T the eigenvalues of L^-1 M L^-T are 1/W^2: the lowest frequencies have all digits, however heavy
-        the bodies, and the quotients v^T M v those of the high modes too. Coordinates without mass have 1/W^2 = 0.
+        Only the real part of a complex K counts. With K = L L^T the eigenvalues of L^-1 M L^-T are 1/W^2. So the lowest
+        frequencies have all digits, however heavy the bodies. The quotients v^T M v give all digits of the high ones
+        too. Coordinates without mass have 1/W^2 = 0.
         """
         mass, lower = dense(self.mass), cholesky(dense(self.stiffness).real)
         lower_inverse_mass = np.linalg.solve(lower, mass)
@@ -171,20 +172,21 @@ class LinearSystem:
         Parameters
         ----------
         count : int
-            Number of modes; all if the system has fewer of finite frequency.
+            Number of modes that are wanted.
 
         Returns
         -------
         omega : ndarray, shape (k,)
-            Ascending. [rad/s]
+            Angular frequencies of k <= count modes, ascending; fewer than `count` if no more are finite. [rad/s]
         shapes : ndarray, shape (n, k)
-            Columns: mass-normalised.
+            Columns: mass-normalised shapes, in the n coordinates of the system.
 
         Raises
         ------
         NoSolutionError
             The stiffness is not positive definite: the equilibrium is not stable.
         ConvergenceError
+            The iteration did not converge.
         """
         size = len(self)
         if not size:
@@ -304,16 +306,22 @@ class LinearSystem:
         return polynomial(self.b, s)
 
     def within(self, space, imposed=None, inputs=()):
-        """The system in fewer or other coordinates q, and with motions that further inputs v impose: z = S q + N v.
+        """Transform the system to other coordinates q, with motions imposed by further inputs v: z = S q + N v.
 
         Parameters
         ----------
         space : ndarray, shape (..., n, r)
-            S: independent columns, the motions that stay free.
+            S: independent columns, the motions of the n coordinates z that stay free.
         imposed : ndarray, shape (n, j), optional
-            N, of one row: motion imposed by each further input v; these inputs come before those of the system.
+            N, for one system only: motion by each of j further inputs v.
         inputs : tuple of (str, str)
             Name and unit of each further input.
+
+        Returns
+        -------
+        LinearSystem
+            With r coordinates, S^T M S and so on. The further inputs come before those of the system; v, v' and v''
+            drive q by -S^T K N, -S^T C N and -S^T M N, and add C0 N, C1 N and C2 N to the outputs.
         """
         transposed = np.swapaxes(space, -1, -2)
         b, d = tuple(transposed @ matrix for matrix in self.b), self.d

@@ -15,27 +15,30 @@ from cablestudy.system.linear import MODAL
 
 
 def keep_modes(system, chosen):
-    """The system reduced to some of its modes, with the static response of the others to the inputs.
+    """Reduce a system to some of its undamped modes, with the static response of the others to the inputs.
+
+    This is the mode acceleration method (Williams, Quarterly of Mechanics and Applied Mathematics 2, 1949).
 
     Parameters
     ----------
     system : LinearSystem
-        Of one row, n coordinates.
-    chosen : ndarray of int
-        Modes to keep, from 0.
+        Of one row, n coordinates z, and inputs u that act by B0, B1, B2.
+    chosen : ndarray of int, shape (k,)
+        Indices of the modes to keep, from 0, the lowest first.
 
     Returns
     -------
     LinearSystem
-        Its coordinates are modal amplitudes.
+        Its coordinates are the amplitudes q of the k modes; inputs and outputs are those of `system`.
 
     Notes
     -----
-    Mode acceleration method (Williams, Quarterly of Mechanics and Applied Mathematics 2, 1949): of the modes left out
-    the static part stays, S = R B0 with R = K^-1 - Phi W^-2 Phi^T. Damping couples them with those kept: as the inputs
-    move them, they drive q by -Phi^T C S u', and as q moves, they add -C0 R C Phi q' to the outputs, without which
-    responses would not be reciprocal. The jump B2 u' of q' is left out of this, as is what the inputs alone would add
-    by damping: displacements need no derivatives of inputs.
+    With the kept modes Phi and their frequencies W, z = Phi q + S u, S = R B0, R = K^-1 - Phi W^-2 Phi^T.
+
+    Damping couples the modes left out with those kept. As the inputs move the former, they drive q by -Phi^T C S u'. As
+    q moves, the former add -C0 R C Phi q' to the outputs, without which responses would not be reciprocal. Of q' the
+    part B2 u' that an input causes at once is not counted here, nor what inputs alone would add by damping: so
+    displacements need no derivatives of inputs.
     """
     compliance, shapes = system.strain_modes
     others = np.delete(shapes, chosen, axis=1)
@@ -46,17 +49,31 @@ def keep_modes(system, chosen):
 
 
 def truncate_modes(system, chosen):
-    """The system reduced to some of its modes, without the static response of the others: modal truncation.
+    """Reduce a system to some of its undamped modes, without the static response of the others: modal truncation.
 
-    It shows the error that `keep_modes` avoids, whose parameters and result it has.
+    It serves to show the error that `keep_modes` avoids.
+
+    Parameters
+    ----------
+    system : LinearSystem
+        Of one row, n coordinates z, and inputs u that act by B0, B1, B2.
+    chosen : ndarray of int, shape (k,)
+        Indices of the modes to keep, from 0, the lowest first.
+
+    Returns
+    -------
+    LinearSystem
+        Its coordinates are the amplitudes q of the k modes Phi; inputs and outputs are those of `system`.
 
     Notes
     -----
-    The displacements of the modes left out are held at zero, relative to the movement P B2 u of the inputs itself:
-    S = P B2 with P = M^-1 - Phi Phi^T, the sum of phi phi^T over the modes left out. The forces that hold them would
-    appear in the outputs, as if they were inertia forces, by C2 z'': D0, D1 and C1 take them out again. Without damping
-    the response of each mode left out is missing, c g/(W^2 + s^2) with c = (C0 - W^2 C2) phi and
-    g = phi^T (B0 - W^2 B2). Motions without mass are at rest.
+    The modes left out are held at zero, but for the movement P B2 u that the inputs impose at once:
+
+        z = Phi q + S u,    S = P B2,    P = M^-1 - Phi Phi^T, the sum of phi phi^T over the modes left out.
+
+    The forces that hold these modes would appear in the outputs, by C2 z'', as if they were inertia forces: changes of
+    D0, D1 and C1 take them out. Without damping the response of each mode left out is then missing, c g/(W^2 + s^2)
+    with c = (C0 - W^2 C2) phi and g = phi^T (B0 - W^2 B2). Modes without mass are left out of P.
     """
     compliance, shapes = system.strain_modes
     others, square = massive_modes(np.delete(shapes, chosen, axis=1), np.delete(compliance, chosen))
@@ -68,17 +85,24 @@ def truncate_modes(system, chosen):
 
 
 def _in_modes(system, chosen, static, c, d):
-    """The system in modal amplitudes q and static displacements by the inputs: z = Phi q + S u.
+    """Transform a system to modal amplitudes q and static displacements S u by the inputs u: z = Phi q + S u.
 
     Parameters
     ----------
     system : LinearSystem
-    chosen : ndarray of int
-        Modes of the columns of Phi, from 0.
+        Of n coordinates z, i inputs and o outputs.
+    chosen : ndarray of int, shape (k,)
+        Indices of the modes that are the columns of Phi, mass-normalised; from 0, the lowest first.
     static : ndarray, shape (n, i)
         S: displacement of each coordinate by a unit of each input.
     c, d : tuple of 3 ndarray, shapes (o, n) and (o, i)
-        C0 to C2 and D0 to D2: outputs per z, z', z'' and per u, u', u''.
+        C0, C1, C2 and D0, D1, D2: outputs per z, z', z'' and per u, u', u''.
+
+    Returns
+    -------
+    LinearSystem
+        q'' + Phi^T C Phi q' + W^2 q = Phi^T (B0 u + (B1 - C S) u' + B2 u''), with the outputs
+        Cj Phi and Dj + Cj S, j = 0, 1, 2.
     """
     compliance, shapes = system.strain_modes
     omega = 1 / np.sqrt(compliance[chosen])
@@ -98,23 +122,26 @@ def _in_modes(system, chosen, static, c, d):
 
 
 def inertia_shares(system, output, input_):
-    """Share of each mode in the inertia between one output and one input, by which the modes to keep are chosen. [-]
+    """Share of each undamped mode in the inertia between one output and one input, by which modes to keep are chosen.
 
     Parameters
     ----------
     system : LinearSystem
+        Of n coordinates.
     output, input_ : int
-        Numbers of the output and of the input.
+        Indices of the output and of the input.
 
     Returns
     -------
     ndarray, shape (n,)
+        Not negative, of sum 1 (or all zero); the modes ascend in frequency. [-]
 
     Notes
     -----
-    About the static displacements K^-1 B0 u a mode moves by w^2 m/(W^2 - w^2) with m = Phi^T (B0/W^2 - B2), and at its
-    frequency the output is W^2 (C0/W^2 - C2) Phi of it. The share is that of |(C0/W^2 - C2) Phi m|, for two ends of a
-    cable as in `Superelement.inertia_share`.
+    A mode phi of frequency W, driven at w, moves relative to the static displacements K^-1 B0 u by w^2 m/(W^2 - w^2)
+    times u, with m = phi^T (B0/W^2 - B2). At w = W its amplitude adds W^2 (C0/W^2 - C2) phi to the output. The share of
+    a mode is in proportion to |(C0/W^2 - C2) phi m|; for two ends of a cable it is that of
+    `Superelement.inertia_share`.
     """
     compliance, shapes = system.strain_modes
     inertia = compliance * (shapes.T @ system.b[0][:, input_]) - shapes.T @ system.b[2][:, input_]

@@ -9,24 +9,24 @@ from cablestudy.system.damping import assign_columns
 
 
 def pair_modes(modes, others):
-    """Find for each mode of a model the mode of another model with about its shape, so that both can be compared.
+    """Find for each mode of one model of a suspension the mode of another model that has about its shape.
 
     Parameters
     ----------
     modes : CoupledModes
-        k modes, perhaps none.
+        k modes phi, perhaps none.
     others : CoupledModes
-        No fewer modes of the same suspension, with other meshes or coordinates.
+        At least k modes psi of the same suspension, with other meshes or coordinates.
 
     Returns
     -------
     ndarray of int, shape (k,)
-        Index in `others`; no index occurs twice.
+        Index in `others` of the mode that belongs to each of `modes`; no index occurs twice.
 
     Notes
     -----
-    The pairs have the largest sum of modal assurance criteria (phi^T M psi)^2, of mass-normalised shapes with the
-    masses of the nodes of the other model. Allemang and Brown (1982).
+    The pairs have the largest sum of (phi^T M psi)^2, the modal assurance criterion of mass-normalised shapes (Allemang
+    and Brown, 1982). M has the masses of bodies and nodes in the model of `others`, at whose nodes phi is interpolated.
     """
     if not len(modes):
         return np.zeros(0, dtype=int)

@@ -52,10 +52,14 @@ class Search:
         self._travel_time = cables.travel_time.reshape(self._rows, -1)
 
     def solve(self):
-        """`CoupledModes` of each row, or why it has none: list of (CoupledModes or Exception).
+        """Find the modes of each row (suspension) to the accuracy, on meshes that are refined until it is reached.
 
-        NoSolutionError: the equilibrium is not stable; a cable with mass hangs folded, or slack without weight.
-        ConvergenceError: the search for the equilibrium found none; the accuracy cannot be reached.
+        Returns
+        -------
+        list of (CoupledModes or Exception), one for each row
+            An exception says why a row has no modes. NoSolutionError: the equilibrium is not stable, or a cable with
+            mass hangs folded, or slack without weight. ConvergenceError: there is no equilibrium, or the accuracy
+            cannot be reached.
         """
         outcomes = self.refused
         rows = np.array([row for row, refused in enumerate(outcomes) if refused is None], dtype=int)
@@ -90,17 +94,22 @@ class Search:
         return [failure if outcome is None else outcome for outcome in outcomes]
 
     def _refined_orders(self, rows, orders, mesh_errors, highest):
-        """Sums of orders of the next meshes, higher for cables whose mesh makes more than their share of the error.
+        """Sums of element orders along each cable for the next meshes, higher where the mesh makes too large an error.
 
         Parameters
         ----------
         rows : ndarray of int, shape (m,)
+            Indices of m rows (suspensions) of c cables each.
         orders : ndarray, shape (m, c)
             Sum of orders along each cable of the last meshes.
         mesh_errors : ndarray, shape (m, c)
-            Largest error of a squared frequency by the mesh of each cable. [-]
+            Largest error of a squared frequency by the mesh of each cable. Up to accuracy/c it is allowed. [-]
         highest : ndarray, shape (m,)
             Highest frequency of the last trial. [rad/s]
+
+        Returns
+        -------
+        ndarray, shape (m, c)
         """
         excess = np.maximum(mesh_errors * mesh_errors.shape[1] / self.accuracy, 1.0)
         refinements = np.ceil(np.log10(excess) / SYSTEM.finer_digits)
@@ -108,20 +117,23 @@ class Search:
         return np.where(excess > 1, np.maximum(orders + added, self._orders(rows, highest)), orders)
 
     def with_modes_in_band(self, models, limits, chosen, lowest, highest):
-        """`CoupledModes` of the only row: the lowest, and those in a band of frequency, with chosen modes of cables.
+        """Find the lowest modes of the only suspension, and those in a band of frequency, with chosen modes of cables.
 
         Parameters
         ----------
         models : Models
-        limits, chosen
-            Which modes of cables are coordinates, as for `Models.coordinates`: those below a limit, and chosen ones.
+            Elements and modes with fixed ends of the c cables.
+        limits : ndarray, shape (c,)
+            Frequency of each cable below which its modes are coordinates. [rad/s]
+        chosen : list of (ndarray of bool, shape (n,))
+            For each cable, which of its n modes are coordinates in any case.
         lowest, highest : float
             Ends of the band of frequency. [rad/s]
 
         Returns
         -------
         CoupledModes
-            With the errors by the meshes alone.
+            The `count` lowest modes, and all in the band. Their errors are those by the meshes alone.
 
         Raises
         ------
@@ -135,18 +147,17 @@ class Search:
         return modes_of_row(trial, 0, np.maximum(trial.mesh_error[0].sum(axis=0) / 2, SYSTEM.frequency_rounding))
 
     def solve_stated_elements(self, model):
-        """`CoupledModes` of each row with the elements that the scene states, in place of an accuracy.
-
-        All modes of cables that are computed are coordinates.
+        """Find the modes of each row (suspension) with the elements that the scene states, whatever their accuracy is.
 
         Parameters
         ----------
         model : FixedModel
+            These elements, the same for each cable.
 
         Returns
         -------
-        list of (CoupledModes or Exception)
-            An exception where a row has no modes: as `solve` gives it; or since these elements have no equilibrium.
+        list of (CoupledModes or Exception), one for each row
+            An exception says why a row has no modes: as for `solve`, or because its elements have no equilibrium.
         """
         outcomes, batches, meshes = self.refused, {}, fixed_meshes(self.cables, model)
         for row, refused in enumerate(outcomes):
@@ -307,10 +318,24 @@ class Search:
         return np.where(orders <= ORDER_STEPS[-1], steps, 8 * np.ceil(orders / 8))
 
     def _limits(self, rows, highest):
-        """Angular frequency up to which each cable of some rows keeps its modes at first, shape (m, c). [rad/s]
+        """Frequency up to which each of the c cables of some rows (suspensions) keeps its modes in the first trial.
 
-        Zero, for no modes, where the first mode W of a cable is far above the highest frequency w that is asked for:
-        without its modes w^2 changes by about (w/W)^2 times the share of the cables in the mass.
+        Without its modes, a cable of the first frequency W changes w^2 by about r (w/W)^2, w being the highest
+        frequency that is asked for and r the share of the cables in the mass. If that is well below the accuracy, no
+        mode is kept.
+
+        Parameters
+        ----------
+        rows : ndarray of int, shape (m,)
+            Indices of the rows.
+        highest : ndarray, shape (m,)
+            w of each row. [rad/s]
+
+        Returns
+        -------
+        ndarray, shape (m, c)
+            Zero for no modes. Where modes serve for the form of cables (`shaped`), it is at least a multiple of W.
+            [rad/s]
         """
         # Dunkerley: masses on a string lower its first mode at most by this
         lowering = np.sqrt(1 + (np.pi / 2) ** 2 * self.cables.carried).reshape(self._rows, -1)[rows]
@@ -328,25 +353,28 @@ class Search:
         return np.where(self._heavy[rows], limits, 0.0)
 
     def _with_enough_coordinates(self, rows, models, highest, limits):
-        """Trials of rows, with more and more modes of cables, until those left out make an error within the accuracy.
+        """Solve rows (suspensions) with more and more modes of cables, until those left out matter no more.
+
+        That is so where the error that they make is within its part of the accuracy.
 
         Parameters
         ----------
         rows : ndarray of int, shape (m,)
+            Indices of the rows, of c cables each.
         models : Models
-            Of their cables.
+            Elements of their cables.
         highest : ndarray, shape (m,)
-            Estimate of the highest frequency. [rad/s]
+            Estimate of the highest frequency that is asked for. [rad/s]
         limits : ndarray, shape (m, c)
             Angular frequency up to which each cable keeps its modes in the first trial. [rad/s]
 
         Returns
         -------
         outcomes : list of ((Trial, int) or Exception)
-            For each row a trial with its modes, or one that shows it to be not stable, and its index in the trial; a
-            ConvergenceError if no trial had enough coordinates.
-        highest, limits : ndarray
-            As the parameters, after the last trial of each row.
+            For each row a `Trial` with its modes, or one that shows it to be not stable, and the index of the row in
+            this trial. A ConvergenceError if no trial had enough coordinates.
+        highest, limits : ndarray, shapes (m,) and (m, c)
+            The highest frequency found in the last trial of each row, and the limits after it. [rad/s]
         """
         outcomes = [self._accuracy_error("too many modes of cables")] * len(rows)
         highest, limits, pending = highest.copy(), limits.copy(), np.arange(len(rows))
@@ -366,22 +394,31 @@ class Search:
         return outcomes, highest, limits
 
     def _judge(self, trial, models, rows, highest, limits):
-        """Judge for each row of a trial if its cables keep enough modes, and how many they need else.
+        """Judge for each row (suspension) of a trial if its c cables keep enough modes, and which they need else.
 
         Parameters
         ----------
         trial : Trial
-        models, rows, highest, limits
-            Of the trial, as for `_with_enough_coordinates`.
+            Modes of m rows.
+        models : Models
+            Elements of their cables.
+        rows : ndarray of int, shape (m,)
+            Indices of these rows among all.
+        highest : ndarray, shape (m,)
+            Previous estimate of the highest frequency that is asked for. [rad/s]
+        limits : ndarray, shape (m, c)
+            Angular frequency up to which each cable keeps its modes in the trial. [rad/s]
 
         Returns
         -------
         good : ndarray of bool, shape (m,)
-            True where the error by the modes left out is within the accuracy.
+            True where all modes were found, where the error by modes of cables left out is within its part of the
+            accuracy, and where cables with own modes near those asked for keep enough of them.
         highest : ndarray, shape (m,)
-            Highest frequency that was found; a higher one than before where fewer modes than asked for were. [rad/s]
+            Highest frequency that was found; a multiple of the previous estimate where too few modes were found.
+            [rad/s]
         limits : ndarray, shape (m, c)
-            Those of the trial where it is good, else wider ones. [rad/s]
+            Limits of the trial where it is good, else wider ones. [rad/s]
         """
         allowed = 2 * SYSTEM.coordinates_share * self.accuracy  # of squared frequencies
         too_few = np.isinf(trial.omega).any(axis=1) & self._heavy[rows].any(axis=1)
@@ -396,14 +433,17 @@ class Search:
         return good, highest, np.where(good[:, None], limits, wider)
 
     def _wider_limits(self, error, allowed, limits, near, highest):
-        """Limits of the modes of cables for the next trial, shape (m, c), wider where their error is too large. [rad/s]
+        """Limits of the modes of cables for the next trial, wider where the modes left out make too large an error.
 
-        The error is taken to fall with the power `left_out_power` of a limit.
+        With e, the error over its allowed value, a limit grows by a factor in proportion to e^(1/k), k =
+        `left_out_power`: the error falls about with this power of the limit. Cables that keep modes have limits of at
+        least `_margin` times the highest frequency.
 
         Parameters
         ----------
         error : ndarray, shape (m, c)
-            Largest error of a squared frequency by the modes of each cable left out. [-]
+            For m rows (suspensions) of c cables: largest error of a squared frequency by the modes of each cable left
+            out. [-]
         allowed : float
             Allowed sum of these errors over the cables of a row. [-]
         limits : ndarray, shape (m, c)
@@ -412,6 +452,11 @@ class Search:
             True where the first mode of a cable is among those asked for, or near.
         highest : ndarray, shape (m,)
             Highest frequency of the last trial. [rad/s]
+
+        Returns
+        -------
+        ndarray, shape (m, c)
+            [rad/s]
         """
         cables_with_error = np.maximum(np.count_nonzero(error, axis=1), 1)[:, None]
         excess = np.maximum(2 * error * cables_with_error / allowed, 1.0)

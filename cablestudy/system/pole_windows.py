@@ -24,21 +24,23 @@ from cablestudy.system.tolerances import SYSTEM
 
 
 def poles_in_windows(matrices, omega):
-    """Poles x of the symmetric matrix polynomial Q(x) of the modes of a cable, and Q(x)^-1 as a sum over these poles.
+    """Find all poles x of the matrix polynomial Q(x) of the n modes of a cable, and Q^-1 as a sum over these poles.
 
-    Found window by window, see the module's docstring: much cheaper for many modes than one eigenvalue problem.
+    The poles are found in windows of frequency, each with the modes near it (see the module's docstring). For many
+    modes that is much cheaper than one eigenvalue problem.
 
     Parameters
     ----------
     matrices : sequence of 2 or 3 ndarray, shape (n, n)
-        By ascending power of x: the first one is diagonal but for its imaginary part, the last one the identity.
+        Coefficients of Q by ascending power of x, symmetric. The real part of the first is diagonal, the last one is
+        the identity.
     omega : ndarray, shape (n,)
-        Frequencies of the modes. [rad/s]
+        Angular frequencies of the modes. [rad/s]
 
     Returns
     -------
-    poles, left, right : ndarray, shapes (N,), (n, N), (N, n)
-        The inverse is the sum of left right/(x - pole).
+    poles, left, right : ndarray, complex, shapes (N,), (n, N), (N, n)
+        Q^-1 = sum of left_j right_j/(x - pole_j); N = n or 2 n for 2 or 3 matrices.
 
     Raises
     ------
@@ -74,21 +76,25 @@ def poles_in_windows(matrices, omega):
 
 
 def poles_and_vectors(matrices, omega):
-    """All poles x of the symmetric matrix polynomials of the modes of r cables, by one linear eigenvalue problem each.
+    """Find all poles x of the symmetric matrix polynomials of the n modes of r cables, by linear eigenvalue problems.
 
-    Groups of modes that damping does not couple have a problem each: of a level cable the symmetric and the
-    antisymmetric modes. No digit of a cable depends on the others.
+    Groups of modes that damping does not couple have a problem each, such as the symmetric and the antisymmetric modes
+    of a level cable. No digit of a cable depends on the others.
 
     Parameters
     ----------
-    matrices, omega
-        As for `poles_in_windows`, of each cable: shapes (r, n, n) and (r, n).
+    matrices : sequence of 2 or 3 ndarray, shape (r, n, n)
+        Coefficients of each polynomial by ascending power of x: K and M, or K, C and M. The real part of K is diagonal,
+        M is the identity.
+    omega : ndarray, shape (r, n)
+        Angular frequencies of the modes. [rad/s]
 
     Returns
     -------
-    poles : ndarray, shape (r, N)
-    vectors : ndarray, shape (r, N, N)
-        Eigenvectors of the linear problem, from which `mode_amplitudes` takes the amplitudes of the modes.
+    poles : ndarray, complex, shape (r, N)
+        N = n or 2 n for 2 or 3 matrices.
+    vectors : ndarray, complex, shape (r, N, N)
+        Eigenvectors of the linear problem as columns, from which `mode_amplitudes` takes the amplitudes of the modes.
     """
     (rows, n), states = omega.shape, len(matrices) - 1
     stiffness, *damping, mass = matrices
@@ -110,11 +116,23 @@ def poles_and_vectors(matrices, omega):
 
 
 def _poles_of_coupled_modes(matrices, omega):
-    """`poles_and_vectors` of modes that damping couples.
+    """Solve `poles_and_vectors` for modes all of which damping couples.
 
-    The frequencies of the modes differ by many powers of ten, and an eigen-solution has rounding of the size of its
-    largest eigenvalue. So the inverse matrix is taken, of the states W q, and q' where x is s: its entries are as small
-    as possible. Where damping is weak, a solvent of half the size serves instead (`solvents`).
+    The linear problem is that of the inverse matrix, with the states W q (and q', for three matrices): the frequencies
+    W of the modes differ by many powers of ten, and the rounding of an eigen-solution has the size of the largest
+    eigenvalue. Where damping is weak, a problem of half the size serves instead (`eigen_by_solvents`).
+
+    Parameters
+    ----------
+    matrices : sequence of 2 or 3 ndarray, shape (r, n, n)
+        Coefficients of the polynomials of r cables by ascending power of x: K and M, or K, C and M = I.
+    omega : ndarray, shape (r, n)
+        W. [rad/s]
+
+    Returns
+    -------
+    poles, vectors : ndarray, complex, shapes (r, N) and (r, N, N)
+        N = n or 2 n for 2 or 3 matrices; vectors of the states W q (and q') as columns.
     """
     (rows, n), states = omega.shape, len(matrices) - 1
     found, size = np.zeros(rows, dtype=bool), states * n

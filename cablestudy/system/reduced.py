@@ -39,24 +39,26 @@ class ReducedSystem:
         return self.omega.shape[-1] + self.stiffness.shape[-1]
 
     def lowest(self, count):
-        """The lowest undamped modes, winches at rest.
+        """The lowest undamped modes of the N coordinates of cables and d free displacements of bodies, winches at rest.
 
         Parameters
         ----------
         count : int
-            Number k of modes; all where there are fewer. In each system of a stack the number of cable coordinates
-            that move bodies (`coupled`) must be equal.
+            Number k of modes; all where there are fewer. In each system of a stack equally many cable coordinates must
+            move bodies (`coupled`).
 
         Returns
         -------
         omega : ndarray, shape (..., k)
-            Ascending; infinite without mass, not a number where the equilibrium is not stable. [rad/s]
+            Angular frequencies, ascending; infinite for motions without mass, not a number where the equilibrium is not
+            stable. [rad/s]
         shapes : ndarray, shape (..., N + d, k)
             Columns: mass-normalised; zero where there is no mode.
 
         Raises
         ------
         ConvergenceError
+            The iteration for a large system did not converge.
         """
         if isinstance(self.inertia, np.ndarray):
             moves_bodies = coupled(self.coupling, np.diagonal(self.inertia, axis1=-2, axis2=-1)[..., None, :])
@@ -89,16 +91,22 @@ class ReducedSystem:
         return np.where(stable, omega, np.nan), np.where(stable[..., None], shapes, 0.0)
 
     def _lowest_with_uncoupled(self, count, moves_bodies):
-        """`lowest` where some cable coordinates move no body: each of those is a mode by itself, with shape 1.
+        """The lowest modes where some of the N cable coordinates move no body.
 
-        The eigenvalue problem is solved for the other coordinates and the bodies. Its modes and the modes by themselves
-        are then sorted by frequency.
+        Each of these is a mode by itself, of shape 1. The eigenvalue problem is solved for the other coordinates and
+        the bodies. Its modes and the modes by themselves are then sorted by frequency.
 
         Parameters
         ----------
         count : int
+            Number of modes.
         moves_bodies : ndarray of bool, shape (..., N)
-            True for the coordinates of the cables that move bodies, equally many in each system; see `coupled`.
+            True for the cable coordinates that move bodies, equally many in each system of a stack.
+
+        Returns
+        -------
+        omega, shapes : ndarray
+            As of `lowest`: angular frequencies, ascending [rad/s]; mass-normalised shapes.
         """
         modal, size = self.omega.shape[-1], len(self)
         order = np.argsort(~moves_bodies, axis=-1, kind="stable")
@@ -125,10 +133,20 @@ class ReducedSystem:
         return float(sparse_factors(self.stiffness).solve(force)[motion])
 
     def _lowest_of_large(self, count):
-        """`lowest` of a large system, by Lanczos iteration: no large matrix is formed.
+        """The lowest modes of a large system by Lanczos iteration, without forming a large matrix.
 
-        Only the stiffness of the bodies is factorised, as that of the cable coordinates is diagonal. Systems of a stack
-        are solved one by one.
+        Only the stiffness of the bodies is factorised, as that of the cable coordinates is the diagonal matrix W^2.
+        Systems of a stack are solved one by one.
+
+        Parameters
+        ----------
+        count : int
+            Number of modes.
+
+        Returns
+        -------
+        omega, shapes : ndarray
+            As of `lowest`: angular frequencies, ascending [rad/s]; mass-normalised shapes.
         """
         if self.omega.ndim > 1:
             systems = zip(self.omega, self.coupling, self.inertia, self.stiffness, strict=True)

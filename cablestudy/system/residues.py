@@ -50,16 +50,27 @@ def eigen(a):
 
 
 def eigen_of_rows(a):
-    """Eigenvalues and eigenvectors, right and left, of n matrices A of state spaces, (n, N, N): list of Eigen.
+    """Eigenvalues and eigenvectors, right and left, of the matrices A of n state spaces.
+
+    Parameters
+    ----------
+    a : ndarray, shape (n, N, N)
+        The matrices; no result depends on the others.
+
+    Returns
+    -------
+    list of Eigen
 
     Notes
     -----
-    Groups of states that do not depend on each other are solved apart. Rows are ordered by their size, the largest
+    Groups of states that do not depend on each other are solved apart. Rows of A are ordered by their size, the largest
     first: the small eigenvalues of a graded matrix then keep more digits (Stewart, Matrix Algorithms II: Eigensystems,
-    2001, section 2.3). A matrix without a full set of eigenvectors, such as that of a critically damped filter, is
-    changed by little, and only in the space of the poles that coincide, so that it has one (Davies, Approximate
-    diagonalization, SIAM Journal on Matrix Analysis and Applications 29, 2007). The need for that is judged by the
-    share of each state in each pole, its entry of V times its entry of V^-1, which does not depend on units.
+    2001, section 2.3).
+
+    A matrix without a full set of eigenvectors, such as that of a critically damped filter, is changed by little, and
+    only in the space of the poles that coincide, so that it has one (Davies, Approximate diagonalization, SIAM Journal
+    on Matrix Analysis and Applications 29, 2007). The need for that is judged by the share of each state in each pole:
+    its entry of V times its entry of V^-1, V being the matrix of eigenvectors. These shares do not depend on units.
     """
     joined = joined_states(a)
     whole = all_joined(joined)
@@ -182,10 +193,22 @@ def _eigen_of_weakly_damped(a):
 
 
 def _separating_change(a, poles, right):
-    """Random matrix, shape (N, N), a small multiple of which, added to A, takes poles apart that nearly coincide.
+    """Random matrix of which a small multiple, added to a matrix A, takes poles of A apart that nearly coincide.
 
-    It acts in the space of poles whose eigenvectors are nearly parallel, with a norm of the size of these poles; others
-    do not change. `poles` and `right` are the eigenvalues and eigenvectors computed for A as it is.
+    It acts in the space of such poles if their eigenvectors are nearly parallel. Its norm there is the size of these
+    poles; other poles do not change.
+
+    Parameters
+    ----------
+    a : ndarray, shape (N, N)
+        A.
+    poles, right : ndarray, complex, shapes (N,) and (N, N)
+        Eigenvalues and eigenvectors (columns) that were computed for A. [rad/s]
+
+    Returns
+    -------
+    ndarray, shape (N, N)
+        Real for a real A.
     """
     random, total, is_real = np.random.default_rng(0), np.zeros_like(a), not np.iscomplexobj(a)
     remaining = np.arange(len(poles))
@@ -313,19 +336,24 @@ class DelayedResponse:
 
 
 def delayed_response(response, slow, fast, highest):
-    """`DelayedResponse` of a system with a delay: its response, and the lightly damped poles of two approximations.
+    """`DelayedResponse` of a system with a delay: its exact response, and lightly damped poles of approximations.
 
-    Below a limit of frequency the poles are those of `slow`, above it those of `fast`. The limit is in the widest gap
-    between poles of `fast` in a band below `highest`, so that no pole which both systems have is taken twice, or lost.
+    Below a limit of frequency the poles are those of `slow`, above it those of `fast`. The limit is the middle of the
+    widest gap between poles of `fast` in a band below `highest`, so that no pole is taken twice or lost.
 
     Parameters
     ----------
     response : callable
-        As in `DelayedResponse`.
+        s, shape (f,) [rad/s] -> outputs per input, shape (f, o, i).
     slow, fast : Residues
-        Approximations of the system, good below the limit and above it.
+        Approximations of the system as sums over poles, good below the limit and above it.
     highest : float
-        Upper end of the band of the limit. [rad/s]
+        Upper end of the band in which the limit is sought. [rad/s]
+
+    Returns
+    -------
+    DelayedResponse
+        Integrals over frequency treat the sharp peaks of its response by these poles, the rest by numbers.
     """
     slow, fast = _sharp(slow), _sharp(fast)
     sizes = np.unique(np.append(np.abs(fast.poles), [SYSTEM.gap * highest, highest]))

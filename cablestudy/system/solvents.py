@@ -19,15 +19,27 @@ from cablestudy.system.tolerances import SYSTEM
 
 @np.errstate(all="ignore")  # at critical damping both poles of a coordinate are equal; what is not finite is not found
 def eigen_by_solvents(stiffness, damping):
-    """Poles, shape (n, 2 m), and shapes, (n, m, 2 m), of Q(x) = x^2 + x C + K of n rows, and which were found, (n,).
-
-    The inverses of the solvents are taken, since the slow poles then are the largest eigenvalues, which rounding
-    spares. Of a real Q the poles of one half plane are those of the other, conjugate.
+    """Poles and shapes of Q(x) = x^2 I + x C + K of n systems, from eigenvalue problems of size m in place of 2 m.
 
     Parameters
     ----------
     stiffness, damping : ndarray, shape (n, m, m)
-        K and C; C is real.
+        K, real or complex, and C, real.
+
+    Returns
+    -------
+    poles : ndarray, complex, shape (n, 2 m)
+        Those of one half plane, then those of the other.
+    shapes : ndarray, complex, shape (n, m, 2 m)
+        Columns v with Q(pole) v = 0.
+    found : ndarray of bool, shape (n,)
+        False where no solvent was found, as with strong damping: poles and shapes are then of no use.
+
+    Notes
+    -----
+    A solvent S, S^2 + C S + K = 0, has the poles of one half plane as eigenvalues (see the module's docstring). The
+    eigenvalues of S^-1 are computed: slow poles are its largest ones, which rounding spares. Of a real K the other
+    poles are the complex conjugate ones.
     """
     half = np.diagonal(damping, axis1=1, axis2=2) / 2
     root = np.sqrt(half**2 - np.diagonal(stiffness, axis1=1, axis2=2) + 0j)

@@ -141,12 +141,19 @@ class Superelement:
         )
 
     def with_end_shapes(self, shapes):
-        """Copy of the cable whose ends move in e shapes alone: these take the place of the six end displacements.
+        """Copy of the cable whose ends move in e given shapes only.
+
+        The six end displacements are u = T v, and the amplitudes v of the shapes take their place.
 
         Parameters
         ----------
         shapes : ndarray, shape (6, e)
-            End displacements in each shape.
+            T: end displacements x, y, z of end 1, then of end 2, in each shape.
+
+        Returns
+        -------
+        Superelement
+            Matrices of the ends become T^T k T, with e in place of 6 rows and columns; modes do not change.
         """
         n, strain, air = len(self.omega), self.strain, self.air
         if strain is not None:
@@ -183,17 +190,18 @@ class Superelement:
         return np.concatenate([change(self.carried[:, :n]), self.carried[:, n:]], axis=1)
 
     def combine(self, shapes):
-        """Copy of the cable with combinations of its modes as coordinates; its static stiffness stays exact.
+        """Copy of the cable with k combinations of its n modes as coordinates; its static stiffness stays exact.
 
         Parameters
         ----------
         shapes : ndarray, shape (n, k)
-            Orthonormal columns, for which shapes^T W^2 shapes is diagonal.
+            R: orthonormal columns for which R^T W^2 R is diagonal, W being the frequencies of the modes.
 
         Returns
         -------
         Superelement
-            Modal damping of what the combinations leave out is kept at the ends.
+            With the frequencies sqrt(R^T W^2 R) and the coupling R^T m to the ends. Modal damping of what the
+            combinations leave out is kept at the ends, as it acts against their slow movements.
         """
         square, coupling = (self.omega**2) @ shapes**2, shapes.T @ self.coupling
         rate = 2 * self.damping_ratio * self.omega
@@ -216,20 +224,21 @@ class Superelement:
         )
 
     def truncate(self, chosen):
-        """Copy with some modes, without the static part and the inertia of the others, as the paper truncates modes.
+        """Copy with some modes, the others held at zero: without their static part and inertia, as in modal truncation.
 
-        The absolute amplitude q + m u of the others is zero: `stiffness` is larger by p p^T/W^2 of each of them, and is
-        no longer the static stiffness.
+        Held at zero is the absolute amplitude q + m u of each mode left out, u being the end displacements and m the
+        coupling. With the participation p = -W^2 m, the stiffness of the ends becomes k + sum of p p^T/W^2 over these
+        modes. It is then not the static stiffness of the cable.
 
         Parameters
         ----------
-        chosen : ndarray of int
-            Modes to keep.
+        chosen : ndarray of int, shape (k,)
+            Indices of the modes to keep.
 
         Returns
         -------
         Superelement
-            With `stiffness` and `inertia` as the truncation has them.
+            Of k modes, with that `stiffness`, and with the `inertia` J less the sum of m m^T.
         """
         kept, omitted = self.select(chosen), np.setdiff1d(np.arange(len(self.omega)), chosen)
         held, strain, carried = -self.coupling[omitted], kept.strain, kept.carried  # q = -m u
@@ -280,7 +289,14 @@ class Superelement:
         return replace(kept, residual_damping=self.residual_damping + coupling.T @ (rate[:, None] * coupling))
 
     def matrices(self):
-        """M, C and K of the modes and the six ends, each of shape (n + 6, n + 6); K is complex where hysteretic."""
+        """Mass, damping and stiffness matrices of the n modes and the e ends, in this order.
+
+        Returns
+        -------
+        mass, damping, stiffness : ndarray, shape (n + e, n + e)
+            M, C and K of the module's docstring, in modal amplitudes relative to the static shapes and in end
+            displacements; e is 6, or less after `with_end_shapes`. K is complex if damping is hysteretic.
+        """
         (n, ends), coupling = self.participation.shape, self.coupling
         mass, stiffness = np.zeros((2, n + ends, n + ends))
         mass[np.arange(n), np.arange(n)], stiffness[np.arange(n), np.arange(n)] = 1.0, self.omega**2
@@ -301,14 +317,14 @@ class Superelement:
         return mass, damping, stiffness
 
     def dynamic_stiffness(self, s, rows=slice(None), columns=slice(None)):
-        """Dynamic stiffness: force at the ends per displacement of the ends, for each frequency.
+        """Dynamic stiffness: force at the ends per displacement of the ends, at m values of the Laplace variable s.
 
         Parameters
         ----------
         s : ndarray, shape (m,)
-            Laplace variable, i omega for the frequency response. [rad/s]
+            i times the angular frequency for the frequency response. [rad/s]
         rows, columns : slice or list of int
-            Which forces and which displacements, of the six.
+            Which forces and which displacements, of the six: r and c of them. Default: all.
 
         Returns
         -------
@@ -322,8 +338,14 @@ class Superelement:
 
         Notes
         -----
-        With g = s^2 + nu s: modal damping k + g (J - m^T m) + sum of p p^T r/(W^2 (W^2 + r)), r = g + 2 zeta W s;
-        damped strain k + c S + g J - (c R + g m)^T (W^2 + c E + g)^-1 (c R + g m), c being `Strain.factor` at s.
+        With the end stiffness k and inertia J, frequencies W, damping ratios zeta, participations p and couplings m of
+        the modes, viscous damping nu, the `residual_damping` D and g = s^2 + nu s, it is for modal damping
+
+            k + g (J - m^T m) + s D + sum over modes of p p^T r/(W^2 (W^2 + r)),    r = g + 2 zeta W s.
+
+        For damped strain it is, with its elastic parts E, R, S and the complex loss factor c of `Strain.factor` at s,
+
+            k + c S + g J - (c R + g m)^T (W^2 + c E + g)^-1 (c R + g m).
         """
         s = np.asarray(s, dtype=complex)
         if self.strain is not None:
