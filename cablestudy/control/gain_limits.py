@@ -314,11 +314,15 @@ def _destabilising_limits(loops):
 
 
 def _limits_at(functions, crossings):
-    """Each of some `Crossings` of n loop gains as a `Limit`: list of (number of the loop, Limit, bool).
+    """Turn `Crossings` of n loop gains into `Limit`s, each with the direction in which its pole crosses.
 
-    The last tells whether its pole crosses to the right. For a mode nearly undamped the limit is where the mode
-    grows by `CONTROL.negligible_growth` times its frequency; the factor is infinite if the mode never does, so that its
-    crossing back to the left is left out.
+    For a nearly undamped mode that crosses to the right the limit is where it grows by `CONTROL.negligible_growth`
+    times its frequency; the factor is infinite if it never does. Its crossing back to the left is left out.
+
+    Returns
+    -------
+    list of (int, Limit, bool)
+        Number of the loop, the limit, and True if the pole crosses to the right with more gain.
     """
     limits, destabilising = _as_limits(crossings), crossings.destabilising.tolist()
     undamped = [index for index, limit in enumerate(limits) if destabilising[index] and limit.undamped]
@@ -369,11 +373,22 @@ def _as_limits(crossings):
 
 
 def _growth_allowed(functions, remaining):
-    """`Limit` with the factor above 1 at which a pole first crosses to the right; infinite where none does.
+    """Find the factor above 1 of a gain at which a pole first crosses to the right, of a loop that is stable at 1.
 
-    `remaining` are the sorted `Crossings` of one of some loop gains. The loop is taken to be stable at the factor 1. If
-    more poles cross to the left than to the right below 1, it is unstable without this gain: the factor is then 0. As
-    in `_limits_at`, a mode that is nearly undamped counts from the factor on with which it grows.
+    If more poles cross to the left than to the right below 1, the loop is unstable without this gain: the factor is
+    then 0. A mode that is nearly undamped counts from the factor on with which it grows, as in `_limits_at`.
+
+    Parameters
+    ----------
+    functions : sequence of callable
+        Loop gains of several loops, over the gain: s, shape (f,) [rad/s] -> shape (f, 1, 1).
+    remaining : Crossings
+        Those of one of these loops, sorted.
+
+    Returns
+    -------
+    Limit
+        With an infinite factor where no pole crosses to the right.
     """
     net, allowed = 0, Limit(np.inf, 0.0)
     while len(remaining):

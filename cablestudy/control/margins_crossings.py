@@ -16,16 +16,18 @@ from cablestudy.control.tolerances import CONTROL
 
 @dataclass(frozen=True)
 class Crossings:
-    """Pairs of frequencies between which an eigenvalue of a loop gain crosses the negative real axis.
+    """Pairs of frequencies between which an eigenvalue of a loop gain over the gain crosses the negative real axis.
+
+    There are c of them, in one or several loops.
 
     Attributes
     ----------
     row : ndarray of int, shape (c,)
         Number of the loop, ascending.
     omega : ndarray, shape (c, 2)
-        [rad/s]
-    values : ndarray, shape (c, 2)
-        The eigenvalue at these frequencies, complex. [s]
+        The frequencies. [rad/s]
+    values : ndarray, complex, shape (c, 2)
+        The eigenvalue at these frequencies. [s]
     """
 
     row: np.ndarray

@@ -80,10 +80,11 @@ class _Ends:
     movements : ndarray, shape (n, 6 c, i)
         H: displacements of the six ends of all cables per movement of each winch. [-]
     lifted : ndarray, shape (n, 6 c, i)
-        Upward forces on the ends of all cables per movement of each winch, by the weight that it takes off. [N/m]
+        Forces on the ends of all cables, against the uniform load, per movement of each winch: by the load (weight)
+        that it takes off. [N/m]
     moments : ndarray, shape (n, 6 b, i)
-        Loads on the b bodies and points per movement of each winch: moments d x F of the force F of the cable, where a
-        winch moves its end in a direction d. [N]
+        Loads on the b bodies and points per movement of each winch: moments d x F of the force F of the cable on the
+        body, where a winch moves its end in a direction d. [N]
     """
 
     def __init__(self, layouts, winches):
@@ -188,9 +189,25 @@ def signature(layout, kept, winches, markers, midspans):
 
 
 def suspension_systems(layouts, kept, winches, markers, midspans):
-    """Assemble the `LinearSystem` of n rows with equal `signature`, the row first: of each row a `suspension_system`.
+    """Assemble the `LinearSystem` of n suspensions ("rows") from winches and forces to displacements and tensions.
 
-    Arguments are lists of those of each row.
+    Parameters
+    ----------
+    layouts : list of Layout
+        Bodies and cables of each row about the equilibrium. Rows must have equal `signature`.
+    kept : list of (list of ReducedCable)
+        For each row, the modes and residual vectors of each cable that are coordinates.
+    winches : list of (sequence of Winch)
+    markers : list of (sequence of Marker)
+        For each row, places on bodies whose displacements are outputs.
+    midspans : list of (sequence of ndarray, shape (3, k))
+        For each row, the displacement at mid-span of each cable by its k coordinates, modes and then six ends; an empty
+        sequence for no such outputs.
+
+    Returns
+    -------
+    LinearSystem
+        Of n rows, with dense matrices; coordinates, inputs and outputs are those of `suspension_system`.
     """
     layout, winch_count = layouts[0], len(winches[0])
     ends = _Ends(layouts, winches)
@@ -338,9 +355,9 @@ def _midspans(connection, movements, midspans, modal):
 def _tensions(matrices, connection, ends, modal):
     """Output matrices of the tensions at both ends of all c cables of n suspensions.
 
-    With the outward unit tangents t at the two ends, A_j = K, C, M of a cable for its modes q and end displacements u,
-    and u = G x + H v, the forces on the ends give the tensions t^T (A_uq q + A_uu u), summed over j and derivatives.
-    The load that a winch takes off its own end is subtracted from those of v.
+    A tension is the component, along the outward unit tangent t, of the force on an end of the cable. With the modes q
+    of a cable, its end displacements u = G x + H v and its matrices A = K, C, M for j = 0, 1, 2, the j-th derivatives
+    of q, x and v add t^T (A_uq q + A_uu u). The load that a winch takes off its own end is subtracted from D_0.
 
     Parameters
     ----------

@@ -26,20 +26,23 @@ from cablestudy.system.tolerances import SYSTEM
 
 
 class Models:
-    """Elements of all cables, with a mesh for each: their modes with fixed ends, superelements, errors and motion.
+    """Elements of c cables, with a mesh for each: their modes with fixed ends, superelements, errors and motion.
+
+    Cables on equal meshes are groups (`groups`), whose arrays are computed together: g cables of n modes each.
 
     Parameters
     ----------
     cables : Cables
     meshes : list of (Mesh or None)
+        None for a cable without mass.
     fixed : bool
         True if the elements are in their own equilibrium, False if on the closed form of the catenary.
     most_modes : int
-        Modes of each cable that are computed at most; six vectors stand for the others.
+        Largest number of modes of a cable that are computed; up to six vectors stand for the others.
     modes_of_large : ndarray of int, shape (c,), optional
-        Modes that are computed of each cable that has more than `most_modes`, up to as many, which is the default.
+        Modes that are computed of a cable that has more than `most_modes`. Default and upper bound: `most_modes`.
     in_modes : bool
-        False for `EndsOfAllMotion`, which serve for `condensed` alone.
+        False for `EndsOfAllMotion`, which serve for `condensed` alone: displacements of nodes in place of modes.
     """
 
     def __init__(

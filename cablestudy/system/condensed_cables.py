@@ -23,7 +23,7 @@ from cablestudy.system.tolerances import SYSTEM
 
 @dataclass(frozen=True)
 class CondensedCables:
-    """Equations of motion of g cables with n coordinates each.
+    """Equations of motion of g cables with n coordinates each, and the six displacements of their ends.
 
     Attributes
     ----------
@@ -38,8 +38,11 @@ class CondensedCables:
     ratio, loss, time, viscous : ndarray, shape (g,)
         Damping: modal ratio [-], loss factor [-], time of Kelvin and Voigt's law [s], and viscous damping per length
         over mass per length [1/s].
-    strain_root, carried : ndarray, shapes (g, r, n + 6) and (g, c, n + 6), or None
-        See `Ends`; None where no cable has such damping.
+    strain_root : ndarray, shape (g, r, n + 6), or None
+        V: V^T V is the elastic part of the stiffness of coordinates and ends; None where no cable has damped strain.
+    carried : ndarray, shape (g, c, n + 6), or None
+        B: B^T B is the mass of point masses on the cables, without viscous damping; None where there are none, or no
+        such damping.
     inertia_of_modes : ndarray, shape (g, n, n), or None
         None for modes, whose inertia is the identity.
     further : ndarray, shape (g, n + 6, n + 6), or None

@@ -28,7 +28,8 @@ from cablestudy.system.tolerances import SYSTEM
 class Layout:
     """Matrices of the bodies and links of a suspension, and the matrix that connects cable ends to bodies.
 
-    They do not depend on how the cables are discretised, and are shared by all models of one equilibrium.
+    They do not depend on how the cables are discretised, and are shared by all models of one equilibrium. Shapes have b
+    bodies and points, d of whose 6 b displacements (x y z and small rotations) are free, c cables and l links.
 
     Attributes
     ----------
