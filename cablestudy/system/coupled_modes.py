@@ -54,7 +54,7 @@ def coupled_modes(
 
 
 def coupled_modes_of_cases(equilibrium, count, accuracy, damping, planes=None, damped=False, model=None):
-    """The lowest coupled modes of n suspensions ("cases") with equal names and connections, solved together.
+    """The lowest coupled modes of n suspensions ("cases") with equal names and connections.
 
     Parameters
     ----------

@@ -185,7 +185,19 @@ class Search:
         return row if alone else None, bool(np.any(loads[cables, :, 2]))
 
     def _modes_of_elements(self, rows, alone, meshes):
-        """Outcomes of `solve_stated_elements` for some rows: list; each alone if they fail in one call."""
+        """Modes of some rows (suspensions) with stated elements: list of (CoupledModes or Exception).
+
+        The rows are solved in one call, or each by itself if this call fails.
+
+        Parameters
+        ----------
+        rows : ndarray of int, shape (m,)
+            Indices of the rows.
+        alone : bool
+            True for one row with many elements, or in a steady wind: of its cables only the modes needed are computed.
+        meshes : list of (Mesh or None)
+            Of all cables of all rows, from the elements that the scene states.
+        """
         cables, meshes_of_rows = self._cables_of(rows), [meshes[cable] for cable in self._cable_indices(rows)]
         most_modes = min(self._modes_needed(rows), SYSTEM.modes_of_cable) if alone else SYSTEM.modes_of_cable
         models = Models(cables, meshes_of_rows, fixed=True, most_modes=most_modes)
@@ -435,9 +447,9 @@ class Search:
     def _wider_limits(self, error, allowed, limits, near, highest):
         """Limits of the modes of cables for the next trial, wider where the modes left out make too large an error.
 
-        With e, the error over its allowed value, a limit grows by a factor in proportion to e^(1/k), k =
-        `left_out_power`: the error falls about with this power of the limit. Cables that keep modes have limits of at
-        least `_margin` times the highest frequency.
+        The error is taken to fall with the power n = `left_out_power` of a limit. So a limit grows by a factor in
+        proportion to e^(1/n), e being the error over its allowed value; the factor is bounded. Cables that keep modes
+        have limits of at least `_margin` times the highest frequency.
 
         Parameters
         ----------

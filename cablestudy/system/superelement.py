@@ -295,7 +295,8 @@ class Superelement:
         -------
         mass, damping, stiffness : ndarray, shape (n + e, n + e)
             M, C and K of the module's docstring, in modal amplitudes relative to the static shapes and in end
-            displacements; e is 6, or less after `with_end_shapes`. K is complex if damping is hysteretic.
+            displacements; e is 6, or the number of shapes given to `with_end_shapes`. K is complex if damping is
+            hysteretic.
         """
         (n, ends), coupling = self.participation.shape, self.coupling
         mass, stiffness = np.zeros((2, n + ends, n + ends))
