@@ -292,8 +292,8 @@ def _destabilising_limits(loops):
 
     Notes
     -----
-    With an eigenvalue l of the loop gain over the gain g, a pole s obeys 1 + g l(s) = 0: it moves by 1/(g dl/ds) per
-    relative change of g.
+    With the gain g and an eigenvalue l of the loop gain over g, a pole s obeys 1 + g l(s) = 0: it moves by 1/(g dl/ds)
+    per relative change of g.
 
     On the curve over frequency crossings are known by interpolation only. In each round those that may be the first of
     their loop are located to rounding (`_split_first`), and kept where a pole moves to the right. Rounds go on until no

@@ -40,10 +40,13 @@ def poles_of_modes(loop_gains, modes):
 
     Notes
     -----
-    A mode of the frequency W and the decay rate c/2 between fixed ends has the pole of s^2 + c s + W^2 = W^4 w^T Z_r^-1
-    w. Z_r is the dynamic stiffness of the bodies with all cables but without this mode, and w its coupling to the
-    bodies; X is given in the module's docstring. Z_r and X are computed once, at s beside i W: at W itself the
-    resonance of the mode dominates, and rounding would spoil Z_r.
+    A mode of the frequency W and the decay rate c/2 between fixed ends has the pole of
+
+        s^2 + c s + W^2 = W^4 w^T Z_r^-1 w.
+
+    Z_r is the dynamic stiffness of the bodies with all cables but without this mode, and w its coupling to the bodies;
+    X is given in the module's docstring. Z_r and X are computed once, at s beside i W: at W itself the resonance of the
+    mode dominates, and rounding would spoil Z_r.
     """
     found = [None] * len(loop_gains)
     for indices, members in _batches(loop_gains, range(len(loop_gains))):
