@@ -134,25 +134,27 @@ def value(column, case):
 
 
 def value_and_error(column, case):
-    """Number of a case in a column, and its estimated relative error: the one way to a cell that is computed by itself.
+    """Value of a result column in one case, and its estimated relative error.
 
     Parameters
     ----------
     column : Column
-        The scene of the case has the keys that it needs.
+        The result, such as the sag. The scene of the case has the keys of the file that it needs.
     case : CableCase or SuspensionCase
+        A scene in one load case.
 
     Returns
     -------
     number : float, int or None
-        None where the case has no such number and none is missing, for example no limit of the gain.
+        In the unit of the column. None where the case has no such number, though nothing is missing: a loop that is
+        stable at any gain has no largest gain.
     error : float or None
-        None where none is stated, not a number where it is not known; see `error_of` of the case. [-]
+        None where the case states none, NaN where it is not known; from `case.error_of`. [-]
 
     Raises
     ------
     NoSolutionError, ConvergenceError
-        There is no value.
+        There is no value, or it is not finite.
     """
     case.check(column)
     result = column.compute(case)

@@ -178,18 +178,21 @@ def find_header(header):
 def columns_table(text=""):
     """Table of the result columns that the program can compute, for the command `columns`.
 
-    A row has the kind of scene that can have the column (`cable` or `suspension`), its header, unit and meaning, the
-    stage of the computation that gives it, and the keys that the scene must state.
-
     Parameters
     ----------
     text : str
-        Only columns with this text in their names or units; blanks in it stand for the underscores of headers.
+        Only columns with this text in their headers (name and unit); blanks in it stand for underscores.
+
+    Returns
+    -------
+    Table
+        A row for each column: kind of scene that can have it (`cable` or `suspension`), header, unit, meaning, the most
+        expensive result that it uses (such as `statics` or `modes`), and the keys that the scene must state.
 
     Raises
     ------
     SceneError
-        No column has this text in its header, or is named so.
+        No header has this text, and no column has this name.
     """
     text_in_header = "_".join(text.split())
     kinds = {"cable": (*COLUMNS, *FAMILIES), "suspension": families_of_suspensions()}

@@ -19,7 +19,10 @@ ACCURACIES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)
 
 @dataclass(frozen=True)
 class ComparedModel:
-    """A model that a user can choose, as `trade` compares it; models of one family differ in one number."""
+    """Numerical model that a user can choose for a scene, and whose error and time the command `trade` measures.
+
+    Models of one `family`, such as bars with lumped masses, differ in one number only, such as the number of bars.
+    """
 
     family: str
     name: str
@@ -30,14 +33,23 @@ class ComparedModel:
     count_dof: Callable = lambda case: case.size  # case -> number of free displacements
 
     def solve(self, scene, columns):
-        """Compute columns of a scene with this model.
+        """Compute result columns of a scene with this model.
+
+        Parameters
+        ----------
+        scene : CableScene or SuspensionScene
+        columns : sequence of Column
 
         Returns
         -------
         case : CableCase, SuspensionCase or None
             The scene with this model; None if it cannot be built.
-        values, stated, failures : dict
-            Column name -> value; relative error that the model states of it; reason why the column has no value.
+        values : dict
+            Column name -> value.
+        stated : dict
+            Column name -> relative error that the model itself states; only of columns of which it states one. [-]
+        failures : dict
+            Column name -> reason why the column has no value.
         """
         values, stated, failures = {}, {}, {}
         try:

@@ -101,15 +101,16 @@ def _numbers(cable):
 
 
 def distinct_without_case(scenes):
-    """Distinct scenes among n scenes, compared without their load cases.
+    """Find the distinct ones among n scenes, regardless of their load cases.
 
-    The permanent sets of a conductor do not depend on the chosen load case: they are computed once for each of these.
+    The permanent elongation of a conductor does not depend on the load case in which a scene is: it is computed once
+    for each distinct scene.
 
     Parameters
     ----------
     scenes : sequence of scenes
-        n scenes. Copies of a scene for other cases share all of its values but the case, so values are compared by
-        identity; scenes that were read twice count as different.
+        n scenes. Their values are compared by identity: copies of one scene for several load cases are equal, scenes
+        that were read from files separately are not.
 
     Returns
     -------
@@ -126,30 +127,33 @@ def distinct_without_case(scenes):
 
 
 class Conductors:
-    """Conductors of n scenes, with their permanent sets and their equivalent linear cables in any load case.
+    """Stranded conductors of n scenes, with nonlinear curves of tension over strain, as equivalent linear cables.
+
+    A conductor has two parts, outer strands and core. Each has a permanent elongation ("set"), by creep and by load.
+    Arrays with a value for each cable have `shape`: (n,) in scenes of one cable, (n, c) in scenes of c cables.
 
     Parameters
     ----------
     scenes : sequence of scenes
         n scenes of one kind with equal connections, in no load case.
     shape : tuple of int
-        Shape of arrays with a value for each cable: (n,), or (n, c).
+        (n,) or (n, c).
     solve_reference : callable
-        `stiffness`, `elongation` and `length_ratio` of `LinearCables`, of `shape` -> tuple whose first items are the
-        mean tensions of these linear cables in the reference state [N], and `tensions_along` them; the others are for
-        `solve_cases`.
+        Solves all scenes in the reference state: `stiffness`, `elongation` and `length_ratio` as in `LinearCables` ->
+        tuple. Its first items are the mean tensions [N], and the tensions at points along the cables
+        (`tensions_along`); the others are for `solve_cases`.
     solve_cases : callable
-        Indices of k scenes; these scenes with their cases; result of `solve_reference`; and `stiffness`, `elongation`
-        and `length_ratio` of the k scenes' linear cables -> their mean tensions [N], and `tensions_along` them.
+        Solves k of the scenes in their load cases: indices of the scenes, these scenes, result of `solve_reference`,
+        `stiffness`, `elongation` and `length_ratio` -> mean tensions [N], and tensions at points along the cables.
     independent : bool
-        Whether the tension of a cable depends on its own strain only, as `alone` of `Condition.settle`.
+        Whether the tension of a cable depends on its own strain only, and not on that of other cables.
 
     Attributes
     ----------
     curves : Curves
-        Curves of tension over strain of all conductors, of `shape`.
+        Curves of tension over strain of all conductors.
     states : ndarray of str, of `shape`
-        State that the scene asks for: `initial`, `after_creep`, `after_load` or `final`.
+        Which permanent elongation the scene asks for: `initial` (none), `after_creep`, `after_load` or `final` (both).
     reference : tuple
         Result of `solve_reference` with the new conductors.
     """
@@ -227,22 +231,27 @@ class Conductors:
         return by_creep, np.where(with_load[..., None], sets, by_creep), by_load, heaviest, errors
 
     def _sets_by_load(self, sets):
-        """Permanent sets that the heaviest load case leaves in each conductor: the case with its largest mean tension.
+        """Permanent elongations ("sets") that the heaviest load case leaves in each conductor.
+
+        The heaviest case is the one in which the mean tension of the conductor is largest. `...` is (n,) or (n, c), for
+        each cable of each scene; an axis of 2 is for outer strands and core.
 
         Parameters
         ----------
         sets : ndarray, shape (..., 2)
-            Permanent sets before the load, of both parts of each conductor, outer strands and core. [-]
+            Permanent elongations before the load. [-]
 
         Returns
         -------
-        sets, by_load : ndarray, shape (..., 2)
-            Permanent sets after the load; and the sets that the strain under the load leaves by itself, without earlier
-            ones. [-]
+        sets : ndarray, shape (..., 2)
+            Permanent elongations after the load: the larger ones of those before it and `by_load`. [-]
+        by_load : ndarray, shape (..., 2)
+            Permanent elongations by the strain under the load, of a conductor without earlier ones. [-]
         heaviest : ndarray of str, shape (...)
-            Name of the heaviest case, followed by BEYOND where the strain is beyond the curve; empty without a case.
+            Name of the heaviest case, with the suffix BEYOND where the strain is beyond the measured curve; empty
+            without a case.
         errors : ndarray, shape (...)
-            Of the strain under the load. [-]
+            Error of the strain under the load, since the tension varies along the cable. [-]
         """
         # all load cases of all scenes, but those in which cables are lost, are solved together
         rows_and_scenes = [(row, scene.model_copy(update={"case": name}))
@@ -276,7 +285,7 @@ class Conductors:
         return np.array([any(force) for force in forces]).reshape(-1, *(1,) * (len(self._shape) - 1))
 
     def equivalent_cables(self, rows, scenes):
-        """Linear cables that stand for the nonlinear conductors of k scenes, each in its load case: `LinearCables`.
+        """Linear cables that stand for the nonlinear conductors of k scenes, each in its load case.
 
         A linear cable has the strain and the tension of the conductor in equilibrium. The state of a conductor says
         which permanent elongation ("set") it has: none, by creep, by load, or both (`final`).
@@ -288,6 +297,11 @@ class Conductors:
             load case only.
         scenes : sequence of scenes
             k scenes, each in its load case.
+
+        Returns
+        -------
+        LinearCables
+            Shape (k,), or (k, c) in scenes of c cables.
         """
         by_creep, sets, by_load, heaviest, earlier_errors = (array[rows] for array in self._permanent_sets)
         states = self.states[rows]
@@ -328,24 +342,28 @@ def _uneven_strain(condition, strain, along):
 
 
 def uneven_errors(linear, catenary):
-    """Estimated relative errors of k equilibria in which linear cables stand for conductors, shape (k,). [-]
+    """Estimate the relative errors of k equilibria in which a linear cable stands for each nonlinear conductor.
 
-    A linear cable has the conductor's strain at the mean tension T_m only, but the tension T varies along the cable.
-    The estimate is the sum of two errors, both to first order:
+    A linear cable has the strain of the conductor at the mean tension T_m only, but the tension T varies along the
+    cable. The estimate is the sum of two errors of first order, times a safety factor (`STUDY.second_order`):
 
-    Of the tension: e L K/T_m. The mean strain of the conductor exceeds its strain at the mean tension by e, which makes
-    it longer by e L and changes its tension by the stiffness K of the span. e counts what was missing in the same way
-    when the length followed from the reference state, and the permanent sets from creep and load.
-
-    Of the positions of points: |1/EA_c - 1/EA| max |T - T_m|. Off the mean tension the strain follows the slope EA_c of
-    the conductor's curve, that of the linear cable the final moduli, EA.
+    * of the tension, e L K/T_m, with the length L and the end stiffness K along the chord. The mean strain of the
+      conductor exceeds its strain at T_m by e, which lengthens it by e L. e includes the same error of earlier steps,
+      `linear.earlier_errors`: of the length found in the reference state, of the permanent elongation.
+    * of the positions of points, |1/EA_c - 1/EA| max |T - T_m|. EA_c is the slope of the conductor's curve of tension
+      over strain, EA the stiffness that it has when unloaded and loaded again ("final moduli").
 
     Parameters
     ----------
     linear : LinearCables
-        Shape (k,).
+        The k linear cables, and the conductors for which they stand.
     catenary : Catenary
-        Equilibria of the linear cables.
+        Equilibria of the linear cables, shape (k,).
+
+    Returns
+    -------
+    ndarray, shape (k,)
+        At most `STUDY.unknown_error`. [-]
     """
     condition, strain, tension = linear.condition, linear.strain, tensions_along(catenary)
     mean_tension = np.maximum(catenary.mean_tension, np.finfo(float).tiny)

@@ -15,21 +15,25 @@ from cablestudy.study.tolerances import STUDY
 
 
 def nodal_deflections(case):
-    """Displacements of the nodes of a cable by its point loads: from the form without loads to the form with them.
+    """Displacements of the nodes of a cable by its point loads, from its form without them: non-linear and linear.
 
-    They are computed twice, so that a user sees how non-linear the cable is: as the difference of both equilibria, and
-    linearly, by the tangent stiffness of the unloaded form: in closed form where the statics are, else by elements.
+    The non-linear displacement is the difference of two equilibria, with and without the loads. The linear one is the
+    product of the tangent flexibility of the unloaded form and the loads. Their difference shows how non-linear the
+    cable is.
 
     Parameters
     ----------
     case : CableCase
+        With point loads. If `case.exact_statics`, both equilibria are elastic catenaries in closed form; else they are
+        those of the finite elements that the scene states.
 
     Returns
     -------
     mesh : Mesh
         Elements of the cable; the loads are at element boundaries.
     full, linear : ndarray, shape (nodes, 3)
-        Non-linear and linear displacements, in the chord frame. [m] A folded cable has no linear ones: not a number.
+        Non-linear and linear displacements, in the chord frame (along the chord, across it, sideways). [m] `linear` is
+        NaN for a cable that hangs folded.
 
     Raises
     ------
