@@ -49,18 +49,18 @@ class Solutions:
 
 
 class KeyValues:
-    """Scenes with several values of one key, with the properties and methods of a study that `tables_of` uses.
+    """Scenes that differ in the value of one key, presented like the cases of a study for `tables_of`.
 
     Parameters
     ----------
     document_of : callable
-        Number of a case of a study, 0 for a scene by itself -> its document.
+        Number of a case of a study (0 for a scene by itself) -> Document of the scene of this case.
     goal : Goal
-        With the key.
+        Names the key.
     values : sequence of float
-        Values of the key, in SI, the last of the entries.
+        Values of the key, in SI. The key varies fastest: case c of the study with value i is case c len(values) + i.
     entries : tuple of Entry
-        Those of the study.
+        Entries of the study, each of which varies keys of its own; empty for a scene by itself.
     """
 
     def __init__(self, document_of, goal, values, entries=()):
@@ -82,9 +82,10 @@ class KeyValues:
 
 
 def solve(goal, document, column_at=None):
-    """Find all values of a key for which a column of a scene takes the value of the goal: `Solutions`.
+    """Find all values of a key of a scene for which a result column takes the value that a goal states.
 
-    The range is the one that the goal states; without one, growing ranges are searched until there is a solution.
+    The range that is searched is the one of the goal. If it states none, growing ranges are searched up to the first
+    one with a solution.
 
     Parameters
     ----------
@@ -93,7 +94,12 @@ def solve(goal, document, column_at=None):
     document : Document
         File of the scene; it may state another value of the key, or a key that excludes it.
     column_at : callable, optional
-        Values of the key, shape (n,) -> the column there, as of `column_values`, which is used without it.
+        Computes the column: values of the key, shape (n,) -> numbers, shape (n,), NaN where there is none, and list of
+        n status texts. By default the scene is computed for each value.
+
+    Returns
+    -------
+    Solutions
 
     Raises
     ------
@@ -112,21 +118,26 @@ def solve(goal, document, column_at=None):
 
 
 def search(goal, document, enclose=False, column_at=None):
-    """Search for the zeros of the column less the value of the goal, as a function of the key.
+    """Search for the zeros of f(x) = column(x) - value of the goal, over values x of the key.
 
     Parameters
     ----------
-    goal, document, column_at
-        See `solve`.
+    goal : Goal
+        The column, its value, and the key that is varied.
+    document : Document
+        File of the scene.
     enclose : bool
-        Whether to search on until the difference is negative, or has no value, at both ends of the range tried.
+        Whether to search on until f is negative, or has no value, at both ends of the range tried.
+    column_at : callable, optional
+        Computes the column: values of the key, shape (n,) -> numbers, shape (n,), NaN where there is none, and list of
+        n status texts. By default the scene is computed for each value.
 
     Returns
     -------
     zeros_found : roots.Zeros
-        Zeros and jumps of this function.
+        Zeros of f, and jumps over zero.
     statuses : dict
-        Each value of the key that was tried -> status text of the scene's row there.
+        Each value of the key that was tried -> status text of the results there.
     notes : list of str
         The range that was searched, unless the goal states it, and the gaps in it that were left unsearched.
 
@@ -166,18 +177,20 @@ def search(goal, document, enclose=False, column_at=None):
 
 
 def _margin_of_failing(goal, document, low, high):
-    """Function with the zeros of the least margin of all limits between two values of the key, which costs less.
+    """Make a cheap function that has the same zeros between two values of the key as the least margin of all limits.
 
-    It is the least margin of those limits that fail at `low` or `high`: between the two, the least margin of all passes
-    zero where one of these does. A limit counts in each of its load cases by itself, and one without a margin as one
-    that fails.
+    The cheap function is the least margin of those limits alone that fail at `low` or `high`: a limit that holds at
+    both ends is assumed to hold between them. A limit counts once for each of its load cases. It fails if its margin is
+    zero, negative or missing.
 
     Parameters
     ----------
-    goal, document
-        See `solve`; the column of the goal is `limit_margin`.
+    goal : Goal
+        Its column is `limit_margin`, the least relative margin of all limits of the scene.
+    document : Document
+        File of the scene.
     low, high : float
-        The two values of the key, in SI; the margins of the scene are known at both.
+        The two values of the key, in SI; the margins are known at both.
 
     Returns
     -------
@@ -224,9 +237,21 @@ def check_goal(goal, document):
 
 
 def _value_of_scene(goal, document):
-    """Value of the key at which a search begins, in SI: the value that the scene states, or implies; None without one.
+    """Value of the key at which a search begins: the one that the scene states, or implies.
 
-    A scene implies it where a result column has the name of the key: the sag of a scene that states a tension.
+    A scene implies a value if a result column has the name of the key: a scene that states a tension has a sag too.
+
+    Parameters
+    ----------
+    goal : Goal
+        Names the key.
+    document : Document
+        File of the scene.
+
+    Returns
+    -------
+    float or None
+        In SI. None if the scene is not valid, or neither states nor implies a value that the key may have.
     """
     try:
         scene = read_scene(document)

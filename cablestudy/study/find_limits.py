@@ -22,11 +22,11 @@ def ranges(goal, document, columns):
     Parameters
     ----------
     goal : Goal
-        The goal `limit_margin = 0`, with the key that is varied.
+        The goal `limit_margin = 0` (least relative margin of all limits), with the key that is varied.
     document : Document
         File of the scene.
     columns : list of Column
-        Further columns of the table; columns of the limits themselves are left out.
+        Further columns of the table; those that are about limits are left out.
 
     Returns
     -------
@@ -61,17 +61,24 @@ def ranges(goal, document, columns):
 
 
 def _range_ends(zeros_found, statuses):
-    """The two ends of each range of a key in which all limits hold, rising.
+    """Find the two ends of each range of a key in which all limits hold.
 
-    A range is a run of neighbouring values of the key whose least margin is not negative, and positive at some of them.
-    It ends at a zero or a jump of the margin, before a value without an answer, or where the search ended.
-    `zeros_found` has the zeros and jumps of the least margin, and all values with a margin; `statuses` is each value
-    that was tried -> status of its row.
+    The margin m at a value of the key is the least margin of all limits. A range is a run of neighbouring values with
+    m >= 0, and m > 0 at some of them. It ends at a zero or a jump of m, before a value without an answer, or where the
+    search ended.
+
+    Parameters
+    ----------
+    zeros_found : roots.Zeros
+        Zeros and jumps of m, and all values of the key at which m was found.
+    statuses : dict
+        Each value of the key that was tried -> status text of the results there.
 
     Returns
     -------
     list of (str, float, str)
-        `from` or `to`; value of the key; and the reason if the range ends there though all limits hold, else empty.
+        In the order of the key: `from` or `to`; value of the key; and the reason if the range ends there though all
+        limits hold, else empty.
     """
     crossings = {*zeros_found.roots, *zeros_found.jumps}
     margins = {value: nan for value, status in statuses.items() if not has_answer(status)}

@@ -25,10 +25,25 @@ NAME = "search"  # of the threads of searches in step
 
 
 def evaluate_found(study, tables, columns, explain=False, estimate=False):
-    """Compute the columns of cases of a study that states a goal (`find`): in each case its key is solved for first.
+    """Compute the columns of a study that states a goal: in each case the key of the goal is solved for first.
 
-    A case without exactly one solution has empty cells, and the reason as its status. Other columns are computed by
-    `study_rows.evaluate_tables`, which describes the other parameters and the result, a dict of case -> row.
+    Parameters
+    ----------
+    study : StudyFile
+        With the goal `find`: a column, its value, and the key.
+    tables : list of CaseTable
+        The cases that are computed.
+    columns : sequence of Column
+        Columns of the rows; one of them may be the key that is solved for.
+    explain, estimate : bool
+        Whether to return notes, and whether to estimate the errors of models with a
+        stated number of elements.
+
+    Returns
+    -------
+    dict
+        Number of a case in the study -> (numbers, status, errors, notes), as `study_rows.evaluate_tables` returns them.
+        The numbers of a case without exactly one solution are None, and its status is the reason.
     """
     goal = goal_of_study(study)
     others = [column for column in columns if column.needs != "find"]
@@ -94,21 +109,23 @@ def _only_solution(study, goal, case, column_at):
 
 
 def _values_in_cases(study, goal, cases, values_of_searches):
-    """Answer the questions of many searches at once: the column of the goal at the values of the key that each tries.
+    """Compute the column of the goal for many searches at once, each in its own case and at its own values of the key.
 
     Parameters
     ----------
     study : StudyFile
     goal : Goal
+        Names the column and the key.
     cases : list of int
-        Number of the case in the study of each search.
+        For each search the number of its case in the study.
     values_of_searches : dict
-        Number of a search -> values of the key that it tries, shape (k,).
+        Number of a search -> the k values of the key that it tries now, shape (k,).
 
     Returns
     -------
     list of (ndarray, list of str)
-        Of each search the column, shape (k,), and the status texts, as of `find.column_values`.
+        For each search, in the order of `values_of_searches`: numbers in the column, shape (k,), NaN where there is
+        none; and k status texts.
     """
     counts = [len(values) for values in values_of_searches.values()]
     key_values = KeyValues(study.document_of, goal, np.concatenate(list(values_of_searches.values())), study.entries)
@@ -128,14 +145,16 @@ class _EndedError(Exception):
 
 
 def in_step(searches, answers_to):
-    """Results of many searches, whose questions are answered together.
+    """Run many searches side by side, so that the questions that they ask at one time are answered by one call.
+
+    Each search runs in a thread of its own. It waits until all searches have asked a question or have ended.
 
     Parameters
     ----------
     searches : sequence of callable
-        Each takes a function `ask`: question -> answer, and returns a result.
+        Each takes a function `ask` (question -> answer), and returns a result.
     answers_to : callable
-        Dict: number of a search -> its question; returns the answers in this order.
+        Dict of number of a search -> its question; returns the answers in the order of the dict.
 
     Returns
     -------

@@ -74,7 +74,23 @@ def _with_length(cable, length):
 
 
 def _tables_of_bodies(contents, scene, equilibrium):
-    """The tables `points` and `bodies` with the positions and attitudes of an equilibrium."""
+    """Tables `points` and `bodies` of a scene file, with the places and attitudes that an equilibrium has.
+
+    Parameters
+    ----------
+    contents : dict
+        The scene file in plain values.
+    scene : SuspensionScene
+        The scene read from it.
+    equilibrium : Equilibrium
+        Of this scene, with arrays whose first axis has one entry.
+
+    Returns
+    -------
+    dict
+        `points` and `bodies` where the scene has any. Free points and bodies have the new position `at` [m]; bodies
+        that are free to turn also have the new `attitude`: roll, pitch and yaw [rad].
+    """
     position = equilibrium.position[0]
     position = np.where(np.abs(position) > STUDY.dust * equilibrium.longest[0], position, 0.0)
     positions = dict(zip(equilibrium.suspension.body_names, position.tolist(), strict=True))

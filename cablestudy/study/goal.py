@@ -78,7 +78,7 @@ def read_find(goal, by, between):
     stated : Find
         Column, value, key and range.
     locations : dict
-        Position of each part for messages, see `Goal`.
+        Name of each part (column, value, by, between) -> its place for messages: (option of the command, "").
 
     Raises
     ------
@@ -111,16 +111,20 @@ def goal_of_study(study):
 
 
 def read_goal(stated, locations, document):
-    """Read and check the parts of a goal, in the units of its column and its key: `Goal`.
+    """Read and check the parts of a goal, and convert its numbers to the units of its column and its key.
 
     Parameters
     ----------
     stated : Find
         The parts as the user wrote them.
     locations : dict
-        Position of each part for messages, see `Goal`.
+        Name of each part (column, value, by, between) -> its place for messages: (position, its key in a file or "").
     document : Document
         File of the scene, for the messages on a key that does not exist and on a tension in percent.
+
+    Returns
+    -------
+    Goal
 
     Raises
     ------

@@ -154,11 +154,22 @@ def limits_by_case(scene):
 
 
 def _limit(scene, name, table):
-    """Read one entry of the table `limits` of a scene: `SceneLimit`.
+    """Read one entry of the table `limits` of a scene.
 
-    Its terms are the load cases that the table names, by default all and the reference state, each with all cables that
-    the column can be of. A term is left out if the scene cannot have the column there, or the cable is lost in the
-    case.
+    Parameters
+    ----------
+    scene : CableScene or SuspensionScene
+    name : str
+        Name of the limit.
+    table : LimitTable
+        Its keys: the comparison, such as `sag < 2 m`, and perhaps the load cases in which it holds.
+
+    Returns
+    -------
+    SceneLimit
+        Its terms are the load cases that the table names, by default all and the reference state, each with every cable
+        that has the column. A term is left out if the scene cannot have the column in this case, or if the case lacks
+        the cable.
 
     Raises
     ------

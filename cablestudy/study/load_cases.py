@@ -59,11 +59,11 @@ def point_loads(values, of_case):
 
 
 def placed_on_cable(positions, length):
-    """Positions of point loads, completed so that each entry of the array lies on its cable.
+    """Complete the positions of point loads, so that every entry of the array is a distinct point of its cable.
 
-    The arrays of a batch have as many entries for each cable as the cable with the most loads. Entries without a load,
-    and those beyond the end of a cable, whose case is refused later, get positions at equal distances along the longest
-    part of the cable that has no load, so that all entries are distinct points of the cable.
+    All cables of a batch have k entries, as many as the cable with the most loads. Entries without a load, and those
+    beyond the end of a cable (such a case is refused later), get places at equal distances along the longest part of
+    the cable that has no load.
 
     Parameters
     ----------
@@ -88,16 +88,23 @@ def placed_on_cable(positions, length):
 
 
 def with_loads(span, values, of_case, length_ratio=None):
-    """Add to n cables the point loads of their scenes, forces turned from the global axes to the chord frame: `Span`.
+    """Add to n cables the point loads of their scenes, turned from the global axes to the chord frame of each cable.
 
     Parameters
     ----------
     span : Span
         The cables without point loads, fields of shape (n,).
-    values, of_case
-        See `point_loads`.
+    values : SceneValues or CaseTable
+        Values of the n scenes.
+    of_case : bool
+        Whether the loads of the load cases are added too, or only those of the reference state.
     length_ratio : ndarray, shape (n,), optional
-        Unstretched lengths of the cables over the lengths along which the scenes state positions; by default 1. [-]
+        Factor on the arc lengths that the scenes state for the loads: unstretched length of the cable over the length
+        for which the scene states them. Default 1. [-]
+
+    Returns
+    -------
+    Span
     """
     positions, fractions, forces, masses = point_loads(values, of_case)
     positions = positions if length_ratio is None else positions * length_ratio[:, None]
@@ -117,6 +124,9 @@ def with_loads(span, values, of_case, length_ratio=None):
 def loaded_spans(span, values, strain, shift=None, length_changes=None, drag=None):
     """Take n cables from the reference state to their load cases: moved ends, new lengths, ice, wind and point loads.
 
+    With the relative change of length e, the chord strain s becomes (s - e)/(1 + e), and the mass per unstretched
+    length m becomes m/(1 + e) plus ice.
+
     Parameters
     ----------
     span : Span
@@ -124,14 +134,13 @@ def loaded_spans(span, values, strain, shift=None, length_changes=None, drag=Non
     values : SceneValues or CaseTable
         Values of the n scenes, with their load cases.
     strain : ndarray, shape (n,)
-        Chord length over unstretched length, less one, in the reference state. [-]
+        s: chord length over unstretched length, less one, in the reference state. [-]
     shift : ndarray, shape (n,), optional
         Displacement of end 2 along x, in addition to the movements that the case states. [m]
     length_changes : ndarray, shape (2, n), optional
-        Relative change of the unstretched lengths, by default `elongation`; and ratio of ice and wind per unstretched
-        length to those of the scenes, by default 1. [-]
+        e, by default that of the temperature; and a factor on ice and wind per unstretched length, by default 1. [-]
     drag : SteadyDrag, optional
-        Drag by the mean pressures along the cables; by default by the pressures halfway between their ends.
+        Force of the steady wind; by default with the wind pressure halfway between the ends of each cable.
 
     Returns
     -------
@@ -177,9 +186,10 @@ def ice_mass(values):
 
 
 def steady_drag(values, ends, load_ratio=1.0):
-    """Drag per unstretched length of the steady wind of the load cases on n cables: `SteadyDrag`. [N/m]
+    """Drag of the steady wind of the load cases on n cables: C_d q D per unstretched length of a cable across the wind.
 
-    It is zero without wind. Where the wind changes with the height, the pressure is that halfway between both ends.
+    C_d is the drag coefficient, D the diameter with ice, q the dynamic pressure. Where q changes with the height, the
+    cable has the one halfway between its ends. Without wind the drag is zero.
 
     Parameters
     ----------
@@ -189,6 +199,11 @@ def steady_drag(values, ends, load_ratio=1.0):
         Positions of both ends of each cable. [m]
     load_ratio : float or ndarray, shape (n,)
         Factor on the drag per unstretched length. [-]
+
+    Returns
+    -------
+    SteadyDrag
+        Fields of shape (n,).
     """
     pressure = np.nan_to_num(values.given("load_case.wind.dynamic_pressure"))
     if not pressure.any():
@@ -244,7 +259,9 @@ def _with_uniform_drag(span, ends, wind):
     """Turn n cables so that weight and steady wind together act as one uniform load along a "vertical" of their own.
 
     A cable under a uniform load in any direction hangs in the plane of its chord and the load, as a catenary does in
-    the vertical plane. Cables without wind keep their fields, so that their digits are those of a batch without wind.
+    the vertical plane. With the mass m per unstretched length, the upward unit vector z, gravity g and the wind force
+    w, the new vertical is the direction of m g z - w, and the new gravity is |m g z - w|/m. Cables without wind keep
+    their fields exactly.
 
     Parameters
     ----------
@@ -253,7 +270,11 @@ def _with_uniform_drag(span, ends, wind):
     ends : ndarray, shape (n, 2, 3)
         Positions of both ends of each cable. [m]
     wind : ndarray, shape (n, 3)
-        Force of the steady wind per unstretched length, global axes. [N/m]
+        w per unstretched length, global axes. [N/m]
+
+    Returns
+    -------
+    Span
     """
     in_wind = wind.any(axis=-1)
     load = (span.mass * span.gravity)[:, None] * UP - wind
@@ -311,19 +332,23 @@ class Push:
 
 
 def pushed_ends(span_at, force):
-    """Displacements of n cable ends along x by forces F on them, from their positions without F: `Push`.
+    """Displacements u of n cable ends along x by forces F on them, from their positions without F.
 
-    Solves g(u) = g(0) + F for u, g(u) being the force that holds end 2 at the displacement u. The slope of g, the
-    static end stiffness, is positive, so that there is only one solution, which Newton's method finds within a bracket
-    that each step narrows. A cable that is soft at first makes a step much too long; far out the cable is straight and
-    g nearly linear, so that the next step comes back.
+    Solves g(u) = g(0) + F for u, where g(u) is the force that holds end 2 at the displacement u. The slope of g, the
+    static end stiffness, is positive, so that there is only one solution. Newton's method finds it within a bracket
+    that each step narrows: the first step of a soft cable may be much too long.
 
     Parameters
     ----------
     span_at : callable
-        Displacements of end 2 along x, shape (n,) [m] -> `Span` of n cables with all other loads.
+        Displacements u of end 2, shape (n,) [m] -> `Span` of n cables with all other loads.
     force : ndarray, shape (n,)
         F of each cable, along x. [N]
+
+    Returns
+    -------
+    Push
+        u, its error, and how each search ended.
     """
     shift, done = np.zeros(len(force)), force == 0
     low, high = np.where(force > 0, 0.0, -np.inf), np.where(force > 0, np.inf, 0.0)

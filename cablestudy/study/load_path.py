@@ -41,9 +41,9 @@ class LoadPath:
 
 
 def load_path(document, scene, option):
-    """Solve the equilibrium of a scene with one of its point loads at many positions along the cable: `LoadPath`.
+    """Solve the equilibrium of a scene with one of its point loads at many places along its cable.
 
-    All cables keep the unstretched lengths of the reference state while the load travels.
+    The places divide the cable into equal parts. All cables keep the unstretched lengths of the reference state.
 
     Parameters
     ----------
@@ -53,6 +53,10 @@ def load_path(document, scene, option):
         The scene read from it.
     option : str
         Name of the load, `load1` or `CABLE.load1`, and after a colon the number of positions: 39 by default.
+
+    Returns
+    -------
+    LoadPath
 
     Raises
     ------
