@@ -216,18 +216,23 @@ def step_words(step, time):
 
 @dataclass(frozen=True)
 class InputAndOutput:
-    """Input and output that options name, by names of the user, with their names in the plant.
+    """Input and output of a response in time, which options of the command `loop` name.
+
+    A winch, reference or output may have one name for the user and another one in the plant, the suspension without its
+    loop.
 
     Attributes
     ----------
     winches : tuple of str
         Names of all winches, for the user.
     input : Input
+        The step or gust.
     plant_input : str
+        Name of the input in the plant.
     output : str
-        For the user.
+        Name of the measured coordinate that is shown, for the user.
     output_number : int
-        Place of the output among the measured coordinates.
+        Index of this coordinate among the measured ones.
     """
 
     winches: tuple
@@ -238,16 +243,29 @@ class InputAndOutput:
 
 
 def input_and_output(document, scene, loop_scene, options, measured=None, names=None, wind_keys=("wind",)):
-    """Input and output that `TimeOptions` name: `InputAndOutput`. It needs the scenes alone, nothing that is computed.
+    """Find the input and the output that the user names for a response in time, without computing anything.
 
     Parameters
     ----------
+    document : Document
+        File of the scene, for the positions of mistakes.
+    scene : CableScene or SuspensionScene
+        As the user wrote it.
     loop_scene : SuspensionScene
         `scene` as a suspension with a controller.
+    options : TimeOptions
+        Options of the command `loop`. Default input: a step of the first winch. Default output: the first measured
+        coordinate, or the one whose reference makes the step.
     measured : list of str, optional
-        Measured coordinates, such as x and yaw; by default those that are stated, else all that are free.
-    document, scene, options, names, wind_keys
-        See `time_case`.
+        Measured coordinates, such as x and yaw; by default those that the scene states, else all that are free.
+    names : dict, optional
+        Name in the plant -> name for the user, of winches, references and outputs whose names differ.
+    wind_keys : sequence of str
+        Keys of the scene without which no wind acts on it.
+
+    Returns
+    -------
+    InputAndOutput
 
     Raises
     ------
@@ -274,7 +292,7 @@ def input_and_output(document, scene, loop_scene, options, measured=None, names=
 
 
 def time_case(document, scene, closed_loop, options, names=None, wind_keys=("wind",)):
-    """Response of one measured coordinate after a step of a winch or a reference, or in a gust: `TimeCase`.
+    """Compute the response of one measured coordinate to a step of a winch or a reference, or to a gust.
 
     The options name the input and the output; by default the first winch makes a step, and the first measured
     coordinate is shown, or the one whose reference makes the step.
@@ -286,7 +304,7 @@ def time_case(document, scene, closed_loop, options, names=None, wind_keys=("win
     scene : CableScene or SuspensionScene
         As the user wrote it.
     closed_loop : ClosedLoop
-        A suspension with a stable loop.
+        The scene as a suspension with a stable loop.
     options : TimeOptions
         Options of the command `loop`.
     names : dict, optional
@@ -294,10 +312,14 @@ def time_case(document, scene, closed_loop, options, names=None, wind_keys=("win
     wind_keys : sequence of str
         Keys of the scene without which no wind acts on it.
 
+    Returns
+    -------
+    TimeCase
+
     Raises
     ------
     SceneError
-        See `input_and_output`.
+        An unknown input or output, a size of another unit, or the scene has no wind for it.
     """
     body, loop, loop_scene = closed_loop.body, closed_loop.loop, closed_loop.scene
     chosen = input_and_output(document, scene, loop_scene, options, body.measured, names, wind_keys)
@@ -328,11 +350,21 @@ def _driving_input(loop_scene, options, kind, input_name):
 
 
 def remarks_of(drive, right_up_to, response, dampings):
-    """Remarks for the user on a `TimeResponse`: how damping and delay are approximated, and a winch that is too fast.
+    """Remarks for the user on a response in time: how damping and delay are approximated, and a winch that is too fast.
 
-    `drive` may state the largest speed of the winches. `right_up_to` is the frequency up to which the phase of an
-    approximated delay is right, zero without one [rad/s]. `dampings` has the damping that each cable states. Returns a
-    tuple of str.
+    Parameters
+    ----------
+    drive : Control
+        May state the largest speed of the winches, `max_speed`. [m/s]
+    right_up_to : float
+        Frequency up to which the phase of an approximated delay is right; 0 without one. [rad/s]
+    response : TimeResponse
+    dampings : list
+        Damping that each cable states.
+
+    Returns
+    -------
+    tuple of str
     """
     remarks, speed = [], np.abs(response.winch_speed).max()
     if has_loss_factor(dampings):
@@ -353,9 +385,17 @@ def remarks_of(drive, right_up_to, response, dampings):
 
 
 def time_table(solved):
-    """Table over time of a `TimeCase`: input, displacement with and without the loop, positions and speeds of winches.
+    """Table of a response over time: the input, the displacement with and without the loop, the motion of the winches.
 
-    A CSV file has all winches; in Markdown all but the one that moves most are hidden.
+    Parameters
+    ----------
+    solved : TimeCase
+
+    Returns
+    -------
+    Table
+        A row for every `solved.options.every`-th point of time. Displacements are in mm or mrad, speeds of winches in
+        mm/s. A CSV file has all winches; Markdown only the one that moves most.
     """
     response, unit, name = solved.response, solved.unit, solved.name
     of_wind = solved.input.unit == "m/s"

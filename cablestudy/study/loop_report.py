@@ -40,7 +40,7 @@ def loop_table(document, scene, estimate=False):
     Returns
     -------
     table : Table
-        One row: the columns COLUMNS.
+        One row with the columns that COLUMNS names.
     row : Row
         The same results with their errors and notes.
 
@@ -84,8 +84,9 @@ def unstable(closed_loop):
 def resonances(closed_loop):
     """Poles that make peaks in the response of the measured coordinates to forces, without the loop and with it.
 
-    Tables and pictures over frequency have closer steps near them. A pole makes a peak unless a zero close to it
-    cancels it: unless its residue over its damping is small beside the whole response at its frequency.
+    Tables and pictures over frequency have closer steps near them. A pole p makes a peak unless a zero close to it
+    cancels it: unless |r| <= c |Re p| |H(i |p|)| for each coordinate. H is the response of the coordinate to a unit
+    force along itself, r the residue of H at p, and c is `STUDY.cancelled_pole`.
 
     Parameters
     ----------
@@ -95,7 +96,7 @@ def resonances(closed_loop):
     Returns
     -------
     ndarray, shape (p,)
-        Poles in the upper half plane, complex. [rad/s]
+        p poles in the upper half plane, complex. [rad/s]
     """
     measured, resonant = [closed_loop.outputs[name] for name in closed_loop.body.measured_outputs], []
     motion, actuators = closed_loop.motion, closed_loop.actuators
@@ -176,15 +177,19 @@ def decibels(value):
 def response_table(closed_loop, span):
     """Table over frequency of the loop gain L, the sensitivity S and the complementary sensitivity T of a loop.
 
-    For one measured coordinate it has magnitude [dB] and phase [deg] of each; for several coordinates the largest and
-    smallest singular value [dB].
+    L is a matrix over the measured coordinates, S = (I + L)^-1 and T = S L. Of one coordinate the table has magnitude
+    [dB] and phase [deg] of each; of several coordinates the largest and smallest singular value [dB].
 
     Parameters
     ----------
     closed_loop : ClosedLoop
         With a loop.
     span : (float, float, int)
-        Lowest and highest frequency [Hz] and number of rows; resonances have further rows.
+        Lowest and highest frequency [Hz] and number of rows at equal ratios; resonances have further rows.
+
+    Returns
+    -------
+    Table
     """
     frequency, columns = frequencies_of(closed_loop, span), {}
     for name, value in zip(CURVES, curves(closed_loop, frequency), strict=True):

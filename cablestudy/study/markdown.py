@@ -48,9 +48,9 @@ def fitted(table, width):
     """Lay out a table as Markdown text that is no wider than a terminal.
 
     Of many rows only the first and the last are shown. A status that is ok in all rows is hidden, and long texts are
-    wrapped. Tables that are `single` or `across` are turned: one line for each quantity. If another table is too wide,
-    up to four rows are turned too; of more rows first the heads are wrapped, onto a line below the rule, and then
-    columns are left out from the right: first values printed in a source, then secondary ones, then the others.
+    wrapped. Tables that are `single` or `across` are transposed: one line for each quantity. If another table is too
+    wide, it is transposed if it has few rows. Else its heads are wrapped, onto lines below the rule; if that is not
+    enough, columns are left out from the right: first values printed in a source, then secondary ones, then the others.
 
     Parameters
     ----------
@@ -188,19 +188,23 @@ def _in_blocks(grid, width):
 
 
 def wrapped(grid, width, narrowest=STUDY.narrowest_column, heads=False):
-    """Wrap the texts of a grid onto several lines, so that it is no wider than a terminal: `TextGrid`, or None.
-
-    None where the columns would become narrower than a number, or than `narrowest`.
+    """Wrap the texts of a grid onto several lines, so that it is no wider than a terminal.
 
     Parameters
     ----------
     grid : TextGrid
+        Column heads, sides and rows of cells.
     width : int
         Width of the terminal in characters.
     narrowest : int
-        Width below which no column of texts is wrapped.
+        Least width to which a column of texts is wrapped, at most a third of `width`.
     heads : bool
-        Whether heads may go on in a row of their own below the rule.
+        Whether heads may be wrapped too. Their first line stands above the rule, the others are rows below it.
+
+    Returns
+    -------
+    TextGrid or None
+        None where it would still be too wide.
     """
     # no line break within a unit, until its no-break spaces become blanks again
     whole_units = [UNIT.sub(lambda unit: unit[0].replace(" ", "\xa0"), head) for head in grid.heads]

@@ -139,9 +139,19 @@ def imaged_column(name, meaning, keys):
 
 
 def loop_columns(keys):
-    """The columns of the winch loop, of one cable or of a suspension: list of Column, each with `keys` as `Column.key`.
+    """Make the result columns of the winch loop, such as its gain and its margins.
 
-    Their functions take a case with `analysis`, and return a number and its estimated relative error.
+    They serve scenes of one cable and suspensions. Their functions take a case with the attribute `analysis`, and
+    return a number and its estimated relative error.
+
+    Parameters
+    ----------
+    keys : str
+        Keys that a scene must state for these columns, separated by commas.
+
+    Returns
+    -------
+    list of Column
     """
     properties = {
         "gain": ("rad/s", "integral gain of the loop of the winches, as stated or as it follows from a margin"),

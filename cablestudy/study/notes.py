@@ -251,7 +251,8 @@ def long_cable(case):
 def share_hint(document, scene, failure):
     """Hint after the message on a stated tension that is too small: a share of the breaking force may be meant.
 
-    A number without a unit is in newtons: 0.2 or 20 is hardly a tension, but a usual share, to be written as "20 %".
+    A number without a unit is in newtons. The tensions 0.2 and 20 are unlikely, but 20 % of the breaking force is
+    usual.
 
     Parameters
     ----------
@@ -265,7 +266,7 @@ def share_hint(document, scene, failure):
     Returns
     -------
     str
-        Empty, or a blank and the hint in brackets.
+        The hint in brackets, after a blank; empty where a share is not likely to be meant.
     """
     cable = getattr(scene, "cable", None)  # None of a suspension
     breaking_force = getattr(cable, "section_breaking_force", None)
@@ -283,13 +284,20 @@ def share_hint(document, scene, failure):
 
 
 def above_accuracy(rows):
-    """A note on numbers whose estimated error is above the accuracy that the scene states, at most one; tuple of str.
+    """Note on numbers whose estimated error is above the accuracy that the scene asks for.
+
+    Errors are compared as they are printed, with two digits.
 
     Parameters
     ----------
     rows : iterable of (dict, float or None)
-        Of each row: name of a number -> its estimated relative error, None where it is not known; and the accuracy,
-        None of a scene that states its elements instead. [-] Errors are compared with the two digits that are told.
+        For each row of a table: name of a number -> its estimated relative error, None where it is not known [-]; and
+        the accuracy, None of a scene that states its elements instead [-].
+
+    Returns
+    -------
+    tuple of str
+        One note, or none.
     """
     above, asked = {}, set()  # name -> errors
     for errors, accuracy in rows:
@@ -373,12 +381,17 @@ def statics_error(case):
 def gondola_notes(case):
     """Yield notes where no single mode dominates the motion of the gondola, whose frequency then means little.
 
-    The columns of the gondola describe the mode with the largest share of its static compliance along x. Where this is
-    less than half, the notes list up to six other modes that move the gondola, and one with an equally large share.
+    The columns of the gondola describe the mode with the largest share in its static compliance along x (displacement
+    over force). Where this share is less than a half, the notes list up to six other modes that move the gondola, and
+    one whose share is as large within the error.
 
     Parameters
     ----------
     case : CableCase
+
+    Yields
+    ------
+    str
     """
     mode = case.gondola_mode.mode
     frequency, share, dominant = mode.modes.frequency, mode.shares, mode.number

@@ -53,15 +53,17 @@ class LoadedCable:
         return [load_name(self.name, number) for number in range(1, len(self.loads) + 1)]
 
     def rows(self):
-        """Cells of a table with a row for each load: its position, and slopes and tensions of the cable on both sides.
+        """Cells of a table of the point loads: position of each, slope and tension of the cable on its two sides.
 
-        `sag` is the vertical distance from the chord down to the load, `clearance` the vertical distance from the load
-        down to the ground: None where the ground is not known there, and left out without any ground.
+        `sag` is the vertical distance from the chord down to the load, `clearance` that from the load down to the
+        ground: None where the ground is not known there, and left out if the scene has no ground. `slope_1` and
+        `tension_1` are on the side of end 1, `slope_2` and `tension_2` on that of end 2; a slope is positive where the
+        cable rises towards end 2.
 
         Returns
         -------
         list of dict
-            For each load: header of FIELDS -> number.
+            For each load: header of FIELDS (name and unit) -> number.
         """
         # arc lengths of the loads over the unstretched length
         shares = np.array([load.at / self.length if load.fraction is None else load.fraction for load in self.loads])

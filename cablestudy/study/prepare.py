@@ -33,24 +33,25 @@ SHOWN_BY = {
 
 
 def prepare(study):
-    """Check a study before anything is computed; return its columns and the printed values that it is compared with.
+    """Check a study before anything is computed, and read its columns and the printed values that it is compared with.
 
     Parameters
     ----------
     study : StudyFile
+        Its `wrong_keys` are keys that could not be read. Only what does not depend on them is checked.
 
     Returns
     -------
     columns : list of Column
         Columns of the study's table.
-    reference : tuple
-        Headers and rows of the table of printed values, see `_printed_values`.
+    reference : tuple of (list of str, list of dict)
+        Headers of the printed values, and for each case header -> printed number; two empty lists without such values.
 
     Raises
     ------
     SceneError
         All mistakes in cases, goal, limits, columns, tolerances, plot and printed values, without those that only
-        follow from others: of a study with `wrong_keys` what does not depend on these.
+        follow from others.
     """
     mistakes, scene, columns, printed = Mistakes(), None, [], ([], [])
     if "base" not in study.wrong_keys:
@@ -132,14 +133,22 @@ def _drawn_column(study, name):
 
 
 def columns_of(study, scene):
-    """Read the names of a study's columns: list of Column, first that of the key that it solves for, if any.
+    """Look up the columns that a study names; the key that it solves for, if any, is the first of them.
 
-    `scene` is that of the first case; without it no keys that a column needs are missed.
+    Parameters
+    ----------
+    study : StudyFile
+    scene : CableScene, SuspensionScene or None
+        That of the first case. Without it, columns are not checked for keys that scenes lack.
+
+    Returns
+    -------
+    list of Column
 
     Raises
     ------
     SceneError
-        Unknown or repeated columns, or one that needs a key which all of the first cases (CHECK_ALL) lack.
+        A column is unknown or listed twice, or none of the first CHECK_ALL cases has the keys that it needs.
     """
     columns = [key_column(study.find.by)] if study.find and quantity_of(study.find.by) else []
     with Mistakes() as mistakes:
@@ -194,9 +203,23 @@ def tolerances_of(study):
 def _printed_values(study, columns):
     """Read the CSV file of a study's printed values: numbers of a publication that its results are compared with.
 
-    Returns its headers, each of a column of the study, and for each case a dict of header -> number, None where the
-    cell is empty; two empty lists without such a file. SceneError if the file does not fit the study: other columns,
-    another number of rows, or cells that are no numbers.
+    Parameters
+    ----------
+    study : StudyFile
+    columns : list of Column
+        Columns of the study.
+
+    Returns
+    -------
+    headers : list of str
+        Headers of the file, each that of a column; empty without a file.
+    numbers : list of dict
+        For each case header -> number, None where the cell is empty.
+
+    Raises
+    ------
+    SceneError
+        The file does not fit the study: other columns, another number of rows, or cells that are no numbers.
     """
     if study.reference_path is None:
         return [], []

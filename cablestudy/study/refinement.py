@@ -48,25 +48,25 @@ def least_order_sum(waves):
 
 
 def needs_of(case, required):
-    """Estimate, before any model is solved, which waves and frequencies the model of one case must resolve.
+    """Estimate which waves and frequencies the finite-element model of one case must resolve, before any is solved.
 
     Parameters
     ----------
     case : CableCase
     required : AskedModes
-        At least one.
+        The modes whose frequencies are asked for, at least one.
 
     Returns
     -------
     waves : float
-        Estimated number of transverse half-waves along the cable, by which the first level is chosen. [-]
+        Estimated number of transverse half-waves along the cable; it decides how fine the first model is. [-]
     least : float
         Lower bound of the highest axial frequency that is asked for; 0 if there is none. [Hz]
 
     Raises
     ------
     NoSolutionError, ConvergenceError
-        The case has no motion.
+        The case has no equilibrium.
     """
     case.results.check(case.index)
     return _half_waves(case, required), _least_axial_frequency(case, required.axial) if required.axial else 0.0
@@ -204,16 +204,19 @@ class Refinement:
         return None
 
     def _judge(self, values, estimated_errors, failures, unresolved):
-        """Keep the values of this level that are within the accuracy, and end the search where no others remain.
+        """Keep the values of this level that are within the accuracy, and end the search if no finer level is needed.
 
-        It ends too where the error has stopped falling, so that rounding is all that remains of it.
+        That is so when all values are within the accuracy and a finer level would not give missing ones. The search
+        also ends when the error has stopped falling, so that only rounding is left of it.
 
         Parameters
         ----------
-        values, estimated_errors : dict
-            Name -> number by this level; name -> relative error of this number. [-]
+        values : dict
+            Name -> number by this level.
+        estimated_errors : dict
+            Name -> relative error of this number. [-]
         failures : dict
-            Name -> CablestudyError of what has no number at this level; None -> that of all.
+            Name -> CablestudyError of what has no number at this level; the key None stands for all names.
         unresolved : float
             Relative error by transverse waves that are too short for the elements of this level. [-]
         """
@@ -261,16 +264,17 @@ class Refinement:
 
 
 def refine(searches, prepare):
-    """Refine the models of many cases until the values of each are within its accuracy, or the finest model is reached.
+    """Refine the models of many cases until the values of each are within its accuracy, or its finest model is reached.
 
-    Level by level, the coarsest first: the models of the cases at one level are solved together, their values judged,
-    and the cases that are not finished go on to their next level.
+    A level is a number of elements and their order. Level by level, the coarsest first, the models of the cases at one
+    level are solved together. The cases whose values are not accurate enough go on to their next level.
 
     Parameters
     ----------
     searches : list of Refinement
+        One for each case; they hold the results.
     prepare : callable
-        List of cases at one level -> None; solves their models together.
+        Solves the models of several cases at one level together: list of CableCase -> None.
     """
     waiting = [search for search in searches if search.finer is not None]
     while waiting:

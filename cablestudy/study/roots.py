@@ -97,18 +97,21 @@ class _SignFoundError(Exception):
 def ranges_about(start, low, high, count, reach=np.inf):
     """Yield growing ranges about a start, as points to try: a search stops at the first range that has a zero.
 
-    Each range has only the points beyond the range before; the last one ends at both limits, or at the reach.
+    Each range has only the points beyond the range before. With the factors k of STUDY.range_factors, up to `reach`,
+    its ends are start/k and k start if `low` is not negative, else start - k s and start + k s, where s is |start|, or
+    up to 1 where that is zero. No range goes beyond `low` and `high`. From a start of zero with `low` not negative
+    there is one range, from `low` to `high`.
 
     Parameters
     ----------
     start : float
         Point from low to high.
     low, high : float
-        Limits. Where low is not negative the ranges grow by factors of the start, else by distances from it.
+        Limits of the points.
     count : int
         Number of points on each side, in a range of about a decade.
     reach : float
-        Largest factor or, where low is negative, distance over the size of the start.
+        Largest k.
 
     Yields
     ------
@@ -170,24 +173,31 @@ def points_between(low, high, count):
 
 
 def find_zeros(function, ranges, effort, enclose=False, cheaper=None):
-    """Find all zeros of a function of one number, in growing ranges up to the first range that has any: `Zeros`.
+    """Find all zeros of a function f of one number, in growing ranges up to the first range that has any.
 
-    In each range the points are evaluated; gaps between points with and without a value are divided; |f| is minimised
-    where two close zeros may hide; Brent's method locates the zero at each change of sign. A range has two sides, below
-    and above where the search begins: a side without any value is not extended further once there are values elsewhere.
+    In each range f is evaluated at the points; gaps between points with and without a value are divided; |f| is
+    minimised where two close zeros may hide; Brent's method locates the zero at each change of sign. A range has two
+    sides, below and above the start of the search. A side without any value is not extended further once there are
+    values elsewhere.
 
     Parameters
     ----------
     function : callable
-        ndarray of shape (n,) -> ndarray of shape (n,), NaN where there is no value.
+        f: ndarray of shape (n,) -> ndarray of shape (n,), NaN where there is no value.
     ranges : iterable of list of ndarray
-        Points of each side, see `ranges_about`.
+        For each range the points below the start, and those above it.
     effort : Effort
+        Numbers of points and steps, and tolerances.
     enclose : bool
-        Whether ranges are extended until the function is negative, or has no value, at both ends.
+        Whether ranges are extended until f is negative, or has no value, at both ends.
     cheaper : callable, optional
-        Two points -> function of one number that costs less than `function` and is tried first between these points:
-        its zero is taken if `function` has the same value there.
+        Two points -> function g of one number that costs less than f. Its zero x between these points is taken if
+        f(x) = g(x), else f is searched.
+
+    Returns
+    -------
+    Zeros
+        The zeros, jumps of f over zero, and what was searched.
     """
     scan = _Scan(function, effort, cheaper)
     ended_sides = set()
@@ -210,7 +220,7 @@ def find_zeros(function, ranges, effort, enclose=False, cheaper=None):
 
 
 class _Scan:
-    """Points at which the function was evaluated, and the zeros, jumps and plateaus between them."""
+    """Points x at which a function f was evaluated, and the zeros, jumps and plateaus of f between them."""
 
     def __init__(self, function, effort, cheaper):
         self._function, self._effort, self._cheaper = function, effort, cheaper
@@ -303,11 +313,17 @@ class _Scan:
             self._search_between_equal_signs(points[k - 1], points[k + 1], np.sign(values[k]))
 
     def _search_between_equal_signs(self, low, high, sign):
-        """Look for two close zeros between points of equal sign: minimise |f| until a value has the other sign.
+        """Look for two close zeros of f between two points where f has the same sign, by minimising |f| between them.
 
-        All values are kept in `tried`: `_roots_and_jumps` then finds a zero on each side of such a point. Where |f|
-        stays above zero, the values alone remain. `sign` is 1 where the function is positive at both points, -1 where
-        it is negative.
+        The search stops at the first point where f is zero or has the other sign. All points are kept in `tried`, where
+        `_roots_and_jumps` then finds a change of sign on each side of such a point.
+
+        Parameters
+        ----------
+        low, high : float
+            The two points.
+        sign : float
+            1 where f is positive at both points, -1 where it is negative.
         """
         from scipy.optimize import minimize_scalar
 
@@ -329,9 +345,14 @@ class _Scan:
             pass
 
     def _roots_and_jumps(self):
-        """The zeros, and the jumps over zero, between neighbouring points that have values: two lists; sets `plateaus`.
+        """Find the zeros of f, and its jumps over zero, between neighbouring points that have values; set `plateaus`.
 
-        A change of sign is a jump where the function is not small at the point that Brent's method finds.
+        A change of sign is a jump where f is not small at the point that Brent's method finds.
+
+        Returns
+        -------
+        roots, jumps : list of float
+            Each rising.
         """
         if self._effort.equal(self.finite()[1]):
             return [], []
@@ -373,8 +394,20 @@ class _Scan:
     def _find_sign_change(self, function, low, high):
         """Point between two points of different sign at which a function changes its sign, by Brent's method.
 
-        Raises `_NoValueError` where a point on the way has no value and, to save evaluations of a costly function,
-        `_JumpFoundError` as soon as the bracket is narrow and the function still differs much between its ends.
+        Parameters
+        ----------
+        function : callable
+            Float -> float: f, or a cheaper function with the same zero.
+        low, high : float
+            The two points.
+
+        Raises
+        ------
+        _NoValueError
+            The function has no value at a point on the way.
+        _JumpFoundError
+            The function jumps over zero, as a narrow bracket with values that still differ much shows. Only where f is
+            costly, to save evaluations.
         """
         from scipy.optimize import brentq
 
