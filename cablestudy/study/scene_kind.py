@@ -67,7 +67,7 @@ class SceneKind:
 
 @cache
 def _one_cable():
-    """`SceneKind` of scenes of one cable, whose modules are imported when the first such scene asks for it."""
+    """`SceneKind` of scenes of one cable. Its modules are imported here, so only once such a scene is read."""
     from cablestudy.scene.one_cable import as_suspension
     from cablestudy.study import point_loads
     from cablestudy.study.column import CLOSED
@@ -96,7 +96,7 @@ def _one_cable():
 
 @cache
 def _suspension():
-    """`SceneKind` of suspensions, imported as that of one cable."""
+    """`SceneKind` of suspensions. Its modules are imported here, so only once a suspension is read."""
     from cablestudy.study import point_loads
     from cablestudy.study.freeze import freeze_suspension
     from cablestudy.study.suspension import columns

@@ -221,10 +221,10 @@ class CaseTable(SceneValues):
 
 
 def tables_of(study, cases):
-    """Read many cases of a study.
+    """Read many cases of a study, and combine those whose scenes differ only in numbers into tables of arrays.
 
-    Cases share a table when they differ only in keys that are quantities. Other varied keys (a material, a mapping, a
-    gain that is sometimes `auto`) divide the cases; a case unlike all others is read alone.
+    Cases share a table if they differ only in keys that are quantities (number and unit). Other varied keys, such as a
+    material, divide the cases. A case that can share no table is read alone.
 
     Parameters
     ----------
@@ -235,7 +235,7 @@ def tables_of(study, cases):
     Returns
     -------
     tables : list of CaseTable
-        Each case with a valid scene once, with the same numbers as `StudyFile.case` gives.
+        Each case with a valid scene is in one of them, with the numbers that `StudyFile.case` gives.
     refused : dict
         Case -> SceneError of each other one.
     """

@@ -41,18 +41,22 @@ class FrequencyGrid(NamedTuple):
 
 
 def with_resonances(span, poles):
-    """Frequencies for a response whose narrow resonances must not be missed: `FrequencyGrid`.
+    """Frequencies for a response whose narrow peaks must not be missed.
 
-    To the frequencies at equal ratios come five at each lightly damped pole (damping ratio below `STUDY.resonant`): its
-    own and four within the width of its peak, since a large static part shifts the peak. A pole without damping, where
-    the response is infinite, is left out.
+    To the frequencies at equal ratios come five at each pole with a peak (damping ratio below `STUDY.resonant`): at the
+    size of the pole, and on both sides at a half and at one half-width of the peak, since a large static part shifts
+    the peak. A pole without damping, where the response is infinite, is left out.
 
     Parameters
     ----------
     span : (float, float, int)
-        Lowest and highest frequency [Hz] and number of those at equal ratios, from `ssm.read_response_range`.
-    poles : ndarray
-        Poles of the response, complex. [rad/s]
+        Lowest and highest frequency [Hz] and number of those at equal ratios.
+    poles : ndarray, shape (p,)
+        p poles of the response, complex. [rad/s]
+
+    Returns
+    -------
+    FrequencyGrid
     """
     low, high, count = span
     size = np.abs(poles)

@@ -36,12 +36,13 @@ class ClosedStatics:
         Parameters
         ----------
         positions : ndarray, shape (j,)
-            Arc lengths of the points over the unstretched length. [-]
+            Arc length s of each of j points over the unstretched length. [-]
 
         Returns
         -------
         displacement : ndarray, shape (j, 3)
-            Displacements over the unstretched length, in the chord frame. [-]
+            From the point at the share s of the chord to the cable, over the unstretched length. Chord frame: along the
+            chord, across it, sideways. [-]
         tension : ndarray, shape (j,)
             Tensions. [N]
 

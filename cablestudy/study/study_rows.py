@@ -81,14 +81,15 @@ def _with_limits(row, checks):
 
 
 def evaluate_tables(tables, columns, explain=False, estimate=False):
-    """Compute the columns of many cases of a study: closed forms by arrays, everything else case by case.
+    """Compute the columns of many cases of a study: closed forms for all cases of a table at once, others case by case.
 
     Parameters
     ----------
     tables : list of CaseTable
+        Each has the scenes of one or more cases that differ only in numbers.
     columns : sequence of Column
     explain : bool
-        Whether to return notes, and with them the errors of fixed elements.
+        Whether to return notes; they tell the errors of models with a stated number of elements.
     estimate : bool
         Whether to estimate these errors though neither notes nor a column ask for them.
 

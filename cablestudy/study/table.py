@@ -220,9 +220,19 @@ def exact(value):
 def write_whole(path, text):
     """Write a file atomically: a reader finds the old file or the complete new one.
 
-    `text` is a str, bytes, or an iterable of str, written piece by piece; SceneError where the file cannot be written.
-    A link to a file stays, and so do devices and pipes, which are written into; so is the file behind /dev/stdout,
-    which a shell may have opened to add to it (>>).
+    Not so for devices and pipes, nor for the file behind /dev/stdout, which a shell may have opened to add to it (>>):
+    these are written into. A symbolic link stays; the file that it names is replaced.
+
+    Parameters
+    ----------
+    path : str
+    text : str, bytes or iterable of str
+        The strings of an iterable are written one by one.
+
+    Raises
+    ------
+    SceneError
+        The file cannot be written.
     """
     target = os.path.realpath(path) if os.path.isfile(path) else path
     replaced, temporary = os.path.isfile(target) and os.path.dirname(path) not in STREAMS, None
@@ -400,14 +410,17 @@ def join_tables(answers):
 
 
 def _joined_table(tables):
-    """Join the tables of several load cases into one `Table`, whose first column is the name of the case.
-
-    In Markdown, tables of one row become columns side by side.
+    """Join the tables of several load cases, below each other, into one with the name of the case as first column.
 
     Parameters
     ----------
     tables : dict
         Name of a case -> Table.
+
+    Returns
+    -------
+    Table
+        If each of the tables has one row by nature (`single`), the rows are shown side by side in Markdown.
     """
     fields = dict.fromkeys(field for table in tables.values() for field in table.fields)
     fields = (Field("case", "case", label=True), *sorted(fields, key=lambda field: field.name == "status"))

@@ -190,13 +190,15 @@ class UnfinishedRow:
 
 
 class RowBatch(ABC):
-    """Scenes whose statics are solved together, and their rows: the one way from scenes to rows.
+    """Batch of scenes whose statics are solved together, and the rows of a table that they give.
+
+    Subclasses for scenes of one cable and for suspensions implement the steps.
 
     Parameters
     ----------
     scenes : sequence of CableScene or SuspensionScene
     required : TableColumns
-        With the list `computed` of the columns that are computed case by case.
+        Columns of the table. Its list `computed` has those that are computed case by case.
     noted : bool
         Whether rows have notes.
     """
@@ -221,10 +223,14 @@ class RowBatch(ABC):
         """Add to a row with its columns why it is doubtful, the size of its model, and notes if `noted`."""
 
     def rows(self):
-        """Yield the `Row`s, each as if it were alone, to the last digit.
+        """Yield the rows of all scenes, block by block.
 
-        Columns are computed one after the other for all rows of a block: what the first row needs for a column is
-        computed for all at once, and what a row has computed before does not depend on the others.
+        The columns are computed one after the other for all rows of a block: what the first row needs for a column is
+        computed for all rows at once. The numbers are, to the last digit, those of each scene by itself.
+
+        Yields
+        ------
+        Row
         """
         start = time.perf_counter()
         self.solve_statics()

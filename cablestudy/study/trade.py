@@ -117,10 +117,21 @@ class Reference:
 
 
 def reference_of(scene, columns):
-    """Compute the values of the continuous cable, with which the models of `trade` are compared: `Reference`.
+    """Compute the values of the continuous cable, with which the models of the command `trade` are compared.
 
-    Statics and stiffness have a closed form. For modes, gondola, loop and wind elements of high order are refined until
-    the values of two successive levels agree.
+    Statics and stiffness have a closed form. For modes, gondola, loop and wind, elements of high order are refined
+    until the values of two successive levels agree.
+
+    Parameters
+    ----------
+    scene : CableScene or SuspensionScene
+    columns : sequence of Column
+        Results that are compared.
+
+    Returns
+    -------
+    Reference
+        Value and error of each column, or the reason why it has none.
 
     Raises
     ------
@@ -162,7 +173,7 @@ def _exact_value(column, case):
 
 
 def _refined_value(levels, column):
-    """Value of a column by the model, of finer and finer ones, whose value differs least from that of the one before.
+    """Compute a column by finer and finer models; take the value that differs least from that of the model before.
 
     Parameters
     ----------
@@ -173,10 +184,16 @@ def _refined_value(levels, column):
     Returns
     -------
     error : float
-        Estimated relative error of the value. [-]
+        Estimated relative error of the value: this difference, or a larger error that the model states. [-]
     value : float or None
+        None where the quantity does not exist, such as the largest gain of a loop that is stable at any gain.
     note : str
         Name of the model.
+
+    Raises
+    ------
+    ConvergenceError
+        No two successive models have a value, or their values differ too much.
     """
     candidates, previous, failure = [], None, "no two models have a value"
     for note, case in levels:
@@ -203,15 +220,17 @@ def _refined_value(levels, column):
 
 
 class Measurement:
-    """Errors and times of one `ComparedModel`, for the columns that have a `Reference`.
+    """Errors and times of one `ComparedModel`, for the columns that have a value in a `Reference`.
 
     Attributes
     ----------
     family, name : str
+        Of the model; models of one family differ in one number.
     dof : int or None
         Number of free displacements, None where the model cannot be made.
     errors : dict
-        Column name -> relative error, of the columns that have a value; at least the reference's own. [-]
+        Column name -> relative error against the reference, but at least the error of the reference itself; of the
+        columns that have a value. [-]
     stated : dict
         Column name -> relative error that the model states of itself, of the columns of which it states one. [-]
     status : str
@@ -219,7 +238,17 @@ class Measurement:
     """
 
     def __init__(self, model, scene, columns, reference):
-        """Solve the columns of a scene once with a `ComparedModel`, and compare them with a `Reference`."""
+        """Solve a scene once with a model, and compare the values with the reference; `repeat` then measures times.
+
+        Parameters
+        ----------
+        model : ComparedModel
+        scene : CableScene or SuspensionScene
+        columns : sequence of Column
+            Columns that have a value in `reference`.
+        reference : Reference
+            Values of the continuous cable.
+        """
         self.family, self.name = model.family, model.name
         self._model, self._scene, self._columns = model, scene, columns
         results, seconds = self._run(columns)  # to warm up; this time counts where the model is slow
@@ -318,7 +347,7 @@ def _entries_on_front(points):
 
 
 def compare(scene, columns, repeats=5, models=None):
-    """Measure the errors of all models of a scene against the continuous cable, and then their times: `Trade`.
+    """Measure the errors of all models of a scene against the continuous cable, and their computation times.
 
     Parameters
     ----------
@@ -329,6 +358,11 @@ def compare(scene, columns, repeats=5, models=None):
         Timings of each model, after one run to warm up; fewer of slow models. [-]
     models : list of ComparedModel, optional
         Default: `models_of(scene, columns)`.
+
+    Returns
+    -------
+    Trade
+        A `Measurement` of each model, of those columns that have a reference.
 
     Raises
     ------

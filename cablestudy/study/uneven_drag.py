@@ -245,18 +245,24 @@ class DragErrors:
         return DragErrors(*(getattr(self, field.name)[index] for field in fields(self)))
 
     def with_moved_ends(self, ends, end_stiffness, end_forces):
-        """`DragErrors` with what movements of the ends of the cables add, to first order.
+        """Add to the errors what movements of the cable ends change, to first order.
 
-        Ends that move apart by e change the end force t of a cable of stiffness K by K e: relatively by (K e).t/|t|^2.
+        If the ends move apart by the vector e, the force t of a cable with the stiffness K on its end changes by K e.
+        The relative error of the tension grows by |(K e).t|/|t|^2, the larger one of both ends, times a safety factor
+        (`STUDY.second_order`).
 
         Parameters
         ----------
         ends : ndarray, shape (n, 2, 3)
-            Movements. [m]
+            Movements of the two ends of each cable, global axes. [m]
         end_stiffness : ndarray, shape (n, 3, 3)
-            Static stiffness of one end, the other end held, global axes. [N/m]
+            K: static stiffness of one end, the other end held, global axes. [N/m]
         end_forces : ndarray, shape (n, 2, 3)
-            Forces of the cables on their ends, global axes. [N]
+            t: forces of the cables on their ends, global axes. [N]
+
+        Returns
+        -------
+        DragErrors
         """
         force_change = (end_stiffness @ (ends[:, 1] - ends[:, 0])[..., None])[:, None, :, 0]
         square = np.maximum((end_forces**2).sum(axis=-1), np.finfo(float).tiny)
@@ -276,20 +282,23 @@ class DragErrors:
 def uneven_drag_errors(drag, catenary, stretched=False):
     """Estimate the errors of n equilibria in which the drag of a steady wind is taken as uniform along each cable.
 
+    The actual drag at a point follows from the tangent, the stretch and the wind there. `changes_by_actual_drag`
+    computes how it changes tension and form.
+
     Parameters
     ----------
     drag : SteadyDrag
-        Drag on the cables, shape (n,).
+        Drag on the cables, fields of shape (n,).
     catenary : Catenary
         Their equilibria under the uniform drag, shape (n,).
     stretched : bool
         Whether the uniform drag was computed for the stretched length, not for the unstretched one.
 
-    Notes
-    -----
-    The drag of the cable where it hangs, by its own tangent and stretched length and by the wind there, differs from
-    the uniform one, see `changes_by_actual_drag`. The error is the larger one of the change of the tension vector over
-    the tension and of the movement at mid-length over its distance from the chord.
+    Returns
+    -------
+    DragErrors
+        `error` is the larger one of the change of the tension vector over the tension and of the movement at mid-length
+        over its distance from the chord, times a safety factor (`STUDY.second_order`). Without wind all errors are zero.
     """
     error, end_changes, displacement, tensions, pieces = changes_by_actual_drag(drag, catenary, stretched)
     windy = drag.normal_drag > 0

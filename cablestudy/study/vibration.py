@@ -88,7 +88,7 @@ def galloping_notes(load_case):
 
 
 def tension_notes(scene, values):
-    """Note on the largest horizontal tension over weight per length, H/w, of the cables of a scene.
+    """Note on the largest ratio H/w of the cables of a scene: horizontal tension over weight per length.
 
     Power lines with a larger H/w than published safe values are likely to suffer from aeolian vibration. There is no
     note in a load case with ice or wind, since the safe values are for everyday tensions; nor without gravity, nor
@@ -98,7 +98,7 @@ def tension_notes(scene, values):
     ----------
     scene : CableScene or SuspensionScene
     values : Results or CableResults
-        Results of this scene alone.
+        Statics of this scene alone.
 
     Returns
     -------
