@@ -298,7 +298,7 @@ def uneven_drag_errors(drag, catenary, stretched=False):
     -------
     DragErrors
         `error` is the larger one of the change of the tension vector over the tension and of the movement at mid-length
-        over its distance from the chord, times a safety factor (`STUDY.second_order`). Without wind all errors are zero.
+        over its distance from the chord, times a safety factor (`STUDY.second_order`). Errors are zero without wind.
     """
     error, end_changes, displacement, tensions, pieces = changes_by_actual_drag(drag, catenary, stretched)
     windy = drag.normal_drag > 0

@@ -36,15 +36,20 @@ EMPTY_CELL = "#f0f0f0"  # cells without a value
 def colour_map(study, every, rows):
     """Figure of one column of a study as colour (`plot.color`) over two others, `plot.x` and each of `plot.y`.
 
-    There is a panel for each y and each series of rows. If x and y are two varied keys with one row for each pair of
-    their values, it is a heat map: with the numbers in the cells where these are few and wide enough, else with lines
-    of equal values; a grey cell has no answer. Otherwise each row is a coloured point.
+    There is a panel for each y and each series, a set of rows with equal values of the keys that are not drawn. If x
+    and y are two varied keys with one row for each pair of their values, the panel is a heat map, in which a grey cell
+    has no answer. Otherwise each row is a coloured point.
 
     Parameters
     ----------
     study : StudyFile
+        Its `plot` names the columns and keys that are drawn.
     every, rows : list of dict
-        All rows of the study's table, and those with an answer.
+        All rows of the study's table, and those with an answer: name of a column or key -> value.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
     """
     plot = study.plot
     x, colour = quantity_named(study, plot.x, every), quantity_named(study, plot.color, every)
@@ -114,13 +119,18 @@ def _heat(axes, sides, points, mappable, numbered, contoured):
 
     Parameters
     ----------
+    axes : matplotlib.axes.Axes
     sides : (ndarray, ndarray)
         Values of x and of y at which there are cells, ascending.
     points : (ndarray, ndarray, ndarray)
-        x, y and colour of each row, shape (n,); pairs of x and y without a row are empty cells.
-    numbered, contoured : bool
-        Whether to write the numbers into the cells if they are few and wide enough, and to draw lines of equal values
-        else.
+        x, y and value of each row, shape (n,); pairs of x and y without a row are empty cells.
+    mappable : matplotlib.cm.ScalarMappable
+        Colours of the values.
+    numbered : bool
+        Whether to write the values into the cells, if they are few and wide enough.
+    contoured : bool
+        Whether to draw lines of equal values if no values are written: in a map of many cells, or also of few if
+        `numbered`.
     """
     x_values, y_values = sides
     x, y, colour = points

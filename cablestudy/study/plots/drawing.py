@@ -389,7 +389,7 @@ def _side_view(origin, level, distance, height):
 
 
 def ground_in(view, ground, x):
-    """Line of the ground in a side view: distances and levels, two arrays [m]; None without ground, or if unseen.
+    """Line of the ground in a side view.
 
     Parameters
     ----------
@@ -398,6 +398,12 @@ def ground_in(view, ground, x):
         Ground of the scene: its level, or pairs of x and level. [m]
     x : ndarray
         Distances between which ground of one level is drawn. [m]
+
+    Returns
+    -------
+    tuple of (ndarray, ndarray), or None
+        Distances to the right on the paper, ascending, and levels of the ground there, both from the origin of the view
+        [m]. None without ground, in a view that is not from the side, or if levels over x are seen along x.
     """
     right, up = view.axes.T
     if ground is None or up[2] != 1:  # no view from the side

@@ -118,7 +118,13 @@ class _Picture:
         self.looks, self.scale = _looks(drawings, self.upright and self.loaded)
 
     def figure(self):
-        """Draw all panels, one legend below them, a title and, for one case, a scale of the tension: Figure."""
+        """Draw all panels, one legend below them, and a title.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            For a single load case also with a scale of tension, if its cables differ in it.
+        """
         columns, heights = 1 + self.in_space, [height for height, _ in self.panels][:: 1 + self.in_space]
         figure = Figure(figsize=(WIDTH, sum(heights) + 0.8), layout="constrained")
         if self.in_space:
@@ -298,17 +304,24 @@ class _Picture:
 
 
 def _looks(drawings, unnamed):
-    """Colours, dashes and labels with which load cases are drawn, and a scale of the colours.
+    """Colours, line styles and labels of load cases in a picture, and a scale of the colours.
 
-    A single load case has its cables in colours of their mean tensions, if these differ; each of several load cases has
-    one colour. If `unnamed`, the label of an only cable is its name alone, without sag or tension.
+    Of a single load case, each cable has the colour of its mean tension, if these differ. Of several load cases, each
+    has one colour for all its cables.
+
+    Parameters
+    ----------
+    drawings : list of Drawing
+        One for each load case.
+    unnamed : bool
+        Whether the label of an only cable is its name alone, without the sag.
 
     Returns
     -------
     looks : list of dict
         For each drawing keyword arguments of `marks.draw_parts`.
     scale : (ScalarMappable, str) or None
-        Colours over tension and their label; None without such colours.
+        Colours over tension and their label; None where colours do not show tensions.
     """
     if len(drawings) > 1:
         pairs = [(DASHES[k % len(DASHES)], SERIES[k % len(SERIES)]) for k in range(len(drawings))]
@@ -359,7 +372,14 @@ def finish_view(axes, view, window, ground, ticks=8):
 def load_path(path):
     """Figure of a load that travels along a cable: its path in a side view, and below it the largest tension.
 
-    The side view has the cable for some positions of the load. `path` is a `LoadPath`.
+    Parameters
+    ----------
+    path : LoadPath
+        Equilibria with the load in many places. The side view shows the cable in some of them.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
     """
     first, (*positions, clearance, tension) = path.cables[0], (_numbers(path, name) for name in PATH_COLUMNS)
     span = first.form.span

@@ -45,17 +45,22 @@ NO_LOOP = "the gain of the loop is zero: there is nothing to draw"
 
 @styled
 def loop_margins(closed_loop, span=None):
-    """Figure of a loop for the design of its gain: loop gain and sensitivity over frequency, Nyquist plot and margins.
+    """Figure of a control loop for the choice of its gain: loop gain L and sensitivity, Nyquist plot and margins.
 
-    A loop of one coordinate has a panel of the phase too; a loop of several coordinates has the singular values of the
-    loop gain over frequency, and its eigenvalues in the Nyquist plot.
+    A loop of one coordinate has magnitude and phase of L over frequency. A loop of several coordinates has the singular
+    values of L over frequency, and its eigenvalues in the Nyquist plot.
 
     Parameters
     ----------
     closed_loop : ClosedLoop
         With a loop.
     span : (float, float, int), optional
-        As of `ssm.read_response_range`. Default: about bandwidth, controlled motions and largest gain.
+        Lowest and highest frequency [Hz] and number of those at equal ratios. Default: about bandwidth, controlled
+        motions and largest gain.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
 
     Raises
     ------
@@ -184,7 +189,15 @@ def _sensitivity(axes, closed_loop, frequency, sensitivity, complementary):
 def _nyquist(axes, closed_loop, value):
     """Draw the Nyquist plot: eigenvalues of the loop gain in the complex plane, their distance from -1, and margins.
 
-    `value` is the loop gain L of k coordinates at f frequencies, shape (f, k, k).
+    The distance is 1 over the peak of the sensitivity. It is drawn for a stable loop only, and so is the phase margin,
+    of one coordinate. The gain margin is drawn wherever the loop has a largest gain.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    closed_loop : ClosedLoop
+    value : ndarray, shape (f, k, k)
+        Loop gain of k measured coordinates at f frequencies, complex. [-]
     """
     zero_lines(axes)
     circle = np.exp(1j * np.linspace(0, TURN, 361))
@@ -263,7 +276,15 @@ def _margins_in_words(margins):
 def loop_in_time(solved):
     """Figure of the response of a loop over time: displacement with and without the loop, and positions of the winches.
 
-    Above them is the input, such as the speed of a gust, unless it is constant. `solved` is a `TimeCase`.
+    Above them is the input, such as the speed of a gust, unless it is constant.
+
+    Parameters
+    ----------
+    solved : TimeCase
+
+    Returns
+    -------
+    matplotlib.figure.Figure
     """
     time = solved.time
     varies = np.ptp(solved.input.values_in_unit) > 0
@@ -294,10 +315,14 @@ def loop_in_time(solved):
 
 
 def _displacement(axes, solved):
-    """Draw the measured displacement over time, with and without the loop, its overshoot and its settling time.
+    """Draw the measured displacement over time, with and without the loop, its largest value and its settling time.
 
-    `solved` is a `TimeCase`. Only the response to a step settles; it has an overshoot unless it ends near zero
-    (`StepResponse.taken_back`).
+    Only the response to a step settles. It has an overshoot unless it ends near zero (`StepResponse.taken_back`).
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    solved : TimeCase
     """
     time, response, unit, step = solved.time, solved.response, solved.unit, solved.step
     if response.open_loop is not None:

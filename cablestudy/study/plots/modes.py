@@ -138,15 +138,20 @@ class ModeDrawing:
 
 @styled
 def mode_shapes(case, modes, share=None):
-    """Figure of mode shapes of a cable between fixed ends on its static form, one panel each, as the paper's Fig. 5.
+    """Figure of mode shapes of a cable between fixed ends, on its static form, one panel each, as the paper's Fig. 5.
 
     Parameters
     ----------
     case : CableCase
-        With the discretisation of the modes.
+        The cable with the finite elements by which the modes were computed.
     modes : Modes
+        The figure shows at most MOST_MODES of them.
     share : float, optional
-        Displacement over the largest one, from -1 to 1, of a picture in a row of them that are of equal size.
+        Factor on the displacements, from -1 to 1, for one picture of an animation; by default 1.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
     """
     shown = _of_cable(case, modes, min(len(modes), MOST_MODES))
     chord = float(case.span.chord)
@@ -182,7 +187,7 @@ def _of_cable(case, modes, count):
 def coupled_mode_shapes(case, modes, listed=None, share=None):
     """Figure of the first coupled modes of a suspension, one panel each: the displaced scene over the scene at rest.
 
-    If all cables end in one vertical plane, the panels show that plane from the side, and draw movement out of it
+    If all cables end in one vertical plane, the panels show that plane from the side; movement out of it is drawn
     upwards. Scenes that do not lie in one plane, or have no width in it, are drawn in perspective.
 
     Parameters
@@ -194,7 +199,11 @@ def coupled_mode_shapes(case, modes, listed=None, share=None):
     listed : int, optional
         Number of modes asked for; by default all. The figure shows at most MOST_MODES of them.
     share : float, optional
-        Displacement over its largest value, from -1 to 1, for one picture of an animation; see `mode_shapes`.
+        Factor on the displacements, from -1 to 1, for one picture of an animation; by default 1.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
     """
     listed, drawing = len(modes) if listed is None else listed, drawing_of(case)
     plane, peak = upright_plane([drawing]), nice(PEAK_OVER_SIZE * drawing.size)  # peak: largest displacement drawn [m]
@@ -227,10 +236,23 @@ def _alike_in_both_directions(shown, drawing, enlargement):
 
 
 def _drawing_of_coupled_mode(case, modes, drawing, plane, number):
-    """`ModeDrawing` of a coupled mode by its number, from 0: places and displacements of cables, bodies and points.
+    """Collect the places and displacements of all cables, bodies and points in one coupled mode.
 
-    `plane` is the vertical plane in which all cables end, for a side view; None draws in perspective. `drawing` is the
-    static form.
+    Parameters
+    ----------
+    case : SuspensionCase
+    modes : CoupledModes
+        Modes of the case.
+    drawing : Drawing
+        The scene at rest.
+    plane : View or None
+        Side view of the vertical plane in which all cables end; None draws in perspective.
+    number : int
+        Index of the mode, from 0.
+
+    Returns
+    -------
+    ModeDrawing
     """
     equilibrium = case.equilibrium
     suspension = equilibrium.suspension
@@ -312,11 +334,15 @@ def _figure(shown, frequency, listed, peak, share, drawing, distance):
     peak : float
         Largest displacement that is drawn. [m]
     share : float or None
-        Displacement over the amplitude, see `mode_shapes`.
+        Factor on the displacements, from -1 to 1, for one picture of an animation; None is 1.
     drawing : Drawing or None
         Static form of a suspension; None for one cable.
     distance : str or None
         Label of the distance along the plane of the panels; None in perspective.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
     """
     if not shown:
         return figure_without_panels("There is no mode to show")

@@ -59,7 +59,14 @@ class Bar:
 
 @dataclass(frozen=True)
 class Factor:
-    """Entry of a study that tells series apart: quantities that vary together, and their values, the levels."""
+    """Quantities of a study that vary together and tell series apart.
+
+    Attributes
+    ----------
+    quantities : list of DrawnQuantity
+    levels : list of tuple
+        The different sets of values that they take, in order of appearance; a value for each quantity.
+    """
 
     quantities: list
     levels: list
@@ -86,21 +93,21 @@ def series_of(study, every, rows, *drawn):
     """Divide the rows of a study into the series of a picture: each is one line, or one kind of mark.
 
     Each entry of a study varies one key, or several keys together. Along a series those entries vary whose keys are
-    drawn, and a sample; if there are none, the last entry. All other entries tell series apart.
+    drawn, and a random sample of keys; if there are none, the last entry. All other entries have one value in a series.
 
     Parameters
     ----------
     study : StudyFile
     every, rows : list of dict
         All rows of the study's table, and those with an answer.
-    drawn : Quantity
-        Quantities along x and perhaps y.
+    *drawn : DrawnQuantity
+        Quantities along x and perhaps y or as colour.
 
     Returns
     -------
     series : list of Series
     factors : list of Factor
-        The entries that tell series apart, with their values.
+        The entries that tell series apart, with the different values that they take (levels).
     """
     entries = quantities_varied(study, every)
     within = _entries_of(entries, drawn) + ([] if study.sample is None else [entries[study.sample_entry]])
@@ -186,16 +193,19 @@ def _common(quantity, rows):
 
 
 def give_looks(series, factors, joined):
-    """Give each series of a picture its colour, mark and dashes, and make the legend for them.
+    """Give each series of a picture its colour, mark and line style, and make the legend for them.
 
-    Up to NAMED_SERIES series have a colour and a mark each. Of more series, the factor with most levels decides the
-    colour, on a colour bar if its levels are many, and the next factor the mark and the dashes. By further factors
-    series are not told apart: the legend says so.
+    A factor is a quantity that tells series apart, its levels are its values. Up to NAMED_SERIES series have a colour
+    and a mark each. Of more series, the factor with most levels decides the colour, on a colour bar if its levels are
+    many, and the next factor the mark and the line style. Series that differ in further factors look alike: the legend
+    says so.
 
     Parameters
     ----------
-    series, factors
-        From `series_of`.
+    series : list of Series
+        Their `look` is set.
+    factors : list of Factor
+        What tells these series apart.
     joined : bool
         Whether lines join the points.
 

@@ -56,7 +56,7 @@ SHARE_LIMITS = (-0.05, 1.05)  # of the shares, always shown
 
 @styled
 def study_plot(study, table, chosen=()):
-    """Figure of a study's results: a panel for each column, over a varied key, with the printed values beside them.
+    """Figure of the results of a study: a panel for each column, over a varied key, with printed values beside them.
 
     `plot:` of the study file states what is drawn; with `plot.color` it is a map of colours. Without `plot:` the first
     computed columns are drawn over the key that varies first.
@@ -68,6 +68,10 @@ def study_plot(study, table, chosen=()):
         All rows of the study's table, or some.
     chosen : sequence of str
         Columns and varied keys that are drawn along y instead, with or without units, except in a map of colours.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
     """
     every = [row | {ROW: number} for number, row in enumerate(table.rows, 1)]
     rows = [row for row in every if has_answer(row.get("status", OK))]
@@ -84,7 +88,20 @@ def not_drawn(study):
 
 
 def _line_figure(study, every, rows, chosen):
-    """Figure of one panel for each column, all over one x; arguments as of `colour_map`, `chosen` of `study_plot`."""
+    """Figure with one panel for each drawn column of a study, all over one x.
+
+    Parameters
+    ----------
+    study : StudyFile
+    every, rows : list of dict
+        All rows of the study's table, and those with an answer.
+    chosen : sequence of str
+        Columns and varied keys that are drawn along y in place of those that the study states.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
     x, columns, *logarithmic = _drawn(study, every, chosen)
     if not columns:
         return _nothing(study, "no column is a number")
@@ -125,12 +142,14 @@ def _scale_panels(grid, x, columns, logarithmic, by_ratio):
     grid : list of Axes
         A panel for each column, with its lines.
     x : DrawnQuantity
+        The quantity along x of all panels.
     columns : list of DrawnQuantity
+        The quantity along y of each panel.
     logarithmic : (bool or None, bool or None)
-        Whether x and y are logarithmic, as the study states it; where it does not (None), x is if its values are spaced
-        so, and over such an x each y whose values span decades.
+        Whether x and y are logarithmic, as the study states it. Where it does not (None), x is logarithmic if its
+        values are spaced so; y is if its values span decades and x is logarithmic or `by_ratio` holds.
     by_ratio : bool
-        Whether values that span decades make y so over any x.
+        Whether y may become logarithmic over an x that is not.
     """
     logx, logy = logarithmic
     lines = [line for axes in grid for line in axes.lines]
@@ -203,7 +222,19 @@ def _with_printed_values(study, quantity, rows, headers):
 def _panel(axes, x, column, series, joined):
     """Draw one column of a study over x: its computed values in the looks of the series, rings for the printed values.
 
-    `joined`: whether lines join the points. Returns True if there are printed values.
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    x, column : DrawnQuantity
+        Quantities along x and y.
+    series : list of Series
+    joined : bool
+        Whether lines join the points.
+
+    Returns
+    -------
+    bool
+        True if there are printed values.
     """
     any_printed = False
     for k, line in enumerate(series):

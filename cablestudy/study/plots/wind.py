@@ -74,17 +74,21 @@ class DrawnState:
 def wind_response(winds, at_rest=None, on=None):
     """Figure of the motion of a body in turbulent wind: spectra, cumulative variance, and ellipses of the RMS.
 
-    The body is that of the loop, or the first one; without any free body it is the first cable at mid-span. The motion
-    is drawn with and without the loop, and with and without actuators. Above is the spectrum of the wind speed.
+    The body is that of the control loop, or the first one; without any free body it is the first cable at mid-span. The
+    motion is drawn with and without the loop, and with and without actuators. Above is the spectrum of the wind speed.
 
     Parameters
     ----------
     winds : list of DynamicAnalysis
-        Motion in the wind, stable; the spectra of several uncorrelated winds add.
+        Stable motion in one wind each; the spectra of several uncorrelated winds add.
     at_rest : list of DynamicAnalysis, optional
         Motion with the winches at rest; by default computed from `winds`.
     on : str, optional
         Name of the part that the wind blows on, for the title; by default the body.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
 
     Raises
     ------
@@ -210,7 +214,7 @@ def _states(winds, at_rest, names, point, frequency):
 
 
 def _drawn_state(names, point, frequency, label, colour, dashes, winds, open_loop=False):
-    """Compute the curves that are drawn of one state of control, such as "winches at rest": `DrawnState`.
+    """Compute the curves that are drawn of one state of control, such as "winches at rest".
 
     Parameters
     ----------
@@ -219,13 +223,17 @@ def _drawn_state(names, point, frequency, label, colour, dashes, winds, open_loo
     point : str
         Body, marker or cable at mid-span, whose covariance of displacements gives the ellipses.
     frequency : ndarray, shape (f,)
-        [Hz]
+        Frequencies of the spectra. [Hz]
     label, colour, dashes : str
-        Of the state.
+        Entry of the legend, colour and line style of the state.
     winds : list of DynamicAnalysis
-        One for each wind; their spectra add.
+        One for each wind; their spectra and covariances add.
     open_loop : bool
         Whether the winches are at rest.
+
+    Returns
+    -------
+    DrawnState
     """
     of_point = [f"{point}.{axis}" for axis in PLACES]  # outputs, of which some may be held
     spectra, variances, covariance = {}, {}, np.zeros((3, 3))
@@ -274,11 +282,22 @@ def _highest(frequency, states, kinds):
 
 
 def _spectra(axes, frequency, states, kind, several):
-    """Draw the spectra of one kind of motion, displacements or rotations, in all states of control.
+    """Draw the spectra of displacements, or of rotations, of a body or a mid-span in all states of control.
 
-    A single output has the colour of its state, several outputs have the colours of their axes. `kind` has the names of
-    the outputs, and scale, name and unit of the motion. If there are `several` winds, the spectrum of the first output
-    by the last of them, the wind on the cable, is drawn too.
+    A single output has the colour of its state, several outputs have the colours of their axes.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    frequency : ndarray, shape (f,)
+        [Hz]
+    states : list of DrawnState
+        Curves of each state of control, such as "winches at rest".
+    kind : (list of str, float, str, str)
+        Names of the outputs; factor from SI to the unit; name of the motion; its unit.
+    several : bool
+        Whether there are several winds: then the spectrum of the first output by the last wind, that on the cable, is
+        drawn too.
     """
     names, scale, motion, unit = kind
     for state in states:
@@ -318,9 +337,20 @@ def _variance(axes, frequency, states, kind):
 def _draw_rms_ellipses(figure, grid, states, closed_loop, point):
     """Draw the RMS displacement of a point by direction, as ellipses in two planes, for each state of control.
 
-    The planes are the horizontal one, and the vertical one along the mean wind. The extent of an ellipse in any
-    direction is the RMS in that direction. The two panels take the last row of the figure's grid. `point` is the name
-    of a body or marker, or of a cable at mid-span.
+    The planes are the horizontal one, and the vertical one along the mean wind. The extent of an ellipse along a unit
+    vector n is the RMS in this direction, sqrt(n^T C n), with the covariance C of the displacements.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+    grid : matplotlib.gridspec.GridSpec
+        The two panels take its last row.
+    states : list of DrawnState
+        Their `covariance` is C: global axes, of a cable those of its chord. [m^2]
+    closed_loop : ClosedLoop
+        Gives the direction of the mean wind.
+    point : str
+        Name of a body or marker, or of a cable at mid-span.
     """
     velocity = closed_loop.drag.velocity
     wind_direction = velocity / np.linalg.norm(velocity)
