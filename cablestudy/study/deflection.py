@@ -61,23 +61,25 @@ def nodal_deflections(case):
 
 
 def _by_tangent(unloaded, mesh, span):
-    """Displacements of the nodes of a mesh by the tangent of a catenary without loads, in closed form.
+    """Linear displacements of the nodes of a mesh by point loads, by the tangent of a catenary without loads.
 
     The tension vector of piece i, between the nodes i and i + 1, changes by c - f_i: c is its change at end 1, f_i the
-    sum of the loads before the piece. By its flexibility F_i the nodes move apart by u_(i+1) - u_i = F_i (c - f_i), and
-    c follows from the ends, which stay: (sum of F_i) c = sum of F_i f_i.
+    sum of the loads before the piece. With the flexibility F_i of the piece, the displacements u of its nodes differ by
+    u_(i+1) - u_i = F_i (c - f_i). c follows from the ends, which stay: (sum of F_i) c = sum of F_i f_i.
 
     Parameters
     ----------
     unloaded : Catenary
+        The cable without point loads.
     mesh : Mesh
+        Elements of the cable; the loads are at nodes.
     span : Span
-        With the point loads.
+        The cable with the point loads.
 
     Returns
     -------
     ndarray, shape (nodes, 3)
-        Chord frame [m]; not a number where the catenary hangs folded.
+        u in the chord frame (along the chord, across it, sideways) [m]; NaN where the catenary hangs folded.
     """
     if unloaded.folded:
         return np.full((mesh.nodes, 3), np.nan)

@@ -110,12 +110,17 @@ def _is_below(key, beginning):
 
 
 def materials_table(files=()):
-    """Table of the materials that files define, then of the built-in materials that they do not replace.
+    """Table of the materials that files define, and of the built-in materials that they do not replace.
 
     Parameters
     ----------
     files : sequence of str
         Files of materials, scenes or studies; `-` is standard input.
+
+    Returns
+    -------
+    Table
+        A row for each material, with the columns FIELDS.
 
     Raises
     ------

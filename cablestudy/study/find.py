@@ -362,20 +362,26 @@ def field_of_key(key):
 
 
 def shown_columns(goal, document, names=None):
-    """Columns of the table of solutions: the column of the goal, then those that the user names: list of Column.
+    """Columns of the table of solutions: the column of the goal, then those that the user names.
 
     Parameters
     ----------
     goal : Goal
+        The column that is to take a value, and the key that is varied for it.
     document : Document
         File of the scene.
     names : str, optional
-        Names of columns, joined by commas; by default `SceneKind.usual_columns`, a few columns of the statics.
+        Names of columns, joined by commas; by default a few columns of the statics, such as the sag, without that of
+        the key.
+
+    Returns
+    -------
+    list of Column
 
     Raises
     ------
     SceneError
-        A column is unknown, the scene cannot have it, or the goal does not fit the scene (`check_goal`).
+        A column is unknown, the scene cannot have it, or the goal does not fit the scene.
     """
     _, scene = check_goal(goal, document)
     if names is None:

@@ -163,7 +163,7 @@ def _expected(column):
 
 
 def number_in_unit(value, column, scene_of):
-    """Read a number that a user compares a result column with, and convert it to the unit of the column: float.
+    """Read a number that a user compares a result column with, and convert it to the unit of the column.
 
     Parameters
     ----------
@@ -171,8 +171,12 @@ def number_in_unit(value, column, scene_of):
         Number in the unit of the column, or text of a number with a unit of its own.
     column : Column
     scene_of : callable
-        Function of no argument that returns the scene, or raises SceneError. For the message on a tension in percent,
-        which names the force to write instead by the breaking force of the cable.
+        Function of no argument that returns the scene, or raises SceneError. It serves one message only: that a tension
+        in percent of the breaking force must be written as a force.
+
+    Returns
+    -------
+    float
 
     Raises
     ------

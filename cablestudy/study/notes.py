@@ -114,11 +114,15 @@ def comparison_notes(errors, status, quantity="motion"):
     Parameters
     ----------
     errors : dict
-        Header of each compared column -> relative error, None where it is not known.
+        Header of each compared column -> relative error, None where it is not known. [-]
     status : str
-        Status of the finer model's row: why errors are not known.
+        Reason why errors are not known: status text of the results of the finer model.
     quantity : str
         Word for the compared columns, such as `motion`.
+
+    Yields
+    ------
+    str
     """
     known_errors = {name: error for name, error in errors.items() if error is not None}
     unknown = [name for name in errors if name not in known_errors]

@@ -11,14 +11,16 @@ from cablestudy.scene.suspension import SuspensionScene
 
 @dataclass(frozen=True)
 class SceneKind:
-    """How scenes of one kind are computed.
+    """Functions and modules by which scenes of one kind (one cable, or a suspension) are computed.
 
     Attributes
     ----------
     evaluate : callable
-        Scenes, columns, and whether to estimate the errors of fixed elements -> list of Row, see `rows.evaluate_cases`.
+        Scenes, columns, and whether to estimate the errors of models with a stated number of elements -> list of Row,
+        one for each scene.
     evaluate_table : callable
-        `CaseTable`, columns -> as `closed_form.evaluate_table`; None where each case takes its own scene.
+        `CaseTable`, columns -> rows of all of its cases at once by closed forms, see `one_cable.closed_form`; None
+        where each case takes its own scene.
     why_not : callable
         Scene, column -> reason for which the scene cannot have it, empty where it can.
     of_each_cable : callable
@@ -32,7 +34,7 @@ class SceneKind:
         Scene -> notes, at most one, on the meaning of the tensions and sags that it states; raises NoSolutionError and
         ConvergenceError where a suspension has no stable equilibrium.
     notes_on_found : callable
-        Case of a solution of `find` -> notes as of `notes_on_stated`.
+        Case of a solution of `find` -> notes of the same meaning.
     freeze : callable
         Document, scene -> contents of its file with unstretched lengths, see `freeze.freeze_cable`.
     case : callable

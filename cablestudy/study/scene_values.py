@@ -105,22 +105,24 @@ class SceneValues:
 
 
 def load_arrays(loads_of_cables):
-    """Point loads of n cables as arrays; loads of a cable at one position are added.
+    """Point loads of n cables as arrays; loads of one cable at the same position are added.
 
-    k is the largest number of positions on a cable; the other cables have empty entries at the end.
+    k is the largest number of loaded positions on a cable; the other cables have empty entries at the end.
 
     Parameters
     ----------
     loads_of_cables : list of tuple of Load
-        Loads of each cable.
+        For each cable its loads.
 
     Returns
     -------
-    positions, fractions : ndarray, shape (n, k)
-        Arc length on the unstretched cable [m], or share of its length [-]: as stated, the other one is NaN. Both are
-        NaN in empty entries.
+    positions : ndarray, shape (n, k)
+        Arc length from end 1 on the unstretched cable; NaN of a load whose fraction is stated, and of an empty entry.
+        [m]
+    fractions : ndarray, shape (n, k)
+        Share of the unstretched length; NaN of a load whose arc length is stated, and of an empty entry. [-]
     forces : ndarray, shape (n, k, 3)
-        Global, without the weight of masses. [N]
+        Global axes, without the weight of `masses`. [N]
     masses : ndarray, shape (n, k)
         [kg]
     """

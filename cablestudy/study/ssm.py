@@ -91,18 +91,28 @@ def number_of(option, name, names):
 
 
 def pairs_of(options, inputs, outputs, first=0, prefix=""):
-    """Indices of each named output combined with each named input: list of (output, input), both int.
+    """Combine each output that the user names with each input that the user names, as indices.
 
     Parameters
     ----------
     options : StateSpaceOptions
-        Names in `outputs` and `inputs`; SceneError for an unknown one.
+        The names that the user gave.
     inputs, outputs : sequence of (str, str)
         Names and units of all inputs and of all outputs.
     first : int
         Index that is taken where no output, or no input, is named.
     prefix : str
         Prefix that a user may write before each name.
+
+    Returns
+    -------
+    list of (int, int)
+        Indices of output and input; the input varies faster.
+
+    Raises
+    ------
+    SceneError
+        An unknown name.
     """
     given = ("--output", options.outputs, outputs), ("--input", options.inputs, inputs)
     output_indices, input_indices = (
@@ -179,6 +189,11 @@ def response_unit(above, below):
 def read_response_range(text):
     """Read FROM:TO:COUNT, the range and number of response frequencies, for example `0.01Hz:100Hz:2000`.
 
+    Parameters
+    ----------
+    text : str
+        Value of the option --response.
+
     Returns
     -------
     low, high : float
@@ -189,8 +204,8 @@ def read_response_range(text):
     Raises
     ------
     SceneError
-        Not of this form, a range that is reversed or beyond `lowest_response` and `highest_response`, too few or too
-        many frequencies.
+        Not of this form, a range that is reversed or beyond `STUDY.lowest_response` and `STUDY.highest_response`, too
+        few or too many frequencies.
     """
     option = f"--response {text}"
     parts = text.split(":")
@@ -259,7 +274,8 @@ def fewest_modes(share, allowed, error, which, names):
     Parameters
     ----------
     share : ndarray, shape (n,)
-        Share of each mode in the inertia between an input and an output, see `Superelement.inertia_share`. [-]
+        Share of each of n modes in the inertia between an input and an output: in the term of the response that grows
+        with w^2, which static displacements do not cover. They add up to 1; see `Superelement.inertia_share`. [-]
     allowed : ndarray of int
         Indices of the modes that may be kept.
     error : float

@@ -35,8 +35,9 @@ def checks_of(scenes, limits_of=limits_of):
 
     Returns
     -------
-    list
-        For each scene a list of `limits.Check`, or the SceneError if the scene cannot have its limits.
+    list of (list of limits.Check, or SceneError)
+        For each scene a check for each limit, in the load case where its margin is least; or the error of a scene that
+        cannot have its limits.
     """
     limits, errors = [], {}
     for index, scene in enumerate(scenes):

@@ -95,10 +95,11 @@ class Table:
         return cls(tuple(fields), [dict(zip(names, line, strict=True)) for line in lines], **options)
 
     def chosen(self, names=(), top=None):
-        """Table with only the columns that a user asks for, and only the first rows: `Table`.
+        """Table with only the columns that a user asks for, and only the first rows.
 
-        Columns that name the rows, and those that a study varies, are kept in front, since rows mean little without
-        them; fields marked `kept` follow at the end.
+        Three kinds of columns are kept though they are not asked for. In front are those that name the rows
+        (`Field.label`) and the keys that a study varies, unless a varied key is asked for. Columns marked `Field.kept`
+        are at the end.
 
         Parameters
         ----------
@@ -106,6 +107,10 @@ class Table:
             Names of the columns in their order, with or without units; empty for all columns.
         top : int or None
             Number of rows; None for all.
+
+        Returns
+        -------
+        Table
 
         Raises
         ------

@@ -20,13 +20,14 @@ PANEL_HEIGHT = 1.9  # of a panel [in]
 
 
 def deflections(case, abscissa, label):
-    """Panels of the deflection of a cable by its point loads: each component, non-linear and linear; the difference.
+    """Panels of the deflection of a cable by its point loads: each component, non-linear and linear; their difference.
 
     The components are vertical; sideways if loads act out of the cable's plane; horizontal if that is the largest.
 
     Parameters
     ----------
     case : CableCase or HangingCable
+        One cable in equilibrium, with point loads.
     abscissa : callable
         Arc length over the unstretched length, shape (j,) [-] -> position along the horizontal axis of the panel [m].
     label : str
@@ -58,7 +59,7 @@ def deflections(case, abscissa, label):
 
 
 def interpolate_elements(mesh, nodal):
-    """Interpolate nodal values within the elements, by their polynomials, to draw smooth curves.
+    """Interpolate values at the nodes of finite elements by the polynomials of these, to draw smooth curves.
 
     Parameters
     ----------
@@ -69,7 +70,7 @@ def interpolate_elements(mesh, nodal):
     Returns
     -------
     positions : ndarray, shape (j,)
-        Arc lengths over the unstretched length: 401 or more, or the nodes of straight elements. [-]
+        Arc lengths of j points over the unstretched length: 401 or more, or the nodes of straight elements. [-]
     values : ndarray, shape (j, ...)
         Values there.
     """

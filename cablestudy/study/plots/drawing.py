@@ -251,12 +251,16 @@ class Drawing:
 
 
 def drawing_of(case):
-    """Collect the positions of all that a picture of a case in equilibrium shows: `Drawing`.
+    """Collect the positions of all that a picture of a case in equilibrium shows.
 
     Parameters
     ----------
     case : CableCase or SuspensionCase
         One cable is drawn as a suspension of a single cable.
+
+    Returns
+    -------
+    Drawing
     """
     scene, equilibrium = kind_of(case.scene).as_suspension(case.scene), case.equilibrium
     suspension = equilibrium.suspension
@@ -344,7 +348,7 @@ def _lost(case):
 
 
 def upright_plane(drawings):
-    """Side view of the vertical plane that holds all ends, bodies and markers: `View`; None without such a plane.
+    """Side view of the vertical plane that holds all cable ends, bodies and markers of a scene, if there is one.
 
     The horizontal axis is x or y in a plane along one of these; else the distance from the first place in the plane.
     For a scene of one cable it is the distance from end 1.
@@ -353,6 +357,11 @@ def upright_plane(drawings):
     ----------
     drawings : list of Drawing
         One scene in several load cases.
+
+    Returns
+    -------
+    View or None
+        None without such a plane.
     """
     first, size = drawings[0], max(drawing.size for drawing in drawings)
     held = np.concatenate([drawing.held for drawing in drawings])

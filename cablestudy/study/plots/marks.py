@@ -52,10 +52,14 @@ class Room:
         ----------
         text : str
         spots : sequence of (ndarray, tuple, tuple)
-            Position on the paper, offset from it [pt], and side of the offset position on which the text stands: -1, 0
-            or 1 along x and y.
+            Position in the picture, in the lengths of the scene [m]; offset of the text from it [pt]; and on which side
+            of this point the text stands, along x and y: -1 left or below, 0 centred, 1 right or above.
         needed : bool
             Whether to write it at the first spot if none is free.
+        fontsize : float
+            [pt]
+        **look
+            Further properties of the text.
         """
         size = np.array([text_width(text, fontsize) + 0.06, fontsize / 60]) * self.per_inch
         boxes = [self._box(point + np.array(offset) / 72 * self.per_inch, side, size) for point, offset, side in spots]

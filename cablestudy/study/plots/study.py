@@ -319,7 +319,7 @@ def _values(lines, which):
 
 @styled
 def sensitivity_plot(study, table):
-    """`Figure` of Sobol's indices: which share of the variance of each result column comes from each sampled key.
+    """Figure of Sobol's indices: which share of the variance of each result column comes from each sampled key.
 
     There is a panel for each column, and for each combination of values of keys that vary in the study but are not
     sampled. It shows the first-order index and the total index of each sampled key, with their confidence intervals.
@@ -330,6 +330,10 @@ def sensitivity_plot(study, table):
     table : Table
         From `Sensitivity.table`: rows with `column`, `parameter` (the varied key), values of keys that vary beside the
         sample, the indices, and the ends of their confidence intervals.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
     """
     fixed = ("column", "parameter", *(f"{kind}{end}" for kind in INDICES for end in ("", "_low", "_high")))
     others = [field for field in table.fields if field.name not in fixed]  # keys that vary beside the sample
