@@ -76,7 +76,19 @@ def static_value(column, case):
 
 
 def controlled_models(case_of, needs):
-    """Models with error control: list of ComparedModel, of cases that a function of scene and columns makes."""
+    """Models whose elements are refined until an accuracy is reached, one for each of ACCURACIES.
+
+    Parameters
+    ----------
+    case_of : callable
+        Scene, columns -> CableCase or SuspensionCase.
+    needs : tuple of str
+        Kinds of columns whose values depend on the accuracy.
+
+    Returns
+    -------
+    list of ComparedModel
+    """
 
     def build(accuracy, scene, columns):
         return case_of(with_accuracy(scene, accuracy), columns)

@@ -23,7 +23,13 @@ MILLI = 1e3
 
 @dataclass(frozen=True)
 class TimeOptions:
-    """Options of `loop` for a response in time, as texts, and their values; SceneError where one is wrong or unused."""
+    """Options of the command `loop` for a response in time, as texts, and their values.
+
+    Raises
+    ------
+    SceneError
+        An option is wrong, or has no effect.
+    """
 
     duration: str  # DURATION, or DURATION:COUNT
     input: str | None = None
@@ -131,12 +137,13 @@ class Input:
 
 @dataclass(frozen=True)
 class TimeCase:
-    """Response of a loop in time.
+    """Response in time of a control loop to one input, for the table and the picture of the command `loop`.
 
     Attributes
     ----------
     options : TimeOptions
     input : Input
+        The step or gust.
     response : TimeResponse
     gain : float
         Gain of the loop. [rad/s]

@@ -97,19 +97,24 @@ def _half_waves(case, required):
 
 @dataclass
 class Refinement:
-    """Search for the coarsest model of one case whose values are within its accuracy.
+    """Search for the coarsest finite-element model of one case whose values are within its accuracy, level by level.
 
-    Each frequency has an error estimate of its own, by what the highest orders contribute to its shape. A model that
-    does not resolve the transverse waves at a frequency ignores them: where the direction of the cable changes along it
-    by an angle [rad], the relative error of this frequency is estimated as `unresolved_turn` times the angle.
+    A level is a number of elements and their order. Each frequency has an error estimate of its own, by what the
+    highest orders contribute to its shape. A model that does not resolve the transverse waves at a frequency ignores
+    them. Its relative error of this frequency is estimated as `unresolved_turn` times the angle [rad] by which the
+    direction of the cable changes along it.
 
     Parameters
     ----------
     case : CableCase
+        Its scene states the accuracy.
     compute : callable
-        Function that computes the values by the model of a case; see `AskedModes.frequencies`.
-    waves, least : float
-        Half-waves [-] and frequency [Hz] that the model must resolve, from `needs_of`.
+        Computes the values: case with its elements, names to leave out -> three dicts of name -> value, relative error,
+        and CablestudyError of a value that cannot be computed.
+    waves : float
+        Number of half-waves along the cable that the model must resolve, from `needs_of`. [-]
+    least : float
+        Frequency that the model must resolve. [Hz]
 
     Attributes
     ----------

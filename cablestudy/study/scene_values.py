@@ -24,7 +24,7 @@ NO_LOAD = np.nan, np.nan, (0.0, 0.0, 0.0), 0.0  # an entry of `merged_loads` whe
 
 
 class SceneValues:
-    """Values of n scenes of one cable as arrays; their cables carry point loads at equally many places."""
+    """Values of n scenes of one cable as arrays with an axis of scenes. All have point loads at equally many places."""
 
     def __init__(self, scenes):
         self.scenes, self._numbers = scenes, {}
@@ -163,16 +163,16 @@ def places_of(loads):
 
 
 class CaseTable(SceneValues):
-    """Cases of a study that differ in plain numbers only: values of n scenes, for all of which one scene stands.
+    """Values of n cases of a study whose scenes differ only in numbers: one scene, whose varied numbers are arrays.
 
     Parameters
     ----------
     cases : ndarray, shape (n,)
         Number of each case in the study, from 0.
     scene : CableScene
-        One for all; each varied number is an array, shape (n,), in SI, and so are its properties.
+        Stands for all cases; each varied number is an array, shape (n,), in SI, and so are the properties that follow.
     values : dict
-        Dotted key that is varied -> that array.
+        Dotted key that is varied -> its array, shape (n,).
     """
 
     def __init__(self, cases, scene, values):
