@@ -10,7 +10,7 @@ from cablestudy.study.tolerances import STUDY
 
 
 def evaluate(scenes, columns, estimate=False):
-    """Compute the columns of many scenes, all of one cable or all suspensions: list of Row, see `evaluate_cases` and `evaluate_suspensions`.
+    """Compute the columns of many scenes, all of one cable or all suspensions: list of Row.
 
     Parameters
     ----------
