@@ -288,7 +288,10 @@ def compare_models(
     out: File | None = None,
     shown: bool = False,
 ):
-    """Answer of the command trade: errors and computing times of all models of a scene, from coarse to fine.
+    """Answer of the command trade: errors and computing times of all models of a scene that a user can choose.
+
+    They are closed forms, elements of several kinds and numbers, and models refined to an accuracy; errors are relative
+    to the continuous cable.
 
     Parameters
     ----------

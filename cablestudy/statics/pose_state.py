@@ -220,6 +220,11 @@ def evaluate(suspension, state, solved_cables=None):
         Pose and unstretched lengths, of n cases.
     solved_cables : Catenary, shape (n, c), optional
         Equilibria of the c cables in this pose, if they are known already; else they are computed.
+
+    Returns
+    -------
+    Evaluation
+        Net forces on the bodies and their rounding, the energy, and forces and stiffness at the ends of the cables.
     """
     cables = solved_cables or catenary.solve(spans(suspension, state), state.tension)
     span = cables.span

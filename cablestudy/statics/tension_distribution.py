@@ -186,7 +186,7 @@ def _smallest_shift_into_bounds(tension, slopes, low, high, unit):
     Parameters
     ----------
     tension : ndarray, shape (m,)
-        t. [N]
+        t, of which at least one is outside of its bounds. [N]
     slopes : ndarray, shape (m, q)
         D, the changes of the tensions with w; columns may be zero.
     low, high : ndarray, shape (m,)

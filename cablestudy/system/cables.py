@@ -258,7 +258,7 @@ class Models:
         square : ndarray, shape (c, r)
             w^2: squared angular frequencies of r modes of the suspension, given for each cable. [rad^2/s^2]
         ends : ndarray, shape (c, 6, r)
-            u: displacements of the six ends of each cable in these modes, mass-normalised. [1/sqrt(kg)]
+            u: displacements of the two ends of each cable along x, y, z in these modes, mass-normalised. [1/sqrt(kg)]
 
         Returns
         -------
@@ -267,7 +267,7 @@ class Models:
 
         Notes
         -----
-        A mode left out, with the frequency W and the momentum m per velocity of the ends, adds the modal mass (m u)^2
+        A mode left out, with the frequency W and the coupling m (momentum per velocity of the ends), adds the mass (m u)^2
         w^2/(W^2 - w^2) to that of the suspension, which is 1. The error is the sum of this over the modes left out,
         less the same sum over the residual vectors, which replace a part of them.
         """
