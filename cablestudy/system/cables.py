@@ -267,9 +267,9 @@ class Models:
 
         Notes
         -----
-        A mode left out, with the frequency W and the coupling m (momentum per velocity of the ends), adds the mass (m u)^2
-        w^2/(W^2 - w^2) to that of the suspension, which is 1. The error is the sum of this over the modes left out,
-        less the same sum over the residual vectors, which replace a part of them.
+        A mode left out, with the frequency W and the coupling m, its momentum per velocity of the ends, adds the mass
+        (m u)^2 w^2/(W^2 - w^2) to that of the suspension, which is 1. The error is the sum of this over the modes left
+        out, less the same sum over the residual vectors, which replace a part of them.
         """
         error = np.zeros(square.shape)
         for of_group in coordinates.of_groups:
