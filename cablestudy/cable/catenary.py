@@ -350,7 +350,8 @@ def solve(span, tension=None):
     Returns
     -------
     Catenary
-        Its record states for each cable whether it converged.
+        Its record states for each cable whether it converged. A loose cable, longer than its chord and without any
+        load, has no tension; the reason in its record is UNDETERMINED.
 
     Notes
     -----
@@ -362,13 +363,13 @@ def solve(span, tension=None):
     problem = EquilibriumResidual(span, split(span))
     unknown = problem.start(span) if tension is None else problem.start_near(span, tension)
     loose = (problem.load == 0) & (problem.strain <= 0)  # no tension at all: nothing to solve
-    unknown[0] = np.where(loose, problem.stiffness[..., 0], unknown[0])
+    unknown[0] = np.where(loose, problem.stiffness[..., 0], unknown[0])  # any tension: these take no part
     unknown, (tension, terms), record = newton(problem, unknown, np.broadcast_to(~loose, problem.shape))
     unknown, change = np.where(loose, 0.0, unknown), record.last_correction
     weightless = ~loose & (np.asarray(span.weight) == 0)
     if weightless.any():
         unknown, change, record = _pass_kinks(problem, unknown, change, record, weightless)
-    if weightless.any() or loose.any():  # not those at which the iteration ended
+    if weightless.any() or loose.any():  # where these tensions are other ones than the iteration ended at
         tension = problem.tension(unknown)
         terms = segment_terms(tension, problem.segments.weight, *problem.angles)
     reason = np.where(loose, UNDETERMINED, np.where(change < CABLE.last_tension_step, CONVERGED, STALLED))

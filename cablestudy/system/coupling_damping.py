@@ -238,9 +238,10 @@ class CouplingDamping:
         return None
 
     def sum_over_poles(self, residues):
-        """Make a function of s: x^d times the sum of residue/(x - pole) over the poles of `pole_sum`.
+        """Make a function of s: partial fractions x^d sum of residue/(x - pole), over the poles of `pole_sum`.
 
-        x is s, with d = 2; or s^2 + viscous s, with d = 1, where hysteretic damping alone couples the modes.
+        It is what the modes of the cable take away from the dynamic stiffness of its static shapes, the polynomial of
+        `pole_sum`. x is s, with d = 2; or s^2 + viscous s, with d = 1, if hysteretic damping alone couples the modes.
 
         Parameters
         ----------

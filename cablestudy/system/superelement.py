@@ -200,8 +200,9 @@ class Superelement:
         Returns
         -------
         Superelement
-            With the frequencies sqrt(R^T W^2 R) and the coupling R^T m to the ends. Modal damping of what the
-            combinations leave out is kept at the ends, as it acts against their slow movements.
+            With the frequencies sqrt(R^T W^2 R) and the coupling R^T m to the ends; static shapes of the ends stay.
+            Damping of strain becomes R^T D R. Of modal damping the diagonal of the combinations is kept, and what they
+            leave out acts at the ends, against their slow movements.
         """
         square, coupling = (self.omega**2) @ shapes**2, shapes.T @ self.coupling
         rate = 2 * self.damping_ratio * self.omega
