@@ -25,6 +25,7 @@ from cablestudy.system.together import computed_together
 from cablestudy.wind.drag import body_damping, cable_damping
 
 MOTIONS = ("dynamics", "in_plane", "out_of_plane")
+NO_MODES = AskedModes()
 
 
 def shared(function):
@@ -78,7 +79,7 @@ class CableCase(ComparedCase):
         Cases, this one among them, whose frequencies and damping ratios are computed in one call; empty if it is alone.
     """
 
-    def __init__(self, scene, results=None, index=0, level=None, cache_by_level=None, asked_modes=None):
+    def __init__(self, scene, results=None, index=0, level=None, cache_by_level=None, asked_modes=NO_MODES):
         self.scene, self.index, self.level, self.asked_modes = scene, index, level, asked_modes
         self.exact_statics = scene.model.elements is None
         self.results = results or Results(SceneValues([scene]))
@@ -342,6 +343,12 @@ class CableCase(ComparedCase):
         """Frequencies of `asked_modes`: `FoundFrequencies`, or the error of a case without motion."""
         return found_frequencies(cases).items()
 
+    @property
+    def known_frequencies(self):
+        """The `FoundFrequencies` of `asked_modes`; None where none were searched for, or the case has no motion."""
+        found = CableCase.frequencies_asked_for.known(self)
+        return None if isinstance(found, Exception) else found
+
     def frequency(self, number, kind, symmetry=None):
         """Frequency of one mode of the cable between fixed ends [Hz], and its estimated relative error [-].
 
@@ -364,8 +371,7 @@ class CableCase(ComparedCase):
         """
         label = number, kind, symmetry
         if self.level is None and self.exact_statics:
-            asked = self.asked_modes is not None and label in self.asked_modes.labels
-            case = self if asked else self.asking_for(AskedModes([label]))
+            case = self if label in self.asked_modes.labels else self.asking_for(AskedModes([label]))
             return result_of(case.frequencies_asked_for).of(label)
         dynamics = self.out_of_plane if kind == "out-of-plane" else self.in_plane
         modes_below = self._modes_below_axial(number if kind == "axial" else 0)
@@ -495,9 +501,8 @@ class CableCase(ComparedCase):
     @property
     def size(self):
         """Unknowns of the largest model of its motion that was solved to an accuracy; 0 where none was. [-]"""
-        search = CableCase.frequencies_asked_for.known(self)
-        found = search is not None and not isinstance(search, Exception)
-        return max(self.system_size, search.used.dof if found else 0)
+        found = self.known_frequencies
+        return max(self.system_size, found.used.dof if found else 0)
 
     @property
     def system_size(self):

@@ -184,17 +184,12 @@ class RefinedBatch(CableBatch):
     def finish(self, row):
         """Refuse numbers above the accuracy; add the unknowns of the models, notes on them, and doubts."""
         self._refuse_inaccurate(row)
-        case, required = row.case, self.required
-        search = case.frequencies_asked_for if required.modes else None
-        found = search is not None and not isinstance(search, Exception)
-        if required.run:
-            row.dof = case.size
-        if self.noted and required.system:
+        if self.required.run:
+            row.dof = row.case.size
+        if self.noted and self.required.system:
             row.notes = self._notes_on_system(row)
-        if self.noted and found and search.values:
-            worst = max(row.errors[column.header] for column in required.modes if column.header in row.values)
-            texts = (notes.CLOSED_FORM, *notes.of_refined(search.used, worst, search.tried))
-            row.notes = texts + tuple(line for line in row.notes if line not in texts)
+        if self.noted and self.required.modes:
+            row.notes = self._notes_on_modes(row)
         super().finish(row)
 
     def _refuse_inaccurate(self, row):
@@ -213,6 +208,15 @@ class RefinedBatch(CableBatch):
                 text = f"{name}: estimated error {error:.1e}, asked for {accuracy:g}"
                 row.failures[name] = ConvergenceError(text)
                 del row.values[name]
+
+    def _notes_on_modes(self, row):
+        """Notes of the row, before them those on the elements by which its frequencies were found, if any were."""
+        found = row.case.known_frequencies
+        if found is None or not found.values:
+            return row.notes
+        worst = max(row.errors[column.header] for column in self.required.modes if column.header in row.values)
+        texts = (notes.CLOSED_FORM, *notes.of_refined(found.used, worst, found.tried))
+        return texts + tuple(line for line in row.notes if line not in texts)
 
     def _notes_on_system(self, row):
         """Notes on gondola and cable as one linear system."""
