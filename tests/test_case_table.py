@@ -177,9 +177,9 @@ def test_cases_unlike_others_are_solved_together(monkeypatch):
     batches = []
 
     class Counted(Results):
-        def __init__(self, values, *arguments):
+        def __init__(self, values):
             batches.append(len(values))
-            super().__init__(values, *arguments)
+            super().__init__(values)
 
     monkeypatch.setattr("cablestudy.study.one_cable.rows.Results", Counted)
     monkeypatch.setattr("cablestudy.study.one_cable.closed_form.Results", Counted)
