@@ -510,7 +510,7 @@ def in_pieces(case, length, pieces=16, turning=None):
 def test_the_stated_error_of_uniform_drag_holds(made):
     """Truth: each cable in pieces that meet the wind in their own directions."""
     case = SuspensionCase(made(*body("case=storm", stated="unstretched_length: 79 m")))
-    error, moved = case.group.drag_error(0), case.group._drag_change.uncertainty[0][0, :3]
+    error, moved = case.group.errors.drag[0], case.group.errors.drag_change.uncertainty[0][0, :3]
     assert 1e-4 < error < 0.2
     truth = SuspensionCase(made(in_pieces(case, 79), "case=storm"))
     found, there = case.equilibrium.end_forces[:, 1], truth.equilibrium

@@ -366,7 +366,7 @@ def test_stiffness_links_and_shares_state_what_the_drag_changes_of_them(name):
     """Small entries of a stiffness, a spring between large forces, a mode beside others: more than of any tension."""
     case = SuspensionCase(eye_of(name))
     expected = eye_on_bars(name, case.equilibrium.end_forces[:-1, 0], case.equilibrium.position[0])
-    of_tension, of_bars = case.group.drag_error(0), 3 * (np.pi / BARS) ** 2 / 24
+    of_tension, of_bars = case.group.errors.drag[0], 3 * (np.pi / BARS) ** 2 / 24
     for column, true_value in expected.items():
         found, stated = value_and_error(find_of_suspension(column), case)
         true = abs(found / true_value - 1)

@@ -184,7 +184,7 @@ def test_a_cable_of_a_suspension_is_that_cable(made):
         found, _ = row(beside, "c.tension_from", "c.tension_to", "c.sag", "c.swing")
         assert list(found.values()) == pytest.approx(list(expected.values()), rel=2e-7)
         error = evaluate(alone, [find("tension_1")]).errors["tension_1_N"]
-        assert SuspensionCase(beside).group.drag_error(0) == pytest.approx(error, rel=1e-4)
+        assert SuspensionCase(beside).group.errors.drag[0] == pytest.approx(error, rel=1e-4)
         own = [f"{what}_{end}" for what in ("angle", "reaction") for end in (1, 2)]
         own = [name.replace("reaction_1", "reaction_1_vertical").replace("reaction_2", "reaction_2_horizontal")
                for name in own] + ["swing", "lowest_point", "clearance"]  # fmt: skip

@@ -211,7 +211,7 @@ class SuspensionCase(ComparedCase):
         """Modes of single cables with both ends held where they are in the equilibrium: `CableModes`; as `group`."""
         from cablestudy.study.suspension.cable_modes import CableModes
 
-        about = self.equilibrium.catenary, self.group.steady_drag(self.index), self.group.mode_error(self.index)
+        about = self.equilibrium.catenary, self.group.steady_drag(self.index), self.group.errors.modes[self.index]
         return CableModes(self.scene, *about, finer=lambda: self.finer.cable_modes)
 
     def hanging(self, name):
@@ -238,7 +238,7 @@ class SuspensionCase(ComparedCase):
         arrays = equilibrium.links.force, equilibrium.uncertainty.force, equilibrium.links.distance
         force, rounding, length = (float(array[self.index, link]) for array in arrays)
         zero, error = abs(force) <= rounding, self.statics_error(None)
-        uncertainty = float(self.group.link_uncertainty(self.index)[link])
+        uncertainty = float(self.group.errors.links[self.index, link])
         return 0.0 if zero else force, error if zero else max(error, uncertainty / abs(force)), length
 
     def body_stiffness(self, name):
@@ -252,7 +252,7 @@ class SuspensionCase(ComparedCase):
         """An entry of `body_stiffness`, and its estimated relative error: that beside the diagonal by its own size."""
         entry, size = self.body_stiffness(name)[row, column], self._body_stiffness(name)[1][row, column]
         error = self.statics_error(None)
-        return entry, max(error, self.group.stiffness_error(self.index) * size / abs(entry)) if entry else error
+        return entry, max(error, self.group.errors.stiffness[self.index] * size / abs(entry)) if entry else error
 
     def _body_stiffness(self, name):
         """Stiffness of a body, and the geometric means of the two entries on its diagonal, shape (6, 6) each.
@@ -325,7 +325,7 @@ class SuspensionCase(ComparedCase):
 
     def mode_errors(self, modes):
         """Estimated relative errors of the frequencies of `CoupledModes`, with that by the drag, shape (k,). [-]"""
-        return modes.error + self.group.mode_error(self.index)
+        return modes.error + self.group.errors.modes[self.index]
 
     def statics_error(self, column, number=None):
         """Estimated relative error of a column that needs no motion; zero of one that the scene states. [-]
@@ -333,12 +333,12 @@ class SuspensionCase(ComparedCase):
         `number` is that of the column, where it may state an error of its own by the drag of a steady wind.
         """
         if column is None:
-            return self.group.statics_errors[self.index]
+            return self.group.errors.statics[self.index]
         cable = column.by_drag and self.cable(column.name.rpartition(".")[0])
         if column.needs == "scene" and (cable is None or self._ends_held(cable)):
             return 0.0
         within_reference = column.of_reference or column.needs == "scene"
-        least = (self.group.reference_errors if within_reference else self.group.statics_errors)[self.index]
+        least = (self.group.errors.reference if within_reference else self.group.errors.statics)[self.index]
         return least if cable is None else max(least, self.group.error_by_drag(self.index, cable, column, number))
 
     def check(self, column):
@@ -354,7 +354,7 @@ class SuspensionCase(ComparedCase):
         if error is None:
             error = self.statics_error(column, number)
         if column.needs in ("loop", "wind") and error and not column.follows_drag:
-            error += self.group.drag_error(self.index, in_wind=True)
+            error += self.group.errors.drag_in_wind[self.index]
         if self.estimate and column.needs in DISCRETE:
             error = self.difference_from_finer(column, number)
         stated = not error and (column.needs not in ("loop", "wind") or column.name == "gain")
@@ -384,7 +384,7 @@ class SuspensionCase(ComparedCase):
         least = self.statics_error(None)
         error = max(least, uncertainty / abs(displacement)) if displacement else least
         followed = not displacement or self.group.poses_in_mean_wind.followed[self.index]
-        return displacement, error if followed else error + self.group.drag_error(self.index, in_wind=True)
+        return displacement, error if followed else error + self.group.errors.drag_in_wind[self.index]
 
     def _displacement_by_mean_wind(self, name):
         """Displacement of a body, or of a marker BODY.MARKER, by the mean wind, winches at rest, and its error. [m]"""
@@ -394,7 +394,7 @@ class SuspensionCase(ComparedCase):
         owner, _, marker = name.partition(".")
         body, poses = self.body(owner), self.group.poses_in_mean_wind
         arm = np.array(self.scene.bodies[owner].markers[marker] if marker else (0.0, 0.0, 0.0))
-        rotation, uncertainty = poses.rotation[self.index, body], self.group.mean_wind_uncertainty(self.index)[body]
+        rotation, uncertainty = poses.rotation[self.index, body], self.group.mean_wind_uncertainty[self.index, body]
         displacement = (
             poses.position[self.index, body] - before.position[body] + (rotation - before.rotation[body]) @ arm
         )
