@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from suspensions import body, cable, point, sagging, suspension, trifilar
 
-from cablestudy.statics import pose_state, rest, stability, tangent
+from cablestudy.statics import force_density, pose_state, rest, stability, tangent
 from cablestudy.statics.rigid import cross_matrix
+from cablestudy.statics.tolerances import STATICS
 
 
 @pytest.fixture(scope="module")
@@ -180,3 +181,30 @@ def test_bodies_without_free_degrees_have_a_stiffness():
     assert k[0, 0] == pytest.approx(2 * tension / 4, rel=1e-12)
     assert k[5, 5] == pytest.approx(0, abs=1e-12)
     assert found.stability.stable  # nothing is free
+
+
+@pytest.mark.parametrize("dense_freedoms", [100, 0], ids=["dense", "sparse"])
+def test_displacements_and_condensed_stiffness_are_those_of_the_whole_matrix(at_rest, monkeypatch, dense_freedoms):
+    """Few equations are dense, many are sparse: both hold against K u = f and K_bb - K_bj K_jj^-1 K_jb, written out."""
+    monkeypatch.setattr(type(STATICS), "dense_freedoms", dense_freedoms)
+    suspension, blocks, bodies = at_rest.suspension, at_rest.blocks, 6 * at_rest.suspension.bodies
+    whole = tangent.full(blocks, len(suspension.body_names))
+    free = suspension.free.ravel()
+    forces = np.random.default_rng(3).normal(size=(free.sum(), 2))
+    found = tangent.displacements(blocks.of(None), suspension, forces[None])
+    assert whole[np.ix_(free, free)] @ found[0] == pytest.approx(forces, abs=1e-9)
+    junctions = np.flatnonzero(free & (np.arange(len(free)) >= bodies))
+    following = np.linalg.inv(whole[np.ix_(junctions, junctions)]) @ whole[junctions, :bodies]
+    condensed = whole[:bodies, :bodies] - whole[:bodies, junctions] @ following
+    for body_number, of_body in enumerate(tangent.body_stiffness(blocks, suspension)):
+        rows = slice(6 * body_number, 6 * body_number + 6)
+        assert of_body == pytest.approx(condensed[rows, rows], abs=1e-9 * np.abs(condensed).max())
+
+
+def test_one_point_of_many_has_the_form_of_one_of_few(monkeypatch):
+    """The sparse equations of force densities have the weighted mean of the neighbours too."""
+    monkeypatch.setattr(type(STATICS), "dense_freedoms", 0)
+    corners, densities = np.array([(0, 0, 0.0), (10, 0, 3.0), (10, 10, 0.0)]), np.array([1.0, 2.0, 3.0])
+    lines = [cable(tuple(c), "p", 1e9, given=None, density=q) for c, q in zip(corners, densities, strict=True)]
+    found, _ = force_density.find_form(suspension([], lines, [point("p", (1, 2, 9), 0.0)], gravity=0.0))
+    assert found.position[0] == pytest.approx(densities @ corners / 6, rel=1e-14)
