@@ -15,6 +15,7 @@ from cablestudy.statics import force_density, rest
 from cablestudy.statics.descent import descend
 from cablestudy.statics.rigid import to_angles
 from cablestudy.statics.stability import MECHANISM, STABLE, UNSTABLE
+from cablestudy.statics.tolerances import STATICS
 
 
 def at_rest(scene):
@@ -273,6 +274,17 @@ def net(densities=(1.0, 1.0, 1.0, 1.0)):
     """Four corners, one free point."""
     lines = [cable(c, "p", 1e9, given=None, density=q) for c, q in zip(CORNERS, densities, strict=True)]
     return suspension([], lines, [point("p", (1, 2, 9), force=(0, 0, 6.0))], gravity=0.0)
+
+
+@pytest.mark.parametrize("dense_freedoms", [100, 0], ids=["dense", "sparse"])
+def test_one_point_is_the_weighted_mean_of_its_neighbours(monkeypatch, dense_freedoms):
+    """x = (sum q x_k + p)/sum q; weight and dead force both count."""
+    monkeypatch.setattr(type(STATICS), "dense_freedoms", dense_freedoms)
+    densities, unloaded = np.array([1.0, 2.0, 3.0, 4.0]), net((1.0, 2.0, 3.0, 4.0))
+    found, tension = force_density.find_form(replace(unloaded, gravity=np.array(9.81), mass=np.array([0.5])))
+    expected = (densities @ np.array(CORNERS) + [0, 0, 6.0 - 0.5 * 9.81]) / 10
+    np.testing.assert_allclose(found.position[0], expected, rtol=1e-14)
+    np.testing.assert_allclose(tension, densities * np.linalg.norm(np.array(CORNERS) - expected, axis=-1), rtol=1e-13)
 
 
 def test_the_form_is_in_equilibrium():

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
-from suspensions import body, cable, point, sagging, suspension, trifilar
+from suspensions import body, cable, sagging, suspension, trifilar
 
-from cablestudy.statics import force_density, pose_state, rest, rigid, stability, tangent
+from cablestudy.statics import pose_state, rest, rigid, stability, tangent
 from cablestudy.statics.rigid import cross_matrix
 from cablestudy.statics.tolerances import STATICS
 
@@ -149,15 +149,6 @@ def test_displacements_and_condensed_stiffness_are_those_of_the_whole_matrix(at_
     for body_number, of_body in enumerate(tangent.body_stiffness(blocks, suspension)):
         rows = slice(6 * body_number, 6 * body_number + 6)
         assert of_body == pytest.approx(condensed[rows, rows], abs=1e-9 * np.abs(condensed).max())
-
-
-def test_one_point_of_many_has_the_form_of_one_of_few(monkeypatch):
-    """The sparse equations of force densities have the weighted mean of the neighbours too."""
-    monkeypatch.setattr(type(STATICS), "dense_freedoms", 0)
-    corners, densities = np.array([(0, 0, 0.0), (10, 0, 3.0), (10, 10, 0.0)]), np.array([1.0, 2.0, 3.0])
-    lines = [cable(tuple(c), "p", 1e9, given=None, density=q) for c, q in zip(corners, densities, strict=True)]
-    found, _ = force_density.find_form(suspension([], lines, [point("p", (1, 2, 9), 0.0)], gravity=0.0))
-    assert found.position[0] == pytest.approx(densities @ corners / 6, rel=1e-14)
 
 
 # ------------------------------------------------------------------------------------------------------------ rotations
