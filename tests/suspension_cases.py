@@ -39,7 +39,7 @@ def number(case, column):
     return found[0] if isinstance(found, tuple) else found
 
 
-def row_of(scene, *names):
+def row(scene, *names):
     """Cells of a row by the names of its columns, and its status."""
     columns = [find(name) for name in names]
     cells = evaluate_suspensions([scene], columns)[0].cells
@@ -48,6 +48,6 @@ def row_of(scene, *names):
 
 def numbers(scene, *names):
     """Cells of a row that has them all."""
-    cells, status = row_of(scene, *names)
+    cells, status = row(scene, *names)
     assert status.startswith(("ok", "over strength")), status
     return cells

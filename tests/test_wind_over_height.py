@@ -16,7 +16,7 @@ from command import CONFIGS, run
 from references import cable_in_wind
 from scenes import cells
 from scipy.optimize import brentq
-from test_lost_cables import row
+from suspension_cases import row
 
 from cablestudy.cable.geometry import points_along
 from cablestudy.errors import SceneError
