@@ -14,7 +14,9 @@ from cablestudy.scene.scene import load_scene
 from cablestudy.study.columns import find
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.rows import evaluate
+from cablestudy.study.one_cable.ssm import choose
 from cablestudy.study.prepare import prepare
+from cablestudy.study.ssm import StateSpaceOptions
 from cablestudy.sweeps.chunks import Chunks
 from cablestudy.sweeps.driver import compute_here
 from cablestudy.sweeps.fingerprint import identity
@@ -34,6 +36,11 @@ def scene(*sets, base=CARLINA):
 def case_of(*sets):
     """The case of Carlina with changes."""
     return CableCase(scene(*sets))
+
+
+def choice_of(*sets, base=CARLINA, **options):
+    """`CableChoice` of a scene of configs/ with changes, by options of the command `ssm`."""
+    return choose(*load_scene(base, sets), StateSpaceOptions(**options))
 
 
 def scene_of(text, *sets):
