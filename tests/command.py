@@ -39,6 +39,13 @@ class Outcome:
         return self.err.splitlines()
 
 
+class Terminal(io.StringIO):
+    """A stream that says it is a terminal."""
+
+    def isatty(self):
+        return True
+
+
 def run(*arguments, stdin=None, code=0):
     """A command in this process; its exit code must be the expected one, None for any."""
     result = CliRunner().invoke(main, [str(argument) for argument in arguments], input=stdin)
@@ -70,6 +77,12 @@ def process(*arguments, **options):
     command = [sys.executable, "-m", "cablestudy", *map(str, arguments)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=LONGEST, check=False, **options)
     return Outcome(done.returncode, done.stdout, done.stderr)
+
+
+def python(code, **options):
+    """What a program prints, in a process of its own that must end well."""
+    command = [sys.executable, "-c", code]
+    return subprocess.run(command, capture_output=True, text=True, check=True, timeout=LONGEST, **options).stdout
 
 
 def start(*arguments):

@@ -1,12 +1,11 @@
 """Cases as tables: the same scenes, and the same refusals, as each case read as a document."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
 from campaign import campaign
-from command import CONFIGS
+from command import CONFIGS, write
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.scene import load_scene
@@ -35,11 +34,11 @@ GRID = (
 
 @pytest.fixture(autouse=True)
 def scene_file(folder):
-    (folder / "scene.yaml").write_text(SCENE, encoding="utf-8")
+    write(folder / "scene.yaml", SCENE)
 
 
 def study_of(more):
-    Path("study.yaml").write_text("base: scene.yaml\ncolumns: [sag]\n" + more, encoding="utf-8")
+    write("study.yaml", "base: scene.yaml\ncolumns: [sag]\n" + more)
     return read_study("study.yaml")
 
 
@@ -52,6 +51,15 @@ def one_by_one(study):
         except SceneError as error:
             found[case] = str(error)
     return found
+
+
+def in_tables(study):
+    """Tables of all cases, and scene, or messages of the refusal, of each."""
+    tables, refused = tables_of(study, range(study.count))
+    found = {case: str(error) for case, error in refused.items()}
+    for table in tables:
+        found |= {int(case): table.scene_of(index) for index, case in enumerate(table.cases)}
+    return tables, found
 
 
 # what varies, and how many tables the cases make
@@ -95,12 +103,8 @@ STUDIES = {
 def test_tables_hold_what_the_documents_say(what):
     text, count = STUDIES[what]
     study = study_of(text)
-    expected = one_by_one(study)
-    tables, refused = tables_of(study, range(study.count))
-    found = {case: str(error) for case, error in refused.items()}
-    for table in tables:
-        found |= {int(case): table.scene_of(place) for place, case in enumerate(table.cases)}
-    assert found == expected
+    tables, found = in_tables(study)
+    assert found == one_by_one(study)
     assert len(tables) == count
 
 
@@ -152,16 +156,13 @@ def test_any_number_of_a_scene_may_vary(name):
     for path, value in numbers_in(load_scene(CONFIGS / name)[1].model_dump()):
         values = [value * factor for factor in (1, 1.001, 0.999, -1)] if value else [0.0, 1e-3, -1e-3]
         text = {"base": str(CONFIGS / name), "vary": [{".".join(path): values}], "columns": ["max_tension"]}
-        Path("study.yaml").write_text(json.dumps(text), encoding="utf-8")
+        write("study.yaml", json.dumps(text))
         try:
             study = read_study("study.yaml")
         except SceneError:  # no key of a file, such as what a material implies
             continue
         varied += 1
-        tables, refused = tables_of(study, range(study.count))
-        found = {case: str(error) for case, error in refused.items()}
-        for table in tables:
-            found |= {int(case): table.scene_of(index) for index, case in enumerate(table.cases)}
+        tables, found = in_tables(study)
         assert contents(found) == contents(one_by_one(study)), path
         if "suspensions" not in name:
             alone = {}

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 from cluster import cluster
-from command import LONGEST, SLACK, go_on, refusal, run, start_paused, stored_rows, study_file
+from command import LONGEST, SLACK, go_on, refusal, run, start_paused, stored_rows, study_file, write
 
 from cablestudy.sweeps import driver as module
 from cablestudy.sweeps.chunks import Done
@@ -55,7 +55,7 @@ def test_a_cluster_gives_the_same_bytes_though_a_worker_is_killed(folder, slow):
 
 def test_nobody_there(slow, folder, monkeypatch):
     monkeypatch.setattr(module, "TIMEOUT", 1)
-    (folder / "bad.json").write_text("{}", encoding="utf-8")
+    write(folder / "bad.json", "{}")
     form = "expected tcp://host:port, or a scheduler file FILE.json"
     for name, reason in (
         ("tcp://127.0.0.1:9", "no scheduler answers there"),

@@ -6,7 +6,7 @@ import sys
 from itertools import count
 
 import pytest
-from command import CARLINA, run, study_file, table_of
+from command import CARLINA, refusal, study_file, table_of
 from pyarrow import parquet
 
 from cablestudy.study.parquet import write_parquet
@@ -25,20 +25,16 @@ def test_a_study_as_parquet_has_the_cells_of_its_csv():
     study_file(".", STUDY)
     rows = table_of("sweep", "study.yaml")
     for command in ("sweep", "show"):
-        done = subprocess.run(
-            [sys.executable, "-m", "cablestudy", command, "study.yaml", "--format", "parquet"],
-            capture_output=True, check=True,
-        )  # fmt: skip
+        words = [sys.executable, "-m", "cablestudy", command, "study.yaml", "--format", "parquet"]
+        done = subprocess.run(words, capture_output=True, check=True)
         read = parquet.read_table(io.BytesIO(done.stdout))
         assert read.to_pylist() == [{**row, "winch.controller.gain": str(row["winch.controller.gain"])} for row in rows]
     schema = read.schema
     assert schema.field("gondola.mass_kg").metadata == {b"unit": b"kg"}
     assert schema.field("cable.material").metadata is None
     types = {name: str(schema.field(name).type) for name in schema.names}
-    assert {name for name, kind in types.items() if kind == "string"} == {
-        "winch.controller.gain", "cable.material", "status",
-    }  # fmt: skip
-    assert {kind for kind in types.values() if kind != "string"} == {"double"}
+    texts = dict.fromkeys(("winch.controller.gain", "cable.material", "status"), "string")
+    assert types == dict.fromkeys(schema.names, "double") | texts
 
 
 def test_rows_are_written_in_parts(monkeypatch):
@@ -61,14 +57,12 @@ def test_rows_that_are_made_as_they_are_written_are_not_kept():
 
 
 def test_one_row_is_a_table_too():
-    done = run("static", CARLINA, "--columns", "sag", "--format", "csv")
-    file = io.BytesIO()
-    write_parquet(Table((Field("sag_m", "sag", "m"),), [{"sag_m": float(done.out.splitlines()[1])}]), file)
-    assert parquet.read_table(file).to_pylist() == table_of("static", CARLINA, "--columns", "sag")
+    rows, file = table_of("static", CARLINA, "--columns", "sag"), io.BytesIO()
+    write_parquet(Table((Field("sag_m", "sag", "m"),), rows), file)
+    assert parquet.read_table(file).to_pylist() == rows
 
 
 def test_without_pyarrow_the_message_says_how_to_get_it(monkeypatch):
     monkeypatch.setattr("cablestudy.cli.tables.find_spec", lambda name: None)
-    study_file(".", STUDY)
-    (line,) = run("sweep", "study.yaml", "--format", "parquet", code=2).lines
-    assert "pyarrow is not installed (pip install 'cablestudy[parquet]')" in line
+    message = "pyarrow is not installed (pip install 'cablestudy[parquet]')"
+    assert message in refusal("sweep", study_file(".", STUDY), "--format", "parquet")

@@ -66,7 +66,7 @@ def sweep_of(text, *options, code=0):
 
 
 def is_the_table_of_one_run(code=0):
-    """Whether results/ has the bytes of a sweep that begins anew and is not ended."""
+    """Of a sweep that begins anew and is not ended."""
     assert TABLE.read_bytes() == table_of_one_run(Path("study.yaml").read_bytes(), code)
 
 

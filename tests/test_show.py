@@ -4,7 +4,7 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from command import edit_rows, interrupt, rows_of, run, study_file, table_of
+from command import edit_rows, interrupt, rows_of, run, study_file, table_of, write
 
 from cablestudy.sweeps import fingerprint
 from cablestudy.sweeps.database import Database
@@ -203,7 +203,7 @@ def test_a_cell_that_is_no_finite_number_is_named_by_line_row_and_column(swept, 
     cells = lines[2].split(",")
     place = lines[0].split(",").index("sag_m")
     lines[2] = ",".join([*cells[:place], cell, *cells[place + 1 :]])
-    TABLE.write_text("# edited\n" + "\n".join(lines) + "\n", encoding="utf-8")
+    write(TABLE, "# edited\n" + "\n".join(lines) + "\n")
     rows, said = show(code=2)
     assert rows == []
     assert said[0].startswith(f"{TABLE}:4: row 2, sag_m: not a finite number: '{cell[:20]}")
@@ -218,7 +218,7 @@ DAMAGED = [f"[{DIGITS}]", "a: [", "{versions: {}, study: {}}", "[" * 5000, "\0",
 @pytest.mark.parametrize("text", DAMAGED, ids=range(len(DAMAGED)))
 def test_a_damaged_record_is_as_none(swept, text):
     ROWS.unlink()
-    RECORD.write_text(text, encoding="utf-8")
+    write(RECORD, text)
     assert show() == (swept, [f"{TABLE}: 3 rows"])
 
 

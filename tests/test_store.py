@@ -6,8 +6,6 @@ import json
 import random
 import shutil
 import sqlite3
-import subprocess
-import sys
 from contextlib import closing
 from pathlib import Path
 
@@ -18,6 +16,7 @@ from command import (
     edit_rows,
     go_on,
     interrupt,
+    python,
     refusal,
     run,
     start,
@@ -25,6 +24,7 @@ from command import (
     stored_rows,
     study_file,
     table_of,
+    write,
 )
 
 from cablestudy.study.table import exact
@@ -205,7 +205,7 @@ def test_a_file_of_another_version_is_refused(table):
 
 def test_rows_of_an_earlier_version_are_not_used(table):
     old = Path("results/study.rows.jsonl")
-    old.write_text('{"journal": 2}\n', encoding="utf-8")
+    write(old, '{"journal": 2}\n')
     assert resume()[0] == f"{old}: rows of an earlier version of cablestudy are not used; it may be deleted"
     assert old.read_text(encoding="utf-8") == '{"journal": 2}\n'
     assert TABLE.read_bytes() == table
@@ -462,9 +462,9 @@ def store_rows():
 @pytest.mark.parametrize("prepare", [lambda: None, store_rows], ids=["no file", "finished run"])
 def test_one_of_several_that_begin_at_once_has_the_file(prepare):
     prepare()
-    done = subprocess.run([sys.executable, "-c", OPEN_AT_ONCE], capture_output=True, text=True, timeout=LONGEST)
-    assert done.returncode == 0, done.stderr
-    assert json.loads(done.stdout) == ["opened"] + [f"{PATH}: another sweep is at work on it"] * (PROCESSES - 1)
+    assert json.loads(python(OPEN_AT_ONCE)) == ["opened"] + [f"{PATH}: another sweep is at work on it"] * (
+        PROCESSES - 1
+    )
 
 
 @pytest.mark.parametrize("restart", [False, True])
