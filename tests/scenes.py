@@ -25,6 +25,10 @@ from cablestudy.sweeps.store import open_store
 
 AREA, DENSITY, MODULUS, CHORD, LENGTH, GONDOLA = 2.69e-6, 1440.0, 70.3e9, 185.8, 184.4883, 50.0  # Table 1
 G = 9.81
+GUY = {  # in Python: numbers and texts, lists and tuples
+    "cable": {"ends": [[0, 0, 0], (60.0, 0, "80 m")], "material": "guy-strand", "diameter": "16 mm", "preload": "10 %"},
+    "cases": {"cold": {"temperature": "-30 degC"}, "hot": {"temperature": "45 degC"}},
+}
 
 
 def scene(*sets, base=CARLINA):

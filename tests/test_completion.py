@@ -44,10 +44,7 @@ def test_files_where_a_scene_or_study_is_read(command):
     assert [kind for kind, _ in complete(command, "conf")] == ["file"]
 
 
-def test_columns_to_find_a_value_of():
-    assert complete("find", "scene.yaml", "sag") == [("plain", "sag_m"), ("plain", "sag_ratio")]
-
-
-def test_columns_to_sort_by():
-    assert complete("sweep", "study.yaml", "--sort", "sag") == [("plain", "sag_m"), ("plain", "sag_ratio")]
+def test_columns_to_find_a_value_of_and_to_sort_by():
+    for words in (("find", "scene.yaml"), ("sweep", "study.yaml", "--sort")):
+        assert complete(*words, "sag") == [("plain", "sag_m"), ("plain", "sag_ratio")]
     assert complete("sweep", "study.yaml", "--sort", "max_u") == [("plain", "max_utilisation")]
