@@ -1,4 +1,4 @@
-"""Tables as text and back, files written whole, comparison with a stored table, and the files that a sweep writes."""
+"""Tables as text and back, as files and as parquet, compared with stored ones; the files that a sweep writes."""
 
 import csv
 import io
@@ -6,18 +6,24 @@ import json
 import math
 import os
 import re
+import subprocess
+import sys
+from itertools import count
 from pathlib import Path
 from unittest.mock import Mock
 
 import pytest
-from command import study_file, write
+from command import CARLINA, refusal, study_file, table_of, write
 from hypothesis import given
 from hypothesis import strategies as st
+from pyarrow import parquet
 from scenes import computed
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.study import read_study
+from cablestudy.study.parquet import write_parquet
 from cablestudy.study.table import Field, Table, TableFiles, exact, number, read_csv, short, signed, write_whole
+from cablestudy.study.tolerances import STUDY as TOLERANCES
 from cablestudy.sweeps.check import Tolerance, compare
 
 FIELDS = (Field("name", "name"), Field("sag_m", "sag", "m"), Field("status", "status"))
@@ -278,3 +284,60 @@ def test_a_folder_in_the_way_of_a_file(folder, end):
     (folder / f"a{end}").mkdir()
     with pytest.raises(SceneError, match=rf"^{re.escape(str(folder))}/a{end}: cannot be written .a folder is there.$"):
         TableFiles(str(folder), "a.yaml").check_writable()
+
+
+# -------------------------------------------------------------------------------------------------------------- parquet
+
+
+STUDY = (
+    "vary: [{winch.controller.gain: [0.3, {auto: 6 dB}], cable.material: [aramid, steel], gondola.mass: [5, 6]}]\n"
+    "columns: [mass, sag, dof]\n"
+)
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_study_as_parquet_has_the_cells_of_its_csv():
+    study_file(".", STUDY)
+    rows = table_of("sweep", "study.yaml")
+    for command in ("sweep", "show"):
+        words = [sys.executable, "-m", "cablestudy", command, "study.yaml", "--format", "parquet"]
+        done = subprocess.run(words, capture_output=True, check=True)
+        read = parquet.read_table(io.BytesIO(done.stdout))
+        assert read.to_pylist() == [{**row, "winch.controller.gain": str(row["winch.controller.gain"])} for row in rows]
+    schema = read.schema
+    assert schema.field("gondola.mass_kg").metadata == {b"unit": b"kg"}
+    assert schema.field("cable.material").metadata is None
+    types = {name: str(schema.field(name).type) for name in schema.names}
+    texts = dict.fromkeys(("winch.controller.gain", "cable.material", "status"), "string")
+    assert types == dict.fromkeys(schema.names, "double") | texts
+
+
+def test_rows_are_written_in_parts(monkeypatch):
+    monkeypatch.setattr(type(TOLERANCES), "parquet_rows", 10)
+    rows = [{"x": None if k == 3 else k / 3, "name": f"row {k}"} for k in range(25)]
+    file = io.BytesIO()
+    write_parquet(Table((Field("x", "x", "m"), Field("name", "name")), rows), file)
+    read = parquet.ParquetFile(file)
+    assert read.read().to_pylist() == rows
+    assert read.num_row_groups == 3
+    assert not file.closed
+
+
+def test_rows_that_are_made_as_they_are_written_are_not_kept():
+    made = count()
+    table = Table((Field("x", "x"),), ({"x": float(next(made))} for _ in range(120_000)))
+    file = io.BytesIO()
+    write_parquet(table, file)
+    assert parquet.read_table(file).column("x").to_pylist() == list(map(float, range(120_000)))
+
+
+def test_one_row_is_a_table_too():
+    rows, file = table_of("static", CARLINA, "--columns", "sag"), io.BytesIO()
+    write_parquet(Table((Field("sag_m", "sag", "m"),), rows), file)
+    assert parquet.read_table(file).to_pylist() == rows
+
+
+def test_without_pyarrow_the_message_says_how_to_get_it(monkeypatch, folder):
+    monkeypatch.setattr("cablestudy.cli.tables.find_spec", lambda name: None)
+    message = "pyarrow is not installed (pip install 'cablestudy[parquet]')"
+    assert message in refusal("sweep", study_file(folder, STUDY), "--format", "parquet")
