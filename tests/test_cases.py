@@ -1,7 +1,6 @@
 """Cases as tables: the scenes and the refusals of each case read as a document; a case computes what is asked for."""
 
 import json
-from collections import Counter
 
 import numpy as np
 import pytest
@@ -13,7 +12,6 @@ from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.scene.scene import load_scene
 from cablestudy.scene.study import read_study
 from cablestudy.study.columns import find
-from cablestudy.study.one_cable import models, results
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.results import Results
 from cablestudy.study.scene_values import SceneValues, tables_of
@@ -243,36 +241,6 @@ def test_loads_beyond_the_end_are_refused_once_the_length_is_known():
         _ = CableCase(scene("cable.preload=10 kN", load, "cable.reference.loads=true")).span
     with pytest.raises(NoSolutionError, match="the load at 185 m is beyond the cable's end, at 176"):
         _ = CableCase(scene("cable.preload=10 kN", load)).span
-
-
-def test_results_are_computed_once(monkeypatch):
-    counts = Counter()
-
-    def counted(module, name):
-        function = getattr(module, name)
-
-        def call(*arguments, **options):
-            counts[name] += 1
-            return function(*arguments, **options)
-
-        monkeypatch.setattr(module, name, call)
-
-    counted(results, "solve")
-    counted(models, "Dynamics")
-    case = CableCase(scene())
-    for _ in range(3):
-        _ = case.statics.sag, case.end_stiffness_along(0), case.frequency(1, "in-plane"), case.frequency(2, "axial")
-        _ = case.gondola_mode.frequency[0], find("gondola_frequency_static").compute(case)
-    assert counts == {"solve": 1, "Dynamics": 1}
-
-
-def test_a_case_without_an_equilibrium_says_why_and_leaves_the_others():
-    cables = ("cable.preload=1 kN", "cable.preload=1 N", "cable.preload=2 kN")
-    found = Results(SceneValues([scene(cable, "model=null") for cable in cables]))
-    assert found.statics.mean_tension[[0, 2]] == pytest.approx([1000, 2000], rel=1e-12)
-    assert list(found.failures) == [1]
-    with pytest.raises(NoSolutionError, match="below the least that this cable can have"):
-        found.check(1)
 
 
 def test_a_hundred_thousand_bars_are_static_in_a_moment():

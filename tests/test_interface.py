@@ -7,7 +7,7 @@ from functools import wraps
 
 import numpy as np
 import pytest
-from command import CARLINA, CONFIGS, rows_of, run, stored_table, table_of, with_sets, write
+from command import CARLINA, CONFIGS, run, stored_table, table_of, with_sets, write
 from scenes import GUY
 from threadpoolctl import ThreadpoolController, threadpool_info
 
@@ -138,8 +138,9 @@ def test_what_has_no_answer_at_all_is_raised_as_the_command_tells_it(ask):
 
 def test_the_command_and_the_function_agree_on_a_trade():
     frame = cablestudy.trade(CARLINA, columns="sag", repeats=1)
-    printed = run("trade", CARLINA, "--columns", "sag", "--repeats", "1", "--format", "csv")
-    assert len(frame) == len(rows_of(printed.out, "csv"))
+    printed = table_of("trade", CARLINA, "--columns", "sag", "--repeats", "1")
+    for name in ("model", "sag_error", "status"):
+        assert frame[name].tolist() == [row[name] for row in printed], name
 
 
 def test_the_page_runs_as_it_is_written(monkeypatch, capsys, folder):

@@ -21,18 +21,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from campaign import campaign
-from command import (
-    CONFIGS,
-    LONGEST,
-    SLACK,
-    go_on,
-    interrupt,
-    process,
-    run,
-    start_paused,
-    stored_rows,
-    study_file,
-)
+from command import CONFIGS, LONGEST, SLACK, go_on, interrupt, process, run, start_paused, stored_rows, study_file
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.study import read_study

@@ -77,11 +77,6 @@ def test_an_interrupted_sweep_shows_the_rows_that_are_done(swept):
     assert show()[0] == swept
 
 
-def test_the_table_is_shown_where_it_has_more_than_the_rows(swept):
-    interrupt(ROWS, "DELETE FROM rows WHERE row = 2")
-    assert show() == (swept, [f"{TABLE}: 3 rows"])
-
-
 @pytest.mark.parametrize(
     ("old", "new", "lines"),
     [
@@ -185,11 +180,25 @@ def test_errors_of_fixed_elements_are_computed_when_json_asks_for_them(computed)
     assert count(computed) == 4
 
 
-def test_a_damaged_file_of_rows_is_told_and_the_table_shown(swept):
-    edit_rows(ROWS, "UPDATE about SET value = '{}' WHERE name = 'study'")
+def overwrite_pages():
+    """Leave the first page of the rows, which says what they are."""
+    content = ROWS.read_bytes()
+    ROWS.write_bytes(content[:4096] + b"x" * (len(content) - 4096))
+
+
+@pytest.mark.parametrize(
+    ("damage", "told"),
+    [
+        (lambda: interrupt(ROWS, "DELETE FROM rows WHERE row = 2"), "2 of 3 rows are done"),
+        (lambda: edit_rows(ROWS, "UPDATE about SET value = '{}' WHERE name = 'study'"), "that its rows belong to was"),
+        (overwrite_pages, "is damaged"),
+    ],
+)
+def test_the_table_is_shown_where_it_has_more_than_the_rows(swept, damage, told):
+    damage()
     assert show() == (swept, [f"{TABLE}: 3 rows"])
     TABLE.unlink()
-    assert "the description of the study that its rows belong to was changed" in show(code=2)[1][0]
+    assert told in show(code=None)[1][0]
 
 
 DIGITS = "1" * 5000
@@ -237,10 +246,3 @@ def test_nothing_is_printed_of_rows_that_are_damaged(swept, style):
     ]
     if style == "json":
         assert rows_of(outcome.out, style) == swept[:2]
-
-
-def test_rows_that_are_damaged_beyond_reading_are_as_none(swept):
-    content = bytearray(ROWS.read_bytes())
-    content[4096:] = b"x" * (len(content) - 4096)
-    ROWS.write_bytes(content)
-    assert show() == (swept, [f"{TABLE}: 3 rows"])
