@@ -197,12 +197,12 @@ class Span:
         Returns
         -------
         ndarray, shape (..., k, 3)
-            Components along the axes of `frame`; the digits of a cable do not depend on its batch.
+            Components along the axes of `frame`.
 
         Raises
         ------
         ValueError
-            `frame` is neither.
+            Another frame.
         """
         if frame not in ("chord", "global"):
             raise ValueError(f"frame is {frame!r}, not 'chord' or 'global'")
@@ -241,14 +241,14 @@ class Span:
         return replace(self, **full)
 
     def with_chord_strain(self, chord_strain):
-        """Copy of the cable with another unstretched length, chord/(1 + chord_strain).
+        """Copy of the cable with another unstretched length, stated as chord strain: chord/(unstretched length) - 1.
 
         Point loads stay at their arc lengths; those whose place is stated as a share of the length stay at that share.
 
         Parameters
         ----------
         chord_strain : float or ndarray, shape (...)
-            [-]
+            The new one. [-]
         """
         span = replace(self, chord_strain=chord_strain)
         if self.load_fractions is None:

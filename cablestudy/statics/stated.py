@@ -85,14 +85,14 @@ def actual_values(cables, quantities):
 
 
 def rates(cables, quantities):
-    """Derivatives of the end forces and of the stated values of cables, by length and by the place of end 2: `Rates`.
+    """Change of the end forces and of the stated tension or sag of cables, by length L and place of end 2: `Rates`.
 
-    The derivatives by length are at ends at rest, with N the tension vector at mid-length:
+    With ends at rest the tension vector N at mid-length changes by
 
         dN/dL = -K m,    m = (P_1/T_1 + P_2/T_2)/2 + N/EA
 
-    K is the stiffness of end 2; P_1, P_2 are the tension vectors at the ends and T_1, T_2 their sizes. Sags, and cables
-    with point loads, have central differences instead.
+    K is the stiffness of end 2, and m the movement of end 2 per dL at constant N. P_1, P_2 are the tension vectors at
+    the ends and T_1, T_2 their sizes. Sags, and cables with point loads, have central differences instead.
 
     Parameters
     ----------
@@ -151,21 +151,24 @@ def _end_movement_by_length(cables):
 
 
 def _gradients(cables, kinds):
-    """Derivatives of the tensions that may be stated, of cables without point loads.
+    """Derivatives of the tensions that may be stated, by the tension vector N at mid-length and by the length L.
+
+    For the mean tension T_m ("preload") they are, with the vector d from end 1 to end 2 and the end tensions T_1, T_2,
+
+        dT_m/dN = d/L - N/EA,    L dT_m/dL = (T_1 + T_2)/2 - T_m at constant N
 
     Parameters
     ----------
     cables : Catenary
-        Of shape (..., c).
+        Without point loads, of shape (..., c).
     kinds : ndarray of object, shape (c,)
         Name of the stated quantity of each cable.
 
     Returns
     -------
     dict of str to (ndarray, ndarray)
-        For each kind of tension its derivative by the tension vector N at mid-length, shape (..., c, 3) [-], and by the
-        relative change of length dL/L at a fixed N, shape (..., c) [N]. For the mean tension T_m ("preload") they are
-        d/L - N/EA and (T_1 + T_2)/2 - T_m, with d the vector from end 1 to end 2 and T_1, T_2 the tensions there.
+        Name of a tension -> its derivatives by N, shape (..., c, 3) [-], and by dL/L at constant N, shape (..., c) [N].
+        Horizontal and largest tension are there only if one of the cables states them.
     """
     span, mean = cables.span, cables.mean_tension
     axial_stiffness = np.asarray(span.axial_stiffness)[..., None]
@@ -187,9 +190,9 @@ def _gradients(cables, kinds):
 
 
 def force_changes_at_stated_values(cables, quantities):
-    """Changes of the end forces of cables that keep their stated values, by the place of end 2, and by these values.
+    """Change of the end forces of cables that keep a stated tension, sag or length v, per movement of end 2 and per v.
 
-    The lengths L adjust so that the values v stay. The changes tell how far rounding of v, or of net forces, moves the
+    The length L of a cable adjusts so that v stays. The changes tell how far rounding of v, or of net forces, moves an
     equilibrium (`uncertainty`).
 
     Parameters
@@ -202,18 +205,18 @@ def force_changes_at_stated_values(cables, quantities):
     Returns
     -------
     ndarray, shape (..., c, 2, 3, 4)
-        Change of the force on each end (axis -3), along x, y, z (axis -2): per movement of end 2 along x, y, z [N/m],
-        and per relative change dv/v of the stated value [N].
+        Force on each end (axis -3) along x, y, z (axis -2); last axis: per movement of end 2 along x, y, z [N/m], then
+        per relative change dv/v of the stated value [N].
 
     Notes
     -----
     The stiffness along a cable that keeps a stated tension all but vanishes. As a difference (stiffness at fixed length
-    less the effect of dL) it would be rounding. With all its digits it is the solution of
+    less the effect of dL) it would be rounding. It is found instead from
 
         [F, m; g, c] [dN; dL/L] = [dd; dv]
 
-    where N is the tension vector at mid-length, F the flexibility, m the movement of end 2 per dL/L at fixed N, dd the
-    movement of end 2 in all, and g and c the derivatives of v by N and by dL/L.
+    with the tension vector N at mid-length, the flexibility F, the movement dd of end 2, its part m per dL/L at fixed
+    N, and the derivatives g and c of v by N and by dL/L (`_changes_at_stated_tension`).
     """
     derivatives, value = rates(cables, quantities), actual_values(cables, quantities)
     force_1, force_2 = (derivatives.end_forces[..., end, :] for end in (0, 1))  # on each end, per dL/L
@@ -234,14 +237,14 @@ def force_changes_at_stated_values(cables, quantities):
 
 
 def _changes_at_stated_tension(cables, quantities, value, chosen):
-    """Changes dN of the tension vector at mid-length, and dL/L of the length, of cables that keep a stated tension v.
+    """Change of tension and length of cables that keep a stated tension v, per movement of end 2 and per v.
 
-    They solve, with forces over the tension and lengths over L so that all entries are of like size,
+    The changes dN of the tension vector N at mid-length, and dL/L of the unstretched length, solve
 
         [F, m; g, c] [dN; dL/L] = [dd; dv]
 
     F is the flexibility, dd the movement of end 2, m this movement per dL/L at fixed N, and g and c are the derivatives
-    of v by N and by dL/L.
+    of v by N and by dL/L. Forces are divided by the tension, and lengths by L: all entries are of like size.
 
     Parameters
     ----------
@@ -258,7 +261,7 @@ def _changes_at_stated_tension(cables, quantities, value, chosen):
     -------
     ndarray, shape (..., c, 4, 4)
         Rows: dN along x, y, z [N], then dL/L [-]. Columns: per movement of end 2 along x, y, z [m], then per relative
-        change dv/v of the stated value [-].
+        change dv/v of the stated tension [-].
     """
     span, kinds = cables.span, np.asarray(quantities, dtype=object)
     length, tension = span.unstretched_length[..., None], np.where(chosen, cables.max_tension, 1.0)[..., None]
@@ -300,14 +303,14 @@ def _rates_with_loads(cables, quantities):
 
 
 def _differences(span, function, step):
-    """Derivatives of any m quantities of cables by length and by the place of end 2, by central differences.
+    """Derivatives of m quantities of cables, such as the sag, by length and place of end 2, by central differences.
 
     Parameters
     ----------
     span : Span
         Cables of shape (...).
     function : callable
-        `Catenary` of the varied cables, shape (8, ...) -> their quantities, ndarray, shape (8, ..., m).
+        `Catenary` of the cables in 8 variations, shape (8, ...) -> their quantities, ndarray, shape (8, ..., m).
     step : ndarray, shape (...)
         Relative change of the unstretched length L, and change of the place of end 2 over L. [-]
 
