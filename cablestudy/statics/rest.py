@@ -58,8 +58,8 @@ def pose(suspension):
     flat = suspension.broadcast((int(np.prod(shape)),))
     state, record = search_all(flat, start(flat))
     weightless = (flat.cable_mass == 0).any(axis=-1) & (flat.gravity != 0)
-    for search, cases in ((search_with_softer_cables, True), (search_with_heavier_cables, weightless)):
-        unmet = np.flatnonzero((record.reason == UNMET) & cases)
+    for search, suited in ((search_with_softer_cables, True), (search_with_heavier_cables, weightless)):
+        unmet = np.flatnonzero((record.reason == UNMET) & suited)
         if len(unmet):
             record = copy_record(record)
             # where this search fails too, the state and record of the first one are kept: they are nearer to the scene

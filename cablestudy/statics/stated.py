@@ -111,10 +111,10 @@ def rates(cables, quantities):
     gradients = _gradients(cables, kinds) if np.isin(kinds, FORCES).any() else {}
     by_length = np.where(kinds == "unstretched_length", length, np.nan)
     by_end = np.zeros_like(middle_tension)
-    for kind, (by_middle, at_given_middle) in gradients.items():
+    for kind, (by_middle_tension, at_fixed_tension) in gradients.items():
         of_kind = kinds == kind
-        by_length = np.where(of_kind, (by_middle * middle_by_length).sum(axis=-1) + at_given_middle, by_length)
-        by_end = np.where(of_kind[..., None], (stiffness @ by_middle[..., None])[..., 0], by_end)
+        by_length = np.where(of_kind, (by_middle_tension * middle_by_length).sum(axis=-1) + at_fixed_tension, by_length)
+        by_end = np.where(of_kind[..., None], (stiffness @ by_middle_tension[..., None])[..., 0], by_end)
     if (kinds == "sag").any():
         step = STATICS.sag_difference * np.maximum(np.abs(span.chord_strain), 1e-8)  # a share of the slack or stretch
         sag = _differences(span, lambda varied: varied.sag[..., None], step)[..., 0, :]
@@ -184,8 +184,8 @@ def _gradients(cables, kinds):
         gradients["horizontal_tension"] = horizontal / np.maximum(size(horizontal)[..., None], STATICS.tiny), 0.0 * mean
     if (kinds == "max_tension").any():
         at_end_2 = t2 > t1
-        by_middle, at_given_middle = zip(gradients["tension_to"], gradients["tension_from"], strict=True)
-        gradients["max_tension"] = np.where(at_end_2, *by_middle), np.where(at_end_2[..., 0], *at_given_middle)
+        by_middle_tension, at_fixed_tension = zip(gradients["tension_to"], gradients["tension_from"], strict=True)
+        gradients["max_tension"] = np.where(at_end_2, *by_middle_tension), np.where(at_end_2[..., 0], *at_fixed_tension)
     return gradients
 
 
@@ -226,14 +226,14 @@ def force_changes_at_stated_values(cables, quantities):
     lengthening = np.concatenate([-derivatives.by_end, value[..., None]], axis=-1) / by_length[..., None]
     at_given_length = np.zeros((*value.shape, 3, 4))
     at_given_length[..., :3] = derivatives.stiffness
-    middle = at_given_length + ((force_1 - force_2) / 2)[..., None] * lengthening[..., None, :]
+    tension_changes = at_given_length + ((force_1 - force_2) / 2)[..., None] * lengthening[..., None, :]
     exact = np.isin(np.asarray(quantities, dtype=object), FORCES) & ~cables.slack & ~cables.folded
     if exact.any() and not cables.span.load_positions.shape[-1]:
         changes = _changes_at_stated_tension(cables, quantities, value, exact)
-        middle = np.where(exact[..., None, None], changes[..., :3, :], middle)
+        tension_changes = np.where(exact[..., None, None], changes[..., :3, :], tension_changes)
         lengthening = np.where(exact[..., None], changes[..., 3, :], lengthening)
     half_weight = ((force_1 + force_2) / 2)[..., None] * lengthening[..., None, :]  # a longer cable is heavier
-    return np.stack([half_weight + middle, half_weight - middle], axis=-3)
+    return np.stack([half_weight + tension_changes, half_weight - tension_changes], axis=-3)
 
 
 def _changes_at_stated_tension(cables, quantities, value, chosen):
@@ -271,10 +271,10 @@ def _changes_at_stated_tension(cables, quantities, value, chosen):
     matrix, right = (np.zeros((*value.shape, 4, 4)) for _ in range(2))
     matrix[..., :3, :3] = compliance * (tension / length)[..., None]
     matrix[..., :3, 3] = _end_movement_by_length(cables) / length
-    for kind, (by_middle, at_given_middle) in _gradients(cables, kinds).items():
+    for kind, (by_middle_tension, at_fixed_tension) in _gradients(cables, kinds).items():
         of_kind = (kinds == kind)[..., None]
-        matrix[..., 3, :3] = np.where(of_kind, by_middle, matrix[..., 3, :3])
-        matrix[..., 3, 3:] = np.where(of_kind, at_given_middle[..., None] / tension, matrix[..., 3, 3:])
+        matrix[..., 3, :3] = np.where(of_kind, by_middle_tension, matrix[..., 3, :3])
+        matrix[..., 3, 3:] = np.where(of_kind, at_fixed_tension[..., None] / tension, matrix[..., 3, 3:])
     right[..., :3, :3], right[..., 3, 3] = np.eye(3) / length[..., None], value / tension[..., 0]
     matrix = np.where(chosen[..., None, None] & np.isfinite(matrix), matrix, np.eye(4))
     try:

@@ -60,11 +60,11 @@ def name_in_one_cable(name, bare):
 
 
 def column_of_one_cable(column, bare):
-    """Column by which a scene of one cable computes a quantity, also one that is named as in a suspension: `Column`.
+    """Translate a column of suspensions (many cables and bodies) for a scene of one cable with a gondola: `Column`.
 
-    A column of one cable is returned as it is. A column of suspensions is replaced by the column of one cable for the
-    same quantity: `gondola.frequency_x` by `gondola_frequency`. Where there is none, a new column is returned, which
-    treats gondola and cable as a suspension.
+    It is replaced by the column of one cable for the same quantity: `gondola.frequency_x` by `gondola_frequency`. Where
+    there is none, the result is a new column, which treats gondola and cable as a suspension. A column of one cable is
+    returned as it is.
 
     Parameters
     ----------

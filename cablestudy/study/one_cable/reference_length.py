@@ -14,8 +14,8 @@ from cablestudy.study.tolerances import STUDY
 def chord_strain(span, values, length_ratio=None):
     """Find the unstretched lengths L of n cables, as chord strains e = c/L - 1 with the chord c between the ends.
 
-    Scenes state the length itself, or a tension or sag in the reference state, which is without a load case. From a
-    tension or sag the strain is found by a search.
+    A scene states the length itself, or a tension or sag in the reference state, the equilibrium without a load case.
+    From a tension or sag the strain is found by a search.
 
     Parameters
     ----------

@@ -98,9 +98,9 @@ def kind_of_case(scene):
 
 
 def topology_of(scene):
-    """Describe what is connected to what in a suspension, without its numbers.
+    """Describe what is connected to what in a suspension, to find scenes that can be solved together.
 
-    Scenes for which this is equal can be solved together, as the cases of one `SuspendedSystem`.
+    Those are the scenes for which the result is equal: they differ in numbers only.
 
     Parameters
     ----------
