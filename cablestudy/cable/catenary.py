@@ -192,7 +192,9 @@ class Catenary(SegmentedCable):
         return self.min_tension <= CABLE.folded * self.max_tension
 
     def at(self, position):
-        """Displacement and tension vector at positions along the cable, chord frame.
+        """Displacement and tension vector at positions along the cable.
+
+        Vectors are in the chord frame: along the chord, across it in the vertical plane, and out of that plane.
 
         The displacement d is that from the straight chord, over the unstretched length L. The vector from end 1 to a
         point of the cable is
@@ -359,8 +361,8 @@ def solve(span, tension=None):
     Notes
     -----
     Newton's method for the tension vector at mid-length, which minimises the complementary energy (`newton`). Without
-    weight this energy has a kink where a segment loses its tension. Either the kink is the minimum, and the segment
-    slack, or the iteration starts again next to it.
+    weight this energy has a kink where a segment between point loads loses its tension. Either the kink is the minimum,
+    and the segment slack, or the iteration starts again next to it.
     """
     span = span.broadcast()
     problem = EquilibriumResidual(span, split(span))

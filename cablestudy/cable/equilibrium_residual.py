@@ -168,13 +168,13 @@ class EquilibriumResidual:
 def _first_tension(span):
     """Approximate tension vector at mid-length of a cable, where Newton's method begins.
 
-    Weight and point loads are distributed uniformly over the cable: a parabola, or an inextensible catenary where the
-    cable is more than 1.2 times as long as its chord.
+    Weight and point loads are taken as distributed uniformly over the cable. Its form is then a parabola, or an
+    inextensible catenary where it is more than 1.2 times as long as its chord.
 
     Parameters
     ----------
     span : Span
-        Fields of shape (...).
+        Ends, length, properties and loads of the cables, fields of shape (...).
 
     Returns
     -------

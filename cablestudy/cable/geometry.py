@@ -185,13 +185,14 @@ def tensions_at_point_loads(cable, shares):
     Parameters
     ----------
     cable : Catenary or State
+        Equilibrium in closed form, or by finite elements.
     shares : ndarray, shape (k,)
         Arc lengths of the point loads over the unstretched length. [-]
 
     Returns
     -------
     ndarray, shape (k, 2, 3)
-        On the side of end 1 and on that of end 2, global axes. [N]
+        On the side of end 1 and on that of end 2 of each load, global axes. [N]
     """
     edges = np.asarray(cable.edges)[1:-1]  # between segments, a point load at each
     segment_before = np.searchsorted(edges, shares - CABLE.same_place)  # the segment that ends at the load
@@ -223,7 +224,7 @@ def clearance(cable, end_1, ground):
     Parameters
     ----------
     cable : Catenary or State
-        Of one cable.
+        Equilibrium of one cable, in closed form or by finite elements.
     end_1 : sequence of 3 floats
         Place of end 1. [m]
     ground : float or sequence of (float, float)

@@ -42,7 +42,7 @@ def shorter_strain_for_tension(span, tension, at="mean"):
     span : Span
         One cable; its own chord strain is not used.
     tension : float
-        > 0. [N]
+        Stated tension, above 0. [N]
     at : {"mean", "horizontal", "max", "end_1", "end_2"}
         Which tension of the cable is stated: its mean, its horizontal part, the largest one, or that at an end.
 
@@ -85,15 +85,15 @@ def shorter_strain_for_tension(span, tension, at="mean"):
 def strains_for_tension(span, tension, at="mean"):
     """Find the chord strains, and so the unstretched lengths, with which n taut cables have stated tensions.
 
-    The chord strain is chord over unstretched length, less 1. Each search begins with that of a parabola. Above the
-    least tension over all lengths, two lengths have the same tension: the shorter one is meant.
+    The chord strain is chord over unstretched length, less 1. Each search begins with that of a parabolic cable. Above
+    the least tension over all lengths, two lengths have the same tension: the shorter one is meant.
 
     Parameters
     ----------
     span : Span
         Of shape (n,); its own chord strains are not used.
     tension : ndarray, shape (n,)
-        [N]
+        Stated tensions. [N]
     at : {"mean", "horizontal", "max", "end_1", "end_2"}
         Which tension of the cables is stated: mean, horizontal or largest one, or that at an end.
 
@@ -177,7 +177,7 @@ def _rising_zeros(function, guess, highest):
     Parameters
     ----------
     function : callable
-        Chord strains, shape (k,), and indices of the functions they belong to, shape (k,) -> values, shape (k,).
+        Chord strains, shape (k,), and indices of the cables, shape (k,) -> relative errors of the stated values, (k,).
     guess, highest : ndarray, shape (n,)
         Estimates of the zeros, and upper limits of the search. [-]
 

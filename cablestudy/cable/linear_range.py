@@ -69,8 +69,8 @@ def linear_range(span, moves):
     Returns
     -------
     movement : float or None
-        None where the force is linear up to `CABLE.largest_movement` of the shortest chord, where no cable is moved,
-        and where there is no stiffness, or no equilibrium even at `CABLE.least_movement`. [m]
+        Size of this movement [m]. None where the force is linear up to `CABLE.largest_movement` of the shortest chord,
+        where no cable is moved, and where there is no stiffness, or no equilibrium even at `CABLE.least_movement`.
     error : float
         Relative error of the movement: by the width of the last interval of the search, and by rounding of the force
         and of the places of the ends. [-]

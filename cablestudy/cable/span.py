@@ -86,7 +86,7 @@ class Span:
         axial_stiffness, mass, gravity : float or ndarray, shape (...)
             EA [N], mass per unstretched length [kg/m], uniform load over mass [m/s^2].
         unstretched_length : float or ndarray, shape (...), optional
-            By default that of the chord; `with_chord_strain` changes it. [m]
+            By default the distance of the ends; `with_chord_strain` changes it. [m]
         load_positions : ndarray, shape (..., k), optional
             Arc length of point loads from end 1 along the unstretched cable, ascending. [m]
         load_forces : ndarray, shape (..., k, 3), optional
@@ -191,7 +191,7 @@ class Span:
         Parameters
         ----------
         vectors : ndarray, shape (..., k, 3)
-            Components along e, n and y, the axes of the chord frame.
+            Components along the chord, across it in the vertical plane, and out of that plane.
         frame : {"chord", "global"}
 
         Returns

@@ -84,7 +84,7 @@ def interpolate(state, positions):
     Parameters
     ----------
     state : State
-        In equilibrium, fields of shape (...).
+        Elements in equilibrium, fields of shape (...).
     positions : ndarray, shape (..., j)
         Unstretched arc length over unstretched length; at a point load it means the side of end 1. [-]
 
@@ -123,7 +123,7 @@ def sag(state, start):
     Parameters
     ----------
     state : State
-        Fields of shape (n,), or of one cable.
+        Elements in equilibrium; fields of shape (n,), or of one cable.
     start : ndarray, shape (n,) or ()
         Mid-span of the same cable in closed form: arc length over unstretched length (`Catenary.middle`). [-]
 

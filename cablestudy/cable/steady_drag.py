@@ -195,7 +195,7 @@ def uneven_drag(drag):
     Parameters
     ----------
     drag : SteadyDrag
-        Of shape (n,).
+        Of the wind on n cables.
 
     Returns
     -------

@@ -268,7 +268,7 @@ def uneven_strain(condition, strain, tensions, weights):
     Returns
     -------
     ndarray, shape (...)
-        [-]
+        The error. [-]
     """
     mean_tension, slope = condition.tension_and_slope(strain)
     error = np.zeros(strain.shape)

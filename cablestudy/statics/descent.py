@@ -81,6 +81,7 @@ def newton_step(suspension, state, evaluation):
     Parameters
     ----------
     suspension : SuspendedSystem
+        Bodies on cables and links (springs).
     state : PoseState
         Pose from which the step starts, of n cases.
     evaluation : Evaluation
@@ -198,7 +199,7 @@ def line_search(suspension, state, evaluation, step):
     Parameters
     ----------
     suspension : SuspendedSystem
-        With cases of shape (n,).
+        Bodies on cables, with cases of shape (n,).
     state : PoseState
         Pose before the step.
     evaluation : Evaluation
@@ -356,7 +357,7 @@ def least_energy_poses(suspension, state):
     Parameters
     ----------
     suspension : SuspendedSystem
-        With cases of shape (n,).
+        Bodies on cables, with cases of shape (n,).
     state : PoseState
         Where the searches begin, with the unstretched lengths of the cables.
 

@@ -313,6 +313,7 @@ def at_stated_values(suspension, arms, rates, stiffness):
     Parameters
     ----------
     suspension : SuspendedSystem
+        Bodies on cables and links (springs).
     arms : ndarray, shape (n, c + l, 2, 3)
         Vector to each end of the c cables and l links, from the reference point of the body that holds the end, global
         axes. [m]
@@ -347,6 +348,7 @@ def limited_steps(problem, state, iterates, solutions):
     Parameters
     ----------
     problem : TensionProblem
+        Bodies, cables, and which degrees of freedom are not given.
     state : PoseState
         Pose before the step.
     iterates : Iterates

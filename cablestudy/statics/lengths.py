@@ -169,6 +169,7 @@ def with_stable_attitudes(problem, result):
     Parameters
     ----------
     problem : TensionProblem
+        Bodies, cables, and bounds of the tensions, of all cases.
     result : LengthsFound
         Lengths and poses that the search found, of all cases.
 

@@ -216,6 +216,7 @@ def evaluate(suspension, state, solved_cables=None):
     Parameters
     ----------
     suspension : SuspendedSystem
+        Bodies on cables and links (springs).
     state : PoseState
         Pose and unstretched lengths, of n cases.
     solved_cables : Catenary, shape (n, c), optional
@@ -268,6 +269,7 @@ def _work(suspension, state, step, rotation_change, shift):
     Parameters
     ----------
     suspension : SuspendedSystem
+        Bodies on cables and links (springs).
     state : PoseState
         Before the step.
     step : ndarray, shape (n, b, 6)

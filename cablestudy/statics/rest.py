@@ -32,7 +32,7 @@ def pose(suspension):
     Parameters
     ----------
     suspension : SuspendedSystem
-        With cases of any shape. For each cable its unstretched length is stated or, instead, a tension or the sag.
+        Bodies on cables, in cases of any shape. For each cable its length is stated or, instead, a tension or the sag.
 
     Returns
     -------
@@ -142,7 +142,7 @@ def search_with_softer_cables(suspension):
     Parameters
     ----------
     suspension : SuspendedSystem
-        With cases of shape (n,).
+        Bodies on cables, with cases of shape (n,).
 
     Returns
     -------
@@ -197,7 +197,7 @@ def start(suspension):
     Parameters
     ----------
     suspension : SuspendedSystem
-        With cases of shape (n,).
+        Bodies on cables, with cases of shape (n,).
 
     Returns
     -------

@@ -55,6 +55,7 @@ def bounds(suspension, rotation, arms, ends, strain, cables, tension, links=None
     Parameters
     ----------
     suspension : SuspendedSystem
+        Bodies on cables and links (springs).
     rotation : ndarray, shape (..., b, 3, 3)
         Rotation matrices of the b bodies.
     arms : ndarray, shape (..., c + l, 2, 3)
@@ -64,7 +65,7 @@ def bounds(suspension, rotation, arms, ends, strain, cables, tension, links=None
     strain : ndarray, shape (..., c)
         Distance of the ends over the unstretched length less 1. [-]
     cables : Catenary
-        Of shape (..., c).
+        Equilibria of the c cables, shape (..., c).
     tension : ndarray, shape (..., c)
         Largest tension in each cable, or an upper bound of it. [N]
     links : Links, optional
@@ -105,7 +106,7 @@ def of_stated(ends, strain, cables, quantities, value):
     strain : ndarray, shape (..., c)
         Distance of the ends over the unstretched length less 1. [-]
     cables : Catenary
-        Of shape (..., c).
+        Equilibria of the c cables, shape (..., c).
     quantities : sequence of (str or None), one per cable
         Name of the stated quantity; the result has no meaning where it is neither a tension nor a sag.
     value : ndarray, shape (..., c)

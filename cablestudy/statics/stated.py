@@ -55,7 +55,7 @@ def actual_values(cables, quantities):
     Parameters
     ----------
     cables : Catenary
-        Of shape (..., c).
+        Equilibria of the c cables, shape (..., c).
     quantities : sequence of (str or None)
         Name of the stated quantity of each cable, one of `suspension.STATED`; None where nothing is stated.
 
@@ -97,7 +97,7 @@ def rates(cables, quantities):
     Parameters
     ----------
     cables : Catenary
-        Of shape (..., c).
+        Equilibria of the c cables, shape (..., c).
     quantities : sequence of (str or None)
         Name of the stated quantity of each of the c cables, one of `suspension.STATED`; None where nothing is stated.
     """
@@ -160,7 +160,7 @@ def _gradients(cables, kinds):
     Parameters
     ----------
     cables : Catenary
-        Without point loads, of shape (..., c).
+        Equilibria of c cables without point loads, shape (..., c).
     kinds : ndarray of object, shape (c,)
         Name of the stated quantity of each cable.
 
@@ -198,7 +198,7 @@ def force_changes_at_stated_values(cables, quantities):
     Parameters
     ----------
     cables : Catenary
-        Of shape (..., c).
+        Equilibria of the c cables, shape (..., c).
     quantities : sequence of str
         Name of the stated quantity of each cable, one of `suspension.STATED`.
 
@@ -249,7 +249,7 @@ def _changes_at_stated_tension(cables, quantities, value, chosen):
     Parameters
     ----------
     cables : Catenary
-        Of shape (..., c).
+        Equilibria of the c cables, shape (..., c).
     quantities : sequence of str
         Name of the stated quantity of each cable.
     value : ndarray, shape (..., c)

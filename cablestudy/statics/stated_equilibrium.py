@@ -39,7 +39,7 @@ def satisfy_stated(suspension, state, record):
     Parameters
     ----------
     suspension : SuspendedSystem
-        With cases of shape (n,).
+        Bodies on cables, and what is stated for these; with cases of shape (n,).
     state : PoseState
         In equilibrium with the first lengths.
     record : SearchRecord
@@ -98,7 +98,7 @@ def backtrack(suspension, state, step, length_change, sought, error):
     Parameters
     ----------
     suspension : SuspendedSystem
-        With the stated values.
+        Bodies on cables, with the stated values.
     state : PoseState
         Pose and unstretched lengths before the step, of n cases.
     sought : ndarray of int, shape (s,)
@@ -157,7 +157,7 @@ def stated_errors(suspension, state, sought):
     Parameters
     ----------
     suspension : SuspendedSystem
-        With the stated values.
+        Bodies on cables, with the stated values.
     state : PoseState
         Pose and unstretched lengths, of n cases.
     sought : ndarray of int, shape (s,)
@@ -324,6 +324,7 @@ class CoupledEquations:
         Parameters
         ----------
         suspension : SuspendedSystem
+            Bodies on cables and links (springs).
 
         Yields
         ------

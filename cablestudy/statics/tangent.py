@@ -220,8 +220,8 @@ def by_body(suspension, cables, values):
         Indices of the cables.
     values : ndarray, shape (n, s, 2, 6)
         Force and moment of each of them at each end in n cases, about the reference point of the body that holds the
-        end. Or derivatives of these, or of a number of the cable by displacement and rotation of this body. Ends at the
-        ground are left out.
+        end. Derivatives are collected alike: of these forces, or of a quantity of the cable by displacement and
+        rotation of that body. Ends at the ground are left out.
 
     Returns
     -------
@@ -433,16 +433,16 @@ def scaled_sparse(blocks, suspension, scales):
 
 
 def factorised(matrix):
-    """L U factors of a sparse symmetric matrix, or None where it is not positive definite.
+    """Factorise a sparse symmetric matrix, and test whether it is positive definite, as is a stable stiffness.
 
     Parameters
     ----------
     matrix : scipy.sparse.csc_array
-        Such as a stiffness, which is positive definite where the equilibrium is stable.
 
     Returns
     -------
     scipy.sparse.linalg.SuperLU or None
+        L U factors; None where the matrix is not positive definite.
 
     Notes
     -----
@@ -465,6 +465,7 @@ def displacements(blocks, suspension, forces):
     blocks : Blocks
         K, the tangent stiffness of n cases, of d free degrees of freedom.
     suspension : SuspendedSystem
+        Bodies on cables and links (springs).
     forces : ndarray, shape (n, d, k)
         f: k sets of forces [N] and moments [N m] in each case.
 
@@ -501,6 +502,7 @@ def body_stiffness(blocks, suspension):
     blocks : Blocks
         Tangent stiffness K of all bodies and junctions.
     suspension : SuspendedSystem
+        Bodies on cables and links (springs).
 
     Returns
     -------

@@ -283,7 +283,7 @@ class SuspensionCase(SuspensionAtRest, ComparedCase):
         Returns
         -------
         RefinedMode
-            Its numbers raise NoSolutionError where the motion along the axis is held.
+            Its frequency, share and damping ratio raise NoSolutionError where the motion along the axis is held.
         """
         from cablestudy.motion.body_mode import BodyMode, RefinedMode
         from cablestudy.system.coupled_modes import coupled_modes

@@ -49,7 +49,7 @@ def poses_in_following_drag(without_wind, equilibrium, drag, uncertainty):
     without_wind, equilibrium : Equilibrium
         Of n cases: without wind, and in the wind under uniform drag.
     drag : Drag
-        The wind.
+        The wind, and drag areas of cables and bodies.
     uncertainty : ndarray, shape (n, b, 6)
         Estimated errors of the poses of `equilibrium` by taking the drag as uniform. [m], [rad]
 
@@ -82,7 +82,7 @@ def _changes_of_end_forces(equilibrium, drag):
     equilibrium : Equilibrium
         Of n cases, in uniform drag.
     drag : Drag
-        The wind.
+        The wind, and drag areas of cables and bodies.
 
     Returns
     -------

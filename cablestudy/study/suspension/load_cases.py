@@ -129,7 +129,7 @@ def drag_change(equilibrium, drag):
     equilibrium : Equilibrium
         Of the n cases, in the wind.
     drag : Drag or None
-        The wind; without it all errors are 0.
+        The wind, and drag areas of cables and bodies; without it all errors are 0.
     """
     shape = equilibrium.lengths.shape
     displacement = np.zeros((*equilibrium.position.shape[:2], 6))
