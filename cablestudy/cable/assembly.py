@@ -245,7 +245,7 @@ class System:
         Parameters
         ----------
         forces : ndarray, shape (..., nodes, d, r)
-            f of r shapes, over the reference force; only the values at the inner nodes are used. [-]
+            f of r shapes, over the reference force `State.force`; only those on the inner nodes are used. [-]
         shapes : ndarray, shape (..., nodes, d, r)
             Displacements u of all nodes, both ends included, in d directions, over the unstretched length. [-]
 

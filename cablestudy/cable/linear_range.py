@@ -63,8 +63,8 @@ def linear_range(span, moves):
     span : Span
         The cables, of shape (c,).
     moves : ndarray, shape (c, 3)
-        Movement of end 2 of each cable relative to end 1, per movement of the point, global axes; cables with zeros do
-        not count. [-]
+        Movement of end 2 of each cable relative to end 1, per movement of the point, global axes; zero for cables that
+        the point does not move. [-]
 
     Returns
     -------

@@ -50,9 +50,9 @@ def satisfy_stated(suspension, state, record):
     PoseState
         Where the search ended, with its lengths.
     SearchRecord
-        Its reason is that of the last search for an equilibrium, where the values are met to the rounding of sums
-        (`Bounds.least`) or this search failed. It is ROUNDED where the errors fall no further and are within the
-        rounding of lengths and places (`Bounds.most`), else UNMET.
+        Why the search ended. UNMET: some value is not met. ROUNDED: the errors fall no further, and are within the
+        rounding of lengths and places (`Bounds.most`). Else the reason of the last search for an equilibrium: it
+        failed, or all values are met to the rounding of sums (`Bounds.least`).
     """
     sought = np.flatnonzero([kind != "unstretched_length" for kind in suspension.stated])
     final, final_record = copy_record(state), copy_record(record)

@@ -240,7 +240,7 @@ def _error(column, results, required, numbers):
 
     * all columns: `Column.least_error` by rounding, zero if a number follows from the scene without an equilibrium;
     * if that is not zero: rounding of the equilibrium; and the error as drag is taken as uniform along the cable and a
-      conductor as linear. Columns of the reference state (`Column.of_reference`), without wind, have no error by drag;
+      conductor as linear. Columns of the state without load case (`Column.of_reference`) have no error by drag;
     * columns with `determined_by` "sag": rounding of the sag;
     * the column `force_displacement`: error of the displacement of end 2 by the force on it;
     * columns with a function `Column.by_drag`: change of their own number by the actual drag.
