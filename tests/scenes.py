@@ -53,6 +53,14 @@ def scene_of(text, *sets):
     return load_scene("s.yaml", sets)[1]
 
 
+def replaced(text, *pairs):
+    """A text with the first place of each old part new; pairs (old, new)."""
+    for old, new in pairs:
+        assert old in text, old
+        text = text.replace(old, new, 1)
+    return text
+
+
 def mistakes_of(text, *sets):
     """Lines of all mistakes of such a scene."""
     with pytest.raises(SceneError) as caught:

@@ -11,10 +11,9 @@ import pytest
 import scipy.linalg
 from references.bars_in_wind import BarsInWind
 from solved import solve
+from suspension_cases import case_of
 
-import cablestudy as cs
 from cablestudy.study.columns import find
-from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.system.tolerances import SYSTEM
 
 BARS = 7
@@ -68,7 +67,7 @@ def blown(on):
 @cache
 def dense(law, on=None):
     """M, C, K, complex, of all free displacements of the bars, of which the last nine are of gondola and knot."""
-    state = SuspensionCase(cs.load(scene(law, {"elements": BARS})).model).equilibrium
+    state = case_of(scene(law, {"elements": BARS})).equilibrium
     wind = {"speed": SPEED, "direction": WIND["direction"], "turbulence": (1.4,) * 3, "length_scale": 30.0,
             "coherence_decay": 10.0, "density": 1.2}  # fmt: skip
     offered = blown(on) if on else (None, None)
@@ -173,24 +172,6 @@ def test_a_mass_on_a_straight_continuous_cable(damping):
     assert found.values["bob.damping_ratio_x"] == pytest.approx(
         expected, rel=found.errors["bob.damping_ratio_x"] + 1e-11
     )
-
-
-def test_a_pendulum_on_a_light_cable_is_damped_by_the_air_on_it_alone():
-    """z = c/(2 m w), c = rho C_d A U along the wind and half of it across, w^2 = g/l."""
-    mass, length, drag = 30.0, 5.0, 1.2 * 1.1 * 0.6 * 9.0
-    text = {
-        "bodies": {"bob": {"at": [0.0, 0.0, -length], "mass": mass, "free": ["x", "y", "z"],
-                           "attachments": {"eye": [0.0, 0.0, 0.0]}, "wind": {"area": 0.6, "drag_coefficient": 1.1}}},
-        "cables": {"c": {"from": [0.0, 0.0, 0.0], "to": "bob.eye", "unstretched_length": length,
-                         "axial_stiffness": 1e10, "mass_per_length": 1e-7, "damping": {"ratio": 0.0}}},
-        "wind": {"speed": 9.0, "turbulence_intensity": 0.1, "length_scale": 30.0, "on": "bodies"},
-    }  # fmt: skip
-    names = ["bob.damping_ratio_x", "bob.damping_ratio_y"]
-    found = solve(text, *names)
-    expected = drag / (2 * mass * np.sqrt(9.81 / length)) * np.array([1.0, 0.5])
-    assert [found.values[name] for name in names] == pytest.approx(expected.tolist(), rel=1e-7)
-    still = solve({key: part for key, part in text.items() if key != "wind"}, *names)
-    assert [still.values[name] for name in names] == [0.0, 0.0]
 
 
 def test_a_mode_damped_above_critical_has_the_ratio_of_poles_that_do_not_oscillate(monkeypatch):
