@@ -13,7 +13,6 @@ from references.bars_in_wind import BarsInWind
 from solved import solve
 from suspension_cases import case_of
 
-from cablestudy.study.columns import find
 from cablestudy.system.tolerances import SYSTEM
 
 BARS = 7
@@ -226,11 +225,6 @@ def test_a_motion_that_is_held_has_no_mode():
     text = scene("viscous", {"accuracy": 1e-4})
     text["bodies"]["gondola"]["free"] = ["x", "y", "z"]
     assert "gondola is held along rz" in solve(text, "gondola.damping_ratio_rz").status
-
-
-def test_an_axis_that_does_not_exist_is_named():
-    with pytest.raises(ValueError, match=r"'disc.damping_ratio_q' \(did you mean disc.damping_ratio_"):
-        find("disc.damping_ratio_q")
 
 
 @pytest.mark.parametrize("law", ["hysteretic", "kelvin_voigt"])

@@ -410,6 +410,7 @@ def test_a_case_without_equilibrium_leaves_the_others_as_they_are():
             "disc.stiffness_xx_bar",
             "unknown column 'disc.stiffness_xx_bar' (did you mean disc.stiffness_",
         ),
+        ("disc.damping_ratio_q", "unknown column 'disc.damping_ratio_q' (did you mean disc.damping_ratio_"),
         ("disc.frequency_q", "unknown column 'disc.frequency_q' (did you mean disc.frequency_z?)"),
         ("disc.frequency_0", "unknown column 'disc.frequency_0' (frequency_K: K is a whole number from 1 to "),
         ("frequency_999999", "unknown column 'frequency_999999' (frequency_K: K is a whole number from 1 to "),
@@ -471,17 +472,6 @@ def test_a_sweep_goes_on_with_the_rows_it_has():
     assert Path("results/study.csv").read_text(encoding="utf-8") == whole
     assert "written: results/study.csv" in outcome.err
     assert run("sweep", name, "--check").err == "results/study.csv: agrees\n"
-
-
-def test_rows_of_a_batch_are_those_of_each_case_alone():
-    text = "vary:\n  - {bodies.disc.mass: [30 kg, 3 kg, 45 kg]}\n"
-    text += "  - {points.top1.2: [4, 4.2], cables.w1.diameter: [1 mm, 2 mm]}\n"
-    name = study(f"{text}columns: [disc.x, disc.z, disc.pitch, w1.preload, disc.stiffness_xx, frequency_1]\n")
-    rows = table_of("sweep", name, "--no-write")
-    assert len(rows) == 6
-    assert len({row["frequency_1_Hz"] for row in rows}) == 6
-    alone = [row for place in range(1, 7) for row in table_of("sweep", name, "--row", place)]
-    assert rows == alone
 
 
 def test_a_key_that_all_cables_share_changes_those_that_have_it_from_there():

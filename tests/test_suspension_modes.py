@@ -11,7 +11,7 @@ from command import run
 from references import bar_suspension, continuous_suspension
 from suspension_cases import SUSPENSIONS, case_at
 from suspension_scenes import G, hung, platform, suspension, with_lengths
-from suspensions import sagging
+from suspensions import sagging, trifilar
 
 from cablestudy.cable.damping import Damping
 from cablestudy.cable.dynamics import Dynamics
@@ -27,20 +27,10 @@ from cablestudy.system.hanging_cables import Cables, FixedModel
 from cablestudy.system.tolerances import SYSTEM
 
 
-def trifilar(lines=3, radius=0.5, height=2.0, mass=50.0, depth=0.1, inertia=(4.0, 4.0, 6.0), stiffness=1e6, **cable):
-    """A body on vertical cables without mass, on a circle; its center of mass lies `depth` below the attachments."""
-    angle = 2 * np.pi * np.arange(lines) / lines
-    ring = np.stack([radius * np.cos(angle), radius * np.sin(angle), 0 * angle], axis=-1)
-    cables = [(tuple(np.add(r, [0, 0, height])), ("plate", tuple(r)), stiffness, cable.get("mass", 0.0)) for r in ring]
-    model = suspension({"plate": {"mass": mass, "center": (0, 0, -depth), "inertia": np.diag(inertia)}}, cables)
-    weight = mass * G / lines + cable.get("mass", 0.0) * G * height / 2
-    return hung(model, np.full(lines, height / (1 + weight / stiffness)))
-
-
 @pytest.mark.parametrize("lines", [3, 4, 7])
 def test_the_trifilar_pendulum(lines):
     mass, radius, depth, inertia, stiffness = 50.0, 0.5, 0.1, (4.0, 4.0, 6.0), 1e6
-    state = trifilar(lines)
+    state = rest.pose(trifilar(lines, radius, 2.0, mass, depth, stiffness, line=0.0, inertia=inertia))
     length = float(state.lengths[0])
     height = 2.0 - state.position[0, 2]
     found = coupled_modes(state, 6)
@@ -53,7 +43,7 @@ def test_the_trifilar_pendulum(lines):
     heave = np.sqrt(lines * spring / mass)
     expected = np.array([sway, sway, yaw, heave, tilt, tilt])
     assert 2 * np.pi * found.frequency == pytest.approx(expected, rel=1e-10)
-    assert found.moves == ("plate x", "plate y", "plate yaw", "plate z", "plate roll", "plate pitch")
+    assert found.moves == ("disk x", "disk y", "disk yaw", "disk z", "disk roll", "disk pitch")
     assert found.coincident == ((1, 2), (5, 6))
     assert found.body_share == pytest.approx(np.ones(6), rel=1e-12)
 

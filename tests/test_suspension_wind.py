@@ -585,18 +585,6 @@ def test_a_suspension_far_away_changes_nothing(other, apart, most_modes, monkeyp
             assert together.values[name] == pytest.approx(alone.values[name], rel=error)
 
 
-def test_the_force_on_two_bodies_together_at_a_distance():
-    """2 F^2 chi S (1 + exp(-C f d/U)) for the sum of both."""
-    closed_loop = gusts_of(side_by_side())
-    frequency = np.array([1e-3, 0.05, 0.2, 1.0])
-    moved = closed_loop.layout.displaced(closed_loop.layout.bodies(closed_loop.motion.shapes))[:, 0]
-    both, *_ = np.linalg.lstsq(moved, np.ones(2), rcond=None)
-    found = force_spectra(closed_loop.gusts, frequency, np.tile(both[:, None], (4, 1, 1)).astype(complex))[:, 0]
-    admitted = 1 / (1 + (frequency * 2 * np.sqrt(0.5) / 9.0) ** (4 / 3))
-    one = (RHO * 9.0 * 0.5) ** 2 * admitted * von_karman(frequency, 9.0, 1.8, 25.0)
-    assert found == pytest.approx(2 * one * (1 + np.exp(-10 * frequency * 6.0 / 9.0)), rel=1e-5)
-
-
 # --------------------------------------------------------------------------------------------- variances by Lyapunov
 
 WINCHES = {f"f{i}": {"end": "to"} if i == 2 else {} for i in range(6)} | {"s1": {}}
