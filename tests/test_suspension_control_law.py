@@ -174,26 +174,6 @@ def test_a_loop_in_time_grows_above_the_largest_gain_and_decays_below(law):
         assert (late < 0.8 * early) == (factor < 1)
 
 
-# ------------------------------------------------------------------------------------------------------ what is refused
-
-MISTAKES = {
-    ("control.proportional_gain=0.1", "control.bandwidth=5 Hz", "control.gain={auto: 6 dB}"):
-        "control.gain: auto chooses an integral gain",
-    ("control.delay=5 mm",): "control.delay",
-    ("control.max_speed=0",): "control.max_speed",
-    ("control.dealy=5 ms",): "did you mean delay?",
-    ("winches.u1.delay=5 ms",): "winches.u1.delay: unknown key in a suspension: that of all winches is under control",
-    ("winches.u1.controller={gain: 1}",): "that of all winches is under control",
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("sets", MISTAKES)
-def test_mistakes_are_one_line(sets):
-    done = run("loop", NET, *(part for text in sets for part in ("--set", text)), code=2)
-    assert len(done.lines) == 1, done.err
-    assert MISTAKES[sets] in done.err
-
-
 # ------------------------------------------------------------------------------- in the wind, and as a state space
 
 DELAYED = {"gain": 0.2, "proportional_gain": 0.02, "derivative_gain": 0.001, "derivative_filter": 4.0,

@@ -47,25 +47,6 @@ winches: {left: {}, right: {end: to}}
 """
 LEFT, RIGHT = 1e5 / 1.9900497512437811, 1e5 / 3.9800995024875623  # [N/m]
 
-# A small box on six long cables: its three lowest modes are rotations.
-BOX = """
-cable: {elastic_modulus: 100 GPa, density: 1440 kg/m^3, diameter: 2 mm, preload: 2 kN}
-bodies:
-  box:
-    at: [0, 0, 0]
-    mass: 500 kg
-    inertia: [800, 800, 1000]
-    attachments: {a: [0.5, 0, 0.3], b: [-0.25, 0.43, 0.3], c: [-0.25, -0.43, 0.3],
-                  d: [-0.5, 0, -0.3], e: [0.25, -0.43, -0.3], f: [0.25, 0.43, -0.3]}
-cables:
-  c1: {from: [30, 0, 20], to: box.a}
-  c2: {from: [-15, 26, 20], to: box.b}
-  c3: {from: [-15, -26, 20], to: box.c}
-  c4: {from: [-30, 0, -20], to: box.d}
-  c5: {from: [15, -26, -20], to: box.e}
-  c6: {from: [15, 26, -20], to: box.f}
-"""
-
 
 pytestmark = pytest.mark.usefixtures("folder")
 
@@ -406,18 +387,19 @@ def test_plain_truncation_warns_with_both_static_responses():
 
 
 def test_forces_on_nodes_of_a_file_are_numbered_from_the_end_from():
-    written(BOX, "box.yaml")
-    run("ssm", "box.yaml", "--modes", 3, "--wind", "--out", "m.npz", "--set", "model.elements=4")
-    assert read("m.npz")["InputName"][6:] == [
-        f"c{cable}.force_node_{node}_{axis}" for cable in range(1, 7) for node in (1, 2, 3) for axis in "xyz"
+    net, cables = (NET, "--set", "model.elements=4"), ("u1", "u2", "u3", "d1", "d2", "d3")
+    run("ssm", *net, "--modes", 3, "--wind", "--out", "m.npz")
+    assert read("m.npz")["InputName"][12:] == [
+        f"{cable}.force_node_{node}_{axis}" for cable in cables for node in (1, 2, 3) for axis in "xyz"
     ]
-    one = "--response", "0.1:1:2", "--input", "c2.force_node_3_z", "--output", "box.z", "--set", "model.elements=4"
-    assert list(table("box.yaml", "--wind", *one)[0]) == ["frequency_Hz", "magnitude_m_per_N", "phase_deg"]
-    assert "--input c2.force_node_3_z: unknown" in run("ssm", "box.yaml", *one, code=2).err
+    one = "--response", "0.1:1:2", "--input", "u2.force_node_3_z", "--output", "gondola.z"
+    assert list(table(*net, "--wind", *one)[0]) == ["frequency_Hz", "magnitude_m_per_N", "phase_deg"]
+    assert "--input u2.force_node_3_z: unknown" in run("ssm", *net, *one, code=2).err
 
 
 def test_what_is_assumed_is_said():
-    done = run("ssm", written(BOX), "--modes", 3, "--explain")
+    nothing = "--set", "cable.damping=null", "--set", "winches={}"
+    done = run("ssm", NET, *nothing, "--modes", 3, "--explain")
     assert "damping: none is given for the scene; modal, with a ratio of 1 %, is assumed" in done.lines
     assert "winches: the scene names none, and no cable is reeled in" in done.lines
 
@@ -436,6 +418,10 @@ def test_what_is_assumed_is_said():
         ),
         ("--with loop --no-residual", "--no-residual: no effect: actuators and loop act on static shapes beside"),
         ("--with loop --wind", "--wind: of a suspension without actuators and loop only"),
+        ("--with loop", "control: missing key: 'cablestudy ssm --with loop' needs it"),
+        ("--with actuators", "actuators: missing key: 'cablestudy ssm --with actuators' needs it"),
+        ("--with loop --error 0.1", "--error: no effect: with actuators or loop the lowest modes are kept"),
+        ("--with actuators --plot a.png", "--plot: needs --response, which it draws"),
         ("--modes 3 --upto 2Hz", "exclude each other"),
         ("--plot bode.png", "--response"),
         ("--out m.txt", ".npz, .mat, .json"),
@@ -497,12 +483,12 @@ def test_the_picture_of_modes_shows_the_displaced_suspension():
 
 
 def test_the_body_that_turns_is_enlarged():
-    case = SuspensionCase(scene_of(BOX))
+    case = case_at("carlina-net", "bodies.gondola.mass=500 kg", "bodies.gondola.inertia=[800, 800, 1000]")
     found = case.modes(6)
     figure = plots.coupled_mode_shapes(case, found)
     enlarged = [[child.get_title() for child in axes.child_axes] for axes in figure.axes]
     turning = [moves.split(" ")[1] in ("roll", "pitch", "yaw") for moves in found.moves]
-    assert [titles == ["box"] for titles in enlarged] == turning
+    assert [titles == ["gondola"] for titles in enlarged] == turning
     assert sum(turning) == 3
 
 

@@ -1,12 +1,11 @@
 """State space of the closed loop of several winches and of actuators: against dense bars, and the command."""
 
 import re
-import shlex
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from command import CONFIGS, refused_in_one_line, run, table_of, written
+from command import CONFIGS, run, table_of, written
 from suspension_scenes import platform
 from test_suspension_ssm import MARKERS, WINCHES, agree, by_bars, model
 from test_suspension_ssm_command import read, response, same_files
@@ -257,19 +256,6 @@ def test_what_is_modelled_is_said(scene):
     without_winches = ("--set", "control=null", "--set", "winches={}", "--explain")
     done = run("ssm", scene, "--with", "actuators", "--modes", 3, *without_winches)
     assert not any("(D1 and D2 of the file)" in line for line in done.lines)
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ("--with loop", "control: missing key: 'cablestudy ssm --with loop' needs it"),
-        ("--with actuators", "actuators: missing key: 'cablestudy ssm --with actuators' needs it"),
-        ("--with loop --error 0.1", "--error: no effect: with actuators or loop the lowest modes are kept"),
-        ("--with actuators --plot a.png", "--plot: needs --response, which it draws"),
-    ],
-)
-def test_mistakes_are_one_line(folder, options, words):
-    refused_in_one_line(folder, words, "ssm", NET, *shlex.split(options))
 
 
 def test_inputs_and_outputs_of_the_loop_are_named(scene):
