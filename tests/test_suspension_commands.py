@@ -3,12 +3,11 @@
 import csv
 import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 from campaign import campaign
-from command import CONFIGS, ROOT, edit_rows, rows_of, run, study_file, table_of, written
+from command import CONFIGS, ROOT, rows_of, run, study_file, table_of, written
 from scenes import scene_of
 from solved import contents
 from suspension_cases import SUSPENSIONS
@@ -460,18 +459,6 @@ def test_rows_are_chosen_and_sorted_by_columns_by_path():
     )
     (line,) = run("sweep", name, "--no-write", "--where", "bodies.disc.mas > 1 kg", code=2).lines
     assert "did you mean bodies.disc.mass?" in line
-
-
-def test_a_sweep_goes_on_with_the_rows_it_has():
-    name = study(f"{MASSES}columns: [disc.z, w1.preload, frequency_1]\n")
-    run("sweep", name)
-    whole = Path("results/study.csv").read_text(encoding="utf-8")
-    edit_rows("results/study.rows.sqlite", "DELETE FROM rows WHERE row = 1")
-    outcome = run("sweep", name, "--resume")
-    assert outcome.lines[0] == "2 of 3 rows are there already"
-    assert Path("results/study.csv").read_text(encoding="utf-8") == whole
-    assert "written: results/study.csv" in outcome.err
-    assert run("sweep", name, "--check").err == "results/study.csv: agrees\n"
 
 
 def test_a_key_that_all_cables_share_changes_those_that_have_it_from_there():
