@@ -157,17 +157,9 @@ def test_the_peak_of_the_sensitivity_where_another_one_is_nearly_as_high():
     assert height == pytest.approx(peak, rel=1e-9)
 
 
-def test_an_automatic_gain_has_the_margin_that_it_was_asked_for():
-    text = everything(control__gain={"auto": {"gain_margin": 8.0, "sensitivity": 1e6}})
-    limit = limit_of(Straight(text))
-    case = case_of(text)
-    assert value(case, "gain") == pytest.approx(limit / 10 ** (8 / 20), rel=1e-6)
-    assert value(case, "largest_gain") == pytest.approx(limit, rel=1e-6)
-
-
 @pytest.mark.crossed
 @pytest.mark.parametrize("name", ["all", "no notch", "pose of six", "two bodies"])
-@pytest.mark.parametrize("peak", [1.2, 2.0])
+@pytest.mark.parametrize("peak", [1.2, 2.0, 1e6])
 def test_an_automatic_gain_is_the_largest_that_bounds_the_sensitivity_and_has_the_margin(name, peak):
     text = deepcopy(CASES[name])
     text["control"]["gain"] = {"auto": {"gain_margin": 6.0, "sensitivity": peak}}
