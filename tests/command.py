@@ -187,8 +187,7 @@ def write(path, text):
 
 def written(text, name="scene.yaml"):
     """A file in the working directory; its name."""
-    Path(name).write_text(text, encoding="utf-8")
-    return name
+    return write(name, text)
 
 
 def study_file(folder, text, base=CARLINA):
