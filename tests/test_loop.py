@@ -15,7 +15,6 @@ from references import loop_matrix
 from scenes import AREA, DENSITY, MODULUS, case_of, cells, scene
 
 from cablestudy.errors import NoSolutionError
-from cablestudy.scene.one_cable import NAMES, WIND_KEYS
 from cablestudy.study import plots
 from cablestudy.study.columns import find
 from cablestudy.study.loop_in_time import TimeOptions, time_case
@@ -124,7 +123,7 @@ def test_curves_are_those_of_the_stiffness_of_the_cable_at_its_ends(name):
 def in_time(case, kind, time, size):
     """The response over some uniform points of time."""
     options = TimeOptions(f"{float(time[-1])!r} s:{len(time)}", kind, size)
-    found = time_case(None, case.scene, case.analysis.closed_loop, options, NAMES, WIND_KEYS).response
+    found = time_case(None, case.scene, case.analysis.closed_loop, options).response
     every = slice(None, None, options.every)
     return replace(
         found,

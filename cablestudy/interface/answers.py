@@ -167,7 +167,7 @@ def loop(
     return scene.solve_loop(scene, span, time_options, table, estimate)
 
 
-def finished_loop_answer(answer, scene, analysis, span, time_options, **named):
+def finished_loop_answer(answer, scene, analysis, span, time_options):
     """Complete the answer of the command `loop`: add its picture, and put a response in place of the table of margins.
 
     Without `span` and `time_options` the table of margins stays. With `span` the table is the response over frequency,
@@ -184,8 +184,6 @@ def finished_loop_answer(answer, scene, analysis, span, time_options, **named):
         Lowest and highest frequency [Hz] and number of frequencies, if the response over frequency is asked for.
     time_options : TimeOptions or None
         Options of the response in time, if it is asked for.
-    **named
-        Further arguments of `loop_in_time.time_case`.
 
     Returns
     -------
@@ -195,7 +193,7 @@ def finished_loop_answer(answer, scene, analysis, span, time_options, **named):
     if time_options:
         from cablestudy.study.loop_in_time import time_case, time_table
 
-        response = time_case(scene.document, scene.model, analysis.closed_loop, time_options, **named)
+        response = time_case(scene.document, scene.model, analysis.closed_loop, time_options)
         warnings, draw = (*answer.warnings, *response.notes), lambda plots: plots.loop_in_time(response)
         return replace(answer, tables=only(time_table(response)), warnings=warnings, draw=draw)
     closed_loop = analysis.loop_for_margins

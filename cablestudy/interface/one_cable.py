@@ -137,21 +137,19 @@ def solve_loop(scene, span, time_options, table, estimate):
     Answer
         Without a table if a response is asked for that cannot be computed.
     """
-    from cablestudy.scene.one_cable import NAMES, WIND_KEYS, as_suspension
     from cablestudy.study import loop_report
 
-    names = {"names": NAMES, "wind_keys": WIND_KEYS}
     if time_options:
         from cablestudy.study.loop_in_time import input_and_output
 
         if time_options.output is not None:
             raise SceneError(f"--output: {ONE_CABLE}")
         loop_report.check_has_loop(scene.document, scene.model)
-        input_and_output(scene.document, scene.model, as_suspension(scene.model), time_options, **names)
+        input_and_output(scene.document, scene.model, time_options)
     answer = _answer_of_row(scene, *loop_report.loop_table(scene.document, scene.model, estimate), draw=None)
     if (time_options and answer.failures) or not loop_report.has_loop(answer.case):
         return replace(answer, tables={}) if time_options or span else answer
-    return finished_loop_answer(answer, scene, answer.case.analysis, span, time_options, **names)
+    return finished_loop_answer(answer, scene, answer.case.analysis, span, time_options)
 
 
 def _answer_of_row(scene, table, row, draw, remarks=()):

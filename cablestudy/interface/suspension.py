@@ -133,7 +133,7 @@ def solve_loop(scene, span, time_options, table, estimate):
     if scene.model.control is None:
         raise missing(scene.document, "control", "loop")
     if time_options:
-        input_and_output(scene.document, scene.model, scene.model, time_options)
+        input_and_output(scene.document, scene.model, time_options)
     case = scene.estimated if estimate else scene.case
     tables, failures = ({}, ()) if span or time_options else loop_tables(case, table)
     failures = unstable(case.analysis.loop_for_margins) if span else failures

@@ -13,6 +13,7 @@ from cablestudy.motion.response_in_time import WIND_INPUT, in_time, unit_of
 from cablestudy.scene.scene import missing
 from cablestudy.scene.units import read_positive
 from cablestudy.study.column import attribute
+from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.ssm import has_loss_factor, number_of
 from cablestudy.study.table import Field, Table
 from cablestudy.study.tolerances import STUDY
@@ -249,7 +250,7 @@ class InputAndOutput:
     output_number: int
 
 
-def input_and_output(document, scene, loop_scene, options, measured=None, names=None, wind_keys=("wind",)):
+def input_and_output(document, scene, options, measured=None):
     """Find the input and the output that the user names for a response in time, without computing anything.
 
     Parameters
@@ -257,18 +258,12 @@ def input_and_output(document, scene, loop_scene, options, measured=None, names=
     document : Document
         File of the scene, for the positions of mistakes.
     scene : CableScene or SuspensionScene
-        As the user wrote it.
-    loop_scene : SuspensionScene
-        `scene` as a suspension with a controller.
+        With a controller.
     options : TimeOptions
         Options of the command `loop`. Default input: a step of the first winch. Default output: the first measured
         coordinate, or the one whose reference makes the step.
     measured : list of str, optional
         Measured coordinates, such as x and yaw; by default those that the scene states, else all that are free.
-    names : dict, optional
-        Name in the plant -> name for the user, of winches, references and outputs whose names differ.
-    wind_keys : sequence of str
-        Keys of the scene without which no wind acts on it.
 
     Returns
     -------
@@ -279,6 +274,8 @@ def input_and_output(document, scene, loop_scene, options, measured=None, names=
     SceneError
         An unknown input or output, a size of another unit, or the scene has no wind for it.
     """
+    kind = kind_of(scene)
+    loop_scene, names = kind.as_suspension(scene), kind.names_in_loop
     body = loop_scene.body_of(loop_scene.control)
     measured = measured or loop_scene.control.measured or loop_scene.bodies[body].free
     winches = _shown_names([f"winch.{name}" for name in loop_scene.winches], names)
@@ -290,7 +287,7 @@ def input_and_output(document, scene, loop_scene, options, measured=None, names=
     if shown_input in references and not options.output:
         output_number = list(references).index(shown_input)
     if shown_input in OF_WIND:
-        for key in wind_keys:
+        for key in kind.wind_keys:
             if attribute(scene, key) is None:
                 raise missing(document, key, f"loop --input {shown_input}")
     plant_input = (winches | references).get(shown_input, WIND_INPUT)
@@ -298,26 +295,15 @@ def input_and_output(document, scene, loop_scene, options, measured=None, names=
     return InputAndOutput(tuple(winches), driving_input, plant_input, outputs[output_number], output_number)
 
 
-def time_case(document, scene, closed_loop, options, names=None, wind_keys=("wind",)):
+def time_case(document, scene, closed_loop, options):
     """Compute the response of one measured coordinate to a step of a winch or a reference, or to a gust.
-
-    The options name the input and the output; by default the first winch makes a step, and the first measured
-    coordinate is shown, or the one whose reference makes the step.
 
     Parameters
     ----------
-    document : Document
-        File of the scene, for the positions of mistakes.
-    scene : CableScene or SuspensionScene
-        As the user wrote it.
+    document, scene, options
+        As for `input_and_output`, which says what the options name.
     closed_loop : ClosedLoop
         The scene as a suspension with a stable loop.
-    options : TimeOptions
-        Options of the command `loop`.
-    names : dict, optional
-        Name in the plant -> name for the user, of winches, references and outputs whose names differ.
-    wind_keys : sequence of str
-        Keys of the scene without which no wind acts on it.
 
     Returns
     -------
@@ -326,10 +312,10 @@ def time_case(document, scene, closed_loop, options, names=None, wind_keys=("win
     Raises
     ------
     SceneError
-        An unknown input or output, a size of another unit, or the scene has no wind for it.
+        As `input_and_output`.
     """
     body, loop, loop_scene = closed_loop.body, closed_loop.loop, closed_loop.scene
-    chosen = input_and_output(document, scene, loop_scene, options, body.measured, names, wind_keys)
+    chosen = input_and_output(document, scene, options, body.measured)
     output = body.measured_outputs[chosen.output_number]
     of_unit_input = in_time(closed_loop, output, chosen.plant_input, chosen.input.components, options.times)
     response = of_unit_input.times(chosen.input.size)
@@ -341,8 +327,8 @@ def time_case(document, scene, closed_loop, options, names=None, wind_keys=("win
 
 
 def _shown_names(plant_names, names):
-    """Name for the user of each of some names in the plant -> that name; `names` as for `time_case`."""
-    return {(names or {}).get(name, name): name for name in plant_names}
+    """Name for the user of each of some names in the plant -> that name; `names` are those that differ."""
+    return {names.get(name, name): name for name in plant_names}
 
 
 def _driving_input(loop_scene, options, kind, input_name):

@@ -41,6 +41,10 @@ class SceneKind:
         Scene -> `CableCase` or `SuspensionCase`.
     as_suspension : callable
         Scene -> `SuspensionScene` of the same points, bodies, cables and winches.
+    names_in_loop : dict
+        Name in the loop -> name for the user, of winches, references and outputs whose names differ.
+    wind_keys : tuple of str
+        Keys of the scene without which no wind acts on what the loop moves.
     loaded_cables : callable
         Case -> list of `LoadedCable`; raises NoSolutionError and ConvergenceError.
     compared_models : str
@@ -58,6 +62,8 @@ class SceneKind:
     freeze: Callable
     case: Callable
     as_suspension: Callable
+    names_in_loop: dict
+    wind_keys: tuple
     loaded_cables: Callable
     compared_models: str
 
@@ -70,7 +76,7 @@ class SceneKind:
 @cache
 def _one_cable():
     """`SceneKind` of scenes of one cable. Its modules are imported here, so only once such a scene is read."""
-    from cablestudy.scene.one_cable import as_suspension
+    from cablestudy.scene.one_cable import NAMES, WIND_KEYS, as_suspension
     from cablestudy.study import point_loads
     from cablestudy.study.column import CLOSED
     from cablestudy.study.freeze import freeze_cable
@@ -91,6 +97,8 @@ def _one_cable():
         freeze=freeze_cable,
         case=CableCase,
         as_suspension=as_suspension,
+        names_in_loop=NAMES,
+        wind_keys=WIND_KEYS,
         loaded_cables=point_loads.of_one_cable,
         compared_models="cablestudy.study.one_cable.trade",
     )
@@ -118,6 +126,8 @@ def _suspension():
         freeze=freeze_suspension,
         case=SuspensionCase,
         as_suspension=lambda scene: scene,
+        names_in_loop={},
+        wind_keys=("wind",),
         loaded_cables=point_loads.of_suspension,
         compared_models="cablestudy.study.suspension.trade",
     )
