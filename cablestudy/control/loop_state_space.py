@@ -1,4 +1,4 @@
-"""Response of a suspension with its actuators, and with the loop of its winches, to forces: over poles, and exactly.
+"""Response of a suspension with its actuators, and with the loop of its winches, to forces, with an exact delay.
 
 The equations are those of `system.first_order`.
 """
@@ -10,32 +10,6 @@ import numpy as np
 from cablestudy.control.margins import sensitivity
 from cablestudy.system.first_order import state_rows
 from cablestudy.system.residues import Residues
-from cablestudy.system.state_spaces import StateSpaces
-
-
-def force_state_space(motion, forces, loop, actuators=()):
-    """State-space matrices B, C and D from forces on a suspension to its outputs, with its loop or the winches at rest.
-
-    With the eigenvalues of A, in `Loop.eigen` or without a loop in `LinearSystem.eigen`, they give the frequency
-    response as a sum over poles (`residues`).
-
-    Parameters
-    ----------
-    motion : LinearSystem
-        The suspension in m coordinates; its inputs are the lengths that winches reel in.
-    forces : ndarray, shape (m, j)
-        Force on each coordinate by each of the j inputs of the result.
-    loop : Loop or None
-        Control loop of the winches; None for winches at rest.
-    actuators : sequence of Actuator
-        Reaction masses and wheels of the suspension.
-
-    Returns
-    -------
-    b, c, d : ndarray, shapes (N, j), (o, N), (o, j)
-        For N states and o outputs: those of the motion, then those of the actuators.
-    """
-    return tuple(matrix[0] for matrix in StateSpaces.of([motion], loop and [loop], actuators).matrices(forces[None]))
 
 
 class ExactResponse:
@@ -46,8 +20,11 @@ class ExactResponse:
 
     Parameters
     ----------
-    motion, forces, loop
-        As of `force_state_space`, with a loop; m coordinates, o outputs, j inputs.
+    motion : LinearSystem
+        The suspension in m coordinates, with o outputs; its inputs are the lengths that winches reel in.
+    forces : ndarray, shape (m, j)
+        Force on each coordinate by each of the j inputs of the result.
+    loop : Loop
     actuators : sequence of Actuator
         See `StateSpaces`: their outputs come after those of the motion.
     direct : ndarray, shape (o, j), optional

@@ -275,8 +275,7 @@ class Plant:
         forces = self.gust_forces
         if coarse:
             loop, forces = loop.within(self.coarse_space, self.coarse_motion), self.coarse_space.T @ forces
-        space = StateSpaces.of([loop.motion], [loop], self.actuators)
-        space.eigen = [loop.eigen]
+        space = StateSpaces.of_one(loop.motion, loop, self.actuators)
         (approximate,) = space.residues(forces[None], self.direct[None], speeds)
         # the poles are those of a Padé approximant: above `right_up_to` the winches hardly move, and those at rest hold
         exact = ExactResponse(loop.motion, forces, loop, self.actuators, self.direct)

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 
 from cablestudy.control.curves import by_parts
-from cablestudy.control.loop_state_space import force_state_space
 from cablestudy.control.response import Phase
 from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.scene.scene import missing
@@ -15,7 +14,7 @@ from cablestudy.study.one_cable.rows import evaluate_named
 from cablestudy.study.ssm_tables import near_poles
 from cablestudy.study.table import Field, Table
 from cablestudy.study.tolerances import STUDY
-from cablestudy.system.residues import residues
+from cablestudy.system.state_spaces import StateSpaces
 
 COLUMNS = (
     "gain", "largest_gain", "gain_margin", "phase_crossover", "phase_margin", "gain_crossover", "delay_margin",
@@ -102,7 +101,7 @@ def resonances(closed_loop):
     motion, actuators = closed_loop.motion, closed_loop.actuators
     forces = motion.c[0][measured].real.T  # unit forces along the measured coordinates
     for loop in (None, closed_loop.loop):
-        system = residues((loop or motion).eigen, *force_state_space(motion, forces, loop, actuators))
+        (system,) = StateSpaces.of_one(motion, loop, actuators).residues(forces[None])
         system = replace(system, outputs=system.outputs[measured], direct=system.direct[measured])
         poles, residue = system.poles, np.abs(system.outputs.T * system.inputs)
         upper = poles.imag > 0

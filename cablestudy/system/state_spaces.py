@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.system.first_order import LinearControl, state_rows
-from cablestudy.system.residues import Residues, eigen_of_rows
+from cablestudy.system.residues import eigen_of_rows, residues
 
 
 class StateSpaces:
@@ -58,6 +58,13 @@ class StateSpaces:
         actuators : sequence of Actuator
         """
         return StateSpaces(motions[0].stack(motions), loops and LinearControl.stack(loops), actuators)
+
+    @staticmethod
+    def of_one(motion, loop=None, actuators=()):
+        """`StateSpaces` of one row, with the eigenvalues of its loop, or without one of the motion."""
+        space = StateSpaces.of([motion], loop and [loop], actuators)
+        space.eigen = [(loop or motion).eigen]
+        return space
 
     @staticmethod
     def signature(motion, loop=None):
@@ -116,5 +123,4 @@ class StateSpaces:
 
     def residues(self, forces, direct=None, speeds=False):
         """`Residues` of each row: list; arguments as of `matrices`."""
-        parts = zip(self.eigen, *self.matrices(forces, direct, speeds), strict=True)
-        return [Residues(of.values, of.left @ b, c @ of.right, d, of.one_sided) for of, b, c, d in parts]
+        return list(map(residues, self.eigen, *self.matrices(forces, direct, speeds)))

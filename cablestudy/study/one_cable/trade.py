@@ -8,7 +8,6 @@ import numpy as np
 
 from cablestudy.cable import taut
 from cablestudy.control.loop import unstable_pole
-from cablestudy.control.loop_state_space import force_state_space
 from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.motion.body_mode import largest_share
 from cablestudy.motion.dynamic_analysis import DynamicAnalysis
@@ -39,7 +38,7 @@ from cablestudy.study.tolerances import STUDY
 from cablestudy.system.assemble import assemble
 from cablestudy.system.damping import damping_ratios
 from cablestudy.system.ends import Ends
-from cablestudy.system.residues import residues
+from cablestudy.system.state_spaces import StateSpaces
 from cablestudy.system.superelement import GONDOLA, GROUND
 from cablestudy.wind.imaging import seen_weights
 
@@ -288,14 +287,13 @@ class AnalysisOfSystem(DynamicAnalysis):
         if loop is not None:
             measured = np.eye(len(self._system))[[-1]]
             loop = replace(loop, motion=self._system, allocation=replace(loop.allocation, measured=measured))
-        eigen = (loop or self._system).eigen
-        if unstable_pole(eigen.poles) is not None:
+        if unstable_pole((loop or self._system).eigen.poles) is not None:
             raise NoSolutionError("the loop is unstable with these modes")
         # the position is x = row z, by the coordinates z of the analysis: its forces on z are row^T times that on x
         row, by_gusts = closed_loop.motion.c[0][closed_loop.outputs[GONDOLA_X]].real, closed_loop.gusts.input_matrix
         forces = np.zeros((len(self._system), by_gusts.shape[1]))
         forces[-1] = row[: len(by_gusts)] @ by_gusts / (row @ row)
-        system = residues(eigen, *force_state_space(self._system, forces, loop))
+        (system,) = StateSpaces.of_one(self._system, loop).residues(forces[None])
         ((squared,),) = closed_loop.turbulence.variances_of(system, {variance: self._weights[variance]})
         return float(np.sqrt(squared)), np.nan
 
