@@ -292,33 +292,30 @@ def _outputs(layouts, matrices, connection, ends, markers, midspans):
     c, d : tuple of 3 ndarray, shapes (n, o, N) and (n, o, i)
         C0, C1, C2 and D0, D1, D2. C0 and D0 are complex where damping is hysteretic.
     """
-    suspension, count, free = layouts[0].equilibrium.suspension, len(layouts), len(layouts[0].free)
+    suspension, movements = layouts[0].equilibrium.suspension, ends.movements
     modal = sum(stiffness.shape[-1] - 6 for *_, stiffness in matrices)
-    of_bodies = _displacements(layouts, markers)
-    of_displacements = np.zeros((count, of_bodies.shape[1], modal + free))
-    of_displacements[..., modal:] = of_bodies
-    by_winches = np.zeros((count, of_bodies.shape[1], ends.movements.shape[-1]))
+
+    def without_winches(c):
+        """Matrices C of outputs on which the winches do not act at once, and D of zeros."""
+        return c, np.zeros((*c.shape[:2], movements.shape[-1]))
+
+    # each part has C and D of order 0, 1 and 2: displacements do not depend on velocities and accelerations
+    displacements = [without_winches(np.pad(_displacements(layouts, markers), ((0, 0), (0, 0), (modal, 0))))]
     if midspans[0]:
-        midspan_c, midspan_d = _midspans(connection, ends.movements, midspans, modal)
-        of_displacements = np.concatenate([of_displacements, midspan_c], axis=1)
-        by_winches = np.concatenate([by_winches, midspan_d], axis=1)
-    # displacements do not depend on velocities and accelerations, links and tensions do
-    c_without_tensions = [of_displacements * (order == 0) for order in range(3)]
+        of_cables = list(map(np.stack, zip(*midspans, strict=True)))
+        displacements.append(_of_cables(of_cables, connection, movements, modal))
+    parts = [[(c * (order == 0), d * (order == 0)) for order in range(3)] for c, d in displacements]
     if suspension.link_names:
         stretch = np.stack([np.pad(at.elongation, ((0, 0), (modal, 0))) for at in layouts])
         suspensions = [at.equilibrium.suspension for at in layouts]
         stiffness, damping = (np.stack([np.broadcast_to(getattr(one, name), stretch.shape[1]) for one in suspensions])
                               for name in ("link_stiffness", "link_damping"))  # fmt: skip
-        link_forces = [factor[..., None] * stretch for factor in (stiffness, damping, np.zeros_like(damping))]
-        pairs = zip(c_without_tensions, link_forces, strict=True)
-        c_without_tensions = [np.concatenate(pair, axis=1) for pair in pairs]
-        by_winches = np.pad(by_winches, ((0, 0), (0, stretch.shape[1]), (0, 0)))
-    tensions = _tensions(matrices, connection, ends, modal)
-    pairs = zip(c_without_tensions, tensions, strict=True)
-    c = [np.concatenate([others, of_tensions], axis=1) for others, (of_tensions, _) in pairs]
-    by_order = enumerate(tensions)
-    d = [np.concatenate([by_winches * (order == 0), of_tensions], axis=1) for order, (_, of_tensions) in by_order]
-    return tuple(c), tuple(d)
+        factors = stiffness, damping, np.zeros_like(damping)
+        parts.append([without_winches(factor[..., None] * stretch) for factor in factors])
+    parts.append(_tensions(matrices, connection, ends, modal))
+    by_order = [zip(*of_order, strict=True) for of_order in zip(*parts, strict=True)]
+    joined = [[np.concatenate(matrices, axis=1) for matrices in of_order] for of_order in by_order]
+    return tuple(zip(*joined, strict=True))
 
 
 def _displacements(layouts, markers):
@@ -336,61 +333,38 @@ def _displacements(layouts, markers):
     return np.concatenate(displacements, axis=1)
 
 
-def _midspans(connection, movements, midspans, modal):
-    """Displacements at mid-span by coordinates and by winches of n rows: shapes (n, 3 c, N) and (n, 3 c, i)."""
-    cables, begin = list(zip(*midspans, strict=True)), 0
+def _of_cables(of_each, connection, movements, modal):
+    """Outputs of single cables by all N coordinates and by the winches, shapes (n, c r, N) and (n, c r, i).
+
+    Of each of the c cables `of_each` has r outputs, shape (n, r, m + 6), per unit of its m modes and of its six end
+    displacements u = G x + H v, with G of `connection` and H of `movements`; `modal` is the number of all modes.
+    """
     count, _, free = connection.shape
-    c, d = np.zeros((count, 3 * len(cables), modal + free)), np.zeros((count, 3 * len(cables), movements.shape[-1]))
-    for cable, of_rows in enumerate(cables):
-        shapes = np.stack(of_rows)
-        modes = shapes.shape[-1] - 6
-        rows, end_rows = slice(3 * cable, 3 * cable + 3), slice(6 * cable, 6 * cable + 6)
-        c[:, rows, begin : begin + modes] = shapes[..., :modes]
-        c[:, rows, modal:] = shapes[..., modes:] @ connection[:, end_rows]
-        d[:, rows] = shapes[..., modes:] @ movements[:, end_rows]
-        begin += modes
-    return c, d
+    outputs, dtype, first_mode = of_each[0].shape[1] if of_each else 0, np.result_type(float, *of_each), 0
+    c = np.zeros((count, len(of_each), outputs, modal + free), dtype)
+    d = np.zeros((count, len(of_each), outputs, movements.shape[-1]), dtype)
+    for cable, rows in enumerate(of_each):
+        modes, ends = rows.shape[-1] - 6, slice(6 * cable, 6 * cable + 6)
+        c[:, cable, :, first_mode : first_mode + modes] = rows[..., :modes]
+        c[:, cable, :, modal:] = rows[..., modes:] @ connection[:, ends]
+        d[:, cable] = rows[..., modes:] @ movements[:, ends]
+        first_mode += modes
+    return tuple(matrix.reshape(count, len(of_each) * outputs, matrix.shape[-1]) for matrix in (c, d))
 
 
 def _tensions(matrices, connection, ends, modal):
-    """Output matrices of the tensions at both ends of all c cables of n suspensions.
+    """Output matrices C_j and D_j of the tensions at both ends of all cables, j = 0, 1, 2: list of 3 (C_j, D_j).
 
     A tension is the component, along the outward unit tangent t, of the force on an end of the cable. With the modes q
     of a cable, its end displacements u = G x + H v and its matrices A = K, C, M for j = 0, 1, 2, the j-th derivatives
     of q, x and v add t^T (A_uq q + A_uu u). The load that a winch takes off its own end is subtracted from D_0.
-
-    Parameters
-    ----------
-    matrices : list of tuple of 3 ndarray, shape (n, m + 6, m + 6)
-        For each cable M, C and K, for its m modes and then its six end displacements.
-    connection : ndarray, shape (n, 6 c, d)
-        G: displacements of the ends of all cables per free displacement x of the bodies.
-    ends : _Ends
-        Tangents, and H: displacements of the ends per length v reeled in.
-    modal : int
-        Number of modal amplitudes of all cables.
-
-    Returns
-    -------
-    list of 3 (ndarray, ndarray), shapes (n, 2 c, N) and (n, 2 c, i)
-        C_j and D_j, by which the j-th derivatives of the N coordinates (modal amplitudes, then x) and of v are
-        multiplied.
     """
-    count, _, free = connection.shape
-    dtypes = [np.result_type(float, *(stiffness for _, _, stiffness in matrices)), float, float]
-    c = [np.zeros((count, 2 * len(matrices), modal + free), dtype) for dtype in dtypes]
-    d = [np.zeros((count, 2 * len(matrices), ends.movements.shape[-1]), dtype) for dtype in dtypes]
-    first_mode = 0  # coordinate of the modes of a cable
-    for cable, (mass, damping, stiffness) in enumerate(matrices):
-        modes, rows = stiffness.shape[-1] - 6, slice(2 * cable, 2 * cable + 2)
-        end_rows = slice(6 * cable, 6 * cable + 6)
-        along = np.zeros((count, 2, 6))  # from forces on the ends to tensions
-        along[:, 0, :3], along[:, 1, 3:] = ends.direction[:, cable, 0], ends.direction[:, cable, 1]
-        for order, matrix in enumerate((stiffness, damping, mass)):
-            tension = along @ matrix[:, modes:]
-            c[order][:, rows, first_mode : first_mode + modes] = tension[..., :modes]
-            c[order][:, rows, modal:] = tension[..., modes:] @ connection[:, end_rows]
-            d[order][:, rows] = tension[..., modes:] @ ends.movements[:, end_rows]
-        d[0][:, rows] -= along @ ends.lifted[:, end_rows]
-        first_mode += modes
-    return list(zip(c, d, strict=True))
+    along = np.zeros((*ends.direction.shape[:-1], 6))  # from forces on both ends of each cable to tensions
+    along[..., 0, :3], along[..., 1, 3:] = ends.direction[..., 0, :], ends.direction[..., 1, :]
+    found = []
+    for matrix in (2, 1, 0):  # stiffness, damping, mass
+        forces = [along[:, cable] @ of_cable[matrix][:, -6:] for cable, of_cable in enumerate(matrices)]
+        found.append(_of_cables(forces, connection, ends.movements, modal))
+    static = found[0][1]
+    static -= (along @ ends.lifted.reshape(*along.shape[:2], 6, -1)).reshape(static.shape)
+    return found
