@@ -31,12 +31,10 @@ CABLE = ("midspan_rms", "tension_rms", "cable_frequency")
 BELOW = (0.1, 1.0, 10.0)  # frequencies up to which the share of the variance is given [Hz]
 CABLE_NOTE = (
     "wind on the cable: linear drag of turbulence that has the same spectrum in all directions, across or along the "
-    "cable's vertical plane, whichever moves the gondola more; uncorrelated with the force on the gondola"
+    "cable's vertical plane, whichever moves "
 )
-BARE_NOTE = (
-    "wind on the cable: linear drag of turbulence that has the same spectrum in all directions, across or along the "
-    "cable's vertical plane, whichever moves it more; about the equilibrium without wind"
-)
+OF_GONDOLA = "the gondola more; uncorrelated with the force on the gondola"
+OF_BARE_CABLE = "it more; about the equilibrium without wind"
 
 
 def wind_table(document, scene, on=None, estimate=False):
@@ -68,15 +66,16 @@ def wind_table(document, scene, on=None, estimate=False):
     SceneError
         The scene has no wind, or no gondola on which it is to act.
     """
-    if scene.gondola is None and on in (None, "cable"):
-        return _bare_cable_table(document, scene, estimate)
+    bare = scene.gondola is None and on in (None, "cable")
     on = on or "gondola"
-    columns, row = evaluate_named(document, scene, _names(scene, PARTS[on]), "windrms", estimate)
+    names = (*CABLE, *_strength(scene)) if bare else _names(scene, PARTS[on])
+    columns, row = evaluate_named(document, scene, names, "windrms", estimate)
     further_cells, remarks = [], ()
     if not row.failed:
-        further_cells, remarks = _variance_cells(row.case, on), _remarks(scene, row, on)
-    if on != "gondola":
-        row = replace(row, notes=(*row.notes, CABLE_NOTE))
+        further_cells = [] if bare else _variance_cells(row.case, on)
+        remarks = (*_vortices(row.case), *slack_warning(row)) if bare else _remarks(scene, row, on)
+    if bare or on != "gondola":
+        row = replace(row, notes=(*row.notes, CABLE_NOTE + (OF_BARE_CABLE if bare else OF_GONDOLA)))
     return row.table(columns, further_cells), row, remarks
 
 
@@ -123,14 +122,6 @@ def _strength(scene, peak=False):
     """Names of the columns of utilisation, with `peak` also at the peak; none if the strength is not known."""
     names = ["utilisation", "peak_utilisation"] if peak else ["utilisation"]
     return names if scene.cable.section_breaking_force is not None else []
-
-
-def _bare_cable_table(document, scene, estimate):
-    """Table, row and remarks as of `wind_table`, of a cable with fixed ends."""
-    columns, row = evaluate_named(document, scene, (*CABLE, *_strength(scene)), "windrms", estimate)
-    remarks = () if row.failed else (*_vortices(row.case), *slack_warning(row))
-    row = replace(row, notes=(*row.notes, BARE_NOTE))
-    return row.table(columns), row, remarks
 
 
 def _integrals(case, on):
