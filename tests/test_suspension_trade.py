@@ -11,6 +11,7 @@ from suspension_cases import SUSPENSIONS, scene_at
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import plots, trade
 from cablestudy.study.columns import find
+from cablestudy.study.compared_models import with_elements
 from cablestudy.study.suspension import trade as suspension_trade
 from cablestudy.study.suspension.case import SuspensionCase
 
@@ -112,6 +113,22 @@ def test_the_static_stiffness_of_a_pendulum_is_that_of_textbooks(pendulum):
     assert values["frequency_1"] == pytest.approx(sway, rel=1e-5)
     assert values["frequency_3"] == pytest.approx(heave, rel=1e-9)
     assert values["bob.frequency_3"] == pytest.approx(heave, rel=1e-9)
+
+
+def test_the_reference_of_the_motion_in_the_wind_is_as_exact_as_it_states(pendulum):
+    """Held against elements of high order, each of which is solved by itself."""
+    wind = "wind: {speed: 5 m/s, turbulence_intensity: 0.15, length_scale: 20 m}\n"
+    heavy = PENDULUM.replace("density: 1 kg", "damping: {model: kelvin_voigt, time: 1 ms}, density: 1e5 kg")
+    heavy = heavy.replace("mass: 30 kg", "mass: 30 kg, wind: {area: 0.1 m^2, drag_coefficient: 1}")
+    pendulum.write_text(heavy + wind, encoding="utf-8")
+    model, (column,) = load_scene(pendulum)[1], columns("bob.rms_x")
+    reference = trade.reference_of(model, [column])
+    value, error = reference.values["bob.rms_x"], reference.errors["bob.rms_x"]
+    assert error < 1e-4
+    for order, expected in ((16, 1e-10), (24, 1e-12), (32, 1e-12)):
+        number = column.compute(SuspensionCase(with_elements(model, 1, order, "lumped")))[0]
+        assert number == pytest.approx(value, rel=expected)
+        assert abs(number / value - 1) <= error
 
 
 def test_models_too_large_to_compare_are_left_out():

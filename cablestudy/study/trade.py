@@ -20,15 +20,18 @@ from cablestudy.cable.damping import any_grows_with_modes
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError, SceneError, one_line
 from cablestudy.motion.model_sizes import MODAL
 from cablestudy.scene.scene import missing
-from cablestudy.study.column import DISCRETE, lacks, value_and_error
+from cablestudy.study.column import DISCRETE, SYSTEM, lacks, value_and_error
 from cablestudy.study.columns import find
+from cablestudy.study.compared_models import power
 from cablestudy.study.pareto import pareto_front
+from cablestudy.study.refinement import with_accuracy
 from cablestudy.study.scene_kind import kind_of, why_not
 from cablestudy.study.table import Field, Table, short
 from cablestudy.study.table_rows import STATUS
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.comparison import relative
 
+CLOSELY = (1e-8, 1e-9)  # accuracies of cables and bodies as one linear system: closer ones add rounding
 TARGETS = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)  # errors below which the fastest model is named
 CONTINUOUS = "continuous cable"
 
@@ -119,8 +122,8 @@ class Reference:
 def reference_of(scene, columns):
     """Compute the values of the continuous cable, with which the models of the command `trade` are compared.
 
-    Statics and stiffness have a closed form. For modes, gondola, loop and wind, elements of high order are refined
-    until the values of two successive levels agree.
+    Statics and stiffness have a closed form. For modes elements of high order are refined until the values of two
+    successive levels agree; gondola, loop and wind are computed to two accuracies.
 
     Parameters
     ----------
@@ -138,9 +141,11 @@ def reference_of(scene, columns):
     NoSolutionError, ConvergenceError
         There is no equilibrium.
     """
-    kind_module = kind_of(scene).trade
-    case = kind_module.reference_case(scene)
-    levels = kind_module.reference_levels(case)
+    kind, kind_module = kind_of(scene), kind_of(scene).trade
+    case = kind.case(with_accuracy(scene, STUDY.agreed_levels))
+    _ = case.form  # raises where there is none
+    parts, elements = kind_module.moving_parts(scene), kind_module.reference_levels(case)
+    systems = [(f"{parts} to {power(accuracy)}", kind.case(with_accuracy(scene, accuracy))) for accuracy in CLOSELY]
     reference = Reference(warnings=kind_module.strength_warning(case))
     for column in columns:
         name = column.name
@@ -149,7 +154,7 @@ def reference_of(scene, columns):
             if reason:
                 raise NoSolutionError(reason)
             if column.needs in DISCRETE:
-                error, number, note = _refined_value(levels(column), column)
+                error, number, note = _refined_value(systems if column.needs in SYSTEM else elements, column)
             else:
                 number, error = _exact_value(column, case)
                 error, note = max(error, STUDY.rounding), "closed form"

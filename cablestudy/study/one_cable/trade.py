@@ -13,7 +13,7 @@ from cablestudy.motion.body_mode import largest_share
 from cablestudy.motion.dynamic_analysis import DynamicAnalysis
 from cablestudy.motion.turbulence import OWN
 from cablestudy.study.cable_columns import is_of_one_cable
-from cablestudy.study.column import SYSTEM, value_and_error
+from cablestudy.study.column import value_and_error
 from cablestudy.study.columns import find
 from cablestudy.study.compared_models import (
     ACCURACIES,
@@ -22,7 +22,6 @@ from cablestudy.study.compared_models import (
     controlled_models,
     element_models,
     on_columns,
-    power,
     static_value,
     with_elements,
 )
@@ -34,7 +33,6 @@ from cablestudy.study.one_cable.columns import column_of_one_cable
 from cablestudy.study.one_cable.system import analysis_of, in_cable_wind_of
 from cablestudy.study.refinement import with_accuracy
 from cablestudy.study.scene_values import load_count
-from cablestudy.study.tolerances import STUDY
 from cablestudy.system.assemble import assemble
 from cablestudy.system.damping import damping_ratios
 from cablestudy.system.ends import Ends
@@ -43,7 +41,6 @@ from cablestudy.system.superelement import GONDOLA, GROUND
 from cablestudy.wind.imaging import seen_weights
 
 DEFAULT = ("end_stiffness", "cable_frequency", "inplane_frequency_8", "gondola_frequency", "gondola_rms_open_loop")
-CLOSELY = (1e-8, 1e-9)  # accuracies of gondola and cable as one linear system: closer ones add rounding
 PAPER = 40  # number of bars of the paper's model
 BASE = (1, 32)  # elements a segment and order of the cable whose modes are reduced or whose response is integrated
 MODES = (1, 3, 10, 30, 90)  # numbers of modes that reduced models keep
@@ -56,25 +53,14 @@ def default_columns(_):
     return list(map(find, DEFAULT))
 
 
-def reference_case(scene):
-    """The case on which the reference rests: its statics are closed forms.
-
-    Raises
-    ------
-    NoSolutionError, ConvergenceError
-        There is no equilibrium.
-    """
-    case = CableCase(with_accuracy(scene, STUDY.agreed_levels))
-    case.results.check(case.index)
-    return case
-
-
 def reference_levels(case):
-    """Finer and finer models for a column that needs modes: a function, `Column` -> list of (name, CableCase)."""
-    finer = [(f"{n} x order {order} about the closed form", case.refined(n, order)) for n, order in LEVELS]
-    system = "the cable" if case.scene.gondola is None else "gondola and cable"
-    systems = [(f"{system} to {power(accuracy)}", fixed_to(accuracy, case.scene)) for accuracy in CLOSELY]
-    return lambda column: systems if column.needs in SYSTEM else finer
+    """Finer and finer models of the modes of the cable: list of (name, CableCase)."""
+    return [(f"{n} x order {order} about the closed form", case.refined(n, order)) for n, order in LEVELS]
+
+
+def moving_parts(scene):
+    """Words for what moves in the wind and under control."""
+    return "the cable" if scene.gondola is None else "gondola and cable"
 
 
 def comparable(scene, column):
@@ -100,7 +86,7 @@ def models_of(scene, columns):
         models.append(ComparedModel(family, name, build, count_dof=_unknowns, **options))
 
     for family, name, n, order, mass in element_models():
-        add(family, name, partial(fixed_case if order == 1 else _spectral, n, order, mass))
+        add(family, name, partial(fixed_case, n, order, mass))
     if scene.gondola is not None:
         _add_of_gondola(add)
     return on_columns(models, columns)
@@ -131,18 +117,14 @@ def _add_of_gondola(add):
 
 
 def fixed_case(elements, order, mass, scene, _=()):
-    """The case of a scene with `model: {elements: ..., order: ..., mass: ...}`."""
-    return CableCase(with_elements(scene, elements, order, mass))
+    """The case of a scene with fixed elements, of a high order so many for each segment between point loads."""
+    segments = 1 if order == 1 else 1 + load_count(scene)[1]
+    return CableCase(with_elements(scene, elements * segments, order, mass))
 
 
 def fixed_to(accuracy, scene, _=()):
     """The case of a scene with error control."""
     return CableCase(with_accuracy(scene, accuracy))
-
-
-def _spectral(elements, order, mass, scene, _):
-    """The case of a scene with fixed elements, so many for each segment between point loads."""
-    return fixed_case(elements * (1 + load_count(scene)[1]), order, mass, scene)
 
 
 # ------------------------------------------------------------------------------------------------------ closed forms
@@ -259,28 +241,9 @@ class AnalysisOfSystem(DynamicAnalysis):
         self._system, self._weights = system, OWN | seen_weights(self.scene.exposure, self.scene.correction)
 
     def rms(self, names, variance, open_loop):
-        """RMS of the gondola's motion along x by the other system, in the gusts of the analysis.
+        """RMS of the gondola's position by the other system, as `DynamicAnalysis.rms`; the error is not a number.
 
-        Parameters
-        ----------
-        names : list of str
-            Not used: the gondola's position is the only output.
-        variance : {"value", "rate", "exposure", "corrected", "corrected_exposure"}
-            Displacement [m], velocity [m/s], or displacement as a telescope sees it (`imaging.seen_weights`) [m].
-        open_loop : bool
-            Whether the winch is at rest, in place of the loop closed.
-
-        Returns
-        -------
-        rms : float
-            [m] or [m/s].
-        error : float
-            NaN: no error is estimated.
-
-        Raises
-        ------
-        NoSolutionError
-            This system is unstable, or there is no response of the analysis.
+        Raises NoSolutionError where this system is unstable, or there is no response of the analysis.
         """
         response = self.response_of(open_loop)
         closed_loop, loop = response.closed_loop, response.loop

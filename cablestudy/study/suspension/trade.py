@@ -33,25 +33,19 @@ def default_columns(scene):
     return [comparable(scene, find(name)) for name in names]
 
 
-def reference_case(scene):
-    """The case on which the reference rests: its statics are closed forms.
-
-    Raises
-    ------
-    NoSolutionError, ConvergenceError
-        It has no stable equilibrium.
-    """
-    return SuspensionCase(scene, SuspensionCase(scene).group)
-
-
 def reference_levels(case):
-    """Finer and finer models of the coupled modes: a function, `Column` -> list of (name, SuspensionCase)."""
+    """Finer and finer models of the coupled modes: list of (name, SuspensionCase)."""
     fits, levels = _size_limit(case), []
     for n, order in LEVELS:
         if fits(n * order):
-            finer = SuspensionCase(with_elements(case.scene, n, order, "lumped"), case.group)
-            levels.append((f"{n} x order {order} of each cable", finer))
-    return lambda column: levels
+            scene = with_elements(case.with_all_cables, n, order, "lumped")
+            levels.append((f"{n} x order {order} of each cable", SuspensionCase(scene)))
+    return levels
+
+
+def moving_parts(_):
+    """Words for what moves in the wind and under control."""
+    return "bodies and cables"
 
 
 def comparable(_, column):
