@@ -85,14 +85,13 @@ def modes(
 
 def _modes_with_gondola(scene, count, upto):
     """The coupled modes of gondola and cable, without winch and wind."""
-    from cablestudy.scene.scene import missing
+    from cablestudy.study.column import require
     from cablestudy.study.notes import reference_without_loads
     from cablestudy.study.one_cable.case import CableCase
     from cablestudy.study.one_cable.columns import gondola_on_cable
     from cablestudy.study.suspension.notes import mode_notes
 
-    if scene.model.gondola is None:
-        raise missing(scene.document, "gondola", "modes --coupled")
+    require(scene.document, scene.model, ["gondola"], "modes --coupled")
     answer = coupled_modes(gondola_on_cable(CableCase(scene.model)), count, upto)
     return replace(
         answer,
@@ -140,11 +139,12 @@ def solve_loop(scene, span, time_options, table, estimate):
     from cablestudy.study import loop_report
 
     if time_options:
+        from cablestudy.study.column import require
         from cablestudy.study.loop_in_time import input_and_output
 
         if time_options.output is not None:
             raise SceneError(f"--output: {ONE_CABLE}")
-        loop_report.check_has_loop(scene.document, scene.model)
+        require(scene.document, scene.model, loop_report.LOOP_KEYS, "loop")
         input_and_output(scene.document, scene.model, time_options)
     answer = _answer_of_row(scene, *loop_report.loop_table(scene.document, scene.model, estimate), draw=None)
     if (time_options and answer.failures) or not loop_report.has_loop(answer.case):

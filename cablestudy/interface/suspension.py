@@ -125,13 +125,12 @@ def windrms(scene, table: Text | None = None, estimate: bool = False):
 
 def solve_loop(scene, span, time_options, table, estimate):
     """`Answer` of the loop, see `one_cable.solve_loop`."""
-    from cablestudy.scene.scene import missing
+    from cablestudy.study.column import require
     from cablestudy.study.loop_in_time import input_and_output
     from cablestudy.study.loop_report import unstable
     from cablestudy.study.suspension.wind_report import loop_tables
 
-    if scene.model.control is None:
-        raise missing(scene.document, "control", "loop")
+    require(scene.document, scene.model, ["control"], "loop")
     if time_options:
         input_and_output(scene.document, scene.model, time_options)
     case = scene.estimated if estimate else scene.case

@@ -8,6 +8,7 @@ from math import isfinite
 import numpy as np
 
 from cablestudy.errors import NoSolutionError
+from cablestudy.scene.scene import missing
 from cablestudy.study.table import Field, header
 from cablestudy.study.tolerances import STUDY
 
@@ -96,6 +97,13 @@ def attribute(scene, path):
     for name in path.split("."):
         scene = scene.get(name) if isinstance(scene, dict) else getattr(scene, name, None)
     return scene
+
+
+def require(document, scene, keys, command):
+    """Raise the SceneError of the first of some dotted keys that a command needs and a scene does not have."""
+    for key in keys:
+        if attribute(scene, key) in (None, {}):
+            raise missing(document, key, command)
 
 
 def lacks(scene, column):

@@ -10,9 +10,8 @@ from cablestudy.control import time_response
 from cablestudy.control.step_response import step_response
 from cablestudy.errors import SceneError
 from cablestudy.motion.response_in_time import WIND_INPUT, in_time, unit_of
-from cablestudy.scene.scene import missing
 from cablestudy.scene.units import read_positive
-from cablestudy.study.column import attribute
+from cablestudy.study.column import require
 from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.ssm import has_loss_factor, number_of
 from cablestudy.study.table import Field, Table
@@ -287,9 +286,7 @@ def input_and_output(document, scene, options, measured=None):
     if shown_input in references and not options.output:
         output_number = list(references).index(shown_input)
     if shown_input in OF_WIND:
-        for key in kind.wind_keys:
-            if attribute(scene, key) is None:
-                raise missing(document, key, f"loop --input {shown_input}")
+        require(document, scene, kind.wind_keys, f"loop --input {shown_input}")
     plant_input = (winches | references).get(shown_input, WIND_INPUT)
     driving_input = _driving_input(loop_scene, options, shown_input, plant_input)
     return InputAndOutput(tuple(winches), driving_input, plant_input, outputs[output_number], output_number)

@@ -7,19 +7,16 @@ import numpy as np
 from cablestudy.control.curves import by_parts
 from cablestudy.control.response import Phase
 from cablestudy.errors import CablestudyError, NoSolutionError
-from cablestudy.scene.scene import missing
-from cablestudy.study.column import attribute
-from cablestudy.study.motion_columns import SENSITIVITY
+from cablestudy.study.column import require
+from cablestudy.study.motion_columns import WINCH, loop_columns
 from cablestudy.study.one_cable.rows import evaluate_named
 from cablestudy.study.ssm_tables import near_poles
 from cablestudy.study.table import Field, Table
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.state_spaces import StateSpaces
 
-COLUMNS = (
-    "gain", "largest_gain", "gain_margin", "phase_crossover", "phase_margin", "gain_crossover", "delay_margin",
-    *SENSITIVITY,
-)  # fmt: skip
+COLUMNS = [column.name for column in loop_columns(WINCH)]
+LOOP_KEYS = ("gondola", "winch", "winch.controller")
 CURVES = ("open_loop", "sensitivity", "complementary_sensitivity")  # names of columns: L, S, T
 # frequencies about a resonance that a table has too, in its half-widths
 BESIDE_PEAKS = np.array([-4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0])
@@ -48,16 +45,9 @@ def loop_table(document, scene, estimate=False):
     SceneError
         The scene has no gondola, or no controller.
     """
-    check_has_loop(document, scene)
+    require(document, scene, LOOP_KEYS, "loop")
     columns, row = evaluate_named(document, scene, COLUMNS, "loop", estimate)
     return row.table(columns), row
-
-
-def check_has_loop(document, scene):
-    """Raise SceneError for a scene of one cable without a gondola or a controller."""
-    for key in ("gondola", "winch", "winch.controller"):
-        if attribute(scene, key) is None:
-            raise missing(document, key, "loop")
 
 
 def has_loop(case):

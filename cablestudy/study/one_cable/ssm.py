@@ -7,7 +7,8 @@ import numpy as np
 
 from cablestudy.control.one_cable import state_space
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
-from cablestudy.scene.scene import missing
+from cablestudy.study.column import require
+from cablestudy.study.loop_report import LOOP_KEYS
 from cablestudy.study.notes import DAMPING_IN_STATE_SPACES, assumed_damping, strength_warning
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.case_modes import modes, notes_on_errors
@@ -18,6 +19,7 @@ from cablestudy.study.table import Field
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.superelement import GONDOLA, GROUND, NAMES
 
+NEEDS = {None: (), "gondola": ("gondola",), "loop": LOOP_KEYS}  # keys of the scene
 PLACES = {"ground": "A, winch on the ground", "gondola": "B, winch on the gondola"}
 
 
@@ -212,7 +214,7 @@ def choose(document, scene, options):
         There are no such modes, or not to the accuracy.
     """
     _ = _pairs_of_ends(options)  # raises SceneError
-    _check_attached(document, scene, options.attached)
+    require(document, scene, NEEDS[options.attached], f"ssm --with {options.attached}")
     fixed, reason_for_more = scene.model.elements is not None, ""
     count = STUDY.modes_at_ends if fixed else options.count or STUDY.default_modes
     while True:
@@ -234,14 +236,6 @@ def choose(document, scene, options):
     if not options.residual and not all_modes.complete:
         raise NoSolutionError(f"--no-residual needs every mode of the model, and only {len(all_modes)} are computed")
     return CableChoice(options, case, all_modes, chosen, notes)
-
-
-def _check_attached(document, scene, attached):
-    """Refuse a gondola or a winch loop that the scene does not have."""
-    if attached and scene.gondola is None:
-        raise missing(document, "gondola", f"ssm --with {attached}")
-    if attached == "loop" and (scene.winch is None or scene.winch.controller is None):
-        raise missing(document, "winch" if scene.winch is None else "winch.controller", "ssm --with loop")
 
 
 def _chosen(case, found, accurate, options):

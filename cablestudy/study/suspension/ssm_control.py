@@ -10,8 +10,8 @@ from cablestudy.control.statespace import state_space_of
 from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.motion.response_in_time import labelled, measured_by
 from cablestudy.motion.tolerances import MOTION
-from cablestudy.scene.scene import missing
 from cablestudy.scene.words import counted
+from cablestudy.study.column import require
 from cablestudy.study.ssm import Choice
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.notes import damping_notes, law_notes, notes_of, strength_warning
@@ -179,9 +179,7 @@ def choose_controlled(document, scene, options, highest=None):
     NoSolutionError, ConvergenceError
         There is no stable equilibrium, no loop for it, or no mode below the frequency stated.
     """
-    key = NEEDS[options.attached]
-    if not getattr(scene, key):
-        raise missing(document, key, f"ssm --with {options.attached}")
+    require(document, scene, [NEEDS[options.attached]], f"ssm --with {options.attached}")
     case = SuspensionCase(scene)
     full_loop = reduced_loop = case.analysis.closed_loop_of(max(options.count or 0, MOTION.model_modes[0]))
     if options.count:

@@ -6,9 +6,8 @@ from functools import partial
 import numpy as np
 
 from cablestudy.errors import SceneError
-from cablestudy.scene.scene import missing
 from cablestudy.scene.words import counted, first_of
-from cablestudy.study.column import lacks
+from cablestudy.study.column import lacks, require
 from cablestudy.study.notes import beyond_linear, larger_by_loop, unknown_rms_error
 from cablestudy.study.suspension.part_columns import cable_columns, has_key, linear_ranges
 from cablestudy.study.suspension.report import cells_of, chosen_tables, table_by_name
@@ -57,8 +56,7 @@ def wind_tables(document, case, only=None):
         The motion, or the loop, cannot be computed.
     """
     scene = case.scene
-    if scene.wind is None:
-        raise missing(document, "wind", "windrms")
+    require(document, scene, ["wind"], "windrms")
     chosen = chosen_tables(TABLES, only)
     if only and not getattr(scene, chosen[only][0]):
         raise SceneError(f"--table {only}: the scene has no {chosen[only][0]}")
