@@ -27,36 +27,20 @@ LENGTHS, LOAD_UNITS = ("m", "m", "m", "rad", "rad", "rad"), ("N", "N", "N", "N m
 
 @dataclass(frozen=True)
 class Winch:
-    """A winch that reels in a cable, or moves its end.
-
-    Attributes
-    ----------
-    cable : int
-    end : {FROM, TO}
-    direction : ndarray, shape (3,), optional
-        Unit vector along which it moves the end, global axes; without it it reels in the cable. [-]
-    """
+    """A winch that reels in a cable, or moves its end."""
 
     cable: int
-    end: int = FROM
-    direction: np.ndarray | None = None
+    end: int = FROM  # FROM or TO
+    direction: np.ndarray | None = None  # unit vector along which it moves the end, global axes; None reels in [-]
 
 
 @dataclass(frozen=True)
 class Marker:
-    """A place on a body whose motion is an output.
-
-    Attributes
-    ----------
-    name : str
-    body : int
-    place : tuple of 3 float
-        From the reference point, body axes. [m]
-    """
+    """A place on a body whose motion is an output."""
 
     name: str
     body: int
-    place: tuple
+    place: tuple  # of 3 float, from the reference point, body axes [m]
 
 
 class _Ends:

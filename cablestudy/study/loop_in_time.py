@@ -107,27 +107,13 @@ def within(option, value, bounds, unit):
 
 @dataclass(frozen=True)
 class Input:
-    """Input that drives a loop.
+    """Input that drives a loop."""
 
-    Attributes
-    ----------
-    what : str
-        Description in words.
-    unit : str
-        For tables and pictures: mm, mrad or m/s.
-    size : float
-        Size of the step or gust. [m], [rad] or [m/s]
-    components : list of time_response.Component
-        The input with a size of one, as a sum of functions of time.
-    values : ndarray, shape (m,)
-        The input at the points of time. [m], [rad] or [m/s]
-    """
-
-    what: str
-    unit: str
-    size: float
-    components: list
-    values: np.ndarray
+    what: str  # in words
+    unit: str  # for tables and pictures: mm, mrad or m/s
+    size: float  # of the step or gust [m], [rad] or [m/s]
+    components: list  # of time_response.Component: the input with a size of one, as a sum of functions of time
+    values: np.ndarray  # at the points of time, shape (m,) [m], [rad] or [m/s]
 
     @property
     def values_in_unit(self):
@@ -137,35 +123,17 @@ class Input:
 
 @dataclass(frozen=True)
 class TimeCase:
-    """Response in time of a control loop to one input, for the table and the picture of the command `loop`.
-
-    Attributes
-    ----------
-    options : TimeOptions
-    input : Input
-        The step or gust.
-    response : TimeResponse
-    gain : float
-        Gain of the loop. [rad/s]
-    name, unit : str
-        Name of the measured coordinate, and its unit for tables, mm or mrad.
-    winches : tuple of str
-        Names of the winches.
-    remarks : tuple of str
-        Remarks on approximations, and warnings.
-    delayed : bool
-        True if a delay is approximated.
-    """
+    """Response in time of a control loop to one input, for the table and the picture of the command `loop`."""
 
     options: TimeOptions
     input: Input
-    response: object
-    gain: float
-    name: str
-    unit: str
-    winches: tuple
-    remarks: tuple
-    delayed: bool
+    response: object  # `TimeResponse`
+    gain: float  # of the loop [rad/s]
+    name: str  # of the measured coordinate
+    unit: str  # of it in tables: mm or mrad
+    winches: tuple  # their names
+    remarks: tuple  # on approximations, and warnings: texts
+    delayed: bool  # whether a delay is approximated
 
     @property
     def time(self):
@@ -227,26 +195,13 @@ class InputAndOutput:
 
     A winch, reference or output may have one name for the user and another one in the plant, the suspension without its
     loop.
-
-    Attributes
-    ----------
-    winches : tuple of str
-        Names of all winches, for the user.
-    input : Input
-        The step or gust.
-    plant_input : str
-        Name of the input in the plant.
-    output : str
-        Name of the measured coordinate that is shown, for the user.
-    output_number : int
-        Index of this coordinate among the measured ones.
     """
 
-    winches: tuple
+    winches: tuple  # names of all winches, for the user
     input: Input
-    plant_input: str
-    output: str
-    output_number: int
+    plant_input: str  # name of the input in the plant
+    output: str  # name of the measured coordinate that is shown, for the user
+    output_number: int  # index of this coordinate among the measured ones
 
 
 def input_and_output(document, scene, options, measured=None):

@@ -61,10 +61,10 @@ def has_loop(case):
     return True
 
 
-def unstable(closed_loop):
-    """Why a `ClosedLoop` is unstable: tuple of str, empty where it is stable."""
+def unstable(motion):
+    """Reason why a `ClosedLoop` or `DynamicAnalysis` is unstable: tuple of str, empty where it is stable."""
     try:
-        closed_loop.check_stable()
+        motion.check_stable()
     except NoSolutionError as error:
         return (str(error),)
     return ()

@@ -8,7 +8,7 @@ import numpy as np
 from cablestudy.control.one_cable import state_space
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.study.column import require
-from cablestudy.study.loop_report import LOOP_KEYS
+from cablestudy.study.loop_report import LOOP_KEYS, unstable
 from cablestudy.study.notes import DAMPING_IN_STATE_SPACES, assumed_damping, strength_warning
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.case_modes import modes, notes_on_errors
@@ -183,10 +183,7 @@ class CableChoice(Choice):
                 f"static stiffness {wrong:.5g} N/m instead of {right:.5g} N/m"
             )
         if self.options.attached == "loop":
-            try:
-                self.case.analysis.check_stable()
-            except NoSolutionError as error:
-                warnings.append(f"warning: {error}")
+            warnings += [f"warning: {reason}" for reason in unstable(self.case.analysis)]
         return warnings
 
 

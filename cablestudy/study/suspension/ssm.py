@@ -26,28 +26,11 @@ from cablestudy.wind.strips import nodal_shapes
 
 @dataclass(frozen=True)
 class SuspensionChoice(CoupledChoice):
-    """A suspension with the coupled modes to keep.
+    """A suspension with the coupled modes to keep."""
 
-    Attributes
-    ----------
-    options : StateSpaceOptions
-    case : SuspensionCase
-    found : CoupledModes
-        The lowest modes.
-    whole : LinearSystem
-        Linear model in the coordinates of cables and bodies.
-    chosen : ndarray of int
-        Modes to keep, from 0.
-    highest : float or None
-        Highest frequency of the response asked for. [Hz]
-    """
-
-    options: object
-    case: SuspensionCase
-    found: object
-    whole: object
-    chosen: np.ndarray
-    highest: float | None = None
+    found: object  # `CoupledModes`, the lowest ones
+    whole: object  # `LinearSystem` in the coordinates of cables and bodies
+    chosen: np.ndarray  # modes to keep, from 0
 
     @property
     def modes(self):
@@ -183,7 +166,7 @@ def _lowest_modes(case, count, highest):
 
 def _choice(case, options, found, chosen, highest):
     """The `SuspensionChoice` of some of the modes `found`; `chosen` are their indices, from 0."""
-    return SuspensionChoice(options, case, found, linear_model(case, found.damped, options.wind), chosen, highest)
+    return SuspensionChoice(options, case, highest, found, linear_model(case, found.damped, options.wind), chosen)
 
 
 def _fewest(case, options, highest):

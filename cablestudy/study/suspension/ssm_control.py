@@ -12,7 +12,8 @@ from cablestudy.motion.response_in_time import labelled, measured_by
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.words import counted
 from cablestudy.study.column import require
-from cablestudy.study.ssm import Choice
+from cablestudy.study.loop_report import unstable
+from cablestudy.study.ssm import Choice, StateSpaceOptions
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.notes import damping_notes, law_notes, notes_of, strength_warning
 from cablestudy.study.suspension.report import mode_table
@@ -22,11 +23,16 @@ from cablestudy.system.linear import LinearSystem
 NEEDS = {"loop": "control", "actuators": "actuators"}  # keys of the scene
 
 
+@dataclass(frozen=True)
 class CoupledChoice(Choice):
     """Modes that a state space keeps of a suspension, with or without control.
 
-    Subclasses have the `CoupledModes` that were `found`, the `highest` frequency of a response, and what is `shown`.
+    Subclasses have the `CoupledModes` that were `found`, and what is `shown`.
     """
+
+    options: StateSpaceOptions
+    case: SuspensionCase
+    highest: float | None  # highest frequency of the response asked for [Hz]
 
     @property
     def poles(self):
@@ -49,28 +55,11 @@ class CoupledChoice(Choice):
 
 @dataclass(frozen=True)
 class ControlledChoice(CoupledChoice):
-    """A suspension with actuators or loop, and as many of its lowest coupled modes as are kept.
+    """A suspension with actuators or loop, and as many of its lowest coupled modes as are kept."""
 
-    Attributes
-    ----------
-    options : StateSpaceOptions
-    case : SuspensionCase
-    whole : ClosedLoop
-        Closed loop with enough modes, from which `loop` follows.
-    closed_loop : ClosedLoop
-        Closed loop with the modes that are kept: `whole`, or one with fewer modes.
-    loop : Loop or None
-        Loop of `whole` on the modes that are kept; None where it is open, and the winches are inputs.
-    highest : float or None
-        Highest frequency of the response asked for. [Hz]
-    """
-
-    options: object
-    case: SuspensionCase
-    whole: object
-    closed_loop: object
-    loop: object
-    highest: float | None = None
+    whole: object  # `ClosedLoop` with enough modes, from which `loop` follows
+    closed_loop: object  # `ClosedLoop` with the modes that are kept: `whole`, or one with fewer modes
+    loop: object  # `Loop` of `whole` on the modes that are kept; None where it is open, and the winches are inputs
 
     @property
     def found(self):
@@ -134,17 +123,11 @@ class ControlledChoice(CoupledChoice):
     @property
     def warnings(self):
         """A stress above the strength, what is unstable, and a response beyond the modes kept: list of str."""
-        found = [*strength_warning(self.case), *self._response_beyond()]
-        whole, stable = self.whole, True
-        if self.loop or unstable_pole(whole.open_poles) is not None:
-            try:
-                whole.check_stable()
-            except NoSolutionError as error:
-                stable = False
-                found.append(f"warning: {error}")
-        if stable and unstable_pole(self.poles) is not None:
-            found.append("warning: with the modes kept a motion grows, with more of them none does; see --modes")
-        return found
+        reasons = unstable(self.whole) if self.loop or unstable_pole(self.whole.open_poles) is not None else ()
+        if not reasons and unstable_pole(self.poles) is not None:
+            reasons = ("with the modes kept a motion grows, with more of them none does; see --modes",)
+        further = (f"warning: {reason}" for reason in reasons)
+        return [*strength_warning(self.case), *self._response_beyond(), *further]
 
 
 def _of_loop(closed_loop):
@@ -198,7 +181,7 @@ def choose_controlled(document, scene, options, highest=None):
     if options.attached == "loop":
         allocation = replace(full_loop.body.allocation, measured=reduced_loop.body.allocation.measured)
         loop = replace(full_loop.loop, motion=reduced_loop.plant.viscous_motion, allocation=allocation)
-    return ControlledChoice(options, case, full_loop, reduced_loop, loop, highest)
+    return ControlledChoice(options, case, highest, full_loop, reduced_loop, loop)
 
 
 def _with_modes(analysis, whole, count):
