@@ -229,6 +229,7 @@ def ssm(scene, out: File | None = None, response: Frequencies | None = None, **o
         Options that exclude each other; a file that cannot be written; no gondola or loop to attach.
     """
     from cablestudy.study.notes import reference_without_loads
+    from cablestudy.study.scene_kind import kind_of
     from cablestudy.study.ssm import (
         StateSpaceOptions,
         check_file,
@@ -246,8 +247,9 @@ def ssm(scene, out: File | None = None, response: Frequencies | None = None, **o
     attached = state_space_options.attached
     if attached in scene.absent:
         raise SceneError(scene.absent[attached])
-    scene.check_state_space(state_space_options, bool(span), out)
-    choice = scene.kept_modes(state_space_options, span and span[1])
+    kind_module = kind_of(scene.model).ssm
+    kind_module.check_options(state_space_options, bool(span), out)
+    choice = kind_module.choose(scene.document, scene.model, state_space_options, span and span[1])
     warnings = [*reference_without_loads(scene.model), *choice.warnings]
     if out:
         system = exported(choice.system(), state_space_options)

@@ -229,13 +229,14 @@ class Scene(SceneCommands):
         -------
         control.statespace.StateSpace
         """
+        from cablestudy.study.scene_kind import kind_of
         from cablestudy.study.ssm import StateSpaceOptions, exported
 
         if with_ not in (None, *self.attachable):
             raise SceneError(f"with_: unknown {with_!r} (allowed: {', '.join(self.attachable)})")
         names = {"input": input, "output": output, "proper": proper}
         options = StateSpaceOptions(count=modes, upto=upto, error=error, attached=with_, wind=wind, **names)
-        choice = self.kept_modes(options)
+        choice = kind_of(self.model).ssm.choose(self.document, self.model, options)
         caller = 4  # of the method, past the check of its arguments
         for line in choice.warnings:
             warnings.warn(line.removeprefix("warning: "), stacklevel=caller)

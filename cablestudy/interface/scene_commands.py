@@ -58,36 +58,6 @@ class SceneCommands:
         """Heading that says what the scene is of."""
         return "One cable" + (" with a gondola" if self.model.gondola is not None else "")
 
-    def kept_modes(self, options, highest=None):
-        """The modes of a state space, their table and curves: a `study.ssm.Choice`.
-
-        Parameters
-        ----------
-        options : study.ssm.StateSpaceOptions
-        highest : float, optional
-            Frequency up to which a response is shown. [Hz]
-        """
-        from cablestudy.study.one_cable.ssm import choose
-
-        return choose(self.document, self.model, options)
-
-    @staticmethod
-    def check_state_space(options, responds, out):
-        """Refuse options of a state space that have no effect: SceneError.
-
-        Parameters
-        ----------
-        options : study.ssm.StateSpaceOptions
-        responds : bool
-            Whether its response is shown.
-        out : str or None
-            The file that it is written to.
-        """
-        from cablestudy.study.ssm import check_channel
-
-        if not out and options.error is None and (options.attached or not responds):
-            check_channel(options, responds)
-
     def table_names(self, what: str) -> list[str]:
         """Names of the tables that the answer of a command has, without options, where it has several: list of str."""
         return []

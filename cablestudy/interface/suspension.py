@@ -220,22 +220,6 @@ class Suspension(Scene):
         tables = {"static": ["bodies", "points", "cables", "stiffness", *links], "loop": ["loop", "coordinates"]}
         return tables.get(what, [])
 
-    def kept_modes(self, options, highest=None):
-        """Coupled modes of a state space; see `Scene.kept_modes`."""
-        from cablestudy.study.suspension.ssm import choose
-
-        return choose(self.document, self.model, options, highest)
-
-    @staticmethod
-    def check_state_space(options, responds, out):
-        """Refuse options of a state space that have no effect; see `Scene.check_state_space`."""
-        from cablestudy.study.ssm import check_channel
-        from cablestudy.study.suspension.ssm import check_options
-
-        check_options(options)
-        if not out and options.error is None and not responds:
-            check_channel(options, responds)
-
     @checked
     def static(self) -> Tables:  # type: ignore[override]
         """The tables bodies, points, cables and stiffness: `Tables`, a dict of name -> pandas.DataFrame."""

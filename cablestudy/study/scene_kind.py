@@ -47,8 +47,8 @@ class SceneKind:
         Keys of the scene without which no wind acts on what the loop moves.
     loaded_cables : callable
         Case -> list of `LoadedCable`; raises NoSolutionError and ConvergenceError.
-    compared_models : str
-        Name of the module with the models that `trade` compares.
+    package : str
+        Name of the package with modules of equal names for each kind.
     """
 
     evaluate: Callable
@@ -65,12 +65,17 @@ class SceneKind:
     names_in_loop: dict
     wind_keys: tuple
     loaded_cables: Callable
-    compared_models: str
+    package: str
 
     @property
     def trade(self):
         """The module with the models that `trade` compares: imported when first used."""
-        return import_module(self.compared_models)
+        return import_module(f"{self.package}.trade")
+
+    @property
+    def ssm(self):
+        """The module that chooses the modes of state spaces: imported when first used."""
+        return import_module(f"{self.package}.ssm")
 
 
 @cache
@@ -100,7 +105,7 @@ def _one_cable():
         names_in_loop=NAMES,
         wind_keys=WIND_KEYS,
         loaded_cables=point_loads.of_one_cable,
-        compared_models="cablestudy.study.one_cable.trade",
+        package="cablestudy.study.one_cable",
     )
 
 
@@ -129,7 +134,7 @@ def _suspension():
         names_in_loop={},
         wind_keys=("wind",),
         loaded_cables=point_loads.of_suspension,
-        compared_models="cablestudy.study.suspension.trade",
+        package="cablestudy.study.suspension",
     )
 
 

@@ -18,8 +18,6 @@ from cablestudy.study.table import write_whole
 from cablestudy.study.tolerances import STUDY
 
 KINDS = {"inplane": "in-plane", "outofplane": "out-of-plane", "axial": "axial"}
-# input and output of the response of one cable with a gondola
-SHOWN = {"gondola": ("winch", "gondola_position"), "loop": ("force_gondola", "gondola_position")}
 
 
 @dataclass(frozen=True)
@@ -254,16 +252,8 @@ def viscous_note(dampings):
         )
 
 
-def check_channel(options, responds):
-    """Refuse options --input and --output that a model of one cable or gondola has no use for.
-
-    Its response has one input and one output, which may be named; without a response (`responds` is False) none may.
-    """
-    attached, shown = options.attached, (None, None)
-    use = "for --response, --error and --out only"
-    if responds:
-        shown = SHOWN[attached]
-        use = f"--with {attached} shows the response from {shown[0]} to {shown[1]}"
+def check_channel(options, use="for --response, --error and --out only", shown=(None, None)):
+    """Refuse options --input and --output that name others than those `shown`; `use` says what they are for."""
     for name, given, default in zip(("input", "output"), (options.input, options.output), shown, strict=True):
         refuse_options({f"--{name}": given != default and given}, use)
 

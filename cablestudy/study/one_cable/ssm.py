@@ -13,13 +13,15 @@ from cablestudy.study.notes import DAMPING_IN_STATE_SPACES, assumed_damping, str
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.case_modes import modes, notes_on_errors
 from cablestudy.study.one_cable.report import PARTICIPATION, modes_as_rows
-from cablestudy.study.ssm import Choice, StateSpaceOptions, fewest_modes, pairs_of
+from cablestudy.study.ssm import Choice, StateSpaceOptions, check_channel, fewest_modes, pairs_of
 from cablestudy.study.ssm_tables import Curve
 from cablestudy.study.table import Field
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.superelement import GONDOLA, GROUND, NAMES
 
 NEEDS = {None: (), "gondola": ("gondola",), "loop": LOOP_KEYS}  # keys of the scene
+# input and output of the response with a gondola
+SHOWN = {"gondola": ("winch", "gondola_position"), "loop": ("force_gondola", "gondola_position")}
 PLACES = {"ground": "A, winch on the ground", "gondola": "B, winch on the gondola"}
 
 
@@ -187,7 +189,27 @@ class CableChoice(Choice):
         return warnings
 
 
-def choose(document, scene, options):
+def check_options(options, responds, out):
+    """Refuse `StateSpaceOptions` that have no effect: SceneError.
+
+    Parameters
+    ----------
+    options : StateSpaceOptions
+    responds : bool
+        Whether a response is shown.
+    out : str or None
+        File that the state space is written to.
+    """
+    if out or options.error is not None:
+        return
+    if not responds:
+        check_channel(options)
+    elif options.attached:
+        shown = SHOWN[options.attached]
+        check_channel(options, f"--with {options.attached} shows the response from {shown[0]} to {shown[1]}", shown)
+
+
+def choose(document, scene, options, highest=None):
     """Choose the modes that the state space of a cable keeps, by number, frequency or error: `CableChoice`.
 
     A mode is kept only if its frequency is within the accuracy of the scene. Where the model has too few such modes, a
@@ -202,6 +224,8 @@ def choose(document, scene, options):
     options : StateSpaceOptions
         Options of the command `ssm`: how many modes (`count`), up to which frequency (`upto`), or as many as leave out
         no more than a share of the inertia (`error`); of which kinds; and whether gondola or winch loop are attached.
+    highest : float, optional
+        Without effect: the number of modes does not follow from the frequencies of a response. [Hz]
 
     Raises
     ------

@@ -13,7 +13,7 @@ from cablestudy.motion.plant import markers_of, winches_of
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.words import counted
 from cablestudy.statics.suspension import outward
-from cablestudy.study.ssm import fewest_modes, pairs_of, response_unit
+from cablestudy.study.ssm import check_channel, fewest_modes, pairs_of, response_unit
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.notes import damping_notes, notes_of, strength_warning
 from cablestudy.study.suspension.report import mode_notes
@@ -43,7 +43,7 @@ class SuspensionChoice(CoupledChoice):
 
     @property
     def share(self):
-        """Share of each mode in the inertia between these, see `LinearSystem.inertia_share`, shape (n,). [-]"""
+        """Share of each mode in the inertia between these, see `inertia_shares`, shape (n,). [-]"""
         return inertia_shares(self.whole, *self.pairs[0])
 
     @cached_property
@@ -91,14 +91,16 @@ def _no_winches(scene):
         yield "winches: the scene names none, and no cable is reeled in"
 
 
-def check_options(options):
-    """Refuse `StateSpaceOptions` that have no effect: SceneError."""
+def check_options(options, responds, out):
+    """Refuse `StateSpaceOptions` that have no effect: SceneError; parameters as of `one_cable.ssm.check_options`."""
     kinds = "in a coupled mode cables and bodies move in several planes: it is of no kind"
     refuse_options({"--kinds": options.kinds}, kinds)
     shapes = "actuators and loop act on static shapes beside the modes that are kept"
     refuse_options({"--no-residual": options.attached and not options.residual}, shapes)
     lowest = "with actuators or loop the lowest modes are kept, see --modes and --upto"
     refuse_options({"--error": options.attached and options.error}, lowest)
+    if not out and options.error is None and not responds:
+        check_channel(options)
 
 
 def choose(document, scene, options, highest=None):
@@ -172,21 +174,9 @@ def _choice(case, options, found, chosen, highest):
 def _fewest(case, options, highest):
     """Choose the fewest modes that leave out no more than a share, `options.error`, of the inertia: `SuspensionChoice`.
 
-    The inertia is that between the input and output of the options (`LinearSystem.inertia_share`). Of modes with
-    coincident frequencies all are kept, or none. Twice as many modes are computed until they suffice.
-
-    Parameters
-    ----------
-    case : SuspensionCase
-    options : StateSpaceOptions
-        With `error`.
-    highest : float or None
-        Highest frequency of the response asked for, kept in the choice. [Hz]
-
-    Raises
-    ------
-    NoSolutionError, ConvergenceError
-        The most modes that can be computed leave out more.
+    The inertia is that between the input and output of the options (`inertia_shares`). Of modes with coincident
+    frequencies all are kept, or none. Twice as many modes are computed until they suffice; NoSolutionError or
+    ConvergenceError where the most that can be computed leave out more.
     """
     size = MOTION.most_body_modes if case.scene.model.elements is not None else STUDY.default_modes
     too_few = ""  # why the modes computed before do not suffice
