@@ -157,8 +157,8 @@ def test_forces_on_nodes_of_cables_are_those_on_the_nodes_of_bars(residual):
     state, viscous = platform(), 0.02
     cables = Cables(state.catenary, Damping("modal", viscous=viscous))
     models = Models(cables, fixed_meshes(cables, FixedModel(8)), fixed=True)
-    layout, kept = Layout(state), models.coordinates(np.full(cables.count, np.inf)).kept
-    whole = with_node_forces(suspension_system(layout, kept), layout, models, kept)
+    layout, coordinates = Layout(state), models.coordinates(np.full(cables.count, np.inf))
+    whole = with_node_forces(suspension_system(layout, coordinates.kept), layout, coordinates)
     names = [name for name, _ in whole.inputs]
     chosen = [names.index(f"c{cable}.force_node_1_x") + np.arange(21) for cable in (2, 7)]
     chosen = np.concatenate(chosen)

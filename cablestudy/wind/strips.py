@@ -269,10 +269,10 @@ def midspan_shapes(models, kept, catenary):
 def on_cables(solution, layout, shapes, drag):
     """`strips` with the coordinates of a `Solution`, and their `amplitudes` in shapes of the suspension."""
     on_each = strips(solution.models, solution.kept, layout.equilibrium, drag)
-    return on_each, amplitudes(solution, layout, shapes, [group.cables for group in on_each])
+    return on_each, amplitudes(solution.coordinates, layout, shapes, [group.cables for group in on_each])
 
 
-def amplitudes(solution, layout, shapes, groups):
+def amplitudes(coordinates, layout, shapes, groups):
     """Amplitudes of the coordinates of cables in m shapes of the suspension, and in two end movements of each cable.
 
     They turn wind forces on the coordinates of a cable into forces on the shapes, and into tensions. In an end movement
@@ -281,8 +281,8 @@ def amplitudes(solution, layout, shapes, groups):
 
     Parameters
     ----------
-    solution : Solution
-        Models and coordinates of the cables.
+    coordinates : Coordinates
+        Of the cables.
     layout : Layout
         Connection of the ends of cables to the bodies.
     shapes : ndarray, shape (n, m)
@@ -299,7 +299,7 @@ def amplitudes(solution, layout, shapes, groups):
     if not groups:
         return []
     ends, outwards = layout.ends(layout.bodies(shapes)), outward(layout.equilibrium)[0]
-    owner, total, begin, by_group = solution.coordinates.cable, sum(map(len, groups)), 0, []
+    owner, total, begin, by_group = coordinates.cable, sum(map(len, groups)), 0, []
     for cables in groups:
         of_shapes = np.stack([np.concatenate([shapes[np.flatnonzero(owner == i)], ends[i]]) for i in cables.tolist()])
         by_movements = np.zeros((*of_shapes.shape[:2], total, 2))

@@ -5,14 +5,12 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.cable.matrices import dense
 from cablestudy.control.statespace import state_space_of
 from cablestudy.control.suspension import labels, suspension_system
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError, refuse_options
 from cablestudy.motion.plant import markers_of, winches_of
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.words import counted
-from cablestudy.statics.suspension import outward
 from cablestudy.study.ssm import check_channel, fewest_modes, pairs_of, response_unit
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.notes import damping_notes, notes_of, strength_warning
@@ -21,7 +19,7 @@ from cablestudy.study.suspension.ssm_control import CoupledChoice, choose_contro
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.coupled import Layout
 from cablestudy.system.modal_reduction import inertia_shares, keep_modes, truncate_modes
-from cablestudy.wind.strips import nodal_shapes
+from cablestudy.wind.strips import amplitudes, nodal_shapes
 
 
 @dataclass(frozen=True)
@@ -220,29 +218,23 @@ def linear_model(case, found, nodes=False):
     nodes : bool
         Whether forces on the nodes of the cables are inputs too.
     """
-    kept = found.solution.kept
-    system = suspension_system(found.layout, kept, *_winches_and_markers(case)).viscous()
-    return with_node_forces(system, found.layout, found.solution.models, kept) if nodes else system
+    system = suspension_system(found.layout, found.solution.kept, *_winches_and_markers(case)).viscous()
+    return with_node_forces(system, found.layout, found.solution.coordinates) if nodes else system
 
 
-def with_node_forces(system, layout, models, kept):
+def with_node_forces(system, layout, coordinates):
     """Add forces on the inner nodes of the cables, for wind that varies along them, to the inputs of a linear system.
 
-    The nodes of a cable move by Phi q + E x, with its coordinates q, modes and residual vectors, and the movement
-    x = G z of its ends by the coordinates z of the bodies. A force f on the nodes acts as Phi^T f on q and as G^T E^T f
-    on z. Where nothing moves the two ends carry it, as E^T f: with the unit tangent d that points out of an end, the
-    tension there changes by -d . (E^T f).
+    Where nothing moves the two ends of a cable carry them, and its tensions change: see `strips.amplitudes`.
 
     Parameters
     ----------
     system : LinearSystem
         Made by `control.suspension.suspension_system`; its last outputs are the tensions, two of each cable.
     layout : Layout
-        Coordinates of the bodies, and the connection G of the ends of the cables to them.
-    models : Models
-        Elements of the c cables.
-    kept : list of ReducedCable
-        Coordinates q of each cable in the system.
+        Coordinates of the bodies, and their connection to the ends of the cables.
+    coordinates : Coordinates
+        Those of the cables in the system.
 
     Returns
     -------
@@ -250,27 +242,19 @@ def with_node_forces(system, layout, models, kept):
         With the inputs `CABLE.force_node_1_x` and so on, global axes, numbered from the end `from` on [N]; none on
         cables without mass.
     """
-    names, (direction, _) = layout.equilibrium.suspension.cable_names, outward(layout.equilibrium)
-    sizes, ends = [len(cable.element.omega) for cable in kept], dense(layout.connection)
-    first_mode = np.cumsum([0, *sizes])  # coordinate of the first mode of each cable, then of the bodies
-    first_tension = len(system.outputs) - 2 * len(kept)  # output
-    force_parts, direct_parts, labels = [], [], []
+    names, heavy = layout.equilibrium.suspension.cable_names, np.flatnonzero(coordinates.models.cables.heavy)
+    if not heavy.size:
+        return system
+    by_cable = amplitudes(coordinates, layout, np.eye(len(system)), list(heavy[:, None]))
+    forces, labels = [], []  # forces on the coordinates, then their decrease of the two tensions of each heavy cable
     # shapes: displacements of the nodes of a cable by its modes, then by its ends, shape (p, 3, k)
-    for cable, _, _, shapes in nodal_shapes(models, kept, np.flatnonzero(models.cables.heavy)):
-        displacements, modes = shapes[1:-1].reshape(-1, shapes.shape[-1]), sizes[cable]
-        count = len(displacements)
-        on_coordinates, on_outputs = np.zeros((len(system), count)), np.zeros((len(system.outputs), count))
-        on_coordinates[first_mode[cable] : first_mode[cable + 1]] = displacements[:, :modes].T
-        on_coordinates[first_mode[-1] :] = ends[6 * cable : 6 * cable + 6].T @ displacements[:, modes:].T
-        # where nothing moves, a force on a node is held at the ends in shares, by which the tensions there are less
-        at_ends = displacements[:, modes:].reshape(-1, 2, 3)
-        rows = slice(first_tension + 2 * cable, first_tension + 2 * cable + 2)
-        on_outputs[rows] = -np.einsum("ea,fea->ef", direction[cable], at_ends)
-        force_parts.append(on_coordinates)
-        direct_parts.append(on_outputs)
+    on_nodes = nodal_shapes(coordinates.models, coordinates.kept, heavy)
+    for (cable, _, _, shapes), (of_cable,) in zip(on_nodes, by_cable, strict=True):
+        forces.append((shapes[1:-1].reshape(-1, shapes.shape[-1]) @ of_cable).T)
         nodes = range(1, len(shapes) - 1)
         labels += [(f"{names[cable]}.force_node_{node}_{axis}", "N") for node in nodes for axis in "xyz"]
-    if not force_parts:
-        return system
-    force_parts, direct_parts = np.concatenate(force_parts, axis=1), np.concatenate(direct_parts, axis=1)
-    return system.with_forces(force_parts, labels, direct_parts)
+    forces, decrease = np.split(np.concatenate(forces, axis=1), [len(system)])
+    direct = np.zeros((len(system.outputs), forces.shape[1]))
+    first_tension = len(direct) - 2 * len(names)
+    direct[(first_tension + 2 * heavy[:, None] + np.arange(2)).ravel()] = -decrease
+    return system.with_forces(forces, labels, direct)
