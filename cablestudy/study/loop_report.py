@@ -123,16 +123,11 @@ def drawn_frequencies(closed_loop, span):
     Parameters as of `frequencies_of`; L describes a circle near each pole.
     """
     low, high, _ = span
-    on_circles = around_poles(resonances(closed_loop))
+    poles, half_angle = resonances(closed_loop)[:, None], np.linspace(-1.5, 1.5, STUDY.circle_points)
+    on_circles = (np.abs(poles) - poles.real * np.tan(half_angle)).ravel()
     dense = np.concatenate([closed_loop.stability.gains.frequencies(closed_loop.loop.gain), on_circles]) / (2 * np.pi)
     dense = dense[(dense > low) & (dense < high)]
     return np.unique(np.concatenate([frequencies_of(closed_loop, span), dense]))
-
-
-def around_poles(poles):
-    """Frequencies near poles of the upper half plane, in even steps around the circles that L describes. [rad/s]"""
-    half_angle = np.linspace(-1.5, 1.5, STUDY.circle_points)
-    return (np.abs(poles)[:, None] - poles.real[:, None] * np.tan(half_angle)).ravel()
 
 
 def loop_gain(closed_loop, frequency):
@@ -179,8 +174,10 @@ def response_table(closed_loop, span):
     Returns
     -------
     Table
+        What is not finite is empty.
     """
-    frequency, columns = frequencies_of(closed_loop, span), {}
+    frequency = frequencies_of(closed_loop, span)
+    columns = {Field("frequency_Hz", "frequency", "Hz"): frequency}
     for name, value in zip(CURVES, curves(closed_loop, frequency), strict=True):
         title = name.replace("_", " ")
         magnitudes = decibels(singular_values(value)).T
@@ -190,11 +187,5 @@ def response_table(closed_loop, span):
         else:
             columns[Field(f"{name}_largest_dB", f"{title} largest", "dB")] = magnitudes[0]
             columns[Field(f"{name}_smallest_dB", f"{title} smallest", "dB")] = magnitudes[-1]
-    return over_frequency(frequency, columns)
-
-
-def over_frequency(frequency, columns):
-    """Table of numbers over frequency [Hz], shape (f,): `Field` -> shape (f,); what is not finite is empty."""
-    columns = {Field("frequency_Hz", "frequency", "Hz"): frequency, **columns}
     lines = np.stack(list(columns.values()), axis=1).tolist()
     return Table.of(columns, ([cell if np.isfinite(cell) else None for cell in line] for line in lines))

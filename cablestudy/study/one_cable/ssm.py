@@ -282,8 +282,9 @@ def _pairs_of_ends(options):
 
     With a gondola or loop it is the end of the gondola alone. SceneError for an unknown name.
     """
-    ends = [(name, "m") for name in NAMES]  # other names are those of the state space, for the file
-    return [(GONDOLA, GONDOLA)] if options.attached else pairs_of(options, ends, ends, GONDOLA, "force_")
+    if options.attached:  # the names are those of the state space, for the file
+        return [(GONDOLA, GONDOLA)]
+    return pairs_of(options, CableChoice.inputs, CableChoice.outputs, GONDOLA, "force_")
 
 
 def nodal_shapes(case):

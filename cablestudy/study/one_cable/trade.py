@@ -122,15 +122,12 @@ def fixed_case(elements, order, mass, scene, _=()):
     return CableCase(with_elements(scene, elements * segments, order, mass))
 
 
-def fixed_to(accuracy, scene, _=()):
-    """The case of a scene with error control."""
-    return CableCase(with_accuracy(scene, accuracy))
+def _most_accurate(scene, _=()):
+    """The case of a scene to the closest of ACCURACIES."""
+    return CableCase(with_accuracy(scene, ACCURACIES[-1]))
 
 
 # ------------------------------------------------------------------------------------------------------ closed forms
-
-
-_most_accurate = partial(fixed_to, ACCURACIES[-1])
 
 
 def _irvine_frequency(column, case):
