@@ -97,12 +97,18 @@ def controlled_models(case_of, needs):
             for accuracy in ACCURACIES]  # fmt: skip
 
 
-def element_models():
-    """Yield family, name, elements (of high order those of each segment), order and mass of fixed elements."""
-    for mass in MASSES:
-        yield from ((f"{mass} bars", f"{n} {mass} bars", n, 1, mass) for n in BARS)
+def element_models(build, fits=lambda segments: True, **options):
+    """Models with fixed elements, bars and of high order, as far as `fits` has room for elements times order: list.
+
+    `build` makes a case of elements (of high order those of each segment), order, mass, scene and columns; `options`
+    are further attributes of each `ComparedModel`.
+    """
+    kinds = [(f"{mass} bars", f"{n} {mass} bars", n, 1, mass) for mass in MASSES for n in BARS]
     for n, order in [(1, order) for order in ORDERS] + list(SEVERAL):
-        yield "high order" if n == 1 else "several of high order", f"{n} x order {order}", n, order, "lumped"
+        family = "high order" if n == 1 else "several of high order"
+        kinds.append((family, f"{n} x order {order}", n, order, "lumped"))
+    return [ComparedModel(family, name, partial(build, n, order, mass), **options)
+            for family, name, n, order, mass in kinds if fits(n * order)]  # fmt: skip
 
 
 def on_columns(models, columns):

@@ -80,15 +80,9 @@ def models_of(scene, columns):
         ComparedModel("closed form", "catenary", _most_accurate, ("statics", "stiffness"), static_value, lambda _: 0),
         ComparedModel("closed form", "Irvine", _most_accurate, ("modes",), _irvine_frequency, lambda _: 0),
         *controlled_models(_case_of, ComparedModel.needs),
+        *element_models(fixed_case, count_dof=_unknowns),
+        *([] if scene.gondola is None else _models_of_gondola()),
     ]
-
-    def add(family, name, build, **options):
-        models.append(ComparedModel(family, name, build, count_dof=_unknowns, **options))
-
-    for family, name, n, order, mass in element_models():
-        add(family, name, partial(fixed_case, n, order, mass))
-    if scene.gondola is not None:
-        _add_of_gondola(add)
     return on_columns(models, columns)
 
 
@@ -102,15 +96,17 @@ def _unknowns(case):
     return case.dof or case.dynamics.dof
 
 
-def _add_of_gondola(add):
-    """Add the models of a gondola's motion."""
+def _models_of_gondola():
+    """Yield the models of a gondola's motion."""
     for family, build in (("modes + residual", _with_residual), ("modes alone", _without_residual)):
         for n in MODES:
-            add(family, f"{n} {family}", partial(build, n), needs=("gondola", "wind"), compute=_by_reduced_modes)
-    add("sum over poles", "sum over poles", _by_poles, needs=("wind",))
+            reduced = partial(build, n), ("gondola", "wind"), _by_reduced_modes
+            yield ComparedModel(family, f"{n} {family}", *reduced, _unknowns)
+    in_wind = {"needs": ("wind",), "count_dof": _unknowns}
+    yield ComparedModel("sum over poles", "sum over poles", _by_poles, **in_wind)
     for kind, space in (("uniform", np.linspace), ("log", np.geomspace)):
         for n in POINTS:
-            add(f"{kind} grid", f"{kind} {n} points", partial(_on_grid, space, n), needs=("wind",))
+            yield ComparedModel(f"{kind} grid", f"{kind} {n} points", partial(_on_grid, space, n), **in_wind)
 
 
 # ------------------------------------------------------------------------------------------------ models of elements

@@ -1,7 +1,5 @@
 """Models that `trade` compares of a suspension: closed forms, bars, high orders and error control, for all cables."""
 
-from functools import partial
-
 import numpy as np
 
 from cablestudy.errors import NoSolutionError
@@ -73,11 +71,8 @@ def models_of(scene, columns):
         ComparedModel("closed form", "catenary", _case, ("statics", "stiffness"), static_value, lambda _: 0),
         ComparedModel("closed form", "static stiffness", _case, ("modes",), _static_frequency, _free_displacements),
         *controlled_models(_case, DISCRETE),
+        *element_models(_fixed_case, _size_limit(SuspensionCase(scene)), needs=DISCRETE),
     ]
-    fits = _size_limit(SuspensionCase(scene))
-    for family, name, n, order, mass in element_models():
-        if fits(n * order):
-            models.append(ComparedModel(family, name, partial(_fixed_case, n, order, mass), DISCRETE))
     return on_columns(models, columns)
 
 
