@@ -32,7 +32,7 @@ class StateSpaceOptions:
     error: float | None = None  # share of the inertia that may be left out
     kinds: str | None = None  # names of KINDS, separated by commas
     residual: bool = True  # whether the static part of omitted modes is kept
-    attached: str | None = None  # None, "gondola" or "loop"
+    attached: str | None = None  # None, "gondola", "actuators" or "loop"
     wind: bool = False  # whether forces on the nodes are inputs
     input: str | None = None  # inputs and outputs that errors and responses refer to, names separated by commas
     output: str | None = None
