@@ -330,5 +330,5 @@ def _tensions(matrices, connection, ends, modal):
         forces = [along[:, cable] @ of_cable[matrix][:, -6:] for cable, of_cable in enumerate(matrices)]
         found.append(_of_cables(forces, connection, ends.movements, modal))
     static = found[0][1]
-    static -= (along @ ends.lifted.reshape(*along.shape[:2], 6, -1)).reshape(static.shape)
+    static -= (along @ ends.lifted.reshape(*along.shape[:2], 6, static.shape[-1])).reshape(static.shape)
     return found
