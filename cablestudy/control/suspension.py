@@ -114,7 +114,32 @@ def winch_loads(layout, winches):
 
 
 def suspension_system(layout, kept, winches=(), markers=(), midspans=()):
-    """`LinearSystem` of one suspension; arguments as of one row of `suspension_systems`.
+    """Assemble the `LinearSystem` of a suspension from winches and forces to displacements and tensions.
+
+    Its coordinates are the modal amplitudes of all cables, then the free displacements of bodies and points.
+
+    Parameters
+    ----------
+    layout : Layout
+        Bodies and cables about the equilibrium.
+    kept : list of ReducedCable
+        Modes and residual vectors of each cable that are coordinates.
+    winches : sequence of Winch
+    markers : sequence of Marker
+        Places on bodies whose displacements are outputs.
+    midspans : sequence of ndarray, shape (3, k)
+        Displacement at mid-span of each cable by its k coordinates, modes and then six ends, along the axes of its
+        chord frame (`wind.strips.midspan_shapes`). By default none is an output.
+
+    Returns
+    -------
+    LinearSystem
+        Inputs: `winch.CABLE` (length reeled in, m), then `BODY.force_x` to `BODY.moment_z` of all free displacements,
+        at the reference point.
+
+        Outputs: those displacements, `BODY.MARKER.x` and so on, `CABLE.midspan.x` and so on, `LINK.force`,
+        `CABLE.tension_from`, `CABLE.tension_to`. In the state space displacements need no derivatives of inputs;
+        tensions at moved ends do.
 
     Raises
     ------
@@ -150,8 +175,6 @@ def signature(layout, kept, winches, markers, midspans):
 def suspension_systems(layouts, kept, winches, markers, midspans):
     """Assemble the `LinearSystem` of n suspensions ("rows") from winches and forces to displacements and tensions.
 
-    Its coordinates are the modal amplitudes of all cables, then the free displacements of bodies and points.
-
     Parameters
     ----------
     layouts : list of Layout
@@ -162,20 +185,13 @@ def suspension_systems(layouts, kept, winches, markers, midspans):
     markers : list of (sequence of Marker)
         For each row, places on bodies whose displacements are outputs.
     midspans : list of (sequence of ndarray, shape (3, k))
-        For each row, the displacement at mid-span of each cable by its k coordinates, modes and then six ends, along
-        the axes of its chord frame (`wind.strips.midspan_shapes`); an empty sequence for no such outputs.
+        For each row, the displacement at mid-span of each cable by its k coordinates, modes and then six ends; an empty
+        sequence for no such outputs.
 
     Returns
     -------
     LinearSystem
-        Of n rows, with dense matrices.
-
-        Inputs: `winch.CABLE` (length reeled in, m), then `BODY.force_x` to `BODY.moment_z` of all free displacements,
-        at the reference point.
-
-        Outputs: those displacements, `BODY.MARKER.x` and so on, `CABLE.midspan.x` and so on, `LINK.force`,
-        `CABLE.tension_from`, `CABLE.tension_to`. In the state space displacements need no derivatives of inputs;
-        tensions at moved ends do.
+        Of n rows, with dense matrices; coordinates, inputs and outputs are those of `suspension_system`.
     """
     layout, winch_count = layouts[0], len(winches[0])
     ends = _Ends(layouts, winches)
@@ -242,14 +258,18 @@ def _outputs(layouts, matrices, connection, ends, markers, midspans):
 
     Parameters
     ----------
-    layouts, markers, midspans
-        As of `suspension_systems`.
+    layouts : list of Layout
+        Bodies and cables of each suspension.
     matrices : list of tuple of 3 ndarray, shape (n, m + 6, m + 6)
         For each of the c cables M, C and K, for its m modes and then its six end displacements.
     connection : ndarray, shape (n, 6 c, d)
         G: displacements of the ends of all cables per free displacement.
     ends : _Ends
         Displacements of the ends by the winches.
+    markers : list of (sequence of Marker)
+        For each suspension, places on bodies whose displacements are outputs.
+    midspans : list of (sequence of ndarray, shape (3, m + 6))
+        For each suspension, displacement at mid-span of each cable by its modes and ends; empty for no such outputs.
 
     Returns
     -------
@@ -317,11 +337,28 @@ def _of_cables(of_each, connection, movements, modal):
 
 
 def _tensions(matrices, connection, ends, modal):
-    """Output matrices C_j and D_j of the tensions at both ends of all cables, j = 0, 1, 2: list of 3 (C_j, D_j).
+    """Output matrices of the tensions at both ends of all c cables of n suspensions.
 
     A tension is the component, along the outward unit tangent t, of the force on an end of the cable. With the modes q
     of a cable, its end displacements u = G x + H v and its matrices A = K, C, M for j = 0, 1, 2, the j-th derivatives
     of q, x and v add t^T (A_uq q + A_uu u). The load that a winch takes off its own end is subtracted from D_0.
+
+    Parameters
+    ----------
+    matrices : list of tuple of 3 ndarray, shape (n, m + 6, m + 6)
+        For each cable M, C and K, for its m modes and then its six end displacements.
+    connection : ndarray, shape (n, 6 c, d)
+        G: displacements of the ends of all cables per free displacement x of the bodies.
+    ends : _Ends
+        Tangents, and H: displacements of the ends per length v reeled in.
+    modal : int
+        Number of modal amplitudes of all cables.
+
+    Returns
+    -------
+    list of 3 (ndarray, ndarray), shapes (n, 2 c, N) and (n, 2 c, i)
+        C_j and D_j, by which the j-th derivatives of the N coordinates (modal amplitudes, then x) and of v are
+        multiplied.
     """
     along = np.zeros((*ends.direction.shape[:-1], 6))  # from forces on both ends of each cable to tensions
     along[..., 0, :3], along[..., 1, 3:] = ends.direction[..., 0, :], ends.direction[..., 1, :]

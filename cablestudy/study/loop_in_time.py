@@ -295,10 +295,21 @@ def _driving_input(loop_scene, options, kind, input_name):
 
 
 def remarks_of(drive, right_up_to, response, dampings):
-    """Remarks on a response in time: how damping and delay are approximated, a winch that is too fast. Tuple of str.
+    """Remarks for the user on a response in time: how damping and delay are approximated, and a winch that is too fast.
 
-    `drive`, a `Control`, may state the largest speed of the winches [m/s]. `right_up_to` is the frequency up to which
-    the phase of an approximated delay is right, 0 without one [rad/s]; `dampings` are those of all cables.
+    Parameters
+    ----------
+    drive : Control
+        May state the largest speed of the winches, `max_speed`. [m/s]
+    right_up_to : float
+        Frequency up to which the phase of an approximated delay is right; 0 without one. [rad/s]
+    response : TimeResponse
+    dampings : list
+        Damping that each cable states.
+
+    Returns
+    -------
+    tuple of str
     """
     remarks, speed = [], np.abs(response.winch_speed).max()
     if has_loss_factor(dampings):

@@ -23,9 +23,27 @@ BESIDE_PEAKS = np.array([-4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0])
 
 
 def loop_table(document, scene, estimate=False):
-    """Table of gain, stability margins and sensitivity of the winch loop of one cable, and their `Row`.
+    """Table of gain, stability margins and sensitivity of the winch loop of one cable, for the command `loop`.
 
-    `estimate` is that of `evaluate_named`; SceneError where the scene has no gondola, or no controller.
+    Parameters
+    ----------
+    document : Document
+        File of the scene, for the positions of mistakes.
+    scene : CableScene
+    estimate : bool
+        Whether to estimate the errors of a fixed number of elements, which costs a second solution.
+
+    Returns
+    -------
+    table : Table
+        One row with the columns that COLUMNS names.
+    row : Row
+        The same results with their errors and notes.
+
+    Raises
+    ------
+    SceneError
+        The scene has no gondola, or no controller.
     """
     require(document, scene, LOOP_KEYS, "loop")
     columns, row = evaluate_named(document, scene, COLUMNS, "loop", estimate)

@@ -178,12 +178,27 @@ def _exact_value(column, case):
 
 
 def _refined_value(levels, column):
-    """Compute a column by finer and finer models: error [-], value and name of the one that differs least from before.
+    """Compute a column by finer and finer models; take the value that differs least from that of the model before.
 
-    `levels` are name and case of each model, the coarsest first; once the value settles no more are asked for. The
-    error is this difference, or a larger one that the model states. The value is None where the quantity does not
-    exist, such as the largest gain of a loop that is stable at any gain. ConvergenceError where no two successive
-    models have a value, or their values differ too much.
+    Parameters
+    ----------
+    levels : iterable of (str, case)
+        Name and case of each model, the coarsest first; once the value settles no more are asked for.
+    column : Column
+
+    Returns
+    -------
+    error : float
+        Estimated relative error of the value: this difference, or a larger error that the model states. [-]
+    value : float or None
+        None where the quantity does not exist, such as the largest gain of a loop that is stable at any gain.
+    note : str
+        Name of the model.
+
+    Raises
+    ------
+    ConvergenceError
+        No two successive models have a value, or their values differ too much.
     """
     candidates, previous, failure = [], None, "no two models have a value"
     for note, case in levels:

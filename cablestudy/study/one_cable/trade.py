@@ -234,9 +234,28 @@ class AnalysisOfSystem(DynamicAnalysis):
         self._system, self._weights = system, OWN | seen_weights(self.scene.exposure, self.scene.correction)
 
     def rms(self, names, variance, open_loop):
-        """RMS of the gondola's position by the other system, as `DynamicAnalysis.rms`; the error is not a number.
+        """RMS of the gondola's motion along x by the other system, in the gusts of the analysis.
 
-        Raises NoSolutionError where this system is unstable, or there is no response of the analysis.
+        Parameters
+        ----------
+        names : list of str
+            Not used: the gondola's position is the only output.
+        variance : {"value", "rate", "exposure", "corrected", "corrected_exposure"}
+            Displacement [m], velocity [m/s], or displacement as a telescope sees it (`imaging.seen_weights`) [m].
+        open_loop : bool
+            Whether the winch is at rest, in place of the loop closed.
+
+        Returns
+        -------
+        rms : float
+            [m] or [m/s].
+        error : float
+            NaN: no error is estimated.
+
+        Raises
+        ------
+        NoSolutionError
+            This system is unstable, or there is no response of the analysis.
         """
         response = self.response_of(open_loop)
         closed_loop, loop = response.closed_loop, response.loop

@@ -41,7 +41,7 @@ class SuspensionChoice(CoupledChoice):
 
     @property
     def share(self):
-        """Share of each mode in the inertia between these, see `inertia_shares`, shape (n,). [-]"""
+        """Share of each mode in the inertia between these, see `LinearSystem.inertia_share`, shape (n,). [-]"""
         return inertia_shares(self.whole, *self.pairs[0])
 
     @cached_property
@@ -172,9 +172,21 @@ def _choice(case, options, found, chosen, highest):
 def _fewest(case, options, highest):
     """Choose the fewest modes that leave out no more than a share, `options.error`, of the inertia: `SuspensionChoice`.
 
-    The inertia is that between the input and output of the options (`inertia_shares`). Of modes with coincident
-    frequencies all are kept, or none. Twice as many modes are computed until they suffice; NoSolutionError or
-    ConvergenceError where the most that can be computed leave out more.
+    The inertia is that between the input and output of the options (`LinearSystem.inertia_share`). Of modes with
+    coincident frequencies all are kept, or none. Twice as many modes are computed until they suffice.
+
+    Parameters
+    ----------
+    case : SuspensionCase
+    options : StateSpaceOptions
+        With `error`.
+    highest : float or None
+        Highest frequency of the response asked for, kept in the choice. [Hz]
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+        The most modes that can be computed leave out more.
     """
     size = MOTION.most_body_modes if case.scene.model.elements is not None else STUDY.default_modes
     too_few = ""  # why the modes computed before do not suffice

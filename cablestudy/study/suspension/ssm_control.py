@@ -143,8 +143,24 @@ def choose_controlled(document, scene, options, highest=None):
     """Choose the modes that a state space keeps of a suspension with actuators, or loop too: `ControlledChoice`.
 
     Gain and notches of the loop follow from a model with many modes. The loop is then closed on the modes that are
-    kept. Parameters and errors are those of `ssm.choose`, with options that have `attached` and no `error`;
-    NoSolutionError also where no mode is below the frequency stated.
+    kept.
+
+    Parameters
+    ----------
+    document : Document
+        Of the scene, for file and line in messages.
+    scene : SuspensionScene
+    options : StateSpaceOptions
+        With `attached`, "actuators" or "loop", and without `error`.
+    highest : float, optional
+        Highest frequency of a response, up to which modes are kept where the options state no other choice. [Hz]
+
+    Raises
+    ------
+    SceneError
+        The scene has no loop, or no actuators, or there are fewer modes than `options.count`.
+    NoSolutionError, ConvergenceError
+        There is no stable equilibrium, no loop for it, or no mode below the frequency stated.
     """
     require(document, scene, [NEEDS[options.attached]], f"ssm --with {options.attached}")
     case = SuspensionCase(scene)

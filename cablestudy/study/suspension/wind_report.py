@@ -75,9 +75,18 @@ def loop_tables(case, only=None):
 
 
 def make_tables(case, makers):
-    """Tables by their names, and why cells of them are empty: tuple of str; raises as `wind_tables`.
+    """Tables by their names, and why cells of them are empty: tuple of str.
 
-    `makers` are functions, by the names of the tables, of the case and of a list of failures to be filled.
+    Parameters
+    ----------
+    case : SuspensionCase
+    makers : dict
+        Name -> function of the case and a list of failures, which makes the table.
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+        The motion, or the loop, cannot be computed, stable or not.
     """
     _, failures = case.analysis.loop_for_margins.stability.stable, []
     tables = {name: make(case, failures) for name, make in makers.items()}
