@@ -2,6 +2,7 @@
 
 import csv
 import glob
+import io
 import json
 import os
 import re
@@ -169,18 +170,14 @@ class Table:
     def _csv(self):
         """Yield the lines of CSV."""
         names = [field.name for field in self.fields]
-        line = _LastLine()
-        writer = csv.writer(line, lineterminator="\n")
-        writer.writerow(names)
-        yield line.text
+        yield csv_line(names) + "\n"
         lines = self.rows.csv_lines(names) if hasattr(self.rows, "csv_lines") else None
         if lines is not None:
             while block := "".join(islice(lines, STUDY.lines_at_once)):
                 yield block
             return
         for row in self.rows:
-            writer.writerow([row.get(name) for name in names])  # csv writes floats by repr, None as nothing
-            yield line.text
+            yield csv_line([row.get(name) for name in names]) + "\n"
 
     def _json(self):
         """Yield the pieces of one JSON object, row by row."""
@@ -205,11 +202,11 @@ class Table:
             yield {field.name: row.get(field.name) for field in self.fields}
 
 
-class _LastLine:
-    """File for csv.writer that keeps the last line written."""
-
-    def write(self, text):
-        self.text = text
+def csv_line(cells):
+    """One line of a CSV, without its end: floats by `repr`, nothing for None."""
+    line = io.StringIO()
+    csv.writer(line, lineterminator="").writerow(cells)
+    return line.getvalue()
 
 
 def _indented(value, depth):
@@ -415,17 +412,9 @@ def join_tables(answers):
 
 
 def _joined_table(tables):
-    """Join the tables of several load cases, below each other, into one with the name of the case as first column.
+    """Join tables (name of a load case -> Table), below each other, into one with the name of the case in front.
 
-    Parameters
-    ----------
-    tables : dict
-        Name of a case -> Table.
-
-    Returns
-    -------
-    Table
-        If each of the tables has one row by nature (`single`), the rows are shown side by side in Markdown.
+    If each of them has one row by nature (`single`), the rows are shown side by side in Markdown.
     """
     fields = dict.fromkeys(field for table in tables.values() for field in table.fields)
     fields = (Field("case", "case", label=True), *sorted(fields, key=lambda field: field.name == "status"))

@@ -47,7 +47,7 @@ class Tolerance:
 
 
 def read_tolerances(texts, study):
-    """Read the relative tolerances by which computed numbers are compared with stored ones.
+    """Read the relative tolerances by which computed numbers are compared with stored ones: `Tolerance`.
 
     Parameters
     ----------
@@ -55,11 +55,6 @@ def read_tolerances(texts, study):
         Arguments of the option `--rtol`: `1e-6` for all columns, or `sag=1e-4` for one. They take precedence over the
         key `check` of the study file.
     study : StudyFile
-
-    Returns
-    -------
-    Tolerance
-        With RTOL for all columns where nothing else is given.
 
     Raises
     ------

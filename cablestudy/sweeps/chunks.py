@@ -109,23 +109,10 @@ def compute(chunk):
 
 
 def _compute_rows(chunk):
-    """Compute the rows of a chunk, some cases of a study.
+    """`Done` of a chunk: a record for each case, in their order; one that is no valid scene says why in its status.
 
-    Parameters
-    ----------
-    chunk : Chunk
-        The study, numbers of the cases, and names of the columns.
-
-    Returns
-    -------
-    Done
-        With a record for each case, in their order; a case that is no valid scene has empty cells and says why in its
-        status.
-
-    Raises
-    ------
-    SceneError
-        This process has other versions of the program or its libraries than the sweep, so that digits would differ.
+    SceneError where this process has other versions of the program or its libraries than the sweep, so that digits
+    would differ.
     """
     begin, processor_begin = time.perf_counter(), time.process_time()
     _freeze()

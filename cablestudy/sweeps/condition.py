@@ -13,7 +13,7 @@ import ast
 import operator
 from bisect import bisect_right
 from functools import reduce
-from itertools import pairwise
+from itertools import compress, pairwise
 
 import pandas
 
@@ -138,32 +138,16 @@ class _Translator:
             _refuse(sign.column, "texts compare by == and != only")
         unit = common_unit(operands)
         if unit and any(isinstance(operand, Variable) and operand.is_varied for operand in operands):
-            self.bare += _numbers_without_unit(operands, tokens, unit)
+            without_unit = [isinstance(operand, tuple) and not operand[1] for operand in operands]
+            self.bare += [f"{token.text} is {token.text} {unit}" for token in compress(tokens, without_unit)]
         getters = [self.getter(operand, token, unit) for operand, token in zip(operands, tokens, strict=True)]
         return compare_in_turn(getters, tests)
 
     def operands(self, tokens, may_be_text):
-        """Read the operands of one comparison of the condition: columns, varied keys, numbers and texts.
+        """The `operand` of each token of a comparison: list of Variable, (Decimal, str) or str.
 
-        A word that is neither a column nor a varied key is a text, if a column or key of the comparison may hold text;
-        else it is a mistake.
-
-        Parameters
-        ----------
-        tokens : list of Token
-            The operands as written.
-        may_be_text : bool
-            True if all operators of the comparison are == or !=, which allow texts; <, <=, > and >= do not.
-
-        Returns
-        -------
-        list of Variable, (Decimal, str) or str
-            Column or varied key; number with its unit; text.
-
-        Raises
-        ------
-        SceneError
-            An unknown word, or a comparison without a column or key.
+        A word that is neither a column nor a varied key is a text, if a column or key of the comparison may hold text
+        and its operators allow texts (`may_be_text`); else it is a mistake, as is a comparison without a column or key.
         """
         operands, unknown = [], []
         for token in tokens:
@@ -197,13 +181,15 @@ class _Translator:
         try:
             if isinstance(operand, Variable):
                 return operand.getter(unit)
-            value = operand if isinstance(operand, str) else in_unit(*operand, unit)
+            if isinstance(operand, tuple):
+                number, written_unit = operand  # without one it is in that of the comparison already
+                operand = float(converted(number, written_unit, unit) if written_unit else number)
         except ValueError as error:
             _refuse(token.column, str(error).replace('""', "no unit"))
         except OverflowError:
             _refuse(token.column, f"out of range: {show(token.text)}")
-        kind = object if isinstance(value, str) else "Float64"
-        return lambda frame: pandas.Series(value, frame.index, dtype=kind)
+        kind = object if isinstance(operand, str) else "Float64"
+        return lambda frame: pandas.Series(operand, frame.index, dtype=kind)
 
 
 def is_text(operand):
@@ -229,27 +215,10 @@ def common_unit(operands):
     return next((operand.unit for operand in columns_first if operand.unit is not None), "")
 
 
-def _numbers_without_unit(operands, tokens, unit):
-    """List of texts "14 is 14 m" on the numbers without a unit, which are taken to be in this one."""
-    pairs = zip(tokens, operands, strict=True)
-    numbers = [token.text for token, operand in pairs if isinstance(operand, tuple) and not operand[1]]
-    return [f"{number} is {number} {unit}" for number in numbers]
-
-
-def in_unit(number, written_unit, unit):
-    """A number, as written with its unit, as a float in another unit; without one it is in that unit already."""
-    return float(converted(number, written_unit, unit) if written_unit else number)
-
-
 def compare_in_turn(getters, tests):
     """Function of a frame: nullable boolean Series, True where each value compares with the next, as `1 < sag <= 2`.
 
-    Parameters
-    ----------
-    getters : list of callable
-        Frame -> Series of the values of each operand.
-    tests : list of callable
-        From OPERATORS, one between each two operands.
+    `getters` take the values of each operand from a frame, `tests` (from OPERATORS) compare each two neighbours.
     """
 
     def holds(frame):

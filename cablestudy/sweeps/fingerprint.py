@@ -31,6 +31,11 @@ def identity(study, columns):
     return json.loads(json.dumps(plain))  # as it is read back from a file: lists instead of tuples
 
 
+def is_identity(value):
+    """True if a dict of plain values has the form of an `identity`; KeyError where a part is missing."""
+    return [type(value[name]) for name in ("versions", "scene", "vary", "columns")] == [dict, dict, list, list]
+
+
 def digest(identity):
     """Fingerprint of an identity: 32 hexadecimal digits."""
     return sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()[:32]

@@ -1,7 +1,5 @@
 """The table of a sweep: its rows stay on disk and are read in the order of the study."""
 
-import csv
-import io
 import json
 from collections.abc import Sequence
 from functools import lru_cache
@@ -11,7 +9,7 @@ import numpy as np
 
 from cablestudy.study.cable_columns import TEXTS
 from cablestudy.study.prepare import fields_of, reference_header
-from cablestudy.study.table import Field, Table, exact
+from cablestudy.study.table import Field, Table, csv_line, exact
 from cablestudy.study.table_rows import OK
 from cablestudy.study.varied_keys import varied_keys
 
@@ -104,20 +102,10 @@ class Rows(LazyRows):
         return self._copied_lines(set(varied)) if others == stored and in_order and not self._texts else None
 
     def _copied_lines(self, varied_headers):
-        """Yield the lines of the CSV file below its head, with stored numbers copied as text.
+        """Yield the lines of the CSV file below its head, each with the cells of some varied keys at its beginning.
 
         Stored rows are JSON lists of numbers, with the text of a CSV line but for brackets and `null`. To copy it is
         much faster than to read and write the numbers.
-
-        Parameters
-        ----------
-        varied_headers : set of str
-            Headers of the varied keys whose cells stand at the beginning of each line.
-
-        Yields
-        ------
-        str
-            Cells of varied keys, numbers of the computed columns, status, and the end of the line.
         """
         columns_of_entries = []  # of each entry: (VariedKey, its values) of the keys shown
         for entry in self._study.entries:
@@ -128,7 +116,7 @@ class Rows(LazyRows):
         @lru_cache(CACHED_STEPS)
         def varied_text(number, step):
             cells = [exact(varied.cell(values[step])) for varied, values in columns_of_entries[number]]
-            return _csv_text([*cells, ""])  # ends with a comma
+            return csv_line([*cells, ""])  # ends with a comma
 
         steps_of_cases = product(*(range(len(entry)) for entry in self._study.entries))
         stored = self._store.read_texts(self._cases)
@@ -136,7 +124,7 @@ class Rows(LazyRows):
         for steps, (status, cells) in zip(islice(steps_of_cases, self._cases.start, None), stored, strict=False):
             beginning = "".join([varied_text(number, steps[number]) for number in shown_entries])
             numbers = cells[1:-1].replace("null", "")
-            yield f"{beginning}{numbers}{comma}{status if status == OK else _csv_text([status])}\n"
+            yield f"{beginning}{numbers}{comma}{status if status == OK else csv_line([status])}\n"
 
 
 def table_of(study, columns, reference, store, cases):
@@ -164,13 +152,6 @@ def cases_table(study):
 def varied_cells(varied_by_key, overrides):
     """Header -> cell of the varied keys in a case: dict, from key -> VariedKey and from `StudyFile.overrides`."""
     return {varied_by_key[key].header: varied_by_key[key].cell(value) for key, value in overrides.items()}
-
-
-def _csv_text(cells):
-    """One line of a CSV, without its end."""
-    line = io.StringIO()
-    csv.writer(line, lineterminator="").writerow(cells)
-    return line.getvalue()
 
 
 def _printed(cells, reference, case):

@@ -38,7 +38,6 @@ class Selection:
         Returns
         -------
         table : Table
-            The rows that are shown.
         notes : list of str
             How many rows are shown, how many have no value of an objective, and numbers without a unit that may be a
             mistake.

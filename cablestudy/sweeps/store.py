@@ -18,7 +18,7 @@ from cablestudy.errors import SceneError
 from cablestudy.study.columns import find_header
 from cablestudy.study.table_rows import DOUBTS, OK
 from cablestudy.sweeps.database import Database
-from cablestudy.sweeps.fingerprint import differences, digest
+from cablestudy.sweeps.fingerprint import differences, digest, is_identity
 from cablestudy.sweeps.record import check_sum, pack, unpack
 
 FORMAT = 1  # of the two tables (user_version of SQLite)
@@ -387,10 +387,8 @@ def stored_description(database):
     try:
         about = dict(database.execute("SELECT name, value FROM about"))
         identity, partial = json.loads(about["study"]), json.loads(about["partial"])
-        kinds = [type(identity[name]) for name in ("versions", "scene", "vary", "columns")]
         headers = [find_header(header).header for header in identity["columns"]]
-        intact = kinds == [dict, dict, list, list] and set(partial) <= set(headers)
-        if intact and digest(identity) == about["fingerprint"]:
+        if is_identity(identity) and set(partial) <= set(headers) and digest(identity) == about["fingerprint"]:
             return identity, partial
     except (KeyError, TypeError, ValueError, AttributeError, RecursionError):
         pass

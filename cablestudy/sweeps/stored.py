@@ -14,7 +14,7 @@ from cablestudy.study.table import Table, exact, number, stream_csv
 from cablestudy.study.varied_keys import varied_keys
 from cablestudy.sweeps.check import LONGEST_CELL
 from cablestudy.sweeps.database import AT_WORK, Database
-from cablestudy.sweeps.fingerprint import differences, identity
+from cablestudy.sweeps.fingerprint import differences, identity, is_identity
 from cablestudy.sweeps.record import EXACT
 from cablestudy.sweeps.rows import more_fields, table_of, varied_cells
 from cablestudy.sweeps.store import COMPLETE, RowStore, rows_done, stored_description
@@ -109,24 +109,10 @@ def has_all_rows(path, current, count):
 
 
 def _open_rows(study, path, current, problems):
-    """Open the database of a study's rows, if there is one that belongs to the study as it is now.
+    """Open the database of a study's rows, if there is one that belongs to the study as it is now (`current`).
 
-    Parameters
-    ----------
-    study : StudyFile
-    path : str
-        File of the database.
-    current : dict
-        All that rows of the study as it is now depend on, from `fingerprint.identity`.
-    problems : list of str
-        Reasons why the rows cannot be used are appended.
-
-    Returns
-    -------
-    store : RowStore or None
-        Must be closed; None without such rows.
-    notes : list of str
-        Versions with which the rows were computed, where these differ, and damage.
+    Returns a RowStore, to be closed, or None, and lines on its damage and on versions that differ. Reasons why the rows
+    cannot be used are appended to `problems`.
     """
     if not os.path.exists(path):
         return None, []
@@ -163,23 +149,9 @@ def _other_versions(path, stored, current):
 
 
 def _stored_csv(study, fields, files, current, problems):
-    """Read the CSV file of a study, if there is one that belongs to the study as it is now.
+    """`Stored` of the CSV file of a study, None unless there is one that belongs to the study as it is now (`current`).
 
-    Parameters
-    ----------
-    study : StudyFile
-    fields : sequence of Field
-        Columns of the study's table.
-    files : TableFiles
-        Paths of the stored files.
-    current : dict
-        All that rows of the study as it is now depend on, from `fingerprint.identity`.
-    problems : list of str
-        Reasons why the file cannot be used are appended.
-
-    Returns
-    -------
-    Stored or None
+    Reasons why the file cannot be used are appended to `problems`.
     """
     if not os.path.isfile(files.csv):
         return None
@@ -204,22 +176,9 @@ def _stored_csv(study, fields, files, current, problems):
 
 
 def _read_rows(study, path, stored_rows, rows):
-    """Read the rows of a stored CSV file, and check that they are those of the study as it is now.
+    """Append the rows of a stored CSV file, from `stream_csv`, to `rows`, with cells as numbers or text.
 
-    Parameters
-    ----------
-    study : StudyFile
-    path : str
-        The file, for messages.
-    stored_rows : iterable of (int, dict)
-        Number of a line, and name -> text of its cells, from `stream_csv`.
-    rows : PlainRows
-        The rows are appended, with cells as numbers or text.
-
-    Returns
-    -------
-    list of str
-        Reasons why the rows are not those of the study, at most SHOWN; empty where they are.
+    Returns at most SHOWN reasons why they are not the rows of the study as it is now; an empty list where they are.
     """
     varied_by_key = {varied.key: varied for varied in varied_keys(study)}
     count, lines = 0, []
@@ -255,8 +214,7 @@ def _recorded_identity(path, current):
             content = yaml.safe_load(file)
         versions = {name: content["versions"].get(name) for name in current["versions"]}
         recorded = {"versions": versions, **content["study"]}
-        kinds = [type(recorded[name]) for name in ("versions", "scene", "vary", "columns")]
-        return recorded if kinds == [dict, dict, list, list] else None
+        return recorded if is_identity(recorded) else None
     except (OSError, ValueError, yaml.YAMLError, KeyError, TypeError, AttributeError, RecursionError):
         return None
 

@@ -26,22 +26,10 @@ class Variable:
     is_varied: bool = False  # numbers, or text
 
     def getter(self, unit=None):
-        """Function that takes the cells of this variable from the frame of a study's rows, in a unit.
+        """Function that takes the cells of this variable, in a unit or its own, from a frame as of `rows.Rows.frame`.
 
-        Parameters
-        ----------
-        unit : str or None
-            Unit of the numbers; None for the variable's own.
-
-        Returns
-        -------
-        callable
-            pandas.DataFrame, see `rows.Rows.frame` -> Series of Float64, or of objects where some cells are text.
-
-        Raises
-        ------
-        ValueError
-            The unit has another dimension.
+        It returns a Series of Float64, or of objects where some cells are text. ValueError for a unit of another
+        dimension.
         """
         ratio = 1.0 if None in (self.unit, unit) else float(common_factor(self.unit, unit))
 
