@@ -5,6 +5,7 @@ returns an array with an axis of cases, or takes one `CableCase` and returns a n
 """
 
 import re
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -115,33 +116,30 @@ def _nonlinearity(case):
     return ratio - 1, uncertainty / abs(ratio - 1) if ratio != 1 else uncertainty
 
 
-def _tension_at(end):
-    """Function of the tension at an end (0 or 1)."""
-    return lambda r: np.sqrt((r.form.end_forces()[..., end, :] ** 2).sum(axis=-1))
+def _tension(results, end):
+    """Tension of each cable at an end (1 or 2). [N]"""
+    return np.sqrt((results.form.end_forces()[..., end - 1, :] ** 2).sum(axis=-1))
 
 
-def _reaction(end, component):
-    """Function of a part of the force of the support on the cable at an end: horizontal, or upwards."""
-
-    def compute(results):
-        force = -results.form.end_forces("global")[..., end, :]
-        if component == "vertical":
-            return force[..., 2]
-        horizontal = np.hypot(force[..., 0], force[..., 1])
-        # what the solver leaves of it in a vertical cable is rounding
-        return np.where(horizontal > STUDY.upright * np.abs(force[..., 2]), horizontal, 0.0)
-
-    return compute
+def _end_force(results, end):
+    """Force of each cable on its support at an end, global axes. [N]"""
+    return results.form.end_forces("global")[..., end - 1, :]
 
 
-def _reaction_by_drag(end, component):
-    """Function of the error of `_reaction` by drag taken as uniform. [N]"""
+def _end_force_by_drag(results, end):
+    """Error of `_end_force` by drag taken as uniform. [N]"""
+    return results.drag_errors.end_forces[..., end - 1, :]
 
-    def compute(results):
-        change = results.drag_errors.end_forces[..., end, :]
-        return change[..., 2] if component == "vertical" else np.hypot(change[..., 0], change[..., 1])
 
-    return compute
+def _horizontal(force):
+    """Horizontal part of forces. [N]"""
+    return np.hypot(force[..., 0], force[..., 1])
+
+
+def _horizontal_reaction(results, end):
+    """Horizontal part of `_end_force`, 0 where it is what the solver leaves of it in a vertical cable. [N]"""
+    force = _end_force(results, end)
+    return np.where(_horizontal(force) > STUDY.upright * np.abs(force[..., 2]), _horizontal(force), 0.0)
 
 
 def _coupling_stiffness(results):
@@ -158,23 +156,13 @@ def _coupling_by_drag(results):
 
 def _below_horizontal(force):
     """Angle of forces on a support below the horizontal. [deg]"""
-    return np.degrees(np.arctan2(-force[..., 2], np.hypot(force[..., 0], force[..., 1])))
+    return np.degrees(np.arctan2(-force[..., 2], _horizontal(force)))
 
 
-def _angle(end):
-    """Function of the angle of a cable below the horizontal where it leaves an end. [deg]"""
-    return lambda results: _below_horizontal(results.form.end_forces("global")[..., end, :])
-
-
-def _angle_by_drag(end):
-    """Function of the error of `_angle` by drag taken as uniform. [deg]"""
-
-    def compute(results):
-        force = results.form.end_forces("global")[..., end, :]
-        change = results.drag_errors.end_forces[..., end, :]
-        return _below_horizontal(force + change) - _below_horizontal(force)
-
-    return compute
+def _angle_by_drag(results, end):
+    """Error of the angle at an end by drag taken as uniform. [deg]"""
+    force = _end_force(results, end)
+    return _below_horizontal(force + _end_force_by_drag(results, end)) - _below_horizontal(force)
 
 
 def _lowest_point(results):
@@ -185,17 +173,19 @@ def _lowest_point(results):
 def _support_columns():
     """Yield the columns of tensions, support forces and angles at the two ends."""
     for end in (1, 2):
-        yield Column(f"tension_{end}", "N", f"tension at end {end}", "statics", _tension_at(end - 1))
+        yield Column(f"tension_{end}", "N", f"tension at end {end}", "statics", partial(_tension, end=end))
     for end in (1, 2):
         yield Column(f"reaction_{end}_horizontal", "N", f"horizontal part of the force of the support at end {end}",
-                     "statics", _reaction(end - 1, "horizontal"),
-                     by_drag=_reaction_by_drag(end - 1, "horizontal"))  # fmt: skip
+                     "statics", partial(_horizontal_reaction, end=end),
+                     by_drag=lambda r, end=end: _horizontal(_end_force_by_drag(r, end)))  # fmt: skip
         yield Column(f"reaction_{end}_vertical", "N", f"vertical part of the force of the support at end {end}, "
                      "upwards: negative where it holds the end down", "statics",
-                     _reaction(end - 1, "vertical"), by_drag=_reaction_by_drag(end - 1, "vertical"))  # fmt: skip
+                     lambda r, end=end: -_end_force(r, end)[..., 2],
+                     by_drag=lambda r, end=end: _end_force_by_drag(r, end)[..., 2])  # fmt: skip
     for end in (1, 2):
         yield Column(f"angle_{end}", "deg", f"angle of the cable below the horizontal where it leaves end {end}",
-                     "statics", _angle(end - 1), determined_by="form", by_drag=_angle_by_drag(end - 1))  # fmt: skip
+                     "statics", lambda r, end=end: _below_horizontal(_end_force(r, end)), determined_by="form",
+                     by_drag=partial(_angle_by_drag, end=end))  # fmt: skip
 
 
 def _linear_range(case):

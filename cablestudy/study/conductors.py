@@ -31,34 +31,19 @@ CREPT, LOADED = ("after_creep", "final"), ("after_load", "final")  # states with
 
 @dataclass(frozen=True)
 class LinearCables:
-    """Linear cables that hang as conductors do, shape (...).
+    """Linear cables that hang as conductors do: arrays of shape (...)."""
 
-    Attributes
-    ----------
-    stiffness : ndarray, shape (...)
-        EA. [N]
-    elongation : ndarray, shape (...)
-        Unstretched length over that of the new conductor in the reference state, less one. [-]
-    length_ratio : ndarray, shape (...)
-        Length without tension of the conductor in its case over the unstretched length of the linear cable: ice and
-        wind are stated per length of the conductor. [-]
-    condition : Condition
-        State of the conductors.
-    strain : ndarray, shape (...)
-        Strain of the conductors at their mean tension. [-]
-    earlier_errors : ndarray, shape (...)
-        Errors of their strain by the length of the new conductors and the permanent sets, see `uneven_errors`. [-]
-    labels : ndarray of str, shape (...)
-        The state, of `final` the one that leaves the conductor longer, and the parts that are slack or stretched beyond
-        what their curve is measured to.
-    """
-
-    stiffness: np.ndarray
-    elongation: np.ndarray
+    stiffness: np.ndarray  # EA [N]
+    elongation: np.ndarray  # unstretched length over that of the new conductor in the reference state, less one [-]
+    # length without tension of the conductor in its case over the unstretched length of the linear cable: ice and wind
+    # are stated per length of the conductor [-]
     length_ratio: np.ndarray
-    condition: Condition
-    strain: np.ndarray
+    condition: Condition  # of the conductors
+    strain: np.ndarray  # of the conductors at their mean tension [-]
+    # errors of their strain by the length of the new conductors and the permanent sets, see `uneven_errors` [-]
     earlier_errors: np.ndarray
+    # of str: the state, of `final` the one that leaves the conductor longer, and the parts that are slack or stretched
+    # beyond what their curve is measured to
     labels: np.ndarray
 
     def take(self, index):
@@ -68,13 +53,7 @@ class LinearCables:
 
 
 def curves_of(cables, shape):
-    """`Curves` of cables, of shape `shape`; those of a linear cable are straight lines.
-
-    Parameters
-    ----------
-    cables : list of CableProperties
-    shape : tuple of int
-    """
+    """`Curves` of a list of CableProperties, of shape `shape`; those of a linear cable are straight lines."""
     numbers_of_cables = [_numbers(cable) for cable in cables]
     arrays = [np.array([numbers[name] for numbers in numbers_of_cables], dtype=float) for name in NAMES]
     return Curves(*(array.reshape(*shape, *array.shape[1:]) for array in arrays))
@@ -101,23 +80,11 @@ def _numbers(cable):
 
 
 def distinct_without_case(scenes):
-    """Find the distinct ones among n scenes, regardless of their load cases.
+    """The distinct ones among n scenes, in no load case, a list; and for each of the n its index there, shape (n,).
 
     The permanent elongation of a conductor does not depend on the load case in which a scene is: it is computed once
-    for each distinct scene.
-
-    Parameters
-    ----------
-    scenes : sequence of scenes
-        n scenes. Their values are compared by identity: copies of one scene for several load cases are equal, scenes
-        that were read from files separately are not.
-
-    Returns
-    -------
-    different : list of scenes
-        The distinct scenes, in no load case.
-    indices : ndarray of int, shape (n,)
-        Index into `different` for each of the n scenes.
+    for each distinct scene. Values are compared by identity: copies of one scene for several load cases are equal,
+    scenes that were read from files separately are not.
     """
     different, indices = {}, []
     for scene in scenes:
@@ -231,27 +198,12 @@ class Conductors:
         return by_creep, np.where(with_load[..., None], sets, by_creep), by_load, heaviest, errors
 
     def _sets_by_load(self, sets):
-        """Permanent elongations ("sets") that the heaviest load case leaves in each conductor.
+        """Permanent sets that the heaviest load case, with the largest mean tension, leaves in each conductor.
 
-        The heaviest case is the one in which the mean tension of the conductor is largest. `...` is (n,) or (n, c), for
-        each cable of each scene; an axis of 2 is for outer strands and core.
-
-        Parameters
-        ----------
-        sets : ndarray, shape (..., 2)
-            Permanent elongations before the load. [-]
-
-        Returns
-        -------
-        sets : ndarray, shape (..., 2)
-            Permanent elongations after the load: the larger ones of those before it and `by_load`. [-]
-        by_load : ndarray, shape (..., 2)
-            Permanent elongations by the strain under the load, of a conductor without earlier ones. [-]
-        heaviest : ndarray of str, shape (...)
-            Name of the heaviest case, with the suffix BEYOND where the strain is beyond the measured curve; empty
-            without a case.
-        errors : ndarray, shape (...)
-            Error of the strain under the load, since the tension varies along the cable. [-]
+        From those before the load, shape (..., 2) [-]: those after it, the larger ones of these and of those by the
+        strain under the load alone, which are the second array; name of the heaviest case (...), with the suffix BEYOND
+        where the strain is beyond the measured curve, empty without a case; error of the strain under the load, since
+        the tension varies along the cable (...). [-]
         """
         # all load cases of all scenes, but those in which cables are lost, are solved together
         rows_and_scenes = [(row, scene.model_copy(update={"case": name}))

@@ -40,7 +40,6 @@ def validate_table(files, sets=()):
     Parameters
     ----------
     files : sequence of str
-        Names of the files.
     sets : sequence of str
         Options `--set KEY=VALUE`, which replace values of each file.
 

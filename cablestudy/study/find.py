@@ -28,21 +28,11 @@ from cablestudy.study.tolerances import STUDY
 
 @dataclass(frozen=True)
 class Solutions:
-    """Values of a key for which a column takes the value that a `Goal` asks for.
+    """Values of a key for which a column takes the value that a `Goal` asks for."""
 
-    Attributes
-    ----------
-    values : list of float
-        Values of the key, rising, in SI.
-    scenes : list of CableScene or SuspensionScene
-        The scene with each of these values.
-    notes : list of str
-        The range searched, and values of the key at which the column jumps over the value of the goal.
-    """
-
-    values: list
-    scenes: list
-    notes: list
+    values: list  # of float, of the key, rising, in SI
+    scenes: list  # the CableScene or SuspensionScene with each of these values
+    notes: list  # of str: the range searched, and values of the key at which the column jumps over that of the goal
 
 
 # --------------------------------------------------------------------------------------------------------- the search
@@ -82,31 +72,10 @@ class KeyValues:
 
 
 def solve(goal, document, column_at=None):
-    """Find all values of a key of a scene for which a result column takes the value that a goal states.
+    """Find all values of a key of a scene for which a result column takes the value that a goal states: `Solutions`.
 
     The range that is searched is the one of the goal. If it states none, growing ranges are searched up to the first
-    one with a solution.
-
-    Parameters
-    ----------
-    goal : Goal
-        The column, its value, and the key that is varied.
-    document : Document
-        File of the scene; it may state another value of the key, or a key that excludes it.
-    column_at : callable, optional
-        Computes the column: values of the key, shape (n,) -> numbers, shape (n,), NaN where there is none, and list of
-        n status texts. By default the scene is computed for each value.
-
-    Returns
-    -------
-    Solutions
-
-    Raises
-    ------
-    SceneError
-        The key cannot be set in this scene, or the scene cannot have the column.
-    NoSolutionError
-        There is no value of the key.
+    one with a solution. Parameters and errors as of `search`; NoSolutionError where there is no value of the key.
     """
     zeros_found, statuses, notes = search(goal, document, column_at=column_at)
     jump = f"{goal.column.name} jumps over {goal.value:.6g} at {goal.key.name} ="
@@ -125,7 +94,7 @@ def search(goal, document, enclose=False, column_at=None):
     goal : Goal
         The column, its value, and the key that is varied.
     document : Document
-        File of the scene.
+        File of the scene; it may state another value of the key, or a key that excludes it.
     enclose : bool
         Whether to search on until f is negative, or has no value, at both ends of the range tried.
     column_at : callable, optional
@@ -148,12 +117,14 @@ def search(goal, document, enclose=False, column_at=None):
     """
     start, scene = check_goal(goal, document)
     statuses = {}
-    column_at = column_at or partial(_column_of_scene, goal, document)
+
+    def column_of_scene(values):
+        return column_values(goal, KeyValues.of_scene(document, goal, values), range(len(values)))
 
     def difference(values):
         """Column less the value of the goal at values of the key, shape (n,); NaN without a value of the column."""
         doing(f"{counted(len(statuses) + len(values), 'value')} of {goal.key.name} tried for {goal}")
-        numbers, row_statuses = column_at(values)
+        numbers, row_statuses = (column_at or column_of_scene)(values)
         statuses.update(zip(values.tolist(), row_statuses, strict=True))
         return numbers - goal.value
 
@@ -179,23 +150,9 @@ def search(goal, document, enclose=False, column_at=None):
 def _margin_of_failing(goal, document, low, high):
     """Make a cheap function that has the same zeros between two values of the key as the least margin of all limits.
 
-    The cheap function is the least margin of those limits alone that fail at `low` or `high`: a limit that holds at
-    both ends is assumed to hold between them. A limit counts once for each of its load cases. It fails if its margin is
-    zero, negative or missing.
-
-    Parameters
-    ----------
-    goal : Goal
-        Its column is `limit_margin`, the least relative margin of all limits of the scene.
-    document : Document
-        File of the scene.
-    low, high : float
-        The two values of the key, in SI; the margins are known at both.
-
-    Returns
-    -------
-    callable
-        Value of the key -> least margin of the limits that fail at `low` or `high`; NaN where one of them has none.
+    It is the least margin of those limits alone that fail at `low` or `high`, NaN where one of them has none: a limit
+    that holds at both ends is assumed to hold between them. A limit counts once for each of its load cases. It fails if
+    its margin is zero, negative or missing.
     """
     checks_at_both = zip(*checks_of(scenes_at(goal, document, [low, high]), limits_by_case), strict=True)
     failing = {
@@ -237,21 +194,10 @@ def check_goal(goal, document):
 
 
 def _value_of_scene(goal, document):
-    """Value of the key at which a search begins: the one that the scene states, or implies.
+    """Value of the key at which a search begins: the one that the scene states, or implies. [SI]
 
     A scene implies a value if a result column has the name of the key: a scene that states a tension has a sag too.
-
-    Parameters
-    ----------
-    goal : Goal
-        Names the key.
-    document : Document
-        File of the scene.
-
-    Returns
-    -------
-    float or None
-        In SI. None if the scene is not valid, or neither states nor implies a value that the key may have.
+    None if the scene is not valid, or neither states nor implies a value that the key may have.
     """
     try:
         scene = read_scene(document)
@@ -303,11 +249,6 @@ def _search_effort(goal, scene):
     if model.elements is not None:
         return Effort(25, 20, 1e-3 * STUDY.found_value, STUDY.costly_reach, STUDY.found_value * size, size)
     return Effort(40, 40, scale=size)
-
-
-def _column_of_scene(goal, document, values):
-    """`column_values` of one scene at values of the key."""
-    return column_values(goal, KeyValues.of_scene(document, goal, values), range(len(values)))
 
 
 def column_values(goal, key_values, cases):
@@ -362,26 +303,11 @@ def field_of_key(key):
 
 
 def shown_columns(goal, document, names=None):
-    """Columns of the table of solutions: the column of the goal, then those that the user names.
+    """Columns of the table of solutions: the column of the goal, then those that the user names: list of Column.
 
-    Parameters
-    ----------
-    goal : Goal
-        The column that is to take a value, and the key that is varied for it.
-    document : Document
-        File of the scene.
-    names : str, optional
-        Names of columns, joined by commas; by default a few columns of the statics, such as the sag, without that of
-        the key.
-
-    Returns
-    -------
-    list of Column
-
-    Raises
-    ------
-    SceneError
-        A column is unknown, the scene cannot have it, or the goal does not fit the scene.
+    The names are joined by commas; by default they are of a few columns of the statics, such as the sag, without that
+    of the key. SceneError where a column is unknown, where the scene cannot have it, or the goal does not fit the
+    scene.
     """
     _, scene = check_goal(goal, document)
     if names is None:

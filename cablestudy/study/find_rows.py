@@ -27,23 +27,9 @@ NAME = "search"  # of the threads of searches in step
 def evaluate_found(study, tables, columns, explain=False, estimate=False):
     """Compute the columns of a study that states a goal: in each case the key of the goal is solved for first.
 
-    Parameters
-    ----------
-    study : StudyFile
-        With the goal `find`: a column, its value, and the key.
-    tables : list of CaseTable
-        The cases that are computed.
-    columns : sequence of Column
-        Columns of the rows; one of them may be the key that is solved for.
-    explain, estimate : bool
-        Whether to return notes, and whether to estimate the errors of models with a
-        stated number of elements.
-
-    Returns
-    -------
-    dict
-        Number of a case in the study -> (numbers, status, errors, notes), as `study_rows.evaluate_tables` returns them.
-        The numbers of a case without exactly one solution are None, and its status is the reason.
+    Parameters, but the study, and what is returned are those of `study_rows.evaluate_tables`; one of the columns may be
+    the key that is solved for. The numbers of a case without exactly one solution are None, and its status is the
+    reason.
     """
     goal = goal_of_study(study)
     others = [column for column in columns if column.needs != "find"]
@@ -111,21 +97,8 @@ def _only_solution(study, goal, case, column_at):
 def _values_in_cases(study, goal, cases, values_of_searches):
     """Compute the column of the goal for many searches at once, each in its own case and at its own values of the key.
 
-    Parameters
-    ----------
-    study : StudyFile
-    goal : Goal
-        Names the column and the key.
-    cases : list of int
-        For each search the number of its case in the study.
-    values_of_searches : dict
-        Number of a search -> the k values of the key that it tries now, shape (k,).
-
-    Returns
-    -------
-    list of (ndarray, list of str)
-        For each search, in the order of `values_of_searches`: numbers in the column, shape (k,), NaN where there is
-        none; and k status texts.
+    `cases` has for each search the number of its case in the study; `values_of_searches` its number -> the k values
+    that it tries now, shape (k,). Returns in their order the `column_values` of each.
     """
     counts = [len(values) for values in values_of_searches.values()]
     key_values = KeyValues(study.document_of, goal, np.concatenate(list(values_of_searches.values())), study.entries)
@@ -163,14 +136,23 @@ def in_step(searches, answers_to):
     """
     arrivals = SimpleQueue()  # (number of a search, whether it asks, its question or result)
     replies = [SimpleQueue() for _ in searches]
-    threads = [
-        Thread(
-            target=_run, args=(search, partial(_ask, arrivals, reply, number), arrivals, number), name=NAME, daemon=True
-        )
-        for number, (search, reply) in enumerate(zip(searches, replies, strict=True))
-    ]
-    for thread in threads:
-        thread.start()
+
+    def run(number, search):
+        def ask(question):
+            arrivals.put((number, True, question))
+            answer = replies[number].get()
+            if isinstance(answer, _EndedError):
+                raise answer
+            return answer
+
+        try:
+            result = search(ask)
+        except Exception as error:
+            result = error
+        arrivals.put((number, False, result))
+
+    for number, search in enumerate(searches):
+        Thread(target=run, args=(number, search), name=NAME, daemon=True).start()
     results, running = [None] * len(searches), set(range(len(searches)))
     try:
         while running:
@@ -189,21 +171,3 @@ def in_step(searches, answers_to):
         for number in running:  # where the computation of answers has failed
             replies[number].put(_EndedError())
     return results
-
-
-def _ask(arrivals, reply, number, question):
-    """The answer to a question of a search, which waits for it."""
-    arrivals.put((number, True, question))
-    answer = reply.get()
-    if isinstance(answer, _EndedError):
-        raise answer
-    return answer
-
-
-def _run(search, ask, arrivals, number):
-    """Run one search to its end."""
-    try:
-        result = search(ask)
-    except Exception as error:
-        result = error
-    arrivals.put((number, False, result))

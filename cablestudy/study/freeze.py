@@ -18,19 +18,13 @@ def freeze_cable(document, scene):
     Parameters
     ----------
     document : Document
-        File of the scene.
     scene : CableScene
-        The scene read from it.
+        The scene read from it; NoSolutionError or ConvergenceError where it has no equilibrium in the reference state.
 
     Returns
     -------
     dict
         Tables of the file in plain values; the length with as many digits as a double has.
-
-    Raises
-    ------
-    NoSolutionError, ConvergenceError
-        There is no equilibrium in the reference state.
     """
     contents, case, length = document.given, CableCase(_without_case(scene)), scene.cable.unstretched_length
     case.results.check(case.index)
@@ -74,22 +68,10 @@ def _with_length(cable, length):
 
 
 def _tables_of_bodies(contents, scene, equilibrium):
-    """Tables `points` and `bodies` of a scene file, with the places and attitudes that an equilibrium has.
+    """Tables `points` and `bodies` of a scene file, as far as it has any, as an `Equilibrium` of this one row has them.
 
-    Parameters
-    ----------
-    contents : dict
-        The scene file in plain values.
-    scene : SuspensionScene
-        The scene read from it.
-    equilibrium : Equilibrium
-        Of this scene, with arrays whose first axis has one entry.
-
-    Returns
-    -------
-    dict
-        `points` and `bodies` where the scene has any. Free points and bodies have the new position `at` [m]; bodies
-        that are free to turn also have the new `attitude`: roll, pitch and yaw [rad].
+    Free points and bodies have the new position `at` [m]; bodies that are free to turn also have the new `attitude`:
+    roll, pitch and yaw [rad].
     """
     position = equilibrium.position[0]
     position = np.where(np.abs(position) > STUDY.dust * equilibrium.longest[0], position, 0.0)

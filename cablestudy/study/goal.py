@@ -21,29 +21,14 @@ _GOAL = "expected COLUMN = VALUE, for example 'sag = 2 m'"
 
 @dataclass(frozen=True)
 class Goal:
-    """Goal of a search: the value that a result column is to take, and the key that is varied to reach it.
-
-    Attributes
-    ----------
-    column : Column
-    value : float
-        Value that the column is to take, in its unit.
-    key : Column
-        Column of the values of the key that is solved for, from `columns.key_column`.
-    quantity : Quantity
-        Unit of the key and limits of its values.
-    between : tuple of float, or None
-        Range of the key, rising, in SI.
-    locations : dict
-        Part of the goal (column, value, by, between) -> for messages (its position, its key in a file or "").
-    """
+    """Goal of a search: the value that a result column is to take, and the key that is varied to reach it."""
 
     column: Column
-    value: float
-    key: Column
-    quantity: Quantity
-    between: tuple | None
-    locations: dict
+    value: float  # that the column is to take, in its unit
+    key: Column  # of the values of the key that is solved for, from `columns.key_column`
+    quantity: Quantity  # unit of the key and limits of its values
+    between: tuple | None  # range of the key, rising, in SI
+    locations: dict  # part (column, value, by, between) -> for messages (its position, its key in a file or "")
 
     def __str__(self):
         unit = f" {self.column.unit}" if self.column.unit else ""
@@ -78,7 +63,7 @@ def read_find(goal, by, between):
     stated : Find
         Column, value, key and range.
     locations : dict
-        Name of each part (column, value, by, between) -> its place for messages: (option of the command, "").
+        See `Goal`; options of the command.
 
     Raises
     ------
@@ -111,20 +96,16 @@ def goal_of_study(study):
 
 
 def read_goal(stated, locations, document):
-    """Read and check the parts of a goal, and convert its numbers to the units of its column and its key.
+    """Read and check the parts of a goal, and convert its numbers to the units of its column and its key: `Goal`.
 
     Parameters
     ----------
     stated : Find
         The parts as the user wrote them.
     locations : dict
-        Name of each part (column, value, by, between) -> its place for messages: (position, its key in a file or "").
+        See `Goal`.
     document : Document
         File of the scene, for the messages on a key that does not exist and on a tension in percent.
-
-    Returns
-    -------
-    Goal
 
     Raises
     ------
@@ -157,11 +138,6 @@ def _number_column(name):
     return column
 
 
-def _expected(column):
-    """Beginning of a message on a wrong value of a column."""
-    return f"expected a number in {column.unit}, or with a unit" if column.unit else "expected a number"
-
-
 def number_in_unit(value, column, scene_of):
     """Read a number that a user compares a result column with, and convert it to the unit of the column.
 
@@ -186,7 +162,8 @@ def number_in_unit(value, column, scene_of):
     try:
         number, unit = split(value) if isinstance(value, str) else (value, "")
     except ValueError as error:
-        raise ValueError(f"{column.name}: {_expected(column)}, got {show(value)}{error}") from None
+        unit = f" in {column.unit}, or with a unit" if column.unit else ""
+        raise ValueError(f"{column.name}: expected a number{unit}, got {show(value)}{error}") from None
     if unit in ("%", "percent") and column.unit == "N":
         raise ValueError(_share_message(float(number) / 100, value, column, scene_of))
     try:
@@ -207,11 +184,10 @@ def _share_message(share, value, column, scene_of):
     cables, owner = scene.cables if scene else {}, column.name.rpartition(".")[0]
     cable = cables.get(owner) if owner or len(cables) > 1 else next(iter(cables.values()), None)
     force = getattr(cable, "section_breaking_force", None)
-    suggestion = (
-        force
-        and f"write {column.name} = {share * force:.6g} N, which is that share of the breaking force of {force:.6g} N"
-    )
-    hint = suggestion or "give the tension in N; of the breaking force, utilisation = is a share"
+    hint = "give the tension in N; of the breaking force, utilisation = is a share"
+    if force:
+        stated = f"{column.name} = {share * force:.6g} N"
+        hint = f"write {stated}, which is that share of the breaking force of {force:.6g} N"
     return f"{column.name}: expected a force, got {show(value)}: {hint}"
 
 

@@ -25,25 +25,13 @@ OK, NOT_MET = "ok", "not met"
 
 @dataclass(frozen=True)
 class SceneLimit:
-    """A limit of one scene.
-
-    Attributes
-    ----------
-    name, that : str
-        Its name, and the comparison as written.
-    sign : str
-        One of < <= > >=.
-    bound : float
-        In the unit of its columns.
-    terms : tuple of (str, str, Column)
-        Load case, cable or "", and the column that is compared there.
-    """
+    """A limit of one scene."""
 
     name: str
-    that: str
-    sign: str
-    bound: float
-    terms: tuple
+    that: str  # the comparison as written
+    sign: str  # one of < <= > >=
+    bound: float  # in the unit of its columns
+    terms: tuple  # of (str, str, Column): load case, cable or "", and the column that is compared there
 
     def margin(self, value):
         """Margin of a value, relative to the limit. [-]"""
@@ -52,25 +40,14 @@ class SceneLimit:
 
 @dataclass(frozen=True)
 class Check:
-    """Check of a limit in the load case, and at the cable, where its margin is least.
-
-    Attributes
-    ----------
-    limit : SceneLimit
-    case, cable : str
-        The load case that governs, and of a column of several cables the cable, else "".
-    value, error : float or None
-        Value of the column there, and its estimated relative error; None where there is none.
-    failures : dict
-        Load case -> why there is no value in it.
-    """
+    """Check of a limit in the load case, and at the cable, where its margin is least."""
 
     limit: SceneLimit
-    case: str = ""
-    cable: str = ""
-    value: float | None = None
-    error: float | None = None
-    failures: dict | None = None
+    case: str = ""  # the load case that governs
+    cable: str = ""  # of a column of several cables
+    value: float | None = None  # of the column there
+    error: float | None = None  # estimated, relative
+    failures: dict | None = None  # load case -> why there is no value in it
 
     @property
     def margin(self):
@@ -154,28 +131,12 @@ def limits_by_case(scene):
 
 
 def _limit(scene, name, table):
-    """Read one entry of the table `limits` of a scene.
+    """The `SceneLimit` of one entry of the table `limits` of a scene, a `LimitTable`.
 
-    Parameters
-    ----------
-    scene : CableScene or SuspensionScene
-    name : str
-        Name of the limit.
-    table : LimitTable
-        Its keys: the comparison, such as `sag < 2 m`, and perhaps the load cases in which it holds.
-
-    Returns
-    -------
-    SceneLimit
-        Its terms are the load cases that the table names, by default all and the reference state, each with every cable
-        that has the column. A term is left out if the scene cannot have the column in this case, or if the case lacks
-        the cable.
-
-    Raises
-    ------
-    ValueError
-        The column is no result; the number is zero, or does not fit the unit of the column; the scene cannot have the
-        column in a load case that the table names or, if it names none, in any.
+    Its terms are the load cases that the table names, by default all and the reference state, each with every cable
+    that has the column. A term is left out if the scene cannot have the column in this case, or if the case lacks the
+    cable. ValueError where the column is no result; where the number is zero, or does not fit the unit of the column;
+    where the scene cannot have the column in a load case that the table names or, if it names none, in any.
     """
     stated = comparison(table.that)
     # (cable, column of this cable); of a column that belongs to no cable one pair, with "" for the cable

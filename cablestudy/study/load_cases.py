@@ -25,17 +25,7 @@ REASONS = ("converged", "no convergence", "rounding leaves a part of the force")
 
 
 def bare_spans(values):
-    """The cables without point loads, at the reference temperature, of the length of their chords.
-
-    Parameters
-    ----------
-    values : SceneValues or CaseTable
-
-    Returns
-    -------
-    Span
-        Fields of shape (n,).
-    """
+    """The cables without point loads, at the reference temperature, of the length of their chords: `Span`."""
     return Span.between(
         *values.ends,
         values.given("cable.section_axial_stiffness"),
@@ -46,13 +36,9 @@ def bare_spans(values):
 
 
 def point_loads(values, of_case):
-    """Point loads of cables: see `scene_values.load_arrays`, but with the weight of their masses in their forces.
+    """Point loads of the chosen case, or of the reference state, with the weight of their masses in their forces.
 
-    Parameters
-    ----------
-    values : SceneValues, CaseTable or CableValues
-    of_case : bool
-        Whether they are those of the chosen case, or of the reference state.
+    Arrays as of `scene_values.load_arrays`.
     """
     positions, fractions, forces, masses = values.loads(of_case)
     return positions, fractions, forces - (masses * values.given("gravity")[..., None])[..., None] * UP, masses
@@ -95,7 +81,6 @@ def with_loads(span, values, of_case, length_ratio=None):
     span : Span
         The cables without point loads, fields of shape (n,).
     values : SceneValues or CaseTable
-        Values of the n scenes.
     of_case : bool
         Whether the loads of the load cases are added too, or only those of the reference state.
     length_ratio : ndarray, shape (n,), optional
@@ -132,7 +117,6 @@ def loaded_spans(span, values, strain, shift=None, length_changes=None, drag=Non
     span : Span
         The cables in the reference state, without point loads; fields of shape (n,).
     values : SceneValues or CaseTable
-        Values of the n scenes, with their load cases.
     strain : ndarray, shape (n,)
         s: chord length over unstretched length, less one, in the reference state. [-]
     shift : ndarray, shape (n,), optional
@@ -194,7 +178,6 @@ def steady_drag(values, ends, load_ratio=1.0):
     Parameters
     ----------
     values : SceneValues or CaseTable
-        Values of the n scenes; a scene may have no wind.
     ends : ndarray, shape (n, 2, 3)
         Positions of both ends of each cable. [m]
     load_ratio : float or ndarray, shape (n,)
@@ -237,13 +220,7 @@ def wind_direction(angle):
 def _between_moved_ends(span, strain, ends, moves):
     """Cables between moved ends, and their chord strains, which keep the digits of a small movement.
 
-    Parameters
-    ----------
-    span : Span
-    strain : ndarray, shape (n,)
-        Before the movement.
-    ends, moves : ndarray, shape (n, 2, 3)
-        Positions after the movement, and the movement. [m]
+    The chord strain, shape (n,), is that before the movement; `ends` are positions after it, shape (n, 2, 3). [m]
     """
     step = moves[:, 1] - moves[:, 0]
     still = ~step.any(axis=-1)
@@ -268,13 +245,9 @@ def _with_uniform_drag(span, ends, wind):
     span : Span
         The cables without wind, fields of shape (n,).
     ends : ndarray, shape (n, 2, 3)
-        Positions of both ends of each cable. [m]
+        [m]
     wind : ndarray, shape (n, 3)
         w per unstretched length, global axes. [N/m]
-
-    Returns
-    -------
-    Span
     """
     in_wind = wind.any(axis=-1)
     load = (span.mass * span.gravity)[:, None] * UP - wind
@@ -299,27 +272,13 @@ def _with_uniform_drag(span, ends, wind):
 
 @dataclass(frozen=True)
 class Push:
-    """Displacements of n cable ends by forces on them, and the searches for them: arrays of shape (n,).
+    """Displacements of n cable ends by forces on them, and the searches for them: arrays of shape (n,)."""
 
-    Attributes
-    ----------
-    shift : ndarray
-        Displacement of end 2 along x. [m]
-    error : ndarray
-        Relative error of `shift`, by the rounding of the tensions. [-]
-    steps : ndarray
-        Of the searches. [-]
-    residual : ndarray
-        Force out of balance, over the larger one of the force and the tension. [-]
-    reason : ndarray
-        Of the end of each search, an index into REASONS.
-    """
-
-    shift: np.ndarray
-    error: np.ndarray
-    steps: np.ndarray
-    residual: np.ndarray
-    reason: np.ndarray
+    shift: np.ndarray  # displacement of end 2 along x [m]
+    error: np.ndarray  # of `shift`, relative, by the rounding of the tensions [-]
+    steps: np.ndarray  # of the searches [-]
+    residual: np.ndarray  # force out of balance, over the larger one of the force and the tension [-]
+    reason: np.ndarray  # of the end of each search, an index into REASONS
 
     @property
     def converged(self):

@@ -20,24 +20,12 @@ OF_CABLE = [find(name).field for name in ("max_tension", "angle_1", "angle_2")]
 
 @dataclass(frozen=True)
 class LoadPath:
-    """Positions of a load that travels along a cable, with the equilibrium in each.
+    """Positions of a load that travels along a cable, with the equilibrium in each."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the load.
-    cables : list of LoadedCable
-        The cable with the load in each position that has an answer.
-    table : Table
-        A row for each position, by its share of the unstretched length.
-    failures : list of str
-        Reasons why rows lack an answer, or a clearance, with their positions.
-    """
-
-    name: str
-    cables: list
-    table: Table
-    failures: list
+    name: str  # of the load
+    cables: list  # of LoadedCable: the cable with the load in each position that has an answer
+    table: Table  # a row for each position, by its share of the unstretched length
+    failures: list  # of str: why rows lack an answer, or a clearance, with their positions
 
 
 def load_path(document, scene, option):

@@ -31,15 +31,8 @@ class TextGrid(NamedTuple):
 def whole(table):
     """Yield a table as text, its `digits` significant ones in each number, first and last rows of a long one."""
     fields = [field for field in table.fields if not field.hidden]
-    omitted = 0
-    if table.single:
-        grid = _one_row(fields, table.rows[0], table.digits)
-    elif table.across:
-        grid = _side_by_side(fields, table.rows, table.across, table.digits)
-    else:
-        rows, omitted = _first_and_last(table.rows)
-        grid = _rows(fields, rows, omitted, table.digits)
-    yield rendered(grid, padding=2)
+    rows, omitted = (table.rows, 0) if table.across else _first_and_last(table.rows)
+    yield rendered(_grid(table, fields, rows, omitted), padding=2)
     if omitted:
         yield _note_on_rows(table, omitted)
 
@@ -66,11 +59,9 @@ def fitted(table, width):
     """
     rows, omitted = _first_and_last(table.rows)
     fields = [field for field in table.fields if not field.hidden and not _is_redundant(field, rows)]
-    if table.single:
-        return _in_blocks(_one_row(fields, rows[0], table.digits), width), []
-    if table.across:
-        return _in_blocks(_side_by_side(fields, rows, table.across, table.digits), width), []
-    grid = _rows(fields, rows, omitted, table.digits)
+    grid = _grid(table, fields, rows, omitted)
+    if table.single or table.across:
+        return _in_blocks(grid, width), []
     fitting = wrapped(grid, width)
     if fitting is None and 0 < len(rows) <= STUDY.few_rows:
         names = fields[0].name if _is_unique_text(fields[0], rows) else ""
@@ -128,6 +119,13 @@ def _note_on_rows(table, left_out):
 # ------------------------------------------------------------------------------------------------------- layouts
 
 
+def _grid(table, fields, rows, left_out):
+    """The `TextGrid` of some rows of a table."""
+    if table.single or table.across:
+        return _side_by_side(fields, rows, table.across, table.digits, ["value"] if table.single else None)
+    return _rows(fields, rows, left_out, table.digits)
+
+
 def _rows(fields, rows, left_out, digits):
     """One line for each row."""
     # printed values stand beside the column that says their unit
@@ -138,30 +136,20 @@ def _rows(fields, rows, left_out, digits):
     return TextGrid(heads, [_side(field.name, rows) for field in fields], body)
 
 
-def _one_row(fields, row, digits):
-    """One line for each quantity of a row that has a value."""
-    with_value = [field for field in fields if row.get(field.name) is not None]
-    cells = _columns(with_value, [row], digits)
-    body = [[field.title, cell, field.shown_unit] for field, (cell,) in zip(with_value, cells, strict=True)]
-    return TextGrid(["quantity", "value", "unit"], ["left", "right", "left"], body)
+def _side_by_side(fields, rows, names, digits, heads=None):
+    """One line for each quantity that has a value, and one column for each row.
 
-
-def _side_by_side(fields, rows, names, digits):
-    """One line for each quantity and one column for each row; `names` is the field of their heads, or empty."""
+    `names` is the field of their heads, or empty; then heads that are not given are `row 1`, `row 2`, ...
+    """
     others = [field for field in fields if field.name != names]
     with_value = [field for field in others if any(row.get(field.name) is not None for row in rows)]
-    columns = zip(with_value, _columns(with_value, rows, digits), strict=True)
-    heads = [str(row[names]) if names else f"row {number}" for number, row in enumerate(rows, 1)]
+    columns = zip(with_value, zip(*_cells(with_value, rows, digits), strict=True), strict=True)
+    heads = heads or [str(row[names]) if names else f"row {number}" for number, row in enumerate(rows, 1)]
     return TextGrid(
         ["quantity", *heads, "unit"],
         ["left", *["right"] * len(rows), "left"],
         [[field.title, *cells, field.shown_unit] for field, cells in columns],
     )
-
-
-def _columns(fields, rows, digits):
-    """The cells of each field."""
-    return [[row[index] for row in _cells(fields, rows, digits)] for index in range(len(fields))]
 
 
 def _cells(fields, rows, digits):
@@ -188,23 +176,10 @@ def _in_blocks(grid, width):
 
 
 def wrapped(grid, width, narrowest=STUDY.narrowest_column, heads=False):
-    """Wrap the texts of a grid onto several lines, so that it is no wider than a terminal.
+    """Wrap the texts of a `TextGrid` onto several lines, so that it is no wider than a terminal, in characters.
 
-    Parameters
-    ----------
-    grid : TextGrid
-        Column heads, sides and rows of cells.
-    width : int
-        Width of the terminal in characters.
-    narrowest : int
-        Least width to which a column of texts is wrapped, at most a third of `width`.
-    heads : bool
-        Whether heads may be wrapped too. Their first line stands above the rule, the others are rows below it.
-
-    Returns
-    -------
-    TextGrid or None
-        None where it would still be too wide.
+    Texts are wrapped to a `narrowest` column, or to a third of the width. If `heads` may be wrapped too, their first
+    line stands above the rule, the others are rows below it. None where it would still be too wide.
     """
     # no line break within a unit, until its no-break spaces become blanks again
     whole_units = [UNIT.sub(lambda unit: unit[0].replace(" ", "\xa0"), head) for head in grid.heads]

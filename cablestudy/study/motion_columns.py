@@ -139,19 +139,10 @@ def imaged_column(name, meaning, keys):
 
 
 def loop_columns(keys):
-    """Make the result columns of the winch loop, such as its gain and its margins.
+    """The columns of the winch loop, such as its gain and its margins, of scenes that state some keys: list of Column.
 
     They serve scenes of one cable and suspensions. Their functions take a case with the attribute `analysis`, and
-    return a number and its estimated relative error.
-
-    Parameters
-    ----------
-    keys : str
-        Keys that a scene must state for these columns, separated by commas.
-
-    Returns
-    -------
-    list of Column
+    return a number and its estimated relative error. `keys` are separated by commas.
     """
     properties = {
         "gain": ("rad/s", "integral gain of the loop of the winches, as stated or as it follows from a margin"),
@@ -170,12 +161,13 @@ def loop_columns(keys):
         **SENSITIVITY,
     }  # fmt: skip
 
+    def number(case, name):
+        return case.analysis.margin(name) if name in margins else getattr(case.analysis, name)
+
     return [
-        *(Column(name, unit, meaning, "loop", lambda case, name=name: getattr(case.analysis, name), keys)
-          for name, (unit, meaning) in properties.items()),
-        *(Column(name, unit, meaning, "loop", lambda case, name=name: case.analysis.margin(name), keys)
-          for name, (unit, meaning) in margins.items()),
-    ]  # fmt: skip
+        Column(name, unit, meaning, "loop", partial(number, name=name), keys)
+        for name, (unit, meaning) in (properties | margins).items()
+    ]
 
 
 def winch_columns(keys):

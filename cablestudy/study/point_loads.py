@@ -22,30 +22,14 @@ FIELDS = {name: Field(f"{name}_{unit}", name.replace("_", " "), unit) for name, 
 
 @dataclass(frozen=True)
 class LoadedCable:
-    """A cable with the point loads on it, in the order of the file.
+    """A cable with the point loads on it, in the order of the file."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the cable in a suspension; empty in a scene of one cable.
-    form : Catenary or State
-        The cable in equilibrium.
-    end_1 : ndarray, shape (3,)
-        Position of end 1; in a suspension of the end `from`. [m]
-    length : float
-        Unstretched length in the reference state. [m]
-    loads : tuple of Load
-        Point loads, as the scene states them.
-    ground : float, tuple or None
-        Ground below, as the scene states it.
-    """
-
-    name: str
-    form: Catenary | State
-    end_1: np.ndarray
-    length: float
-    loads: tuple
-    ground: object
+    name: str  # of the cable in a suspension; empty in a scene of one cable
+    form: Catenary | State  # the cable in equilibrium
+    end_1: np.ndarray  # shape (3,): position of end 1; in a suspension of the end `from` [m]
+    length: float  # unstretched, in the reference state [m]
+    loads: tuple  # of Load, as the scene states them
+    ground: object  # float, tuple or None: ground below, as the scene states it
 
     @property
     def load_names(self):

@@ -53,23 +53,12 @@ def prepare(study):
         All mistakes in cases, goal, limits, columns, tolerances, plot and printed values, without those that only
         follow from others.
     """
-    mistakes, scene, columns, printed = Mistakes(), None, [], ([], [])
-    if "base" not in study.wrong_keys:
-        with mistakes.at():
-            check_cases(study)
-        with suppress(SceneError):
-            scene = study.case(0)[1]
-    if not OF_CASES.isdisjoint(study.wrong_keys):
-        mistakes, scene = Mistakes(found for found in mistakes if found.message.startswith(OF_ONE_KEY)), None
-    if scene:
-        with mistakes.at():
-            if study.find:
-                check_goal(goal_of_study(study), study.document_of(0))
-        with mistakes.at():
-            limits_of(scene, study.document_of(0))
+    columns, printed = [], ([], [])
+    scene, mistakes = _first_scene(study)
     with mistakes.at():
         columns = columns_of(study, scene)
-    for check in (tolerances_of, _check_plot) if "columns" not in study.wrong_keys else ():
+    of_scene = (_check_goal, _check_limits) if scene else ()
+    for check in of_scene if "columns" in study.wrong_keys else (*of_scene, tolerances_of, _check_plot):
         with mistakes.at():
             check(study)
     if columns and not study.wrong_keys:
@@ -78,6 +67,30 @@ def prepare(study):
     if mistakes:
         raise SceneError(*in_order(mistakes))
     return columns, printed
+
+
+def _first_scene(study):
+    """Scene of the first case, None where it is wrong or not known; and the `Mistakes` in the cases."""
+    mistakes, scene = Mistakes(), None
+    if "base" not in study.wrong_keys:
+        with mistakes.at():
+            check_cases(study)
+        with suppress(SceneError):
+            scene = study.case(0)[1]
+    if OF_CASES.isdisjoint(study.wrong_keys):
+        return scene, mistakes
+    return None, Mistakes(found for found in mistakes if found.message.startswith(OF_ONE_KEY))
+
+
+def _check_goal(study):
+    """Raise SceneError for a goal that the first case cannot have."""
+    if study.find:
+        check_goal(goal_of_study(study), study.document_of(0))
+
+
+def _check_limits(study):
+    """Raise SceneError for limits that the first case cannot have."""
+    limits_of(study.case(0)[1], study.document_of(0))
 
 
 def check_cases(study):
@@ -133,17 +146,13 @@ def _drawn_column(study, name):
 
 
 def columns_of(study, scene):
-    """Look up the columns that a study names; the key that it solves for, if any, is the first of them.
+    """Look up the columns that a study names; the key that it solves for, if any, is the first of them: list of Column.
 
     Parameters
     ----------
     study : StudyFile
     scene : CableScene, SuspensionScene or None
         That of the first case. Without it, columns are not checked for keys that scenes lack.
-
-    Returns
-    -------
-    list of Column
 
     Raises
     ------
@@ -203,23 +212,8 @@ def tolerances_of(study):
 def _printed_values(study, columns):
     """Read the CSV file of a study's printed values: numbers of a publication that its results are compared with.
 
-    Parameters
-    ----------
-    study : StudyFile
-    columns : list of Column
-        Columns of the study.
-
-    Returns
-    -------
-    headers : list of str
-        Headers of the file, each that of a column; empty without a file.
-    numbers : list of dict
-        For each case header -> number, None where the cell is empty.
-
-    Raises
-    ------
-    SceneError
-        The file does not fit the study: other columns, another number of rows, or cells that are no numbers.
+    Returns the `reference` of `prepare`, None in empty cells; SceneError where the file does not fit the study: other
+    columns, another number of rows, or cells that are no numbers.
     """
     if study.reference_path is None:
         return [], []

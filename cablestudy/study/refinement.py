@@ -48,11 +48,12 @@ def least_order_sum(waves):
 
 
 def needs_of(case, required):
-    """Estimate which waves and frequencies the finite-element model of one case must resolve, before any is solved.
+    """Estimate the waves and frequencies that the finite-element model of one case must resolve, before any is solved.
 
     Parameters
     ----------
     case : CableCase
+        NoSolutionError or ConvergenceError where it has no equilibrium.
     required : AskedModes
         The modes whose frequencies are asked for, at least one.
 
@@ -62,11 +63,6 @@ def needs_of(case, required):
         Estimated number of transverse half-waves along the cable; it decides how fine the first model is. [-]
     least : float
         Lower bound of the highest axial frequency that is asked for; 0 if there is none. [Hz]
-
-    Raises
-    ------
-    NoSolutionError, ConvergenceError
-        The case has no equilibrium.
     """
     case.results.check(case.index)
     return _half_waves(case, required), _least_axial_frequency(case, required.axial) if required.axial else 0.0
@@ -103,43 +99,20 @@ class Refinement:
     highest orders contribute to its shape. A model that does not resolve the transverse waves at a frequency ignores
     them. Its relative error of this frequency is estimated as `unresolved_turn` times the angle [rad] by which the
     direction of the cable changes along it.
-
-    Parameters
-    ----------
-    case : CableCase
-        Its scene states the accuracy.
-    compute : callable
-        Computes the values: case with its elements, names to leave out -> three dicts of name -> value, relative error,
-        and CablestudyError of a value that cannot be computed.
-    waves : float
-        Number of half-waves along the cable that the model must resolve, from `needs_of`. [-]
-    least : float
-        Frequency that the model must resolve. [Hz]
-
-    Attributes
-    ----------
-    finer : CableCase or None
-        The case at the next level to be examined; None when the search has ended.
-    used : CableCase
-        The case at the level whose values are taken.
-    values, errors : dict
-        Name -> number, and its estimated relative error: those within the accuracy.
-    failures : dict
-        Name -> CablestudyError of a number that does not reach the accuracy.
-    tried : int
-        Number of levels examined.
     """
 
-    case: object
+    case: object  # CableCase, whose scene states the accuracy
+    # case with its elements, names to leave out -> three dicts of name -> value, relative error, and CablestudyError of
+    # a value that cannot be computed
     compute: Callable
-    waves: float
-    least: float = 0.0
-    finer: object = None
-    used: object = None
-    values: dict = field(default_factory=dict)
-    errors: dict = field(default_factory=dict)
-    failures: dict = field(default_factory=dict)
-    tried: int = 0
+    waves: float  # half-waves along the cable that the model must resolve, from `needs_of` [-]
+    least: float = 0.0  # frequency that the model must resolve [Hz]
+    finer: object = None  # the case at the next level to be examined; None when the search has ended
+    used: object = None  # the case at the level whose values are taken
+    values: dict = field(default_factory=dict)  # name -> number, of those within the accuracy
+    errors: dict = field(default_factory=dict)  # name -> their estimated relative error
+    failures: dict = field(default_factory=dict)  # name -> CablestudyError of a number that does not reach the accuracy
+    tried: int = 0  # number of levels examined
 
     def __post_init__(self):
         self.used, self._accuracy = self.case, self.case.scene.model.accuracy
@@ -212,18 +185,9 @@ class Refinement:
         """Keep the values of this level that are within the accuracy, and end the search if no finer level is needed.
 
         That is so when all values are within the accuracy and a finer level would not give missing ones. The search
-        also ends when the error has stopped falling, so that only rounding is left of it.
-
-        Parameters
-        ----------
-        values : dict
-            Name -> number by this level.
-        estimated_errors : dict
-            Name -> relative error of this number. [-]
-        failures : dict
-            Name -> CablestudyError of what has no number at this level; the key None stands for all names.
-        unresolved : float
-            Relative error by transverse waves that are too short for the elements of this level. [-]
+        also ends when the error has stopped falling, so that only rounding is left of it. The dicts are those of
+        `compute`; a failure of None is of all names. `unresolved` is the relative error by transverse waves that are
+        too short for the elements of this level. [-]
         """
         self._refuse(failures)
         pending = failures.keys() - self.failures.keys()  # columns to which a finer level may give a number

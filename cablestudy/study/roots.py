@@ -11,35 +11,16 @@ from cablestudy.study.tolerances import STUDY
 
 @dataclass(frozen=True)
 class Effort:
-    """Effort of a search for zeros, by the cost and the error of the function.
+    """Effort of a search for zeros, by the cost and the error of the function."""
 
-    Attributes
-    ----------
-    points : int
-        Number of points on each side, in a range of about a decade.
-    steps : int
-        Halvings of each gap between a point with a value and one without, and steps of each search for an extremum.
-    rtol : float
-        Relative tolerance of a zero.
-    reach : float
-        Largest factor between the start and a point that is tried, see `ranges_about`.
-    noise : float
-        Error of the function: at a zero the size of its value is at most this error.
-    scale : float
-        Size of the numbers whose difference the function is: values that differ by their rounding are equal.
-    parts : int
-        Number of parts into which the gap between a point with a value and one without is divided at once.
-    costly : bool
-        Whether such gaps are left alone where the function is far from zero, and jumps found as finely as their ends.
-    """
-
-    points: int
-    steps: int
-    rtol: float = 1e-13
-    reach: float = np.inf
-    noise: float = 0.0
-    scale: float = 0.0
-    parts: int = 2
+    points: int  # on each side, in a range of about a decade
+    steps: int  # halvings of each gap between a point with a value and one without, and of a search for an extremum
+    rtol: float = 1e-13  # relative tolerance of a zero
+    reach: float = np.inf  # largest factor between the start and a point that is tried, see `ranges_about`
+    noise: float = 0.0  # error of the function: at a zero the size of its value is at most this error
+    scale: float = 0.0  # size of the numbers whose difference the function is: values within their rounding are equal
+    parts: int = 2  # into which the gap between a point with a value and one without is divided at once
+    # whether such gaps are left alone where the function is far from zero, and jumps found as finely as their ends
     costly: bool = False
 
     def equal(self, values):
@@ -49,34 +30,16 @@ class Effort:
 
 @dataclass(frozen=True)
 class Zeros:
-    """Zeros that a search has found.
+    """Zeros that a search has found."""
 
-    Attributes
-    ----------
-    roots : list of float
-        The zeros, rising.
-    jumps : list of float
-        Points at which the function changes its sign without being zero, rising.
-    plateaus : list of (float, float)
-        Intervals in which the function stays zero; only the first point of each is among the zeros.
-    gaps : list of (float, float)
-        Intervals with a value at one end and none at the other, rising, that were not searched further.
-    low, high : float
-        Ends of the range that was searched.
-    evaluated : tuple of ndarray
-        Points that have a value, rising, and the values, each of shape (k,).
-    constant : bool
-        Whether the function has one value wherever it has any.
-    """
-
-    roots: list
-    jumps: list
-    plateaus: list
-    gaps: list
-    low: float
+    roots: list  # of float: the zeros, rising
+    jumps: list  # of float: points at which the function changes its sign without being zero, rising
+    plateaus: list  # of (float, float): where the function stays zero; only the first point of each is a zero
+    gaps: list  # of (float, float): with a value at one end and none at the other, rising; not searched further
+    low: float  # ends of the range that was searched
     high: float
-    evaluated: tuple
-    constant: bool
+    evaluated: tuple  # points that have a value, rising, and the values: ndarrays of shape (k,)
+    constant: bool  # whether the function has one value wherever it has any
 
 
 class _NoValueError(Exception):
@@ -315,15 +278,8 @@ class _Scan:
     def _search_between_equal_signs(self, low, high, sign):
         """Look for two close zeros of f between two points where f has the same sign, by minimising |f| between them.
 
-        The search stops at the first point where f is zero or has the other sign. All points are kept in `tried`, where
-        `_roots_and_jumps` then finds a change of sign on each side of such a point.
-
-        Parameters
-        ----------
-        low, high : float
-            The two points.
-        sign : float
-            1 where f is positive at both points, -1 where it is negative.
+        The search stops at the first point where f is zero or has the other sign than `sign`, 1 or -1. All points are
+        kept in `tried`, where `_roots_and_jumps` then finds a change of sign on each side of such a point.
         """
         from scipy.optimize import minimize_scalar
 
@@ -345,14 +301,9 @@ class _Scan:
             pass
 
     def _roots_and_jumps(self):
-        """Find the zeros of f, and its jumps over zero, between neighbouring points that have values; set `plateaus`.
+        """The zeros of f, and its jumps over zero, between neighbouring points that have values; sets `plateaus`.
 
         A change of sign is a jump where f is not small at the point that Brent's method finds.
-
-        Returns
-        -------
-        roots, jumps : list of float
-            Each rising.
         """
         if self._effort.equal(self.finite()[1]):
             return [], []
@@ -392,22 +343,10 @@ class _Scan:
             raise
 
     def _find_sign_change(self, function, low, high):
-        """Point between two points of different sign at which a function changes its sign, by Brent's method.
+        """Point between two points of different sign at which f, or a cheaper one, changes its sign: Brent's method.
 
-        Parameters
-        ----------
-        function : callable
-            Float -> float: f, or a cheaper function with the same zero.
-        low, high : float
-            The two points.
-
-        Raises
-        ------
-        _NoValueError
-            The function has no value at a point on the way.
-        _JumpFoundError
-            The function jumps over zero, as a narrow bracket with values that still differ much shows. Only where f is
-            costly, to save evaluations.
+        _NoValueError where the function has no value at a point on the way; of a costly f, to save evaluations,
+        _JumpFoundError where it jumps over zero, as a narrow bracket with values that still differ much shows.
         """
         from scipy.optimize import brentq
 

@@ -11,61 +11,31 @@ from cablestudy.scene.suspension import SuspensionScene
 
 @dataclass(frozen=True)
 class SceneKind:
-    """Functions and modules by which scenes of one kind (one cable, or a suspension) are computed.
+    """Functions and modules by which scenes of one kind (one cable, or a suspension) are computed."""
 
-    Attributes
-    ----------
-    evaluate : callable
-        Scenes, columns, and whether to estimate the errors of models with a stated number of elements -> list of Row,
-        one for each scene.
-    evaluate_table : callable
-        `CaseTable`, columns -> rows of all of its cases at once by closed forms, see `one_cable.closed_form`; None
-        where each case takes its own scene.
-    why_not : callable
-        Scene, column -> reason for which the scene cannot have it, empty where it can.
-    of_each_cable : callable
-        Scene, name of a column -> list of cable and its column of that name, where the name stands for those of several
-        cables; else empty.
-    is_cheap : callable
-        Column -> True if it costs so little that `find` may try many values.
-    usual_columns : tuple of str
-        Names of the columns that `find` shows beside the column of its goal.
-    notes_on_stated : callable
-        Scene -> notes, at most one, on the meaning of the tensions and sags that it states; raises NoSolutionError and
-        ConvergenceError where a suspension has no stable equilibrium.
-    notes_on_found : callable
-        Case of a solution of `find` -> notes of the same meaning.
-    freeze : callable
-        Document, scene -> contents of its file with unstretched lengths, see `freeze.freeze_cable`.
-    case : callable
-        Scene -> `CableCase` or `SuspensionCase`.
-    as_suspension : callable
-        Scene -> `SuspensionScene` of the same points, bodies, cables and winches.
-    names_in_loop : dict
-        Name in the loop -> name for the user, of winches, references and outputs whose names differ.
-    wind_keys : tuple of str
-        Keys of the scene without which no wind acts on what the loop moves.
-    loaded_cables : callable
-        Case -> list of `LoadedCable`; raises NoSolutionError and ConvergenceError.
-    package : str
-        Name of the package with modules of equal names for each kind.
-    """
-
+    # scenes, columns, whether to estimate the errors of models with a stated number of elements -> list of Row
     evaluate: Callable
+    # `CaseTable`, columns -> rows of all of its cases at once by closed forms, see `one_cable.closed_form`; None where
+    # each case takes its own scene
     evaluate_table: Callable
-    why_not: Callable
+    why_not: Callable  # scene, column -> reason for which the scene cannot have it, empty where it can
+    # scene, name of a column -> list of cable and its column of that name, where the name stands for those of several
+    # cables; else empty
     of_each_cable: Callable
-    is_cheap: Callable
-    usual_columns: tuple
+    is_cheap: Callable  # column -> True if it costs so little that `find` may try many values
+    usual_columns: tuple  # names of the columns that `find` shows beside the column of its goal
+    # scene -> notes, at most one, on the meaning of the tensions and sags that it states; raises NoSolutionError and
+    # ConvergenceError where a suspension has no stable equilibrium
     notes_on_stated: Callable
-    notes_on_found: Callable
-    freeze: Callable
-    case: Callable
-    as_suspension: Callable
+    notes_on_found: Callable  # case of a solution of `find` -> notes of the same meaning
+    freeze: Callable  # document, scene -> contents of its file with unstretched lengths, see `freeze.freeze_cable`
+    case: Callable  # scene -> `CableCase` or `SuspensionCase`
+    as_suspension: Callable  # scene -> `SuspensionScene` of the same points, bodies, cables and winches
+    # name in the loop -> name for the user, of winches, references and outputs whose names differ
     names_in_loop: dict
-    wind_keys: tuple
-    loaded_cables: Callable
-    package: str
+    wind_keys: tuple  # keys of the scene without which no wind acts on what the loop moves
+    loaded_cables: Callable  # case -> list of `LoadedCable`; raises NoSolutionError and ConvergenceError
+    package: str  # name of the package with modules of equal names for each kind
 
     @property
     def trade(self):

@@ -170,14 +170,14 @@ class Table:
     def _csv(self):
         """Yield the lines of CSV."""
         names = [field.name for field in self.fields]
-        yield csv_line(names) + "\n"
+        yield csv_line(names)
         lines = self.rows.csv_lines(names) if hasattr(self.rows, "csv_lines") else None
         if lines is not None:
             while block := "".join(islice(lines, STUDY.lines_at_once)):
                 yield block
             return
         for row in self.rows:
-            yield csv_line([row.get(name) for name in names]) + "\n"
+            yield csv_line([row.get(name) for name in names])
 
     def _json(self):
         """Yield the pieces of one JSON object, row by row."""
@@ -203,9 +203,9 @@ class Table:
 
 
 def csv_line(cells):
-    """One line of a CSV, without its end: floats by `repr`, nothing for None."""
+    """One line of a CSV, with its end: floats by `repr`, nothing for None."""
     line = io.StringIO()
-    csv.writer(line, lineterminator="").writerow(cells)
+    csv.writer(line, lineterminator="\n").writerow(cells)
     return line.getvalue()
 
 

@@ -86,26 +86,13 @@ class TableColumns:
 
 @dataclass(frozen=True)
 class Row:
-    """Row of a table: the values of the columns for one case.
+    """Row of a table: the values of the columns for one case."""
 
-    Attributes
-    ----------
-    cells : dict
-        Header -> float, or None where it has no value; `status` is a text.
-    case : CableCase or SuspensionCase
-    notes : tuple of str
-        On the model, and what it leaves out.
-    errors : dict
-        Header -> estimated relative error against the continuous cable; None where it is not known.
-    warnings : tuple of str
-        Shown to all users; notes are shown only if asked for.
-    """
-
-    cells: dict
-    case: object
-    notes: tuple
-    errors: dict
-    warnings: tuple = ()
+    cells: dict  # header -> float, or None where it has no value; `status` is a text
+    case: object  # CableCase or SuspensionCase
+    notes: tuple  # of str: on the model, and what it leaves out; shown only if asked for
+    errors: dict  # header -> estimated relative error against the continuous cable; None where it is not known
+    warnings: tuple = ()  # of str, shown to all users
 
     def known_errors(self):
         """Yield the estimated errors of the cells, as a table of this one row has them."""
@@ -125,30 +112,18 @@ class Row:
 
 @dataclass
 class UnfinishedRow:
-    """A `Row` while it is computed.
-
-    Attributes
-    ----------
-    case, notes, errors, warnings
-        Those of the row.
-    values : dict
-        Header -> number, or None where the case has no such number and none is missing.
-    failures : dict
-        Header -> CablestudyError of a column without a number, or name -> one that makes others doubtful.
-    doubts : tuple of str
-        See `status_of`.
-    dof : int
-        Number of unknowns of the model. [-]
-    """
+    """A `Row` while it is computed, with its `case`, `errors`, `notes` and `warnings`."""
 
     case: object
+    # header -> number, or None where the case has no such number and none is missing
     values: dict = field(default_factory=dict)
+    # header -> CablestudyError of a column without a number, or name -> one that makes others doubtful
     failures: dict = field(default_factory=dict)
     errors: dict = field(default_factory=dict)
     notes: tuple = ()
     warnings: tuple = ()
-    doubts: tuple = ()
-    dof: int = 0
+    doubts: tuple = ()  # of str, see `status_of`
+    dof: int = 0  # number of unknowns of the model
 
     def fail(self, columns, error):
         """Record an error as the failure of those columns that have no value yet."""

@@ -91,21 +91,11 @@ def changes_by_actual_drag(drag, catenary, stretched=False, steps=STUDY.drag_ste
 
 @dataclass(frozen=True)
 class Pieces:
-    """Gauss's rule on pieces of n cables: k points on each of p pieces, j = p k.
+    """Gauss's rule on pieces of n cables: k points on each of p pieces, j = p k."""
 
-    Attributes
-    ----------
-    width : ndarray, shape (n, p)
-        Of each piece, a share of the unstretched length; zero of pieces for loads that a cable does not have. [-]
-    points : ndarray, shape (n, j)
-        Shares of the unstretched length. [-]
-    weights : ndarray, shape (n, j, 1)
-        They add up to 1. [-]
-    """
-
-    width: np.ndarray
-    points: np.ndarray
-    weights: np.ndarray
+    width: np.ndarray  # (n, p): a share of the unstretched length; zero for loads that a cable does not have [-]
+    points: np.ndarray  # (n, j): shares of the unstretched length [-]
+    weights: np.ndarray  # (n, j, 1): they add up to 1 [-]
 
     @classmethod
     def of(cls, catenary):
@@ -170,33 +160,15 @@ def _running_integral():
 
 @dataclass(frozen=True)
 class DragErrors:
-    """Errors of n equilibria in which the drag of a steady wind is taken as uniform along each cable.
+    """Errors of n equilibria in which the drag of a steady wind is taken as uniform along each cable; global axes."""
 
-    Attributes
-    ----------
-    error : ndarray, shape (n,)
-        Relative, of tension and form. [-]
-    end_forces : ndarray, shape (n, 2, 3)
-        Change of the forces of each cable on its two supports by the actual drag, global axes. [N]
-    displacement : ndarray, shape (n, j, 3)
-        Movement of points along each cable by the actual drag, global axes. [m]
-    points : ndarray, shape (n, j)
-        These points, shares of the unstretched length. [-]
-    ends : ndarray, shape (n, 2, 3)
-        Movement of the two ends of each cable: zero where they are held. [m]
-    tensions : ndarray, shape (n, j, 3)
-        Tension vectors at the points under the actual drag, global axes. [N]
-    weights : ndarray, shape (n, j, 1)
-        Of the points in an integral along each cable; they add up to 1. [-]
-    """
-
-    error: np.ndarray
-    end_forces: np.ndarray
-    displacement: np.ndarray
-    points: np.ndarray
-    ends: np.ndarray
-    tensions: np.ndarray
-    weights: np.ndarray
+    error: np.ndarray  # (n,): relative, of tension and form [-]
+    end_forces: np.ndarray  # (n, 2, 3): change of the forces of each cable on its supports by the actual drag [N]
+    displacement: np.ndarray  # (n, j, 3): movement of points along each cable by the actual drag [m]
+    points: np.ndarray  # (n, j): these points, shares of the unstretched length [-]
+    ends: np.ndarray  # (n, 2, 3): movement of the two ends of each cable, zero where they are held [m]
+    tensions: np.ndarray  # (n, j, 3): tension vectors at the points under the actual drag [N]
+    weights: np.ndarray  # (n, j, 1): of the points in an integral along each cable; they add up to 1 [-]
 
     @classmethod
     def none(cls, catenary):
@@ -282,17 +254,8 @@ class DragErrors:
 def uneven_drag_errors(drag, catenary, stretched=False):
     """Estimate the errors of n equilibria in which the drag of a steady wind is taken as uniform along each cable.
 
-    The actual drag at a point follows from the tangent, the stretch and the wind there. `changes_by_actual_drag`
-    computes how it changes tension and form.
-
-    Parameters
-    ----------
-    drag : SteadyDrag
-        Drag on the cables, fields of shape (n,).
-    catenary : Catenary
-        Their equilibria under the uniform drag, shape (n,).
-    stretched : bool
-        Whether the uniform drag was computed for the stretched length, not for the unstretched one.
+    The actual drag at a point follows from the tangent, the stretch and the wind there. `changes_by_actual_drag`, with
+    these parameters, computes how it changes tension and form.
 
     Returns
     -------

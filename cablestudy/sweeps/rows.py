@@ -13,6 +13,7 @@ from cablestudy.study.table import Field, Table, csv_line, exact
 from cablestudy.study.table_rows import OK
 from cablestudy.study.varied_keys import varied_keys
 
+OK_LINE = f"{OK}\n"
 CACHED_STEPS = 100_000  # of what varies, whose text in the CSV is kept: more than any grid has along one axis
 
 
@@ -116,7 +117,7 @@ class Rows(LazyRows):
         @lru_cache(CACHED_STEPS)
         def varied_text(number, step):
             cells = [exact(varied.cell(values[step])) for varied, values in columns_of_entries[number]]
-            return csv_line([*cells, ""])  # ends with a comma
+            return csv_line([*cells, ""])[:-1]  # ends with a comma
 
         steps_of_cases = product(*(range(len(entry)) for entry in self._study.entries))
         stored = self._store.read_texts(self._cases)
@@ -124,7 +125,7 @@ class Rows(LazyRows):
         for steps, (status, cells) in zip(islice(steps_of_cases, self._cases.start, None), stored, strict=False):
             beginning = "".join([varied_text(number, steps[number]) for number in shown_entries])
             numbers = cells[1:-1].replace("null", "")
-            yield f"{beginning}{numbers}{comma}{status if status == OK else csv_line([status])}\n"
+            yield f"{beginning}{numbers}{comma}{OK_LINE if status == OK else csv_line([status])}"
 
 
 def table_of(study, columns, reference, store, cases):

@@ -57,7 +57,7 @@ class RowStore:
         self.describe(identity)
 
     def describe(self, identity, partial=()):
-        """State what the rows depend on, and which columns are known of partial ones."""
+        """State what the rows depend on (`fingerprint.identity`), and the headers that are known of partial ones."""
         self.identity, self.partial = identity, partial
         self.headers = [header for header in identity["columns"] if header != "status"]
 
@@ -199,16 +199,9 @@ class RowStore:
             self.database.execute_many(INSERT, records)
 
     def replace(self, identity, partial, records):
-        """Replace all rows by those of an edited study: completely, or not at all.
+        """Replace all rows by those of an edited study, which `describe` takes: completely, or not at all.
 
-        Parameters
-        ----------
-        identity : dict
-            All that the new rows depend on, from `fingerprint.identity` of the edited study.
-        partial : list of str
-            Headers of the cells that are known of partial rows, which have only some of the columns.
-        records : iterable of tuple
-            New rows, from `record.pack`. They may be computed from the stored ones while these are replaced.
+        The records, from `record.pack`, may be computed from the stored ones while these are replaced.
         """
         with self.database.transaction():
             self.database.execute("CREATE TEMP TABLE new_rows AS SELECT * FROM rows LIMIT 0")
@@ -252,10 +245,7 @@ class RowStore:
     def _keep_valid_rows(self, highest):
         """Check the file for damage, and each stored row by its check sum; if any is damaged, keep only the valid rows.
 
-        Parameters
-        ----------
-        highest : int or None
-            Largest number that a row may have; None for no limit.
+        `highest` is the largest number that a row may have; None for no limit.
         """
         damaged_rows, damage = [], None
         try:
