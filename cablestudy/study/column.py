@@ -141,11 +141,6 @@ def not_finite(column):
     return NoSolutionError(f"{column.header} is not finite")
 
 
-def value(column, case):
-    """One number of a case whose scene has the keys that the column needs; see `value_and_error`."""
-    return value_and_error(column, case)[0]
-
-
 def value_and_error(column, case):
     """Value of a result column in one case, and its estimated relative error.
 

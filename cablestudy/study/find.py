@@ -54,21 +54,15 @@ class KeyValues:
     """
 
     def __init__(self, document_of, goal, values, entries=()):
-        self._document_of, self._key, self._location = document_of, goal.key.name, goal.locations["by"][0]
+        self._document_of, self._goal = document_of, goal
         self.values = [float(value) for value in values]
-        self.entries = (*entries, Entry(((self._key, self.values, lambda _: self._location),)))
-
-    @classmethod
-    def of_scene(cls, document, goal, values):
-        """`KeyValues` of one scene alone."""
-        return cls(lambda _: document, goal, values)
+        self.entries = (*entries, Entry(((goal.key.name, self.values, lambda _: goal.locations["by"][0]),)))
 
     def case(self, index):
         """Overrides (key -> value), and the scene of one case."""
         case, step = divmod(index, len(self.values))
         value = self.values[step]
-        document = self._document_of(case)
-        return {self._key: value}, read_scene(document.with_sets([(self._key, value, self._location)]))
+        return {self._goal.key.name: value}, scene_at(self._goal, self._document_of(case), value)
 
 
 def solve(goal, document, column_at=None):
@@ -83,7 +77,8 @@ def solve(goal, document, column_at=None):
     if not zeros_found.roots:
         raise NoSolutionError("; ".join([_no_solution_message(goal, zeros_found, list(statuses.values())), *jumps]))
     notes += [f"{goal} over all of {goal.key.name} from {goal.of_key(*ends)}" for ends in zeros_found.plateaus]
-    return Solutions(zeros_found.roots, scenes_at(goal, document, zeros_found.roots), notes + jumps)
+    scenes = [scene_at(goal, document, root) for root in zeros_found.roots]
+    return Solutions(zeros_found.roots, scenes, notes + jumps)
 
 
 def search(goal, document, enclose=False, column_at=None):
@@ -119,7 +114,7 @@ def search(goal, document, enclose=False, column_at=None):
     statuses = {}
 
     def column_of_scene(values):
-        return column_values(goal, KeyValues.of_scene(document, goal, values), range(len(values)))
+        return column_values(goal, KeyValues(lambda _: document, goal, values), range(len(values)))
 
     def difference(values):
         """Column less the value of the goal at values of the key, shape (n,); NaN without a value of the column."""
@@ -154,7 +149,8 @@ def _margin_of_failing(goal, document, low, high):
     that holds at both ends is assumed to hold between them. A limit counts once for each of its load cases. It fails if
     its margin is zero, negative or missing.
     """
-    checks_at_both = zip(*checks_of(scenes_at(goal, document, [low, high]), limits_by_case), strict=True)
+    ends = [scene_at(goal, document, end) for end in (low, high)]
+    checks_at_both = zip(*checks_of(ends, limits_by_case), strict=True)
     failing = {
         index for index, checks in enumerate(checks_at_both) if any((check.margin or 0.0) <= 0 for check in checks)
     }
@@ -164,7 +160,7 @@ def _margin_of_failing(goal, document, low, high):
 
     def margin(value):
         try:
-            (checks,) = checks_of(scenes_at(goal, document, [value]), failing_limits)
+            (checks,) = checks_of([scene_at(goal, document, value)], failing_limits)
         except SceneError:
             return np.nan
         return np.nan if isinstance(checks, SceneError) or unanswered(checks) else min(check.margin for check in checks)
@@ -172,9 +168,9 @@ def _margin_of_failing(goal, document, low, high):
     return margin
 
 
-def scenes_at(goal, document, values):
-    """List of the scenes with some values of the key; SceneError for one that is no scene."""
-    return [KeyValues.of_scene(document, goal, [value]).case(0)[1] for value in values]
+def scene_at(goal, document, value):
+    """The scene with a value of the key; SceneError where it is none."""
+    return read_scene(document.with_sets([(goal.key.name, value, goal.locations["by"][0])]))
 
 
 def check_goal(goal, document):
@@ -230,7 +226,7 @@ def _valid_scene(goal, document, start):
     error = None
     for value in [start, *candidates] if start is not None and low <= start <= high else candidates:
         try:
-            return KeyValues.of_scene(document, goal, [value]).case(0)[1]
+            return scene_at(goal, document, value)
         except SceneError as refused:
             error = error or refused
     mistakes_of_key = [mistake for mistake in error.mistakes if mistake.where == goal.locations["by"][0]]

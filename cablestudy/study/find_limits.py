@@ -6,7 +6,7 @@ from math import nan
 
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.columns import find
-from cablestudy.study.find import Solutions, find_table, scenes_at, search
+from cablestudy.study.find import Solutions, find_table, scene_at, search
 from cablestudy.study.limits import NOT_MET
 from cablestudy.study.study_rows import checks_of
 from cablestudy.study.table import Field
@@ -51,7 +51,7 @@ def ranges(goal, document, columns):
     key = goal.key.name
     notes += [f"all limits hold {end} {key} = {goal.of_key(value)}: {reason}" for end, value, reason in ends if reason]
     values = [value for _, value, _ in ends]
-    solutions = Solutions(values, scenes_at(goal, document, values), notes)
+    solutions = Solutions(values, [scene_at(goal, document, value) for value in values], notes)
     shown_columns = [GOVERNING, *(column for column in columns if column.needs != "limits")]
     table, rows = find_table(goal, solutions, shown_columns)
     for (end, _, reason), cells in zip(ends, table.rows, strict=True):
@@ -101,7 +101,7 @@ def _no_range_message(goal, document, zeros_found, statuses):
         reason = next((status for status in statuses.values() if not has_answer(status)), "no limit has a value")
         return f"{searched} has an answer: {reason}"
     best = float(points[margins.argmax()])
-    (checks,) = checks_of(scenes_at(goal, document, [best]))
+    (checks,) = checks_of([scene_at(goal, document, best)])
     broken = ", ".join(check.governing for check in checks if check.status == NOT_MET)
     nearest = f"nearest is {goal.of_key(best)}, with a least margin of {100 * margins.max():.3g} %"
     elsewhere = "" if goal.between else f"; {goal.elsewhere}"

@@ -20,11 +20,6 @@ class VariedKey:
     text: bool = False  # whether some of its cells are text
 
     @property
-    def name(self):
-        """Name of its column, without unit."""
-        return self.key
-
-    @property
     def header(self):
         """Name of its column in CSV and JSON: `cable.preload_N`; without a unit the key itself."""
         return header(self.key, self.unit)
