@@ -149,26 +149,3 @@ def test_no_value_about_the_place_nearest_to_zero():
 
     with np.errstate(all="raise"):
         assert find_zeros(dip, [[points_between(0.5, 3.0, 12)]], CHEAP).roots == []
-
-
-@pytest.mark.parametrize(
-    ("part", "calls"),
-    [
-        (lambda x: 8.0 - x**3, 1),  # what governs at both ends, and at the zero
-        (lambda x: 15.625 - x**3, 2),  # a zero of another function: not one of the whole
-        (lambda x: np.nan, 2),
-    ],
-)
-def test_a_cheaper_function_between_two_places_is_held_against_the_whole(part, calls):
-    """The least of 8 - x^3, 9 - x^2 and x + 5: only the first one changes its sign."""
-    whole = []
-
-    def least(x):
-        whole.append(len(x))
-        return np.minimum(8.0 - x**3, np.minimum(9 - x**2, x + 5))
-
-    places = [[points_between(0.1, 2.9, 4)]]
-    expected = find_zeros(least, places, CHEAP).roots
-    without, whole[:] = len(whole), []
-    assert find_zeros(least, places, CHEAP, cheaper=lambda low, high: part).roots == expected == pytest.approx([2.0])
-    assert (len(whole) < without) == (calls == 1)

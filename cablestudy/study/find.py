@@ -2,7 +2,6 @@
 given value: `cablestudy find`, and `find:` in a study."""
 
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -16,11 +15,11 @@ from cablestudy.scene.units import common_factor
 from cablestudy.scene.words import counted
 from cablestudy.study.column import CLOSED
 from cablestudy.study.columns import find
-from cablestudy.study.limits import limits_by_case, limits_of, unanswered
+from cablestudy.study.limits import limits_of
 from cablestudy.study.roots import Effort, find_zeros, points_between, ranges_about
 from cablestudy.study.scene_kind import kind_of, why_not
 from cablestudy.study.scene_values import tables_of
-from cablestudy.study.study_rows import checks_of, evaluate, evaluate_tables
+from cablestudy.study.study_rows import evaluate, evaluate_tables
 from cablestudy.study.table import Field, Table
 from cablestudy.study.table_rows import STATUS, has_answer
 from cablestudy.study.tolerances import STUDY
@@ -130,42 +129,13 @@ def search(goal, document, enclose=False, column_at=None):
         ranges = [[points_between(goal.quantity.low, goal.quantity.high, 2 * effort.points)]]
     else:
         ranges = ranges_about(start, goal.quantity.low, goal.quantity.high, effort.points, effort.reach)
-    # a zero of the least margin is first searched with those limits alone that decide there, which costs less
-    of_limits = goal.column.name == "limit_margin" and not goal.value
-    cheaper = partial(_margin_of_failing, goal, document) if of_limits else None
-    zeros_found = find_zeros(difference, ranges, effort, enclose, cheaper)
+    zeros_found = find_zeros(difference, ranges, effort, enclose)
     notes = [] if goal.between else [
         f"searched: {goal.key.name} from {goal.of_key(zeros_found.low, zeros_found.high)}; {goal.elsewhere}"
     ]  # fmt: skip
     ends = f"at an end of the values of {goal.column.name}"
     notes += [f"not searched: {goal.key.name} from {goal.of_key(*gap)}, {ends}" for gap in zeros_found.gaps]
     return zeros_found, statuses, notes
-
-
-def _margin_of_failing(goal, document, low, high):
-    """Make a cheap function that has the same zeros between two values of the key as the least margin of all limits.
-
-    It is the least margin of those limits alone that fail at `low` or `high`, NaN where one of them has none: a limit
-    that holds at both ends is assumed to hold between them. A limit counts once for each of its load cases. It fails if
-    its margin is zero, negative or missing.
-    """
-    ends = [scene_at(goal, document, end) for end in (low, high)]
-    checks_at_both = zip(*checks_of(ends, limits_by_case), strict=True)
-    failing = {
-        index for index, checks in enumerate(checks_at_both) if any((check.margin or 0.0) <= 0 for check in checks)
-    }
-
-    def failing_limits(scene):
-        return [limit for index, limit in enumerate(limits_by_case(scene)) if index in failing]
-
-    def margin(value):
-        try:
-            (checks,) = checks_of([scene_at(goal, document, value)], failing_limits)
-        except SceneError:
-            return np.nan
-        return np.nan if isinstance(checks, SceneError) or unanswered(checks) else min(check.margin for check in checks)
-
-    return margin
 
 
 def scene_at(goal, document, value):

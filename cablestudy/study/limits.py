@@ -5,7 +5,7 @@ least b; not negative where the limit holds. The governing limit is the one with
 """
 
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from pydantic_core import PydanticCustomError
 
@@ -119,15 +119,6 @@ def _unknown_columns(document):
                 if column:
                     find(column)
     return mistakes
-
-
-def limits_by_case(scene):
-    """List of the limits of a scene in each of their load cases; raises as `limits_of`."""
-    return [
-        replace(limit, terms=tuple(term for term in limit.terms if term[0] == case))
-        for limit in limits_of(scene)
-        for case in dict.fromkeys(case for case, *_ in limit.terms)
-    ]
 
 
 def _limit(scene, name, table):

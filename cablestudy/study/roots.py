@@ -135,7 +135,7 @@ def points_between(low, high, count):
 # --------------------------------------------------------------------------------------------------------- the search
 
 
-def find_zeros(function, ranges, effort, enclose=False, cheaper=None):
+def find_zeros(function, ranges, effort, enclose=False):
     """Find all zeros of a function f of one number, in growing ranges up to the first range that has any.
 
     In each range f is evaluated at the points; gaps between points with and without a value are divided; |f| is
@@ -153,16 +153,13 @@ def find_zeros(function, ranges, effort, enclose=False, cheaper=None):
         Numbers of points and steps, and tolerances.
     enclose : bool
         Whether ranges are extended until f is negative, or has no value, at both ends.
-    cheaper : callable, optional
-        Two points -> function g of one number that costs less than f. Its zero x between these points is taken if
-        f(x) = g(x), else f is searched.
 
     Returns
     -------
     Zeros
         The zeros, jumps of f over zero, and what was searched.
     """
-    scan = _Scan(function, effort, cheaper)
+    scan = _Scan(function, effort)
     ended_sides = set()
     for sides in ranges:
         open_sides = {side: points for side, points in enumerate(sides) if side not in ended_sides}
@@ -185,8 +182,8 @@ def find_zeros(function, ranges, effort, enclose=False, cheaper=None):
 class _Scan:
     """Points x at which a function f was evaluated, and the zeros, jumps and plateaus of f between them."""
 
-    def __init__(self, function, effort, cheaper):
-        self._function, self._effort, self._cheaper = function, effort, cheaper
+    def __init__(self, function, effort):
+        self._function, self._effort = function, effort
         self.tried = {}  # x -> value, NaN where there is none; the points between which is searched
         self._near_zeros = {}  # likewise, of points that were evaluated on the way to a zero
         self.plateaus = []
@@ -328,37 +325,23 @@ class _Scan:
         return sorted(roots), sorted(jumps)
 
     def _root_between(self, low, high):
-        """Point between two of different sign at which the function changes its sign, if it can by the cheaper one."""
-        if cheaper := self._cheaper and self._cheaper(low, high):
-            try:
-                x = self._find_sign_change(cheaper, low, high)
-                if self.value(x) == cheaper(x):
-                    return x
-            except (_NoValueError, _JumpFoundError):
-                pass
-        try:
-            return self._find_sign_change(self.value, low, high)
-        except _NoValueError as no_value:
-            self.tried[no_value.args[0]] = np.nan
-            raise
+        """Point between two of different sign at which the function changes its sign, by Brent's method.
 
-    def _find_sign_change(self, function, low, high):
-        """Point between two points of different sign at which f, or a cheaper one, changes its sign: Brent's method.
-
-        _NoValueError where the function has no value at a point on the way; of a costly f, to save evaluations,
-        _JumpFoundError where it jumps over zero, as a narrow bracket with values that still differ much shows.
+        _NoValueError where it has no value at a point on the way, which is among those tried then; of a costly one, to
+        save evaluations, _JumpFoundError where it jumps over zero, as a narrow bracket with values that still differ
+        much shows.
         """
         from scipy.optimize import brentq
 
-        point_at, end_values = _interpolation(low, high), {low: self.value(low), high: self.value(high)}
-        change = end_values[high] - end_values[low]
+        point_at, change = _interpolation(low, high), self.value(high) - self.value(low)
         ends = {}  # True (positive) or False -> last point where the function has this sign, and its value there
 
         def value(fraction):
             x = point_at(fraction)
-            number = end_values[x] if x in end_values else function(x)
+            number = self.value(x)
             if isnan(number):
-                raise _NoValueError(x)
+                self.tried[x] = number
+                raise _NoValueError
             ends[number > 0] = x, number
             if self._effort.costly and len(ends) == 2:
                 (a, f), (b, g) = ends.values()

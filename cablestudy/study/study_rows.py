@@ -24,20 +24,11 @@ def evaluate(scenes, columns, estimate=False):
     return rows if len(without_limits) == len(columns) else list(map(_with_limits, rows, checks_of(scenes)))
 
 
-def checks_of(scenes, limits_of=limits_of):
-    """Check the limits that scenes state, each limit in all of its load cases.
+def checks_of(scenes):
+    """Check the limits that scenes state, each limit in all of its load cases: a list with an item for each scene.
 
-    Parameters
-    ----------
-    scenes : sequence of CableScene or SuspensionScene
-    limits_of : callable
-        Scene -> list of the `SceneLimit` that are checked; by default all limits of the scene.
-
-    Returns
-    -------
-    list of (list of limits.Check, or SceneError)
-        For each scene a check for each limit, in the load case where its margin is least; or the error of a scene that
-        cannot have its limits.
+    It is the list of a `limits.Check` for each limit, in the load case where its margin is least; or the SceneError of
+    a scene that cannot have its limits.
     """
     limits, errors = [], {}
     for index, scene in enumerate(scenes):
