@@ -239,16 +239,9 @@ class Conductors:
     def equivalent_cables(self, rows, scenes):
         """Linear cables that stand for the nonlinear conductors of k scenes, each in its load case.
 
-        A linear cable has the strain and the tension of the conductor in equilibrium. The state of a conductor says
-        which permanent elongation ("set") it has: none, by creep, by load, or both (`final`).
-
-        Parameters
-        ----------
-        rows : ndarray of int, shape (k,)
-            For each of the k scenes the index of its original among the n scenes of this object: the two differ in the
-            load case only.
-        scenes : sequence of scenes
-            k scenes, each in its load case.
+        A linear cable has the strain and the tension of the conductor in equilibrium. `rows`, shape (k,), are for each
+        of the k scenes the index of its original among the n scenes of this object: the two differ in the load case
+        only.
 
         Returns
         -------
@@ -294,7 +287,7 @@ def _uneven_strain(condition, strain, along):
 
 
 def uneven_errors(linear, catenary):
-    """Estimate the relative errors of k equilibria in which a linear cable stands for each nonlinear conductor.
+    """Relative errors, shape (k,), of equilibria in which a linear cable stands for each nonlinear conductor. [-]
 
     A linear cable has the strain of the conductor at the mean tension T_m only, but the tension T varies along the
     cable. The estimate is the sum of two errors of first order, times a safety factor (`STUDY.second_order`):
@@ -311,11 +304,6 @@ def uneven_errors(linear, catenary):
         The k linear cables, and the conductors for which they stand.
     catenary : Catenary
         Equilibria of the linear cables, shape (k,).
-
-    Returns
-    -------
-    ndarray, shape (k,)
-        At most `STUDY.unknown_error`. [-]
     """
     condition, strain, tension = linear.condition, linear.strain, tensions_along(catenary)
     mean_tension = np.maximum(catenary.mean_tension, np.finfo(float).tiny)

@@ -150,10 +150,6 @@ def number_in_unit(value, column, scene_of):
         Function of no argument that returns the scene, or raises SceneError. It serves one message only: that a tension
         in percent of the breaking force must be written as a force.
 
-    Returns
-    -------
-    float
-
     Raises
     ------
     ValueError

@@ -74,7 +74,7 @@ def placed_on_cable(positions, length):
 
 
 def with_loads(span, values, of_case, length_ratio=None):
-    """Add to n cables the point loads of their scenes, turned from the global axes to the chord frame of each cable.
+    """Add the point loads of their scenes to n cables, turned from the global axes to their chord frames: `Span`.
 
     Parameters
     ----------
@@ -86,10 +86,6 @@ def with_loads(span, values, of_case, length_ratio=None):
     length_ratio : ndarray, shape (n,), optional
         Factor on the arc lengths that the scenes state for the loads: unstretched length of the cable over the length
         for which the scene states them. Default 1. [-]
-
-    Returns
-    -------
-    Span
     """
     positions, fractions, forces, masses = point_loads(values, of_case)
     positions = positions if length_ratio is None else positions * length_ratio[:, None]
@@ -179,7 +175,7 @@ def steady_drag(values, ends, load_ratio=1.0):
     ----------
     values : SceneValues or CaseTable
     ends : ndarray, shape (n, 2, 3)
-        Positions of both ends of each cable. [m]
+        [m]
     load_ratio : float or ndarray, shape (n,)
         Factor on the drag per unstretched length. [-]
 

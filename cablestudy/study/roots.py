@@ -122,10 +122,6 @@ def points_between(low, high, count):
     """Points between two limits, both among them: at equal ratios over more than a factor of four, else at equal steps.
 
     Parameters as of `ranges_about`.
-
-    Returns
-    -------
-    ndarray
     """
     if low >= 0 and high > 4 * low:
         return _geometric(high, low, STUDY.many_decades * count)[::-1]

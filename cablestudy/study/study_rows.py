@@ -78,7 +78,6 @@ def evaluate_tables(tables, columns, explain=False, estimate=False):
     Parameters
     ----------
     tables : list of CaseTable
-        Each has the scenes of one or more cases that differ only in numbers.
     columns : sequence of Column
     explain : bool
         Whether to return notes; they tell the errors of models with a stated number of elements.

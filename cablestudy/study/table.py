@@ -109,10 +109,6 @@ class Table:
         top : int or None
             Number of rows; None for all.
 
-        Returns
-        -------
-        Table
-
         Raises
         ------
         SceneError

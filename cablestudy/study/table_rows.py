@@ -202,10 +202,6 @@ class RowBatch(ABC):
 
         The columns are computed one after the other for all rows of a block: what the first row needs for a column is
         computed for all rows at once. The numbers are, to the last digit, those of each scene by itself.
-
-        Yields
-        ------
-        Row
         """
         start = time.perf_counter()
         self.solve_statics()

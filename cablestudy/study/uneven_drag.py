@@ -217,7 +217,7 @@ class DragErrors:
         return DragErrors(*(getattr(self, field.name)[index] for field in fields(self)))
 
     def with_moved_ends(self, ends, end_stiffness, end_forces):
-        """Add to the errors what movements of the cable ends change, to first order.
+        """Add to the errors what movements of the cable ends change, to first order: `DragErrors`.
 
         If the ends move apart by the vector e, the force t of a cable with the stiffness K on its end changes by K e.
         The relative error of the tension grows by |(K e).t|/|t|^2, the larger one of both ends, times a safety factor
@@ -231,10 +231,6 @@ class DragErrors:
             K: static stiffness of one end, the other end held, global axes. [N/m]
         end_forces : ndarray, shape (n, 2, 3)
             t: forces of the cables on their ends, global axes. [N]
-
-        Returns
-        -------
-        DragErrors
         """
         force_change = (end_stiffness @ (ends[:, 1] - ends[:, 0])[..., None])[:, None, :, 0]
         square = np.maximum((end_forces**2).sum(axis=-1), np.finfo(float).tiny)

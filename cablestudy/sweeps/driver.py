@@ -48,10 +48,6 @@ def compute_here(chunks, jobs=None):
     jobs : int, optional
         Number of processes, at most PER_CORE for each core; by default one for each core, if the work is long enough.
 
-    Yields
-    ------
-    Done
-
     Raises
     ------
     NoSolutionError
@@ -205,10 +201,6 @@ def compute_on_cluster(chunks, address, notify=None):
         `tcp://host:port`, or the name of a scheduler file that ends in `.json`.
     notify : callable, optional
         Called with each note for the user.
-
-    Yields
-    ------
-    Done
 
     Raises
     ------

@@ -296,7 +296,7 @@ def open_store(path, identity, count, resume=False, restart=False, reuse=0):
     path : str
         Its file; "" for a run that keeps nothing.
     identity : dict
-        All that the rows depend on, from `fingerprint.identity`.
+        From `fingerprint.identity`.
     count : int
         Number of cases of the study.
     resume, restart : bool
