@@ -165,11 +165,6 @@ def _angle_by_drag(results, end):
     return _below_horizontal(force + _end_force_by_drag(results, end)) - _below_horizontal(force)
 
 
-def _lowest_point(results):
-    """Level of the lowest point of each cable. [m]"""
-    return results.end_1[..., 2] + lowest_point(results.form)
-
-
 def _support_columns():
     """Yield the columns of tensions, support forces and angles at the two ends."""
     for end in (1, 2):
@@ -263,8 +258,8 @@ COLUMNS = (
     Column("load_sag", "m", "vertical distance from chord to the point load that hangs lowest below it", "statics",
            lambda c: load_sag(c.form), LOADED, each=True, by_drag=load_sag_by_drag),
     *_support_columns(),
-    Column("lowest_point", "m", "level of the lowest point of the cable, its ends included", "statics", _lowest_point,
-           determined_by="form", by_drag=lowest_by_drag),
+    Column("lowest_point", "m", "level of the lowest point of the cable, its ends included", "statics",
+           lambda r: r.end_1[..., 2] + lowest_point(r.form), determined_by="form", by_drag=lowest_by_drag),
     Column("clearance", "m", "least vertical distance from the cable down to the ground", "statics",
            lambda c: clearance(c.form, c.end_1, c.scene.ground), "ground", each=True, determined_by="form",
            by_drag=clearance_by_drag),

@@ -12,7 +12,7 @@ from threading import Thread
 import numpy as np
 
 from cablestudy.errors import CablestudyError, NoSolutionError, SceneError, one_line
-from cablestudy.scene.words import counted
+from cablestudy.scene.words import counted, first_of
 from cablestudy.study.find import KeyValues, column_values, solve
 from cablestudy.study.goal import goal_of_study
 from cablestudy.study.scene_kind import kind_of
@@ -87,8 +87,7 @@ def _only_solution(study, goal, case, column_at):
     solutions = solve(goal, study.document_of(case), column_at)
     count = len(solutions.values)
     if count > 1:
-        listed = ", ".join(goal.of_key(value) for value in solutions.values[: STUDY.shown_values])
-        listed += f" and {count - STUDY.shown_values} more" if count > STUDY.shown_values else ""
+        listed = first_of(list(map(goal.of_key, solutions.values)), STUDY.shown_values)
         values = f"{counted(count, 'value')} of {goal.key.name}"
         raise NoSolutionError(f"{goal}: {values}: {listed} (find.between chooses one)")
     return solutions.values[0], solutions.scenes[0]

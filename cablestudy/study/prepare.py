@@ -168,14 +168,10 @@ def columns_of(study, scene):
                 if any(column.header == other.header for other in columns):
                     raise ValueError(f"{column.name} is listed twice")
                 columns.append(column)
-                if scene and (reason := why_not(scene, column)) and _no_case_has(study, column):
+                first_cases = (study.case(index)[1] for index in range(min(study.count, CHECK_ALL)))
+                if scene and (reason := why_not(scene, column)) and all(why_not(case, column) for case in first_cases):
                     raise ValueError(reason)
     return columns
-
-
-def _no_case_has(study, column):
-    """True if none of the first cases of a study can have a column."""
-    return all(why_not(study.case(index)[1], column) for index in range(min(study.count, CHECK_ALL)))
 
 
 def _study_column(study, name):

@@ -109,10 +109,6 @@ def evaluate_tables(tables, columns, explain=False, estimate=False):
             answers.update((case, (*row, ())) for case, row in zip(cases, closed_rows, strict=True))
     for case, row in zip(scenes, evaluate(list(scenes.values()), columns, explain or estimate), strict=True):
         numbers = [row.cells[header] for header in headers]
-        answers[case] = numbers, row.cells["status"], _above_least(row.errors, least), row.notes if explain else ()
+        errors = {h: e for h, e in row.errors.items() if e is None or e > least.get(h, STUDY.rounding)}
+        answers[case] = numbers, row.cells["status"], errors, row.notes if explain else ()
     return answers
-
-
-def _above_least(errors, least):
-    """Estimated errors that are above the least ones of their columns (header -> error), or not known (None): dict."""
-    return {name: error for name, error in errors.items() if error is None or error > least.get(name, STUDY.rounding)}

@@ -118,6 +118,11 @@ class Database:
         """Execute a statement: cursor of its rows."""
         return self._connection.execute(statement, values)
 
+    def reported_rows(self, query, values=()):
+        """Yield the rows of the result of a query; errors of SQLite as of `reported`."""
+        with self.reported():
+            yield from self.execute(query, values)
+
     def value(self, query):
         """The only value in the only row of the result of a query."""
         return self.execute(query).fetchone()[0]

@@ -4,7 +4,7 @@ import sqlite3
 from contextlib import closing
 
 from cablestudy.errors import SceneError
-from cablestudy.scene.words import counted
+from cablestudy.scene.words import counted, first_of
 from cablestudy.sweeps.database import Database
 from cablestudy.sweeps.fingerprint import differences, digest
 from cablestudy.sweeps.record import unpack
@@ -60,7 +60,7 @@ class MergedRun(Run):
             missing = [case + 1 for case in merged.select(range(number - 1, self.study.count, count), MISSING)]
             if missing or number not in present:
                 state = "not complete" if number in present else "no such shard"
-                listed = ", ".join(map(str, missing[:SHOWN])) + (", ..." if len(missing) > SHOWN else "")
+                listed = first_of(list(map(str, missing)), SHOWN)
                 rows = f"{counted(len(missing), 'row')} missing" + (f" ({listed})" if missing else "")
                 how = command(self._words, "--out", self.files.folder, "--shard", f"{number}/{count}", "--resume")
                 lines.append(f"{self.files.shard(number, count)}: {state}, {rows}: {how}")

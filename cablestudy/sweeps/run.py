@@ -60,7 +60,7 @@ class SweepOptions:
         """The cases of a study that are to be computed: range from 0."""
         if self.row is not None:
             if self.row > count:
-                raise SceneError(f"--row {self.row}: the study has {count} case{'s' * (count > 1)}")
+                raise SceneError(f"--row {self.row}: the study has {counted(count, 'case')}")
             return range(self.row - 1, self.row)
         number, shards = self.shard or (1, 1)
         return range(number - 1, count, shards)

@@ -15,6 +15,7 @@ import sqlite3
 from contextlib import suppress
 
 from cablestudy.errors import SceneError
+from cablestudy.scene.words import first_of
 from cablestudy.study.columns import find_header
 from cablestudy.study.table_rows import DOUBTS, OK
 from cablestudy.sweeps.database import Database
@@ -85,10 +86,9 @@ class RowStore:
     def load(self):
         """Take over the rows that the file has, unchecked."""
         self._state = bytearray(self.count)
-        with self.database.reported():
-            query = f"SELECT row, status IS NOT NULL FROM rows WHERE row BETWEEN 1 AND {self.count}"
-            for row, complete in self.database.execute(query):
-                self._state[row - 1] = COMPLETE if complete else PARTIAL
+        query = f"SELECT row, status IS NOT NULL FROM rows WHERE row BETWEEN 1 AND {self.count}"
+        for row, complete in self.database.reported_rows(query):
+            self._state[row - 1] = COMPLETE if complete else PARTIAL
 
     def load_valid(self):
         """Take over the rows that are as they were written; a line about the others in `warnings`."""
@@ -103,8 +103,7 @@ class RowStore:
 
     def _warning_of(self, damaged):
         """Line about rows, from 1, that are left out since they are not as they were written."""
-        listed = ", ".join(map(str, damaged[:MAX_LISTED])) + (", ..." if len(damaged) > MAX_LISTED else "")
-        rows = f"row{'s' * (len(damaged) > 1)} {listed}"
+        rows = f"row{'s' * (len(damaged) > 1)} {first_of(list(map(str, damaged)), MAX_LISTED)}"
         return f"{self.path}: left out what is not as it was written: {rows}"
 
     def select(self, cases, state):
@@ -141,12 +140,11 @@ class RowStore:
         """Yield the rows of a range of cases as they are stored, in order."""
         query = f"SELECT {COLUMNS} FROM rows WHERE row > ? AND row <= ? ORDER BY row"
         row = cases.start
-        with self.database.reported():
-            for stored in self.database.execute(query, (cases.start, cases.stop)):
-                row += 1
-                if stored[0] != row:
-                    self._refuse_changed(row)
-                yield stored
+        for stored in self.database.reported_rows(query, (cases.start, cases.stop)):
+            row += 1
+            if stored[0] != row:
+                self._refuse_changed(row)
+            yield stored
         if row != cases.stop:
             self._refuse_changed(row + 1)
 
@@ -155,25 +153,20 @@ class RowStore:
         raise SceneError(f"{self.path}: row {row} was changed while the sweep ran; --resume computes it again")
 
     def failures(self):
-        """Yield case and status of each row without an answer, in order."""
-        query = f"SELECT row - 1, status FROM rows WHERE status != '{OK}' AND NOT {IS_DOUBTFUL} ORDER BY row"
-        with self.database.reported():
-            yield from self.database.execute(query)
+        """Iterator of case and status of each row without an answer, in order."""
+        return self.database.reported_rows(
+            f"SELECT row - 1, status FROM rows WHERE status != '{OK}' AND NOT {IS_DOUBTFUL} ORDER BY row"
+        )
 
     def doubtful(self, doubt):
-        """Yield each case with an answer that one of `table_rows.DOUBTS` is about, in order."""
+        """Iterator of each case with an answer that one of `table_rows.DOUBTS` is about, in order."""
         query = f"SELECT row - 1 FROM rows WHERE {IS_DOUBTFUL} AND status LIKE '%{doubt}%' ORDER BY row"
-        with self.database.reported():
-            for (case,) in self.database.execute(query):
-                yield case
+        return (case for (case,) in self.database.reported_rows(query))
 
     def errors(self):
-        """Yield case and errors, header -> estimated relative error, of each row that states any, in order."""
-        with self.database.reported():
-            for case, errors in self.database.execute(
-                "SELECT row - 1, errors FROM rows WHERE errors != '' ORDER BY row"
-            ):
-                yield case, json.loads(errors)
+        """Iterator of case and errors, header -> estimated relative error, of each row that states any, in order."""
+        query = "SELECT row - 1, errors FROM rows WHERE errors != '' ORDER BY row"
+        return ((case, json.loads(errors)) for case, errors in self.database.reported_rows(query))
 
     def add(self, headers, records):
         """Add the rows of a chunk, from `record.pack`: all of them, or none.
