@@ -165,7 +165,8 @@ def test_shards_that_do_not_belong_together(folder):
     assert refusal("merge", name) == "results/study.shard-2-of-2.sqlite: gravity: 1.62 there, not given now"
     study_file(folder, SHARDED.replace("187", "187.5").replace(", area", ""), SLACK)
     lines = run("merge", name, code=2).lines
-    assert lines[:2] == [f"results/study.shard-1-of-2.sqlite: {part}: not as now" for part in ("vary", "columns")]
+    shard, edited = "results/study.shard-1-of-2.sqlite", "of the study before it was edited"
+    assert lines[:2] == [f"{shard}: {edited}: {part} changed" for part in ("what varies", "the columns")]
     run("sweep", name, "--shard", "1/3")
     assert refusal("merge", name) == "--out results: shards of 2 and of 3 lie there: move one kind away"
     assert not Path("results/study.csv").exists()

@@ -12,6 +12,8 @@ from cablestudy.version import __version__
 # of the code that changes a number of any table by more than its rounding, or the text of a `status`: whatever needs a
 # line under "Numbers changed" in CHANGELOG.md. A release that changes no result leaves it as it is.
 RESULTS_VERSION = 14
+# parts of an identity that may be edited -> in messages
+PARTS = {"vary": "what varies", "find": "what is solved for", "columns": "the columns"}
 
 
 @cache
@@ -71,6 +73,12 @@ def differences(stored, current):
                 there, now = (str(values[key]) if key in values else "not given" for values in (old, new))
                 lines.append(f"{prefix}{key}: {there} there, {now} now")
     return lines
+
+
+def edited_parts(stored, current):
+    """A line for each part of an identity, but for those of `differences`, in which stored rows differ from a run."""
+    changed = [what for part, what in PARTS.items() if stored.get(part) != current.get(part)]
+    return [f"of the study before it was edited: {what} changed" for what in changed]
 
 
 def _by_dotted_key(value, path=""):

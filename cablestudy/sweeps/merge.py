@@ -6,7 +6,7 @@ from contextlib import closing
 from cablestudy.errors import SceneError
 from cablestudy.scene.words import counted, first_of
 from cablestudy.sweeps.database import Database
-from cablestudy.sweeps.fingerprint import differences, digest
+from cablestudy.sweeps.fingerprint import differences, digest, edited_parts
 from cablestudy.sweeps.record import unpack
 from cablestudy.sweeps.run import Run, SweepOptions, command
 from cablestudy.sweeps.store import COLUMNS, MISSING, open_store, stored_description
@@ -81,7 +81,5 @@ def _add_shard(path, merged):
                 return []
         except sqlite3.Error as error:
             return [f"{path}: is damaged ({error}): compute the shard again with --resume"]
-    lines = differences(identity, merged.identity)
-    changed = [part for part in ("vary", "find", "columns") if identity.get(part) != merged.identity.get(part)]
-    lines += [f"{part}: not as now" for part in changed]
+    lines = *differences(identity, merged.identity), *edited_parts(identity, merged.identity)
     return [f"{path}: {line}" for line in lines]

@@ -14,12 +14,11 @@ from cablestudy.study.table import Table, exact, number, stream_csv
 from cablestudy.study.varied_keys import varied_keys
 from cablestudy.sweeps.check import LONGEST_CELL
 from cablestudy.sweeps.database import AT_WORK, Database
-from cablestudy.sweeps.fingerprint import differences, identity, is_identity
+from cablestudy.sweeps.fingerprint import differences, edited_parts, identity, is_identity
 from cablestudy.sweeps.record import EXACT
 from cablestudy.sweeps.rows import more_fields, table_of, varied_cells
 from cablestudy.sweeps.store import COMPLETE, RowStore, rows_done, stored_description
 
-PARTS = {"vary": "what varies", "find": "what is solved for", "columns": "the columns"}
 WHILE_AT_WORK = "nothing to show before it ends; Ctrl-C ends it too, and keeps the rows that are done"
 SHOWN = 5  # columns that are named in a message, and mistakes that are listed
 WHOLE = re.compile("-?[0-9]+")
@@ -138,9 +137,7 @@ def _open_rows(study, path, current, problems):
 
 def _why_other_study(stored, current):
     """Lines why stored rows are of another study than the current one, a list; both are from `fingerprint.identity`."""
-    lines = differences({**stored, "versions": {}}, {**current, "versions": {}})
-    changed = [what for part, what in PARTS.items() if stored.get(part) != current.get(part)]
-    return [*lines, *(f"of the study before it was edited: {what} changed" for what in changed)]
+    return [*differences({**stored, "versions": {}}, {**current, "versions": {}}), *edited_parts(stored, current)]
 
 
 def _other_versions(path, stored, current):
