@@ -186,44 +186,32 @@ def winch_columns(keys):
     ]
 
 
-def rms_columns(suffix, wind, key, compute):
-    """Yield the columns of the gondola's RMS in one wind: of displacement and velocity, with loop and winch at rest.
+def rms_columns(suffix, words, key, *winds):
+    """Yield the columns of the gondola's RMS in one wind or several: of displacement and velocity, in loop and at rest.
 
-    `suffix` and `wind` are the parts of their names and meanings for the wind. `compute` is a function of a
-    `CableCase`, "value" or "rate", and whether the winch is at rest, for the RMS [m] or [m/s] and its relative error.
+    `suffix` and `words` are the parts of their names and meanings for the wind; `winds` names of `CableCase`'s.
     """
     loops = (False, "with the winch loop", f"{key}, winch.controller"), (True, "the winch at rest", key)
     for at_rest, loop, keys in loops:
         for quantity, variance, unit in (("displacement", "value", "mm"), ("velocity", "rate", "mm/s")):
-
-            def rms_in_mm(case, at_rest=at_rest, variance=variance):
-                if not at_rest:
-                    check_winch_speed(case)
-                return scaled(compute(case, variance, at_rest), MM)
-
+            compute = partial(_rms_in_winds, winds=winds, variance=variance, at_rest=at_rest)
             name = "gondola_rms" + ("_velocity" if unit == "mm/s" else "") + ("_open_loop" if at_rest else "") + suffix
-            meaning = f"RMS {quantity} of the gondola along x {wind}, {loop}"
-            yield Column(name, unit, meaning, "wind", rms_in_mm, keys)
+            meaning = f"RMS {quantity} of the gondola along x {words}, {loop}"
+            yield Column(name, unit, meaning, "wind", compute, keys)
 
 
-def by_wind_on_gondola(case, variance, at_rest):
-    """RMS of the gondola along x by the wind on it, and its relative error: `compute` of `rms_columns`."""
-    return case.analysis.rms([GONDOLA_X], variance, at_rest)
-
-
-def by_wind_on_cable(case, variance, at_rest):
-    """RMS and error, as `by_wind_on_gondola`, by the wind on the cable."""
-    return case.in_cable_wind.rms([GONDOLA_X], variance, at_rest)
+def _rms_in_winds(case, winds, variance, at_rest):
+    """RMS of the gondola along x [mm] or [mm/s], and its relative error; winds are independent: variances add."""
+    if not at_rest:
+        check_winch_speed(case)
+    pairs = [getattr(case, wind).rms([GONDOLA_X], variance, at_rest) for wind in winds]
+    total, error = pairs[0]
+    if len(pairs) > 1:
+        total = hypot(*(rms for rms, _ in pairs))
+        error = sum(error * (rms / total) ** 2 for rms, error in pairs) if total else 0.0
+    return MM * total, error
 
 
 def rms_of_bare_cable(case, names):
     """Largest RMS of some outputs of a bare cable over the directions of the wind, and its relative error."""
     return case.in_cable_wind.rms_to(case.scene.model.accuracy or np.inf, names)
-
-
-def by_wind_on_both(case, variance, at_rest):
-    """RMS and error by the winds on gondola and cable together: they are independent, so that variances add."""
-    winds = case.in_wind_that_damps, case.in_cable_wind
-    (on_gondola, gondola_error), (on_cable, cable_error) = (wind.rms([GONDOLA_X], variance, at_rest) for wind in winds)
-    total = hypot(on_gondola, on_cable)
-    return total, (gondola_error * (on_gondola / total) ** 2 + cable_error * (on_cable / total) ** 2) if total else 0.0
