@@ -10,23 +10,14 @@ from cablestudy.system.comparison import relative
 
 
 class ComparedCase:
-    """Part of `CableCase` and `SuspensionCase`: comparison with `finer`, a case to `STUDY.reference_accuracy`.
+    """Part of `CableCase` and `SuspensionCase`: comparison with `finer`, a case to `STUDY.reference_accuracy`."""
 
-    Attributes
-    ----------
-    estimate : bool
-        Whether errors are to be estimated so.
-    differences : dict
-        Header -> relative error of each number that was compared, None where it is not known.
-    reason : str
-        Reason why an error in `differences` is not known.
-    """
-
-    estimate, reason = False, ""
+    estimate = False  # whether errors are to be estimated so
+    reason = ""  # why an error in `differences` is not known
 
     @cached_property
     def differences(self):
-        """Header -> relative error, to be filled: dict."""
+        """Header -> relative error of each number that was compared, None where it is not known: dict, to be filled."""
         return {}
 
     def difference_from_finer(self, column, number):

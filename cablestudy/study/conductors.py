@@ -241,12 +241,7 @@ class Conductors:
 
         A linear cable has the strain and the tension of the conductor in equilibrium. `rows`, shape (k,), are for each
         of the k scenes the index of its original among the n scenes of this object: the two differ in the load case
-        only.
-
-        Returns
-        -------
-        LinearCables
-            Shape (k,), or (k, c) in scenes of c cables.
+        only. Returns `LinearCables`, shape (k,), or (k, c) in scenes of c cables.
         """
         by_creep, sets, by_load, heaviest, earlier_errors = (array[rows] for array in self._permanent_sets)
         states = self.states[rows]

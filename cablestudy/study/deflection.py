@@ -117,14 +117,7 @@ def load_deflections(case):
 
 
 def rounding(case, full):
-    """Error by rounding of a deflection that is the difference of two forms of a cable in closed form. [m]
-
-    Parameters
-    ----------
-    case : CableCase or HangingCable
-    full : float
-        The deflection. [m]
-    """
+    """Error by rounding of a deflection [m] that is the difference of two forms of a cable in closed form. [m]"""
     loaded, _ = case.catenary.at(np.linspace(0.0, 1.0, STUDY.spectral_order + 1))
     size = float(np.abs(loaded).max() * case.span.unstretched_length) + abs(full)
     return STUDY.form_rounding * size

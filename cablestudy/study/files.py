@@ -81,18 +81,9 @@ def _check_file(file, sets):
 
 
 def key_table(kind, beginning=""):
-    """Table of the keys of a file.
+    """Table of the keys of a file of a kind: "scene", "suspension" or "study".
 
-    Parameters
-    ----------
-    kind : {"scene", "suspension", "study"}
-    beginning : str
-        Only the key of this name and those below it.
-
-    Raises
-    ------
-    SceneError
-        No key begins so.
+    With a `beginning` only the key of this name and those below it; SceneError where no key begins so.
     """
     all_keys = keys_of(kind)
     keys = [key for key in all_keys if not beginning or _is_below(key.key, beginning)]
@@ -109,22 +100,9 @@ def _is_below(key, beginning):
 
 
 def materials_table(files=()):
-    """Table of the materials that files define, and of the built-in materials that they do not replace.
+    """Table of the materials that files define, and of the built-in ones that they do not replace: columns FIELDS.
 
-    Parameters
-    ----------
-    files : sequence of str
-        Files of materials, scenes or studies; `-` is standard input.
-
-    Returns
-    -------
-    Table
-        A row for each material, with the columns FIELDS.
-
-    Raises
-    ------
-    SceneError
-        All mistakes in the materials of all files.
+    The files are of materials, scenes or studies; `-` is standard input. SceneError with all mistakes in all materials.
     """
     entries = {}
     with Mistakes() as mistakes:

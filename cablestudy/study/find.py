@@ -146,10 +146,7 @@ def scene_at(goal, document, value):
 def check_goal(goal, document):
     """The value of the key at which a search begins, None without one [SI]; and a scene with some value of the key.
 
-    Raises
-    ------
-    SceneError
-        The key can have no value in this scene, or the scene cannot have the column.
+    SceneError where the key can have no value in this scene, or the scene cannot have the column.
     """
     start = _value_of_scene(goal, document)
     scene = _valid_scene(goal, document, start)

@@ -75,13 +75,7 @@ class Check:
 
 
 def limits_of(scene, document=None):
-    """List of the `SceneLimit` of a scene.
-
-    Raises
-    ------
-    SceneError
-        All that it cannot have, at their places in its document where this is given.
-    """
+    """List of the `SceneLimit` of a scene; SceneError with all that it cannot have, at their places in its document."""
     limits, tables = [], document.value.get("limits", {}) if document else {}
     with Mistakes() as mistakes:
         for name, table in scene.limits.items():
@@ -94,10 +88,7 @@ def limits_of(scene, document=None):
 def scene_with_limits(document):
     """Read the scene of a `Document`, and check that it can have its limits: CableScene or SuspensionScene.
 
-    Raises
-    ------
-    SceneError
-        All that is wrong with it; where the scene itself is wrong, of its limits that their columns are unknown.
+    SceneError with all that is wrong; where the scene itself is wrong, of its limits that their columns are unknown.
     """
     try:
         scene = read_scene(document)
@@ -172,14 +163,7 @@ def columns_by_case(limits, is_cheap):
 
 
 def least_margin(limit, rows):
-    """The `Check` of a limit.
-
-    Parameters
-    ----------
-    limit : SceneLimit
-    rows : dict
-        Load case -> `Row` with its columns.
-    """
+    """The `Check` of a limit, from rows with its columns: dict of load case -> `Row`."""
     least, failures = None, {}
     for case, cable, column in limit.terms:
         row, name = rows[case], column.header

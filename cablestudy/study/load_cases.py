@@ -204,10 +204,7 @@ def drag_width(values):
 def wind_direction(angle):
     """Unit vector of a horizontal wind, exactly zero where rounding alone makes a component differ, shape (..., 3). [-]
 
-    Parameters
-    ----------
-    angle : ndarray, shape (...)
-        Direction in which the wind blows, from x towards y. [rad]
+    The angle, shape (...), is that of the direction in which the wind blows, from x towards y. [rad]
     """
     level = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=-1)
     return np.where(np.abs(level) < STUDY.rounded_direction, 0.0, level)

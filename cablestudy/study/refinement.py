@@ -16,13 +16,7 @@ from cablestudy.study.tolerances import STUDY
 
 
 def levels(least_sum):
-    """Yield levels (elements along the piece with most waves, order), finer and finer.
-
-    Parameters
-    ----------
-    least_sum : float
-        Sum of the orders to begin with.
-    """
+    """Yield levels (elements along the piece with most waves, order), finer and finer, from a sum of the orders on."""
     total = min(max(ceil(least_sum), STUDY.lowest_order), STUDY.finest_orders)
     while True:
         elements = ceil(total / (STUDY.highest_order - 4))

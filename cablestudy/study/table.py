@@ -219,18 +219,8 @@ def write_whole(path, text):
     """Write a file atomically: a reader finds the old file or the complete new one.
 
     Not so for devices and pipes, nor for the file behind /dev/stdout, which a shell may have opened to add to it (>>):
-    these are written into. A symbolic link stays; the file that it names is replaced.
-
-    Parameters
-    ----------
-    path : str
-    text : str, bytes or iterable of str
-        The strings of an iterable are written one by one.
-
-    Raises
-    ------
-    SceneError
-        The file cannot be written.
+    these are written into. A symbolic link stays; the file that it names is replaced. The text is str, bytes, or an
+    iterable of str that are written one by one. SceneError where the file cannot be written.
     """
     target = os.path.realpath(path) if os.path.isfile(path) else path
     replaced, temporary = os.path.isfile(target) and os.path.dirname(path) not in STREAMS, None
@@ -393,13 +383,7 @@ def number(text):
 
 
 def join_tables(answers):
-    """Tables of several load cases, those of one name joined: dict of name -> Table.
-
-    Parameters
-    ----------
-    answers : dict
-        Name of a case -> name of a table -> Table.
-    """
+    """Tables of several load cases (case -> name -> Table), those of one name joined: dict of name -> Table."""
     by_name = {}
     for case, tables in answers.items():
         for name, table in tables.items():

@@ -145,14 +145,7 @@ class UnfinishedRow:
             self.errors[column.header] = None if isnan(error) else float(error)
 
     def finished(self, required, seconds=None):
-        """The `Row`.
-
-        Parameters
-        ----------
-        required : TableColumns
-        seconds : float, optional
-            Time that it took. [s]
-        """
+        """The `Row` with the columns `required`, of which one may be the time that it took. [s]"""
         cells = {**required.empty, **self.values}
         errors = {name: error for name, error in self.errors.items() if name not in self.failures}
         if required.run:

@@ -273,12 +273,8 @@ def errors_of_modes(error, of_form, of_stiffness):
     """Relative errors of frequencies by drag taken as uniform. [-]
 
     The square of a frequency is a sum of parts that grow with the tension and with the square of the curvature, or with
-    the stiffness of cables at their ends.
-
-    Parameters
-    ----------
-    error, of_form, of_stiffness : ndarray or float
-        `DragErrors.error` and `form_error`, and the `largest_ratio` of the change of the stiffness.
+    the stiffness of cables at their ends: by `DragErrors.error` and `form_error`, and the `largest_ratio` of the change
+    of the stiffness.
     """
     return np.maximum(np.maximum(error, error / 2 + of_form), of_stiffness / 2)
 

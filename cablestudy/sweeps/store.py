@@ -119,13 +119,7 @@ class RowStore:
         return next(self.read(range(case, case + 1)))
 
     def read(self, cases):
-        """Yield the records of a range of cases, in order.
-
-        Raises
-        ------
-        SceneError
-            The file was changed while this run used it.
-        """
+        """Yield the records of a range of cases, in order; SceneError where the file was changed meanwhile."""
         for stored in self.stored(cases):
             yield unpack(stored, self.headers) or self._refuse_changed(stored[0])
 
@@ -211,11 +205,7 @@ class RowStore:
 
         The store begins without rows if the file is empty or cannot be read. If the study was edited since, `identity`
         becomes that of the stored rows, of which `run.reuse_rows` then keeps those that the edited study has too.
-
-        Raises
-        ------
-        SceneError
-            The stored rows are of another scene or version, or the description of their study was changed.
+        SceneError where they are of another scene or version, or the description of their study was changed.
         """
         try:
             stored = stored_description(self.database)

@@ -95,10 +95,7 @@ def _is_text(study, varied, unit):
 def ask_columns(study, names):
     """Add those columns of the option --columns that a study does not have to it.
 
-    Raises
-    ------
-    SceneError
-        Names of neither a column nor a varied key, nor of printed values.
+    SceneError with the names that are of neither a column nor a varied key, nor of printed values.
     """
     with Mistakes() as mistakes:
         for name in names:
