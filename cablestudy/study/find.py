@@ -38,14 +38,13 @@ class Solutions:
 
 
 class KeyValues:
-    """Scenes that differ in the value of one key, presented like the cases of a study for `tables_of`.
+    """Scenes that differ in the value of the key of a goal, presented like the cases of a study for `tables_of`.
 
     Parameters
     ----------
     document_of : callable
         Number of a case of a study (0 for a scene by itself) -> Document of the scene of this case.
     goal : Goal
-        Names the key.
     values : sequence of float
         Values of the key, in SI. The key varies fastest: case c of the study with value i is case c len(values) + i.
     entries : tuple of Entry

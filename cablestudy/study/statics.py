@@ -55,12 +55,8 @@ class ClosedStatics:
 class ElementStatics:
     """Statics of elements in equilibrium, of one cable or with an axis of cases; attributes as of `ClosedStatics`.
 
-    Parameters
-    ----------
-    state : State
-    record : Record
-    middle : ndarray, shape (...)
-        Arc length at mid-span of the continuous cables, over unstretched length. [-]
+    From a `State`, its `Record`, and the arc length at mid-span of the continuous cables over the unstretched length,
+    shape (...). [-]
     """
 
     def __init__(self, state, record, middle):

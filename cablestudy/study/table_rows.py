@@ -55,32 +55,18 @@ def with_status(table, status):
 
 
 class TableColumns:
-    """Columns of a table, and which of them describe the computation, found once for all rows.
-
-    Attributes
-    ----------
-    physical : list of Column
-        All but those that describe the computation, such as its time.
-    system : list of Column
-        Those of gondola, loop and wind, in the order in which they cost least.
-    of_equilibrium : list of str
-        Headers of the physical columns that need more than the keys of the scene.
-    in_wind, discrete : bool
-        True if any column is of the motion in the wind; depends on the elements.
-    empty : dict
-        Header of every column -> None.
-    estimate, clock, run : bool
-        True if a column is the estimated error; the time; anything that describes the computation but the status.
-    """
+    """Columns of a table, and which of them describe the computation, found once for all rows."""
 
     def __init__(self, columns):
-        self.physical = [column for column in columns if column.needs != "run"]
+        self.physical = [column for column in columns if column.needs != "run"]  # all but those of the computation
+        # of gondola, loop and wind, in the order in which they cost least
         self.system = least_work_first([column for column in self.physical if column.needs in SYSTEM])
         self.of_equilibrium = [column.header for column in self.physical if column.needs != "scene"]
         self.in_wind = any(column.needs == "wind" for column in self.system)
-        self.discrete = any(column.needs in DISCRETE for column in self.physical)
+        self.discrete = any(column.needs in DISCRETE for column in self.physical)  # whether any depends on the elements
         self.empty = {column.header: None for column in columns}
         names = {column.name for column in columns if column.needs == "run"}
+        # whether a column is the estimated error; the time; anything that describes the computation but the status
         self.estimate, self.clock, self.run = "error_estimate" in names, "solve_time" in names, bool(names - {"status"})
 
 
@@ -160,15 +146,8 @@ class UnfinishedRow:
 class RowBatch(ABC):
     """Batch of scenes whose statics are solved together, and the rows of a table that they give.
 
-    Subclasses for scenes of one cable and for suspensions implement the steps.
-
-    Parameters
-    ----------
-    scenes : sequence of CableScene or SuspensionScene
-    required : TableColumns
-        Columns of the table. Its list `computed` has those that are computed case by case.
-    noted : bool
-        Whether rows have notes.
+    Subclasses for scenes of one cable and for suspensions implement the steps. `required` are the `TableColumns` of the
+    table, whose list `computed` has those that are computed case by case; `noted`: whether rows have notes.
     """
 
     def __init__(self, scenes, required, noted):

@@ -57,16 +57,12 @@ def compute_here(chunks, jobs=None):
     for done in submit_all(chunks, SerialExecutor()):
         yield done
         seconds += done.seconds
-        if jobs != 1 and (jobs or seconds > TRIAL):
+        if jobs is None and seconds > TRIAL:
+            jobs = cores() if chunks.left * chunks.seconds_per_case > WORTHWHILE else 1
+        if (jobs or 1) > 1:
             break
-    if not chunks.left:
-        return
-    if jobs is None:
-        jobs = cores() if chunks.left * chunks.seconds_per_case > WORTHWHILE else 1
-    jobs = min(jobs, PER_CORE * cores())
-    if jobs == 1:
-        yield from submit_all(chunks, SerialExecutor())
-    else:
+    if chunks.left:
+        jobs = min(jobs, PER_CORE * cores())
         yield from retry(chunks, lambda: process_pool(min(jobs, chunks.left)), lambda: jobs)
 
 

@@ -93,16 +93,8 @@ def _times_drawn(blocks, seed):
 class Sensitivity:
     """Sobol's indices of the columns of a study that has a `sample` of the method saltelli.
 
-    Attributes
-    ----------
-    study : StudyFile
-    columns : list of Column
-        Columns of numbers that depend on the scene alone: others, such as the time that a row took, have no indices.
-
-    Raises
-    ------
-    SceneError
-        The study has no such sample, or no column that has indices.
+    Columns that have indices are those of numbers that depend on the scene alone: not the time that a row took.
+    SceneError where the study has no such sample, or no such column.
     """
 
     def __init__(self, study):

@@ -40,27 +40,18 @@ class RowStore:
     """Store of the rows of one run of a study, in an SQLite database; `open_store` opens it, with the same parameters.
 
     A row is partial if only some of its columns are known, from a run before the study was edited.
-
-    Attributes
-    ----------
-    identity : dict
-        All that the stored rows depend on, from `fingerprint.identity`.
-    headers, partial : list of str
-        Headers of the cells of a row (the columns but `status`), and of those that are known of partial rows.
-    warnings : list of str
-        Lines about damage of the file.
     """
 
     def __init__(self, path, identity, count):
         self.database, self.path, self.count = Database(path), path, count
         self._state = bytearray(count)  # of each case MISSING, PARTIAL or COMPLETE
-        self.warnings = []
+        self.warnings = []  # lines about damage of the file
         self.describe(identity)
 
     def describe(self, identity, partial=()):
         """State what the rows depend on (`fingerprint.identity`), and the headers that are known of partial ones."""
         self.identity, self.partial = identity, partial
-        self.headers = [header for header in identity["columns"] if header != "status"]
+        self.headers = [header for header in identity["columns"] if header != "status"]  # of the cells of a row
 
     def begin(self):
         """Forget whatever the file holds: no rows."""
