@@ -28,7 +28,6 @@ class SceneValues:
 
     def __init__(self, scenes):
         self.scenes, self._numbers = scenes, {}
-        self._tables = {"": (scenes, np.arange(len(scenes)))}
 
     def __len__(self):
         return len(self.scenes)
@@ -40,38 +39,16 @@ class SceneValues:
     def given(self, path):
         """A number of each scene, like `cable.section_area`, in SI; NaN where there is none: shape (n,)."""
         if path not in self._numbers:
-            self._numbers[path] = self._array_at(path, dtype=float)
+            self._numbers[path] = np.array(self._values_at(path), dtype=float)
         return self._numbers[path]
 
     def _values_at(self, path):
         """Value of each scene at a path with dots: list."""
-        values, places = self._distinct_at(path)
-        return [values[place] for place in places.tolist()]
-
-    def _distinct_at(self, path):
-        """Values at a path of the different tables there: list; and which of these each scene has, shape (n,)."""
-        table, _, name = path.rpartition(".")
-        tables, places = self._tables_at(table)
-        return [getattr(holder, name, None) for holder in tables], places
-
-    def _tables_at(self, path):
-        """The different tables at a path, which scenes may share, and which each scene has; see `_distinct_at`."""
-        if path not in self._tables:
-            values, places = self._distinct_at(path)
-            distinct = {id(value): value for value in values}
-            numbers = dict(zip(distinct, range(len(distinct)), strict=True))
-            self._tables[path] = list(distinct.values()), np.array([numbers[id(value)] for value in values])[places]
-        return self._tables[path]
-
-    def _array_at(self, path, dtype=None):
-        """Numbers or vectors of the scenes at a path: shape (n,) or (n, 3)."""
-        values, places = self._distinct_at(path)
-        return np.array(values, dtype=dtype)[places]
+        return [attribute(scene, path) for scene in self.scenes]
 
     def words(self, path):
         """A word of each scene, like `cable.tension.at`; empty where there is none: ndarray of str, shape (n,)."""
-        words, places = self._distinct_at(path)
-        return np.array([word or "" for word in words])[places]
+        return np.array([word or "" for word in self._values_at(path)])
 
     def lacking(self, column):
         """Case -> NoSolutionError, of the cases that lack a key which a column needs."""
@@ -82,17 +59,17 @@ class SceneValues:
     @cached_property
     def ends(self):
         """Positions of end 1 and end 2, each of shape (n, 3). [m]"""
-        return self._array_at("cable.end_1"), self._array_at("cable.end_2")
+        return np.array(self._values_at("cable.end_1")), np.array(self._values_at("cable.end_2"))
 
     @cached_property
     def moves(self):
         """Displacements of end 1 and end 2 by the load cases, shape (n, 2, 3). [m]"""
-        return np.stack([self._array_at(f"load_case.moves.{end}") for end in ("end_1", "end_2")], axis=1)
+        return np.stack([self._values_at(f"load_case.moves.{end}") for end in ("end_1", "end_2")], axis=1)
 
     @cached_property
     def push(self):
         """Forces of the load cases on end 2 along x, shape (n,). [N]"""
-        return self._array_at("load_case.forces.end_2")[:, 0]
+        return np.array(self._values_at("load_case.forces.end_2"))[:, 0]
 
     @property
     def grounds(self):
@@ -177,7 +154,6 @@ class CaseTable(SceneValues):
 
     def __init__(self, cases, scene, values):
         super().__init__([scene])
-        self._tables = {"": ([scene], np.zeros(len(cases), dtype=int))}
         self.cases, self.scene, self.values = cases, scene, values
 
     def __len__(self):
@@ -190,6 +166,10 @@ class CaseTable(SceneValues):
     def given(self, path):
         """A number of each case in SI, see `SceneValues.given`."""
         return self._array(attribute(self.scene, path))
+
+    def _values_at(self, path):
+        """Value of each case at a path with dots that no case varies: list."""
+        return [attribute(self.scene, path)] * len(self)
 
     def lacking(self, column):
         """Cases that lack a key which a column needs, see `SceneValues.lacking`."""
