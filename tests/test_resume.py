@@ -387,9 +387,14 @@ def _die_elsewhere(piece):
 def processes(monkeypatch):
     """Numbers of processes that are started: list of int. The first case takes one second."""
     asked = []
+
+    def computed_here(chunks, _):
+        yield SimpleNamespace(seconds=1.0)
+        chunks.left = 0  # where the caller goes on to the end
+
     monkeypatch.setattr(driver, "process_pool", asked.append)
     monkeypatch.setattr(driver, "retry", lambda chunks, pool, workers: pool() or iter(()))
-    monkeypatch.setattr(driver, "submit_all", lambda *_: iter([SimpleNamespace(seconds=1.0)]))
+    monkeypatch.setattr(driver, "submit_all", computed_here)
     return asked
 
 

@@ -168,12 +168,7 @@ class Table:
         names = [field.name for field in self.fields]
         yield csv_line(names)
         lines = self.rows.csv_lines(names) if hasattr(self.rows, "csv_lines") else None
-        if lines is not None:
-            while block := "".join(islice(lines, STUDY.lines_at_once)):
-                yield block
-            return
-        for row in self.rows:
-            yield csv_line([row.get(name) for name in names])
+        yield from lines or (csv_line([row.get(name) for name in names]) for row in self.rows)
 
     def _json(self):
         """Yield the pieces of one JSON object, row by row."""

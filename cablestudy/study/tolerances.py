@@ -15,7 +15,6 @@ class StudyTolerances:
     suspensions_at_once: int = 200  # cases whose equilibria are solved together,
     suspended_cables_at_once: int = 6000  # and more of them up to so many cables: bounds the memory
     cables_at_once: int = 200  # cables, of several cases, whose modes are computed in one call
-    lines_at_once: int = 1000  # lines of a CSV that are written in one call
     numbers_at_once: int = 300_000  # in models of single cables solved together: 2.4 MB, about a processor's cache
     nodes_at_once: int = 100_000  # of all cables that are solved together: bounds the memory
     parquet_rows: int = 50_000  # written at once: bounds the memory
