@@ -171,18 +171,8 @@ def steady_drag(values, ends, load_ratio=1.0):
     C_d is the drag coefficient, D the diameter with ice, q the dynamic pressure. Where q changes with the height, the
     cable has the one halfway between its ends. Without wind the drag is zero.
 
-    Parameters
-    ----------
-    values : SceneValues or CaseTable
-    ends : ndarray, shape (n, 2, 3)
-        [m]
-    load_ratio : float or ndarray, shape (n,)
-        Factor on the drag per unstretched length. [-]
-
-    Returns
-    -------
-    SteadyDrag
-        Fields of shape (n,).
+    `ends` are the positions of both ends of each cable, shape (n, 2, 3) [m]; `load_ratio` is a factor on the drag per
+    unstretched length, shape (n,). [-] `SteadyDrag` with fields of shape (n,).
     """
     pressure = np.nan_to_num(values.given("load_case.wind.dynamic_pressure"))
     if not pressure.any():
@@ -231,16 +221,8 @@ def _with_uniform_drag(span, ends, wind):
     A cable under a uniform load in any direction hangs in the plane of its chord and the load, as a catenary does in
     the vertical plane. With the mass m per unstretched length, the upward unit vector z, gravity g and the wind force
     w, the new vertical is the direction of m g z - w, and the new gravity is |m g z - w|/m. Cables without wind keep
-    their fields exactly.
-
-    Parameters
-    ----------
-    span : Span
-        The cables without wind, fields of shape (n,).
-    ends : ndarray, shape (n, 2, 3)
-        [m]
-    wind : ndarray, shape (n, 3)
-        w per unstretched length, global axes. [N/m]
+    their fields exactly. `span` are the cables without wind, fields of shape (n,); `ends` have the shape (n, 2, 3) [m],
+    and the wind is w per unstretched length, global axes, shape (n, 3). [N/m]
     """
     in_wind = wind.any(axis=-1)
     load = (span.mass * span.gravity)[:, None] * UP - wind

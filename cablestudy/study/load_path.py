@@ -36,9 +36,8 @@ def load_path(document, scene, option):
     Parameters
     ----------
     document : Document
-        File of the scene.
     scene : CableScene or SuspensionScene
-        The scene read from it.
+        Read from it.
     option : str
         Name of the load, `load1` or `CABLE.load1`, and after a colon the number of positions: 39 by default.
 

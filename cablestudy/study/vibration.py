@@ -31,12 +31,7 @@ def with_lock_in(table, diameters):
         A row for each mode, with its frequency f.
     diameters : sequence of float or None
         Diameter D of the cable that moves in each mode, ice included; None where no cable moves across its axis, or the
-        diameter is not known. [m]
-
-    Returns
-    -------
-    Table
-        Unchanged where no diameter is known.
+        diameter is not known. [m] The table is unchanged where none is.
     """
     if not any(diameters):
         return table

@@ -86,25 +86,12 @@ def _read_tolerance(text):
 
 
 def compare(table, path, tolerance):
-    """Compare a computed table with a stored CSV file, cell by cell, for `sweep --check`.
+    """Compare a computed table of all rows with a stored CSV file, cell by cell, for `sweep --check`.
 
     Numbers a and b agree if |a - b| <= tolerance max(|a|, |b|). For the difference between a computed and a printed
     value the maximum includes the computed value. Other cells must be equal, but for the last digit of numbers in
-    `status`. Computing times are not compared.
-
-    Parameters
-    ----------
-    table : Table
-        All rows of the study.
-    path : str
-        The CSV file.
-    tolerance : Tolerance
-        Relative tolerance of each column.
-
-    Yields
-    ------
-    Difference or str
-        A cell that differs; a text for columns or rows that only one of the two tables has.
+    `status`. Computing times are not compared. Yields a `Difference` for each cell that differs, and a text for columns
+    or rows that only one of the two tables has.
     """
     stored_names, stored_rows = stream_csv(path)
     tolerance_columns = _tolerance_columns(table.fields)  # name -> column whose tolerance holds for it

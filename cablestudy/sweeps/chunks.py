@@ -160,23 +160,11 @@ def _study(pickled):
 
 
 def scene_hashes(table, find=None):
-    """Hash of each scene of a table of cases, by which later runs recognise rows that are computed already.
+    """Hash of each of n scenes of a `CaseTable`, by which later runs recognise rows that are computed already.
 
-    It is the hash of the scene as JSON, with the goal of the study behind it. To write JSON is slow. So only one scene
-    is written, with a placeholder for each varied number: a number that occurs nowhere else. The numbers of each case
-    then replace the placeholders in the text.
-
-    Parameters
-    ----------
-    table : CaseTable
-        n scenes that differ in numbers only.
-    find : Find, optional
-        Goal of a study in which a key is solved for.
-
-    Returns
-    -------
-    list of str
-        n hashes of 24 hexadecimal digits.
+    It is the hash of the scene as JSON, with the goal of the study, if any, behind it: 24 hexadecimal digits. To write
+    JSON is slow. So only one scene is written, with a placeholder for each varied number: a number that occurs nowhere
+    else. The numbers of each case then replace the placeholders in the text.
     """
     placeholders = {key: np.array([-1e-300 / (i + 1)]) for i, key in enumerate(table.values)}
     template = CaseTable(table.cases[:1], table.scene, placeholders).scene_of(0).model_dump_json().encode()

@@ -69,17 +69,8 @@ class SweepOptions:
 class Run:
     """One run of a study: its stored rows, the computation of those that are missing, its table. A context manager.
 
-    Parameters
-    ----------
-    study : StudyFile
-    files : TableFiles
-        Paths of the files that the run writes.
-    options : SweepOptions
-
-    Raises
-    ------
-    SceneError
-        Something is wrong with the study, or with the rows that are there; nothing has been computed.
+    From a `StudyFile`, `TableFiles` and `SweepOptions`. SceneError where something is wrong with the study, or with the
+    rows that are there; nothing has been computed then.
     """
 
     def __init__(self, study, files, options):

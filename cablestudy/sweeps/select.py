@@ -25,15 +25,10 @@ class Selection:
     best: bool = False  # only the first row of that order is shown
 
     def table(self, table):
-        """Select and sort the rows of a study's table.
+        """Select and sort the rows of the table of all cases of a study.
 
         First the condition selects, then the Pareto front; the rows left are sorted by `key`, or the best one is taken.
         Equal rows keep their order, rows with an empty cell are last.
-
-        Parameters
-        ----------
-        table : Table
-            All rows of the study.
 
         Returns
         -------

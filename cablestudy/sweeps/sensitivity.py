@@ -115,15 +115,10 @@ class Sensitivity:
             raise SceneError(Mistake(where, "", "--sensitivity: none of the columns depends on the scene alone"))
 
     def table(self, table):
-        """Compute Sobol's indices of `columns` from the results of all cases of the study.
+        """Compute Sobol's indices of `columns` from the table of all cases of the study.
 
         They are computed separately for each setting, a combination of values of the keys that vary but are not
         sampled.
-
-        Parameters
-        ----------
-        table : Table
-            All rows of the study.
 
         Returns
         -------

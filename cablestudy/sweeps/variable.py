@@ -54,20 +54,9 @@ def _number_or_text(cell, unit):
 
 
 def variable(name, study, option):
-    """Find the column or varied key of a study that an option names: `Variable`.
+    """The `Variable` of a column, with its unit or without, or of a varied key of a study, that an option names.
 
-    Parameters
-    ----------
-    name : str
-        Name of a column, with its unit or without, or a key. A column that the study does not have is added to it.
-    study : StudyFile
-    option : str
-        The option that names it, for messages.
-
-    Raises
-    ------
-    ValueError
-        There is neither a column nor a varied key of this name; the message suggests one.
+    A column that the study does not have is added to it. ValueError where there is neither; the message suggests one.
     """
     if varied := varied_key(study, name):
         quantity = quantity_of(varied.key)
