@@ -48,10 +48,23 @@ OF_SUSPENSIONS = tuple(column for column in WHOLE if column.name not in {own.nam
 
 
 def find(name):
-    """The column of a name, with or without its unit, such as `sag`, `gondola.x_m` or `frequency_3`.
+    """Look up a column by its name, with or without its unit, such as `sag`, `gondola.x_m` or `frequency_3`.
 
     No scene is consulted: a part of a suspension may have any name, so that any is accepted before the dot. Whether a
-    scene has the column is told by `scene_kind.why_not`. ValueError where there is none; it suggests one.
+    scene has the column is told by `scene_kind.why_not`.
+
+    Parameters
+    ----------
+    name : str
+
+    Returns
+    -------
+    Column
+
+    Raises
+    ------
+    ValueError
+        No such column; the message suggests one.
     """
     path, dot, quantity = name.rpartition(".")
     if match := COUPLED_MODE.fullmatch(name):

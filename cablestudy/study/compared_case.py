@@ -17,7 +17,7 @@ class ComparedCase:
 
     @cached_property
     def differences(self):
-        """Header -> relative error of each number that was compared, None where it is not known: dict, to be filled."""
+        """Header -> relative error, to be filled: dict."""
         return {}
 
     def difference_from_finer(self, column, number):

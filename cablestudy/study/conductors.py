@@ -53,7 +53,13 @@ class LinearCables:
 
 
 def curves_of(cables, shape):
-    """`Curves` of a list of CableProperties, of shape `shape`; those of a linear cable are straight lines."""
+    """`Curves` of cables, of shape `shape`; those of a linear cable are straight lines.
+
+    Parameters
+    ----------
+    cables : list of CableProperties
+    shape : tuple of int
+    """
     numbers_of_cables = [_numbers(cable) for cable in cables]
     arrays = [np.array([numbers[name] for numbers in numbers_of_cables], dtype=float) for name in NAMES]
     return Curves(*(array.reshape(*shape, *array.shape[1:]) for array in arrays))
@@ -80,11 +86,23 @@ def _numbers(cable):
 
 
 def distinct_without_case(scenes):
-    """The distinct ones among n scenes, in no load case, a list; and for each of the n its index there, shape (n,).
+    """Find the distinct ones among n scenes, regardless of their load cases.
 
     The permanent elongation of a conductor does not depend on the load case in which a scene is: it is computed once
-    for each distinct scene. Values are compared by identity: copies of one scene for several load cases are equal,
-    scenes that were read from files separately are not.
+    for each distinct scene.
+
+    Parameters
+    ----------
+    scenes : sequence of scenes
+        n scenes. Their values are compared by identity: copies of one scene for several load cases are equal, scenes
+        that were read from files separately are not.
+
+    Returns
+    -------
+    different : list of scenes
+        The distinct scenes, in no load case.
+    indices : ndarray of int, shape (n,)
+        Index into `different` for each of the n scenes.
     """
     different, indices = {}, []
     for scene in scenes:
@@ -198,12 +216,27 @@ class Conductors:
         return by_creep, np.where(with_load[..., None], sets, by_creep), by_load, heaviest, errors
 
     def _sets_by_load(self, sets):
-        """Permanent sets that the heaviest load case, with the largest mean tension, leaves in each conductor.
+        """Permanent elongations ("sets") that the heaviest load case leaves in each conductor.
 
-        From those before the load, shape (..., 2) [-]: those after it, the larger ones of these and of those by the
-        strain under the load alone, which are the second array; name of the heaviest case (...), with the suffix BEYOND
-        where the strain is beyond the measured curve, empty without a case; error of the strain under the load, since
-        the tension varies along the cable (...). [-]
+        The heaviest case is the one in which the mean tension of the conductor is largest. `...` is (n,) or (n, c), for
+        each cable of each scene; an axis of 2 is for outer strands and core.
+
+        Parameters
+        ----------
+        sets : ndarray, shape (..., 2)
+            Permanent elongations before the load. [-]
+
+        Returns
+        -------
+        sets : ndarray, shape (..., 2)
+            Permanent elongations after the load: the larger ones of those before it and `by_load`. [-]
+        by_load : ndarray, shape (..., 2)
+            Permanent elongations by the strain under the load, of a conductor without earlier ones. [-]
+        heaviest : ndarray of str, shape (...)
+            Name of the heaviest case, with the suffix BEYOND where the strain is beyond the measured curve; empty
+            without a case.
+        errors : ndarray, shape (...)
+            Error of the strain under the load, since the tension varies along the cable. [-]
         """
         # all load cases of all scenes, but those in which cables are lost, are solved together
         rows_and_scenes = [(row, scene.model_copy(update={"case": name}))
@@ -239,9 +272,21 @@ class Conductors:
     def equivalent_cables(self, rows, scenes):
         """Linear cables that stand for the nonlinear conductors of k scenes, each in its load case.
 
-        A linear cable has the strain and the tension of the conductor in equilibrium. `rows`, shape (k,), are for each
-        of the k scenes the index of its original among the n scenes of this object: the two differ in the load case
-        only. Returns `LinearCables`, shape (k,), or (k, c) in scenes of c cables.
+        A linear cable has the strain and the tension of the conductor in equilibrium. The state of a conductor says
+        which permanent elongation ("set") it has: none, by creep, by load, or both (`final`).
+
+        Parameters
+        ----------
+        rows : ndarray of int, shape (k,)
+            For each of the k scenes the index of its original among the n scenes of this object: the two differ in the
+            load case only.
+        scenes : sequence of scenes
+            k scenes, each in its load case.
+
+        Returns
+        -------
+        LinearCables
+            Shape (k,), or (k, c) in scenes of c cables.
         """
         by_creep, sets, by_load, heaviest, earlier_errors = (array[rows] for array in self._permanent_sets)
         states = self.states[rows]
@@ -282,7 +327,7 @@ def _uneven_strain(condition, strain, along):
 
 
 def uneven_errors(linear, catenary):
-    """Relative errors, shape (k,), of equilibria in which a linear cable stands for each nonlinear conductor. [-]
+    """Estimate the relative errors of k equilibria in which a linear cable stands for each nonlinear conductor.
 
     A linear cable has the strain of the conductor at the mean tension T_m only, but the tension T varies along the
     cable. The estimate is the sum of two errors of first order, times a safety factor (`STUDY.second_order`):
@@ -299,6 +344,11 @@ def uneven_errors(linear, catenary):
         The k linear cables, and the conductors for which they stand.
     catenary : Catenary
         Equilibria of the linear cables, shape (k,).
+
+    Returns
+    -------
+    ndarray, shape (k,)
+        At most `STUDY.unknown_error`. [-]
     """
     condition, strain, tension = linear.condition, linear.strain, tensions_along(catenary)
     mean_tension = np.maximum(catenary.mean_tension, np.finfo(float).tiny)

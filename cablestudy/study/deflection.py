@@ -67,8 +67,19 @@ def _by_tangent(unloaded, mesh, span):
     sum of the loads before the piece. With the flexibility F_i of the piece, the displacements u of its nodes differ by
     u_(i+1) - u_i = F_i (c - f_i). c follows from the ends, which stay: (sum of F_i) c = sum of F_i f_i.
 
-    `unloaded` is the `Catenary` without point loads; `span` has them, at nodes of the mesh. Returns u, shape
-    (nodes, 3), in the chord frame (along the chord, across it, sideways) [m]; NaN where the catenary hangs folded.
+    Parameters
+    ----------
+    unloaded : Catenary
+        The cable without point loads.
+    mesh : Mesh
+        Elements of the cable; the loads are at nodes.
+    span : Span
+        The cable with the point loads.
+
+    Returns
+    -------
+    ndarray, shape (nodes, 3)
+        u in the chord frame (along the chord, across it, sideways) [m]; NaN where the catenary hangs folded.
     """
     if unloaded.folded:
         return np.full((mesh.nodes, 3), np.nan)
@@ -117,7 +128,14 @@ def load_deflections(case):
 
 
 def rounding(case, full):
-    """Error by rounding of a deflection [m] that is the difference of two forms of a cable in closed form. [m]"""
+    """Error by rounding of a deflection that is the difference of two forms of a cable in closed form. [m]
+
+    Parameters
+    ----------
+    case : CableCase or HangingCable
+    full : float
+        The deflection. [m]
+    """
     loaded, _ = case.catenary.at(np.linspace(0.0, 1.0, STUDY.spectral_order + 1))
     size = float(np.abs(loaded).max() * case.span.unstretched_length) + abs(full)
     return STUDY.form_rounding * size

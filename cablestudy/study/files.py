@@ -40,6 +40,7 @@ def validate_table(files, sets=()):
     Parameters
     ----------
     files : sequence of str
+        Names of the files.
     sets : sequence of str
         Options `--set KEY=VALUE`, which replace values of each file.
 
@@ -81,9 +82,18 @@ def _check_file(file, sets):
 
 
 def key_table(kind, beginning=""):
-    """Table of the keys of a file of a kind: "scene", "suspension" or "study".
+    """Table of the keys of a file.
 
-    With a `beginning` only the key of this name and those below it; SceneError where no key begins so.
+    Parameters
+    ----------
+    kind : {"scene", "suspension", "study"}
+    beginning : str
+        Only the key of this name and those below it.
+
+    Raises
+    ------
+    SceneError
+        No key begins so.
     """
     all_keys = keys_of(kind)
     keys = [key for key in all_keys if not beginning or _is_below(key.key, beginning)]
@@ -100,9 +110,22 @@ def _is_below(key, beginning):
 
 
 def materials_table(files=()):
-    """Table of the materials that files define, and of the built-in ones that they do not replace: columns FIELDS.
+    """Table of the materials that files define, and of the built-in materials that they do not replace.
 
-    The files are of materials, scenes or studies; `-` is standard input. SceneError with all mistakes in all materials.
+    Parameters
+    ----------
+    files : sequence of str
+        Files of materials, scenes or studies; `-` is standard input.
+
+    Returns
+    -------
+    Table
+        A row for each material, with the columns FIELDS.
+
+    Raises
+    ------
+    SceneError
+        All mistakes in the materials of all files.
     """
     entries = {}
     with Mistakes() as mistakes:

@@ -64,10 +64,31 @@ class KeyValues:
 
 
 def solve(goal, document, column_at=None):
-    """Find all values of a key of a scene for which a result column takes the value that a goal states: `Solutions`.
+    """Find all values of a key of a scene for which a result column takes the value that a goal states.
 
     The range that is searched is the one of the goal. If it states none, growing ranges are searched up to the first
-    one with a solution. Parameters and errors as of `search`; NoSolutionError where there is no value of the key.
+    one with a solution.
+
+    Parameters
+    ----------
+    goal : Goal
+        The column, its value, and the key that is varied.
+    document : Document
+        File of the scene; it may state another value of the key, or a key that excludes it.
+    column_at : callable, optional
+        Computes the column: values of the key, shape (n,) -> numbers, shape (n,), NaN where there is none, and list of
+        n status texts. By default the scene is computed for each value.
+
+    Returns
+    -------
+    Solutions
+
+    Raises
+    ------
+    SceneError
+        The key cannot be set in this scene, or the scene cannot have the column.
+    NoSolutionError
+        There is no value of the key.
     """
     zeros_found, statuses, notes = search(goal, document, column_at=column_at)
     jump = f"{goal.column.name} jumps over {goal.value:.6g} at {goal.key.name} ="
@@ -145,7 +166,10 @@ def scene_at(goal, document, value):
 def check_goal(goal, document):
     """The value of the key at which a search begins, None without one [SI]; and a scene with some value of the key.
 
-    SceneError where the key can have no value in this scene, or the scene cannot have the column.
+    Raises
+    ------
+    SceneError
+        The key can have no value in this scene, or the scene cannot have the column.
     """
     start = _value_of_scene(goal, document)
     scene = _valid_scene(goal, document, start)
@@ -156,10 +180,21 @@ def check_goal(goal, document):
 
 
 def _value_of_scene(goal, document):
-    """Value of the key at which a search begins: the one that the scene states, or implies. [SI]
+    """Value of the key at which a search begins: the one that the scene states, or implies.
 
     A scene implies a value if a result column has the name of the key: a scene that states a tension has a sag too.
-    None if the scene is not valid, or neither states nor implies a value that the key may have.
+
+    Parameters
+    ----------
+    goal : Goal
+        Names the key.
+    document : Document
+        File of the scene.
+
+    Returns
+    -------
+    float or None
+        In SI. None if the scene is not valid, or neither states nor implies a value that the key may have.
     """
     try:
         scene = read_scene(document)
@@ -265,11 +300,26 @@ def field_of_key(key):
 
 
 def shown_columns(goal, document, names=None):
-    """Columns of the table of solutions: the column of the goal, then those that the user names: list of Column.
+    """Columns of the table of solutions: the column of the goal, then those that the user names.
 
-    The names are joined by commas; by default they are of a few columns of the statics, such as the sag, without that
-    of the key. SceneError where a column is unknown, where the scene cannot have it, or the goal does not fit the
-    scene.
+    Parameters
+    ----------
+    goal : Goal
+        The column that is to take a value, and the key that is varied for it.
+    document : Document
+        File of the scene.
+    names : str, optional
+        Names of columns, joined by commas; by default a few columns of the statics, such as the sag, without that of
+        the key.
+
+    Returns
+    -------
+    list of Column
+
+    Raises
+    ------
+    SceneError
+        A column is unknown, the scene cannot have it, or the goal does not fit the scene.
     """
     _, scene = check_goal(goal, document)
     if names is None:

@@ -65,7 +65,14 @@ def _range_ends(zeros_found, statuses):
 
     The margin m at a value of the key is the least margin of all limits. A range is a run of neighbouring values with
     m >= 0, and m > 0 at some of them. It ends at a zero or a jump of m, before a value without an answer, or where the
-    search ended. Parameters are from `search`.
+    search ended.
+
+    Parameters
+    ----------
+    zeros_found : roots.Zeros
+        Zeros and jumps of m, and all values of the key at which m was found.
+    statuses : dict
+        Each value of the key that was tried -> status text of the results there.
 
     Returns
     -------

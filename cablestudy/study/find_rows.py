@@ -27,9 +27,23 @@ NAME = "search"  # of the threads of searches in step
 def evaluate_found(study, tables, columns, explain=False, estimate=False):
     """Compute the columns of a study that states a goal: in each case the key of the goal is solved for first.
 
-    Parameters, but the study, and what is returned are those of `study_rows.evaluate_tables`; one of the columns may be
-    the key that is solved for. The numbers of a case without exactly one solution are None, and its status is the
-    reason.
+    Parameters
+    ----------
+    study : StudyFile
+        With the goal `find`: a column, its value, and the key.
+    tables : list of CaseTable
+        The cases that are computed.
+    columns : sequence of Column
+        Columns of the rows; one of them may be the key that is solved for.
+    explain, estimate : bool
+        Whether to return notes, and whether to estimate the errors of models with a
+        stated number of elements.
+
+    Returns
+    -------
+    dict
+        Number of a case in the study -> (numbers, status, errors, notes), as `study_rows.evaluate_tables` returns them.
+        The numbers of a case without exactly one solution are None, and its status is the reason.
     """
     goal = goal_of_study(study)
     others = [column for column in columns if column.needs != "find"]
@@ -96,8 +110,21 @@ def _only_solution(study, goal, case, column_at):
 def _values_in_cases(study, goal, cases, values_of_searches):
     """Compute the column of the goal for many searches at once, each in its own case and at its own values of the key.
 
-    `cases` has for each search the number of its case in the study; `values_of_searches` its number -> the k values
-    that it tries now, shape (k,). Returns in their order the `column_values` of each.
+    Parameters
+    ----------
+    study : StudyFile
+    goal : Goal
+        Names the column and the key.
+    cases : list of int
+        For each search the number of its case in the study.
+    values_of_searches : dict
+        Number of a search -> the k values of the key that it tries now, shape (k,).
+
+    Returns
+    -------
+    list of (ndarray, list of str)
+        For each search, in the order of `values_of_searches`: numbers in the column, shape (k,), NaN where there is
+        none; and k status texts.
     """
     counts = [len(values) for values in values_of_searches.values()]
     key_values = KeyValues(study.document_of, goal, np.concatenate(list(values_of_searches.values())), study.entries)

@@ -13,9 +13,24 @@ OF_LENGTHS = ("solve_for", "tensions")  # keys of a suspension whose lengths are
 def freeze_cable(document, scene):
     """File contents of a scene of one cable that states the unstretched length in place of preload, tension or sag.
 
-    The cable then keeps its length when other values of the scene are varied; values of base files are included. Dict
-    of the tables of the file in plain values; the length with as many digits as a double has. The `CableScene` is read
-    from the `Document`; NoSolutionError or ConvergenceError where it has no equilibrium in the reference state.
+    The cable then keeps its length when other values of the scene are varied; values of base files are included.
+
+    Parameters
+    ----------
+    document : Document
+        File of the scene.
+    scene : CableScene
+        The scene read from it.
+
+    Returns
+    -------
+    dict
+        Tables of the file in plain values; the length with as many digits as a double has.
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+        There is no equilibrium in the reference state.
     """
     contents, case, length = document.given, CableCase(_without_case(scene)), scene.cable.unstretched_length
     case.results.check(case.index)
@@ -59,10 +74,22 @@ def _with_length(cable, length):
 
 
 def _tables_of_bodies(contents, scene, equilibrium):
-    """Tables `points` and `bodies` of a scene file, as far as it has any, as an `Equilibrium` of this one row has them.
+    """Tables `points` and `bodies` of a scene file, with the places and attitudes that an equilibrium has.
 
-    Free points and bodies have the new position `at` [m]; bodies that are free to turn also have the new `attitude`:
-    roll, pitch and yaw [rad].
+    Parameters
+    ----------
+    contents : dict
+        The scene file in plain values.
+    scene : SuspensionScene
+        The scene read from it.
+    equilibrium : Equilibrium
+        Of this scene, with arrays whose first axis has one entry.
+
+    Returns
+    -------
+    dict
+        `points` and `bodies` where the scene has any. Free points and bodies have the new position `at` [m]; bodies
+        that are free to turn also have the new `attitude`: roll, pitch and yaw [rad].
     """
     position = equilibrium.position[0]
     position = np.where(np.abs(position) > STUDY.dust * equilibrium.longest[0], position, 0.0)

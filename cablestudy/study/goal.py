@@ -63,7 +63,7 @@ def read_find(goal, by, between):
     stated : Find
         Column, value, key and range.
     locations : dict
-        See `Goal`; options of the command.
+        Name of each part (column, value, by, between) -> its place for messages: (option of the command, "").
 
     Raises
     ------
@@ -96,16 +96,20 @@ def goal_of_study(study):
 
 
 def read_goal(stated, locations, document):
-    """Read and check the parts of a goal, and convert its numbers to the units of its column and its key: `Goal`.
+    """Read and check the parts of a goal, and convert its numbers to the units of its column and its key.
 
     Parameters
     ----------
     stated : Find
         The parts as the user wrote them.
     locations : dict
-        See `Goal`.
+        Name of each part (column, value, by, between) -> its place for messages: (position, its key in a file or "").
     document : Document
         File of the scene, for the messages on a key that does not exist and on a tension in percent.
+
+    Returns
+    -------
+    Goal
 
     Raises
     ------
@@ -149,6 +153,10 @@ def number_in_unit(value, column, scene_of):
     scene_of : callable
         Function of no argument that returns the scene, or raises SceneError. It serves one message only: that a tension
         in percent of the breaking force must be written as a force.
+
+    Returns
+    -------
+    float
 
     Raises
     ------

@@ -75,7 +75,13 @@ class Check:
 
 
 def limits_of(scene, document=None):
-    """List of the `SceneLimit` of a scene; SceneError with all that it cannot have, at their places in its document."""
+    """List of the `SceneLimit` of a scene.
+
+    Raises
+    ------
+    SceneError
+        All that it cannot have, at their places in its document where this is given.
+    """
     limits, tables = [], document.value.get("limits", {}) if document else {}
     with Mistakes() as mistakes:
         for name, table in scene.limits.items():
@@ -88,7 +94,10 @@ def limits_of(scene, document=None):
 def scene_with_limits(document):
     """Read the scene of a `Document`, and check that it can have its limits: CableScene or SuspensionScene.
 
-    SceneError with all that is wrong; where the scene itself is wrong, of its limits that their columns are unknown.
+    Raises
+    ------
+    SceneError
+        All that is wrong with it; where the scene itself is wrong, of its limits that their columns are unknown.
     """
     try:
         scene = read_scene(document)
@@ -113,12 +122,28 @@ def _unknown_columns(document):
 
 
 def _limit(scene, name, table):
-    """The `SceneLimit` of one entry of the table `limits` of a scene, a `LimitTable`.
+    """Read one entry of the table `limits` of a scene.
 
-    Its terms are the load cases that the table names, by default all and the reference state, each with every cable
-    that has the column. A term is left out if the scene cannot have the column in this case, or if the case lacks the
-    cable. ValueError where the column is no result; where the number is zero, or does not fit the unit of the column;
-    where the scene cannot have the column in a load case that the table names or, if it names none, in any.
+    Parameters
+    ----------
+    scene : CableScene or SuspensionScene
+    name : str
+        Name of the limit.
+    table : LimitTable
+        Its keys: the comparison, such as `sag < 2 m`, and perhaps the load cases in which it holds.
+
+    Returns
+    -------
+    SceneLimit
+        Its terms are the load cases that the table names, by default all and the reference state, each with every cable
+        that has the column. A term is left out if the scene cannot have the column in this case, or if the case lacks
+        the cable.
+
+    Raises
+    ------
+    ValueError
+        The column is no result; the number is zero, or does not fit the unit of the column; the scene cannot have the
+        column in a load case that the table names or, if it names none, in any.
     """
     stated = comparison(table.that)
     # (cable, column of this cable); of a column that belongs to no cable one pair, with "" for the cable
@@ -163,7 +188,14 @@ def columns_by_case(limits, is_cheap):
 
 
 def least_margin(limit, rows):
-    """The `Check` of a limit, from rows with its columns: dict of load case -> `Row`."""
+    """The `Check` of a limit.
+
+    Parameters
+    ----------
+    limit : SceneLimit
+    rows : dict
+        Load case -> `Row` with its columns.
+    """
     least, failures = None, {}
     for case, cable, column in limit.terms:
         row, name = rows[case], column.header

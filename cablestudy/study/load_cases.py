@@ -25,7 +25,17 @@ REASONS = ("converged", "no convergence", "rounding leaves a part of the force")
 
 
 def bare_spans(values):
-    """The cables without point loads, at the reference temperature, of the length of their chords: `Span`."""
+    """The cables without point loads, at the reference temperature, of the length of their chords.
+
+    Parameters
+    ----------
+    values : SceneValues or CaseTable
+
+    Returns
+    -------
+    Span
+        Fields of shape (n,).
+    """
     return Span.between(
         *values.ends,
         values.given("cable.section_axial_stiffness"),
@@ -36,9 +46,13 @@ def bare_spans(values):
 
 
 def point_loads(values, of_case):
-    """Point loads of the chosen case, or of the reference state, with the weight of their masses in their forces.
+    """Point loads of cables: see `scene_values.load_arrays`, but with the weight of their masses in their forces.
 
-    Arrays as of `scene_values.load_arrays`.
+    Parameters
+    ----------
+    values : SceneValues, CaseTable or CableValues
+    of_case : bool
+        Whether they are those of the chosen case, or of the reference state.
     """
     positions, fractions, forces, masses = values.loads(of_case)
     return positions, fractions, forces - (masses * values.given("gravity")[..., None])[..., None] * UP, masses
@@ -74,18 +88,23 @@ def placed_on_cable(positions, length):
 
 
 def with_loads(span, values, of_case, length_ratio=None):
-    """Add the point loads of their scenes to n cables, turned from the global axes to their chord frames: `Span`.
+    """Add to n cables the point loads of their scenes, turned from the global axes to the chord frame of each cable.
 
     Parameters
     ----------
     span : Span
         The cables without point loads, fields of shape (n,).
     values : SceneValues or CaseTable
+        Values of the n scenes.
     of_case : bool
         Whether the loads of the load cases are added too, or only those of the reference state.
     length_ratio : ndarray, shape (n,), optional
         Factor on the arc lengths that the scenes state for the loads: unstretched length of the cable over the length
         for which the scene states them. Default 1. [-]
+
+    Returns
+    -------
+    Span
     """
     positions, fractions, forces, masses = point_loads(values, of_case)
     positions = positions if length_ratio is None else positions * length_ratio[:, None]
@@ -113,6 +132,7 @@ def loaded_spans(span, values, strain, shift=None, length_changes=None, drag=Non
     span : Span
         The cables in the reference state, without point loads; fields of shape (n,).
     values : SceneValues or CaseTable
+        Values of the n scenes, with their load cases.
     strain : ndarray, shape (n,)
         s: chord length over unstretched length, less one, in the reference state. [-]
     shift : ndarray, shape (n,), optional
@@ -171,8 +191,19 @@ def steady_drag(values, ends, load_ratio=1.0):
     C_d is the drag coefficient, D the diameter with ice, q the dynamic pressure. Where q changes with the height, the
     cable has the one halfway between its ends. Without wind the drag is zero.
 
-    `ends` are the positions of both ends of each cable, shape (n, 2, 3) [m]; `load_ratio` is a factor on the drag per
-    unstretched length, shape (n,). [-] `SteadyDrag` with fields of shape (n,).
+    Parameters
+    ----------
+    values : SceneValues or CaseTable
+        Values of the n scenes; a scene may have no wind.
+    ends : ndarray, shape (n, 2, 3)
+        Positions of both ends of each cable. [m]
+    load_ratio : float or ndarray, shape (n,)
+        Factor on the drag per unstretched length. [-]
+
+    Returns
+    -------
+    SteadyDrag
+        Fields of shape (n,).
     """
     pressure = np.nan_to_num(values.given("load_case.wind.dynamic_pressure"))
     if not pressure.any():
@@ -194,7 +225,10 @@ def drag_width(values):
 def wind_direction(angle):
     """Unit vector of a horizontal wind, exactly zero where rounding alone makes a component differ, shape (..., 3). [-]
 
-    The angle, shape (...), is that of the direction in which the wind blows, from x towards y. [rad]
+    Parameters
+    ----------
+    angle : ndarray, shape (...)
+        Direction in which the wind blows, from x towards y. [rad]
     """
     level = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=-1)
     return np.where(np.abs(level) < STUDY.rounded_direction, 0.0, level)
@@ -203,7 +237,13 @@ def wind_direction(angle):
 def _between_moved_ends(span, strain, ends, moves):
     """Cables between moved ends, and their chord strains, which keep the digits of a small movement.
 
-    The chord strain, shape (n,), is that before the movement; `ends` are positions after it, shape (n, 2, 3). [m]
+    Parameters
+    ----------
+    span : Span
+    strain : ndarray, shape (n,)
+        Before the movement.
+    ends, moves : ndarray, shape (n, 2, 3)
+        Positions after the movement, and the movement. [m]
     """
     step = moves[:, 1] - moves[:, 0]
     still = ~step.any(axis=-1)
@@ -221,8 +261,20 @@ def _with_uniform_drag(span, ends, wind):
     A cable under a uniform load in any direction hangs in the plane of its chord and the load, as a catenary does in
     the vertical plane. With the mass m per unstretched length, the upward unit vector z, gravity g and the wind force
     w, the new vertical is the direction of m g z - w, and the new gravity is |m g z - w|/m. Cables without wind keep
-    their fields exactly. `span` are the cables without wind, fields of shape (n,); `ends` have the shape (n, 2, 3) [m],
-    and the wind is w per unstretched length, global axes, shape (n, 3). [N/m]
+    their fields exactly.
+
+    Parameters
+    ----------
+    span : Span
+        The cables without wind, fields of shape (n,).
+    ends : ndarray, shape (n, 2, 3)
+        Positions of both ends of each cable. [m]
+    wind : ndarray, shape (n, 3)
+        w per unstretched length, global axes. [N/m]
+
+    Returns
+    -------
+    Span
     """
     in_wind = wind.any(axis=-1)
     load = (span.mass * span.gravity)[:, None] * UP - wind

@@ -29,17 +29,22 @@ class LoadPath:
 
 
 def load_path(document, scene, option):
-    """Solve the equilibrium of a scene with one of its point loads at many places along its cable: `LoadPath`.
+    """Solve the equilibrium of a scene with one of its point loads at many places along its cable.
 
     The places divide the cable into equal parts. All cables keep the unstretched lengths of the reference state.
 
     Parameters
     ----------
     document : Document
+        File of the scene.
     scene : CableScene or SuspensionScene
-        Read from it.
+        The scene read from it.
     option : str
         Name of the load, `load1` or `CABLE.load1`, and after a colon the number of positions: 39 by default.
+
+    Returns
+    -------
+    LoadPath
 
     Raises
     ------

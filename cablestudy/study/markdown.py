@@ -176,10 +176,23 @@ def _in_blocks(grid, width):
 
 
 def wrapped(grid, width, narrowest=STUDY.narrowest_column, heads=False):
-    """Wrap the texts of a `TextGrid` onto several lines, so that it is no wider than a terminal, in characters.
+    """Wrap the texts of a grid onto several lines, so that it is no wider than a terminal.
 
-    Texts are wrapped to a `narrowest` column, or to a third of the width. If `heads` may be wrapped too, their first
-    line stands above the rule, the others are rows below it. None where it would still be too wide.
+    Parameters
+    ----------
+    grid : TextGrid
+        Column heads, sides and rows of cells.
+    width : int
+        Width of the terminal in characters.
+    narrowest : int
+        Least width to which a column of texts is wrapped, at most a third of `width`.
+    heads : bool
+        Whether heads may be wrapped too. Their first line stands above the rule, the others are rows below it.
+
+    Returns
+    -------
+    TextGrid or None
+        None where it would still be too wide.
     """
     # no line break within a unit, until its no-break spaces become blanks again
     whole_units = [UNIT.sub(lambda unit: unit[0].replace(" ", "\xa0"), head) for head in grid.heads]

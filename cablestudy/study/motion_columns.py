@@ -139,10 +139,19 @@ def imaged_column(name, meaning, keys):
 
 
 def loop_columns(keys):
-    """The columns of the winch loop, such as its gain and its margins, of scenes that state some keys: list of Column.
+    """Make the result columns of the winch loop, such as its gain and its margins.
 
     They serve scenes of one cable and suspensions. Their functions take a case with the attribute `analysis`, and
-    return a number and its estimated relative error. `keys` are separated by commas.
+    return a number and its estimated relative error.
+
+    Parameters
+    ----------
+    keys : str
+        Keys that a scene must state for these columns, separated by commas.
+
+    Returns
+    -------
+    list of Column
     """
     properties = {
         "gain": ("rad/s", "integral gain of the loop of the winches, as stated or as it follows from a margin"),

@@ -14,8 +14,15 @@ from cablestudy.study.tolerances import STUDY
 def pareto_front(points):
     """True of points on the front: no other point is at most as large in each coordinate, and smaller in one.
 
-    The points are finite, shape (n, m), and each coordinate is to be small. Equal points on the front are all true,
-    shape (n,).
+    Parameters
+    ----------
+    points : ndarray of float, shape (n, m)
+        Finite; each coordinate is to be small.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+        Equal points on the front are all true.
     """
     if not len(points):
         return np.zeros(0, dtype=bool)

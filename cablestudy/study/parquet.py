@@ -7,9 +7,15 @@ from cablestudy.study.tolerances import STUDY
 
 
 def write_parquet(table, file):
-    """Write a `Table` as Parquet to a binary file, from its beginning to its end; it is left open: a pipe will do.
+    """Write a table as Parquet.
 
     Numbers are float64 and everything else is text; the metadata of each field has its `unit`.
+
+    Parameters
+    ----------
+    table : Table
+    file : binary file
+        Written from its beginning to its end, and left open: a pipe will do.
     """
     import pyarrow
     from pyarrow.parquet import ParquetWriter

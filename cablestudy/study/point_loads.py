@@ -42,7 +42,12 @@ class LoadedCable:
         `sag` is the vertical distance from the chord down to the load, `clearance` that from the load down to the
         ground: None where the ground is not known there, and left out if the scene has no ground. `slope_1` and
         `tension_1` are on the side of end 1, `slope_2` and `tension_2` on that of end 2; a slope is positive where the
-        cable rises towards end 2. For each load a dict: header of FIELDS (name and unit) -> number.
+        cable rises towards end 2.
+
+        Returns
+        -------
+        list of dict
+            For each load: header of FIELDS (name and unit) -> number.
         """
         # arc lengths of the loads over the unstretched length
         shares = np.array([load.at / self.length if load.fraction is None else load.fraction for load in self.loads])
@@ -65,7 +70,10 @@ class LoadedCable:
 def of_one_cable(case):
     """The cable of a `CableCase` with its loads, in a list.
 
-    NoSolutionError or ConvergenceError where it has no equilibrium, or no definite form.
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+        It has no equilibrium, or no definite form.
     """
     case.results.check(case.index)
     if case.exact_statics and case.catenary.slack:
@@ -87,7 +95,14 @@ def of_suspension(case):
 
 
 def loads_table(cables, failures):
-    """Table with a row for each load on some `LoadedCable`s; why cells have no value is appended to `failures`."""
+    """Table with a row for each load on some cables.
+
+    Parameters
+    ----------
+    cables : list of LoadedCable
+    failures : list of str
+        Reasons why cells have no value are appended.
+    """
     rows = [{"load": name, **row} for cable in cables for name, row in zip(cable.load_names, cable.rows(), strict=True)]
     failures += [f"{row['load']}: {NO_GROUND}" for row in rows if lacks_clearance(row)]
     return Table((Field("load", "load", label=True), *fields_in(rows)), rows)

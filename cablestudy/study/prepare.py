@@ -146,13 +146,17 @@ def _drawn_column(study, name):
 
 
 def columns_of(study, scene):
-    """Look up the columns that a study names; the key that it solves for, if any, is the first of them: list of Column.
+    """Look up the columns that a study names; the key that it solves for, if any, is the first of them.
 
     Parameters
     ----------
     study : StudyFile
     scene : CableScene, SuspensionScene or None
         That of the first case. Without it, columns are not checked for keys that scenes lack.
+
+    Returns
+    -------
+    list of Column
 
     Raises
     ------
@@ -208,8 +212,23 @@ def tolerances_of(study):
 def _printed_values(study, columns):
     """Read the CSV file of a study's printed values: numbers of a publication that its results are compared with.
 
-    Returns the `reference` of `prepare`, None in empty cells; SceneError where the file does not fit the study: other
-    columns, another number of rows, or cells that are no numbers.
+    Parameters
+    ----------
+    study : StudyFile
+    columns : list of Column
+        Columns of the study.
+
+    Returns
+    -------
+    headers : list of str
+        Headers of the file, each that of a column; empty without a file.
+    numbers : list of dict
+        For each case header -> number, None where the cell is empty.
+
+    Raises
+    ------
+    SceneError
+        The file does not fit the study: other columns, another number of rows, or cells that are no numbers.
     """
     if study.reference_path is None:
         return [], []

@@ -16,7 +16,13 @@ from cablestudy.study.tolerances import STUDY
 
 
 def levels(least_sum):
-    """Yield levels (elements along the piece with most waves, order), finer and finer, from a sum of the orders on."""
+    """Yield levels (elements along the piece with most waves, order), finer and finer.
+
+    Parameters
+    ----------
+    least_sum : float
+        Sum of the orders to begin with.
+    """
     total = min(max(ceil(least_sum), STUDY.lowest_order), STUDY.finest_orders)
     while True:
         elements = ceil(total / (STUDY.highest_order - 4))
@@ -42,12 +48,11 @@ def least_order_sum(waves):
 
 
 def needs_of(case, required):
-    """Estimate the waves and frequencies that the finite-element model of one case must resolve, before any is solved.
+    """Estimate which waves and frequencies the finite-element model of one case must resolve, before any is solved.
 
     Parameters
     ----------
     case : CableCase
-        NoSolutionError or ConvergenceError where it has no equilibrium.
     required : AskedModes
         The modes whose frequencies are asked for, at least one.
 
@@ -57,6 +62,11 @@ def needs_of(case, required):
         Estimated number of transverse half-waves along the cable; it decides how fine the first model is. [-]
     least : float
         Lower bound of the highest axial frequency that is asked for; 0 if there is none. [Hz]
+
+    Raises
+    ------
+    NoSolutionError, ConvergenceError
+        The case has no equilibrium.
     """
     case.results.check(case.index)
     return _half_waves(case, required), _least_axial_frequency(case, required.axial) if required.axial else 0.0
@@ -179,9 +189,18 @@ class Refinement:
         """Keep the values of this level that are within the accuracy, and end the search if no finer level is needed.
 
         That is so when all values are within the accuracy and a finer level would not give missing ones. The search
-        also ends when the error has stopped falling, so that only rounding is left of it. The dicts are those of
-        `compute`; a failure of None is of all names. `unresolved` is the relative error by transverse waves that are
-        too short for the elements of this level. [-]
+        also ends when the error has stopped falling, so that only rounding is left of it.
+
+        Parameters
+        ----------
+        values : dict
+            Name -> number by this level.
+        estimated_errors : dict
+            Name -> relative error of this number. [-]
+        failures : dict
+            Name -> CablestudyError of what has no number at this level; the key None stands for all names.
+        unresolved : float
+            Relative error by transverse waves that are too short for the elements of this level. [-]
         """
         self._refuse(failures)
         pending = failures.keys() - self.failures.keys()  # columns to which a finer level may give a number

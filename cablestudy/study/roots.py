@@ -122,6 +122,10 @@ def points_between(low, high, count):
     """Points between two limits, both among them: at equal ratios over more than a factor of four, else at equal steps.
 
     Parameters as of `ranges_about`.
+
+    Returns
+    -------
+    ndarray
     """
     if low >= 0 and high > 4 * low:
         return _geometric(high, low, STUDY.many_decades * count)[::-1]
@@ -271,8 +275,15 @@ class _Scan:
     def _search_between_equal_signs(self, low, high, sign):
         """Look for two close zeros of f between two points where f has the same sign, by minimising |f| between them.
 
-        The search stops at the first point where f is zero or has the other sign than `sign`, 1 or -1. All points are
-        kept in `tried`, where `_roots_and_jumps` then finds a change of sign on each side of such a point.
+        The search stops at the first point where f is zero or has the other sign. All points are kept in `tried`, where
+        `_roots_and_jumps` then finds a change of sign on each side of such a point.
+
+        Parameters
+        ----------
+        low, high : float
+            The two points.
+        sign : float
+            1 where f is positive at both points, -1 where it is negative.
         """
         from scipy.optimize import minimize_scalar
 
@@ -294,9 +305,14 @@ class _Scan:
             pass
 
     def _roots_and_jumps(self):
-        """The zeros of f, and its jumps over zero, between neighbouring points that have values; sets `plateaus`.
+        """Find the zeros of f, and its jumps over zero, between neighbouring points that have values; set `plateaus`.
 
         A change of sign is a jump where f is not small at the point that Brent's method finds.
+
+        Returns
+        -------
+        roots, jumps : list of float
+            Each rising.
         """
         if self._effort.equal(self.finite()[1]):
             return [], []

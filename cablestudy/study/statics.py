@@ -31,7 +31,7 @@ class ClosedStatics:
         return self._catenary.sag
 
     def shape(self, positions):
-        """Static form of one cable at points along it; NoSolutionError where a part of it is slack.
+        """Static form of one cable at points along it: displacement from the chord, and tension.
 
         Parameters
         ----------
@@ -44,7 +44,12 @@ class ClosedStatics:
             From the point at the share s of the chord to the cable, over the unstretched length. Chord frame: along the
             chord, across it, sideways. [-]
         tension : ndarray, shape (j,)
-            [N]
+            Tensions. [N]
+
+        Raises
+        ------
+        NoSolutionError
+            A part of the cable is slack.
         """
         if np.any(self._catenary.slack):
             raise NoSolutionError(SHAPELESS)

@@ -12,7 +12,12 @@ from cablestudy.study.tolerances import STUDY
 def evaluate(scenes, columns, estimate=False):
     """Compute the columns of many scenes, all of one cable or all suspensions: list of Row.
 
-    `estimate`: whether to estimate the errors of fixed elements though they are no column, and to write notes.
+    Parameters
+    ----------
+    scenes : sequence of CableScene or SuspensionScene
+    columns : sequence of Column
+    estimate : bool
+        Whether to estimate the errors of fixed elements though they are no column, and to write notes.
     """
     without_limits = [column for column in columns if column.needs != "limits"]
     rows = kind_of(scenes[0]).evaluate(scenes, without_limits, estimate) if scenes else []

@@ -109,6 +109,10 @@ class Table:
         top : int or None
             Number of rows; None for all.
 
+        Returns
+        -------
+        Table
+
         Raises
         ------
         SceneError
@@ -214,8 +218,18 @@ def write_whole(path, text):
     """Write a file atomically: a reader finds the old file or the complete new one.
 
     Not so for devices and pipes, nor for the file behind /dev/stdout, which a shell may have opened to add to it (>>):
-    these are written into. A symbolic link stays; the file that it names is replaced. The text is str, bytes, or an
-    iterable of str that are written one by one. SceneError where the file cannot be written.
+    these are written into. A symbolic link stays; the file that it names is replaced.
+
+    Parameters
+    ----------
+    path : str
+    text : str, bytes or iterable of str
+        The strings of an iterable are written one by one.
+
+    Raises
+    ------
+    SceneError
+        The file cannot be written.
     """
     target = os.path.realpath(path) if os.path.isfile(path) else path
     replaced, temporary = os.path.isfile(target) and os.path.dirname(path) not in STREAMS, None
@@ -378,7 +392,13 @@ def number(text):
 
 
 def join_tables(answers):
-    """Tables of several load cases (case -> name -> Table), those of one name joined: dict of name -> Table."""
+    """Tables of several load cases, those of one name joined: dict of name -> Table.
+
+    Parameters
+    ----------
+    answers : dict
+        Name of a case -> name of a table -> Table.
+    """
     by_name = {}
     for case, tables in answers.items():
         for name, table in tables.items():
@@ -387,9 +407,17 @@ def join_tables(answers):
 
 
 def _joined_table(tables):
-    """Join tables (name of a load case -> Table), below each other, into one with the name of the case in front.
+    """Join the tables of several load cases, below each other, into one with the name of the case as first column.
 
-    If each of them has one row by nature (`single`), the rows are shown side by side in Markdown.
+    Parameters
+    ----------
+    tables : dict
+        Name of a case -> Table.
+
+    Returns
+    -------
+    Table
+        If each of the tables has one row by nature (`single`), the rows are shown side by side in Markdown.
     """
     fields = dict.fromkeys(field for table in tables.values() for field in table.fields)
     fields = (Field("case", "case", label=True), *sorted(fields, key=lambda field: field.name == "status"))

@@ -131,7 +131,14 @@ class UnfinishedRow:
             self.errors[column.header] = None if isnan(error) else float(error)
 
     def finished(self, required, seconds=None):
-        """The `Row` with the columns `required`, of which one may be the time that it took. [s]"""
+        """The `Row`.
+
+        Parameters
+        ----------
+        required : TableColumns
+        seconds : float, optional
+            Time that it took. [s]
+        """
         cells = {**required.empty, **self.values}
         errors = {name: error for name, error in self.errors.items() if name not in self.failures}
         if required.run:
@@ -174,6 +181,10 @@ class RowBatch(ABC):
 
         The columns are computed one after the other for all rows of a block: what the first row needs for a column is
         computed for all rows at once. The numbers are, to the last digit, those of each scene by itself.
+
+        Yields
+        ------
+        Row
         """
         start = time.perf_counter()
         self.solve_statics()

@@ -217,7 +217,7 @@ class DragErrors:
         return DragErrors(*(getattr(self, field.name)[index] for field in fields(self)))
 
     def with_moved_ends(self, ends, end_stiffness, end_forces):
-        """Add to the errors what movements of the cable ends change, to first order: `DragErrors`.
+        """Add to the errors what movements of the cable ends change, to first order.
 
         If the ends move apart by the vector e, the force t of a cable with the stiffness K on its end changes by K e.
         The relative error of the tension grows by |(K e).t|/|t|^2, the larger one of both ends, times a safety factor
@@ -231,6 +231,10 @@ class DragErrors:
             K: static stiffness of one end, the other end held, global axes. [N/m]
         end_forces : ndarray, shape (n, 2, 3)
             t: forces of the cables on their ends, global axes. [N]
+
+        Returns
+        -------
+        DragErrors
         """
         force_change = (end_stiffness @ (ends[:, 1] - ends[:, 0])[..., None])[:, None, :, 0]
         square = np.maximum((end_forces**2).sum(axis=-1), np.finfo(float).tiny)
@@ -250,8 +254,17 @@ class DragErrors:
 def uneven_drag_errors(drag, catenary, stretched=False):
     """Estimate the errors of n equilibria in which the drag of a steady wind is taken as uniform along each cable.
 
-    The actual drag at a point follows from the tangent, the stretch and the wind there. `changes_by_actual_drag`, with
-    these parameters, computes how it changes tension and form.
+    The actual drag at a point follows from the tangent, the stretch and the wind there. `changes_by_actual_drag`
+    computes how it changes tension and form.
+
+    Parameters
+    ----------
+    drag : SteadyDrag
+        Drag on the cables, fields of shape (n,).
+    catenary : Catenary
+        Their equilibria under the uniform drag, shape (n,).
+    stretched : bool
+        Whether the uniform drag was computed for the stretched length, not for the unstretched one.
 
     Returns
     -------
@@ -273,8 +286,12 @@ def errors_of_modes(error, of_form, of_stiffness):
     """Relative errors of frequencies by drag taken as uniform. [-]
 
     The square of a frequency is a sum of parts that grow with the tension and with the square of the curvature, or with
-    the stiffness of cables at their ends: by `DragErrors.error` and `form_error`, and the `largest_ratio` of the change
-    of the stiffness.
+    the stiffness of cables at their ends.
+
+    Parameters
+    ----------
+    error, of_form, of_stiffness : ndarray or float
+        `DragErrors.error` and `form_error`, and the `largest_ratio` of the change of the stiffness.
     """
     return np.maximum(np.maximum(error, error / 2 + of_form), of_stiffness / 2)
 

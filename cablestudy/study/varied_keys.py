@@ -30,10 +30,18 @@ class VariedKey:
         return Field(self.header, self.key, self.unit or "", distinct=True, text=self.text, varied=True)
 
     def cell(self, written):
-        """A value as the study has it ("1.85 mm", 0.325, "coupled", a list) as its cell: float, int or str.
+        """A value of the study as its cell.
 
-        A number in the unit of the column; where that is TEXT, plain numbers and text as they are, and JSON of anything
-        else.
+        Parameters
+        ----------
+        written : object
+            As the study has it: "1.85 mm", 0.325, "coupled", a list.
+
+        Returns
+        -------
+        float, int or str
+            A number in the unit of the column; where that is TEXT, plain numbers and text as they are, and JSON of
+            anything else.
         """
         if self.unit is not TEXT:
             return _number(written, self.unit)

@@ -31,7 +31,12 @@ def with_lock_in(table, diameters):
         A row for each mode, with its frequency f.
     diameters : sequence of float or None
         Diameter D of the cable that moves in each mode, ice included; None where no cable moves across its axis, or the
-        diameter is not known. [m] The table is unchanged where none is.
+        diameter is not known. [m]
+
+    Returns
+    -------
+    Table
+        Unchanged where no diameter is known.
     """
     if not any(diameters):
         return table
@@ -87,8 +92,18 @@ def tension_notes(scene, values):
 
     Power lines with a larger H/w than published safe values are likely to suffer from aeolian vibration. There is no
     note in a load case with ice or wind, since the safe values are for everyday tensions; nor without gravity, nor
-    where no cable has a horizontal tension. `values` are the `Results` or `CableResults` of this scene alone. Tuple of
-    str, at most one.
+    where no cable has a horizontal tension.
+
+    Parameters
+    ----------
+    scene : CableScene or SuspensionScene
+    values : Results or CableResults
+        Statics of this scene alone.
+
+    Returns
+    -------
+    tuple of str
+        One note, or none.
     """
     if scene.nonzero_gravity is None or scene.load_case.ice or scene.load_case.wind:
         return ()

@@ -47,7 +47,7 @@ class Tolerance:
 
 
 def read_tolerances(texts, study):
-    """Read the relative tolerances by which computed numbers are compared with stored ones: `Tolerance`.
+    """Read the relative tolerances by which computed numbers are compared with stored ones.
 
     Parameters
     ----------
@@ -55,6 +55,11 @@ def read_tolerances(texts, study):
         Arguments of the option `--rtol`: `1e-6` for all columns, or `sag=1e-4` for one. They take precedence over the
         key `check` of the study file.
     study : StudyFile
+
+    Returns
+    -------
+    Tolerance
+        With RTOL for all columns where nothing else is given.
 
     Raises
     ------
@@ -86,12 +91,25 @@ def _read_tolerance(text):
 
 
 def compare(table, path, tolerance):
-    """Compare a computed table of all rows with a stored CSV file, cell by cell, for `sweep --check`.
+    """Compare a computed table with a stored CSV file, cell by cell, for `sweep --check`.
 
     Numbers a and b agree if |a - b| <= tolerance max(|a|, |b|). For the difference between a computed and a printed
     value the maximum includes the computed value. Other cells must be equal, but for the last digit of numbers in
-    `status`. Computing times are not compared. Yields a `Difference` for each cell that differs, and a text for columns
-    or rows that only one of the two tables has.
+    `status`. Computing times are not compared.
+
+    Parameters
+    ----------
+    table : Table
+        All rows of the study.
+    path : str
+        The CSV file.
+    tolerance : Tolerance
+        Relative tolerance of each column.
+
+    Yields
+    ------
+    Difference or str
+        A cell that differs; a text for columns or rows that only one of the two tables has.
     """
     stored_names, stored_rows = stream_csv(path)
     tolerance_columns = _tolerance_columns(table.fields)  # name -> column whose tolerance holds for it

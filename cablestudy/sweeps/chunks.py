@@ -109,10 +109,23 @@ def compute(chunk):
 
 
 def _compute_rows(chunk):
-    """`Done` of a chunk: a record for each case, in their order; one that is no valid scene says why in its status.
+    """Compute the rows of a chunk, some cases of a study.
 
-    SceneError where this process has other versions of the program or its libraries than the sweep, so that digits
-    would differ.
+    Parameters
+    ----------
+    chunk : Chunk
+        The study, numbers of the cases, and names of the columns.
+
+    Returns
+    -------
+    Done
+        With a record for each case, in their order; a case that is no valid scene has empty cells and says why in its
+        status.
+
+    Raises
+    ------
+    SceneError
+        This process has other versions of the program or its libraries than the sweep, so that digits would differ.
     """
     begin, processor_begin = time.perf_counter(), time.process_time()
     _freeze()
@@ -160,11 +173,23 @@ def _study(pickled):
 
 
 def scene_hashes(table, find=None):
-    """Hash of each of n scenes of a `CaseTable`, by which later runs recognise rows that are computed already.
+    """Hash of each scene of a table of cases, by which later runs recognise rows that are computed already.
 
-    It is the hash of the scene as JSON, with the goal of the study, if any, behind it: 24 hexadecimal digits. To write
-    JSON is slow. So only one scene is written, with a placeholder for each varied number: a number that occurs nowhere
-    else. The numbers of each case then replace the placeholders in the text.
+    It is the hash of the scene as JSON, with the goal of the study behind it. To write JSON is slow. So only one scene
+    is written, with a placeholder for each varied number: a number that occurs nowhere else. The numbers of each case
+    then replace the placeholders in the text.
+
+    Parameters
+    ----------
+    table : CaseTable
+        n scenes that differ in numbers only.
+    find : Find, optional
+        Goal of a study in which a key is solved for.
+
+    Returns
+    -------
+    list of str
+        n hashes of 24 hexadecimal digits.
     """
     placeholders = {key: np.array([-1e-300 / (i + 1)]) for i, key in enumerate(table.values)}
     template = CaseTable(table.cases[:1], table.scene, placeholders).scene_of(0).model_dump_json().encode()

@@ -146,10 +146,27 @@ class _Translator:
         return compare_in_turn(getters, tests)
 
     def operands(self, tokens, may_be_text):
-        """The `operand` of each token of a comparison: list of Variable, (Decimal, str) or str.
+        """Read the operands of one comparison of the condition: columns, varied keys, numbers and texts.
 
-        A word that is neither a column nor a varied key is a text, if a column or key of the comparison may hold text
-        and its operators allow texts (`may_be_text`); else it is a mistake, as is a comparison without a column or key.
+        A word that is neither a column nor a varied key is a text, if a column or key of the comparison may hold text;
+        else it is a mistake.
+
+        Parameters
+        ----------
+        tokens : list of Token
+            The operands as written.
+        may_be_text : bool
+            True if all operators of the comparison are == or !=, which allow texts; <, <=, > and >= do not.
+
+        Returns
+        -------
+        list of Variable, (Decimal, str) or str
+            Column or varied key; number with its unit; text.
+
+        Raises
+        ------
+        SceneError
+            An unknown word, or a comparison without a column or key.
         """
         operands, unknown = [], []
         for token in tokens:
@@ -220,7 +237,12 @@ def common_unit(operands):
 def compare_in_turn(getters, tests):
     """Function of a frame: nullable boolean Series, True where each value compares with the next, as `1 < sag <= 2`.
 
-    `getters` take the values of each operand from a frame, `tests` (from OPERATORS) compare each two neighbours.
+    Parameters
+    ----------
+    getters : list of callable
+        Frame -> Series of the values of each operand.
+    tests : list of callable
+        From OPERATORS, one between each two operands.
     """
 
     def holds(frame):

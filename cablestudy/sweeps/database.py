@@ -45,8 +45,13 @@ class Database:
         """Open the database file with a lock that excludes all other processes; try for WAIT seconds if one has it.
 
         Two processes that open the file at once can each hold a lock that the other waits for. Each attempt that fails
-        therefore gives back all locks, and a random pause lets one of the processes succeed. A damaged file is opened;
-        SceneError where another process keeps the lock, the file cannot be written, or is of another program.
+        therefore gives back all locks, and a random pause lets one of the processes succeed.
+
+        Raises
+        ------
+        SceneError
+            Another process keeps the lock; or the file cannot be written, or is of another program. A damaged file is
+            opened.
         """
         if self.path:
             _check_beginning(self.path)
@@ -82,8 +87,12 @@ class Database:
     def empty(self):
         """Make the database empty, whatever is in it: remove all tables, or the file itself if it is damaged.
 
-        Only where the file is removed is its lock given back for a moment; SceneError where another sweep has taken it
-        in that moment.
+        Only where the file is removed is its lock given back for a moment.
+
+        Raises
+        ------
+        SceneError
+            Another sweep has taken the file in that moment.
         """
         try:
             tables = [name for (name,) in self.execute("SELECT name FROM sqlite_master WHERE type = 'table'")]

@@ -45,8 +45,14 @@ def compute_here(chunks, jobs=None):
     Parameters
     ----------
     chunks : Chunks
+        Hands out the cases of the study in chunks.
     jobs : int, optional
         Number of processes, at most PER_CORE for each core; by default one for each core, if the work is long enough.
+
+    Yields
+    ------
+    Done
+        Rows of one chunk, in any order.
 
     Raises
     ------
@@ -69,8 +75,26 @@ def compute_here(chunks, jobs=None):
 def retry(chunks, open_executor, workers):
     """Compute all chunks of a sweep by workers that may die, for example for lack of memory.
 
-    The chunk of a worker that died is computed again, in a new executor: `open_executor` returns a context manager of
-    one, `workers` the present number of workers. NoSolutionError where MAX_DEATHS of them died with no result between.
+    The chunk of a worker that died is computed again, in a new executor.
+
+    Parameters
+    ----------
+    chunks : Chunks
+        Hands out the cases of the study in chunks.
+    open_executor : callable
+        Returns a context manager of an executor; called again after the death of a worker.
+    workers : callable
+        Returns the present number of workers.
+
+    Yields
+    ------
+    Done
+        Rows of one chunk, in any order.
+
+    Raises
+    ------
+    NoSolutionError
+        MAX_DEATHS workers died with no result between them.
     """
     deaths = 0
     while chunks.left:
@@ -89,8 +113,20 @@ def retry(chunks, open_executor, workers):
 def submit_all(chunks, executor, workers=lambda: 1):
     """Submit all chunks of a sweep to an executor, AHEAD of them for each worker at a time, or one for a single worker.
 
-    `workers` returns their present number. If the caller leaves the loop early, the chunks that are not done are put
-    back, for another executor.
+    If the caller leaves the loop early, the chunks that are not done are put back, for another executor.
+
+    Parameters
+    ----------
+    chunks : Chunks
+        Hands out the cases of the study in chunks.
+    executor : concurrent.futures.Executor
+    workers : callable
+        Returns the present number of workers.
+
+    Yields
+    ------
+    Done
+        Rows of one chunk, in any order.
     """
     chunk_of_future = {}
     try:
@@ -193,10 +229,16 @@ def compute_on_cluster(chunks, address, notify=None):
     Parameters
     ----------
     chunks : Chunks
+        Hands out the cases of the study in chunks.
     address : str
         `tcp://host:port`, or the name of a scheduler file that ends in `.json`.
     notify : callable, optional
         Called with each note for the user.
+
+    Yields
+    ------
+    Done
+        Rows of one chunk, in any order.
 
     Raises
     ------
@@ -220,10 +262,24 @@ def compute_on_cluster(chunks, address, notify=None):
 
 @contextmanager
 def _executor(client):
-    """Executor that computes on the workers of a dask cluster; at the end nothing submitted is left on the cluster.
+    """Executor that computes on the workers of a dask cluster, for a `with` block.
 
-    The block raises WorkerDeathError where a worker died, so that its chunk may be tried again, and SceneError where
-    scheduler or workers have other versions, and cannot read the work.
+    At the end nothing that was submitted is left on the cluster.
+
+    Parameters
+    ----------
+    client : distributed.Client
+
+    Yields
+    ------
+    concurrent.futures.Executor
+
+    Raises
+    ------
+    WorkerDeathError
+        A worker died in the block; the chunk may be tried again.
+    SceneError
+        Scheduler or workers have other versions, and cannot read the work.
     """
     from distributed import KilledWorker
 
@@ -248,10 +304,23 @@ def _executor(client):
 
 @contextmanager
 def _client(address):
-    """The distributed.Client of a dask scheduler at an address, as of `compute_on_cluster`, for a `with` block.
+    """Connect to the dask scheduler at an address, for a `with` block.
 
-    Meanwhile all logging is silenced, since errors are reported in one line: SceneError where dask is not installed,
-    the address is wrong, or nobody answers there.
+    Meanwhile all logging is silenced, since errors are reported in one line.
+
+    Parameters
+    ----------
+    address : str
+        `tcp://host:port`, or the name of a scheduler file that ends in `.json`.
+
+    Yields
+    ------
+    distributed.Client
+
+    Raises
+    ------
+    SceneError
+        dask is not installed, the address is wrong, or nobody answers there.
     """
     try:
         from distributed import Client

@@ -44,10 +44,23 @@ def digest(identity):
 
 
 def provenance(command, identity, started, **entries):
-    """Record of where the numbers of a table come from, with further entries, for the YAML file beside it: dict.
+    """Record of where the numbers of a table come from, for the YAML file beside it: dict of plain values.
 
-    `command` is as typed, `identity` all that the numbers depend on; of a run that was resumed, its last part `started`
-    then.
+    Parameters
+    ----------
+    command : str
+        The command as typed.
+    identity : dict
+        All that the numbers depend on, from the function `identity`.
+    started : datetime
+        Start of the run; start of the last part of a run that was resumed.
+    **entries
+        Further entries of the record.
+
+    Returns
+    -------
+    dict
+        command, fingerprint, start and duration [s], the further entries, versions and platform.
     """
     return {
         "command": command,

@@ -24,8 +24,11 @@ class MergedRun(Run):
     def _open(self):
         """Join the rows that all shards of the study have stored: `RowStore` of the whole study.
 
-        SceneError where there are no shards; where they are of another study or version; or where rows are missing: it
-        says which, and how to compute them.
+        Raises
+        ------
+        SceneError
+            There are no shards; shards are of another study or version; or rows are missing: the message says which,
+            and how to compute them.
         """
         shards = self.files.shards()
         if not shards:

@@ -39,9 +39,12 @@ def pack(case, key, status, cells, errors=(), notes=()):
 
 
 def pack_all(rows):
-    """Convert rows, each a tuple of the fields of `RowRecord`, to tuples as the database stores them: list.
+    """Convert rows, each a tuple of the fields of `RowRecord`, to tuples as the database stores them.
 
-    Each has row from 1, key, status, JSON of cells, errors and notes ("" of an empty one), check sum.
+    Returns
+    -------
+    list of tuple
+        Row from 1, key, status, JSON of cells, errors and notes ("" of an empty one), check sum.
     """
     packed = []
     for (case, key, status, _, errors, notes), cells in zip(rows, _json([row[3] for row in rows]), strict=True):

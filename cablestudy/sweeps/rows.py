@@ -103,10 +103,20 @@ class Rows(LazyRows):
         return self._copied_lines(set(varied)) if others == stored and in_order and not self._texts else None
 
     def _copied_lines(self, varied_headers):
-        """Yield the lines of the CSV file below its head, each with the cells of some varied keys at its beginning.
+        """Yield the lines of the CSV file below its head, with stored numbers copied as text.
 
         Stored rows are JSON lists of numbers, with the text of a CSV line but for brackets and `null`. To copy it is
         much faster than to read and write the numbers.
+
+        Parameters
+        ----------
+        varied_headers : set of str
+            Headers of the varied keys whose cells stand at the beginning of each line.
+
+        Yields
+        ------
+        str
+            Cells of varied keys, numbers of the computed columns, status, and the end of the line.
         """
         columns_of_entries = []  # of each entry: (VariedKey, its values) of the keys shown
         for entry in self._study.entries:

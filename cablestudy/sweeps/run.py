@@ -300,8 +300,15 @@ def reusable_columns(old, new):
     - "run", the computation itself, such as its error estimate: this depends on all columns. If the new run has such a
       column, nothing is used unless both runs have the same columns throughout.
 
-    Takes the headers of the stored columns, and of those of the new run; returns headers, without `status`: frozenset,
-    empty if whole rows must be computed.
+    Parameters
+    ----------
+    old, new : sequence of str
+        Headers of the stored columns, and of the columns of the new run.
+
+    Returns
+    -------
+    frozenset of str
+        Headers, without `status`; empty if whole rows must be computed.
     """
     stored, asked = ({name: find_header(name).needs for name in names if name != "status"} for names in (old, new))
     if stored == asked:

@@ -25,14 +25,20 @@ class Selection:
     best: bool = False  # only the first row of that order is shown
 
     def table(self, table):
-        """Select and sort the rows of the table of all cases of a study.
+        """Select and sort the rows of a study's table.
 
         First the condition selects, then the Pareto front; the rows left are sorted by `key`, or the best one is taken.
         Equal rows keep their order, rows with an empty cell are last.
 
+        Parameters
+        ----------
+        table : Table
+            All rows of the study.
+
         Returns
         -------
         table : Table
+            The rows that are shown.
         notes : list of str
             How many rows are shown, how many have no value of an objective, and numbers without a unit that may be a
             mistake.

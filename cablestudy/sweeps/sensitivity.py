@@ -37,21 +37,25 @@ class Indices:
 
 
 def indices(f_a, f_b, f_ab, seed=0):
-    """Sobol's indices of one column, from its values f at the n points of a Saltelli design: see the head of the file.
+    """Sobol's indices of one column, from its values f at the points of a Saltelli design.
+
+    For each key i, with means over n points and the variance V of f(A) and f(B) together,
+
+        first order S_i = mean(f(B) (f(AB_i) - f(A))) / V,    total T_i = mean((f(A) - f(AB_i))^2) / (2 V)
 
     Parameters
     ----------
     f_a, f_b : array_like, shape (n,)
-        f(A), f(B).
+        f(A), f(B): values at the points of two independent samples A and B.
     f_ab : array_like, shape (keys, n)
-        f(AB_i) of each key i.
+        f(AB_i): values at the points of A with key i taken from B.
     seed : int
         Seed of the bootstrap for the intervals.
 
     Returns
     -------
     Indices or None
-        With intervals of confidence CONFIDENCE; None if the values do not vary.
+        S_i and T_i with intervals of confidence CONFIDENCE; None if the values do not vary.
     """
     values = np.vstack([f_a, f_b, f_ab]).astype(float)
     scale = np.abs(values).max()
@@ -115,10 +119,15 @@ class Sensitivity:
             raise SceneError(Mistake(where, "", "--sensitivity: none of the columns depends on the scene alone"))
 
     def table(self, table):
-        """Compute Sobol's indices of `columns` from the table of all cases of the study.
+        """Compute Sobol's indices of `columns` from the results of all cases of the study.
 
         They are computed separately for each setting, a combination of values of the keys that vary but are not
         sampled.
+
+        Parameters
+        ----------
+        table : Table
+            All rows of the study.
 
         Returns
         -------

@@ -49,7 +49,7 @@ class RowStore:
         self.describe(identity)
 
     def describe(self, identity, partial=()):
-        """State what the rows depend on (`fingerprint.identity`), and the headers that are known of partial ones."""
+        """State what the rows depend on, and which columns are known of partial ones."""
         self.identity, self.partial = identity, partial
         self.headers = [header for header in identity["columns"] if header != "status"]  # of the cells of a row
 
@@ -110,7 +110,13 @@ class RowStore:
         return next(self.read(range(case, case + 1)))
 
     def read(self, cases):
-        """Yield the records of a range of cases, in order; SceneError where the file was changed meanwhile."""
+        """Yield the records of a range of cases, in order.
+
+        Raises
+        ------
+        SceneError
+            The file was changed while this run used it.
+        """
         for stored in self.stored(cases):
             yield unpack(stored, self.headers) or self._refuse_changed(stored[0])
 
@@ -177,9 +183,16 @@ class RowStore:
             self.database.execute_many(INSERT, records)
 
     def replace(self, identity, partial, records):
-        """Replace all rows by those of an edited study, which `describe` takes: completely, or not at all.
+        """Replace all rows by those of an edited study: completely, or not at all.
 
-        The records, from `record.pack`, may be computed from the stored ones while these are replaced.
+        Parameters
+        ----------
+        identity : dict
+            All that the new rows depend on, from `fingerprint.identity` of the edited study.
+        partial : list of str
+            Headers of the cells that are known of partial rows, which have only some of the columns.
+        records : iterable of tuple
+            New rows, from `record.pack`. They may be computed from the stored ones while these are replaced.
         """
         with self.database.transaction():
             self.database.execute("CREATE TEMP TABLE new_rows AS SELECT * FROM rows LIMIT 0")
@@ -196,7 +209,11 @@ class RowStore:
 
         The store begins without rows if the file is empty or cannot be read. If the study was edited since, `identity`
         becomes that of the stored rows, of which `run.reuse_rows` then keeps those that the edited study has too.
-        SceneError where they are of another scene or version, or the description of their study was changed.
+
+        Raises
+        ------
+        SceneError
+            The stored rows are of another scene or version, or the description of their study was changed.
         """
         try:
             stored = stored_description(self.database)
@@ -219,7 +236,10 @@ class RowStore:
     def _keep_valid_rows(self, highest):
         """Check the file for damage, and each stored row by its check sum; if any is damaged, keep only the valid rows.
 
-        `highest` is the largest number that a row may have; None for no limit.
+        Parameters
+        ----------
+        highest : int or None
+            Largest number that a row may have; None for no limit.
         """
         damaged_rows, damage = [], None
         try:
@@ -270,7 +290,7 @@ def open_store(path, identity, count, resume=False, restart=False, reuse=0):
     path : str
         Its file; "" for a run that keeps nothing.
     identity : dict
-        From `fingerprint.identity`.
+        All that the rows depend on, from `fingerprint.identity`.
     count : int
         Number of cases of the study.
     resume, restart : bool

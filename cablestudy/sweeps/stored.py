@@ -108,10 +108,24 @@ def has_all_rows(path, current, count):
 
 
 def _open_rows(study, path, current, problems):
-    """Open the database of a study's rows, if there is one that belongs to the study as it is now (`current`).
+    """Open the database of a study's rows, if there is one that belongs to the study as it is now.
 
-    Returns a RowStore, to be closed, or None, and lines on its damage and on versions that differ. Reasons why the rows
-    cannot be used are appended to `problems`.
+    Parameters
+    ----------
+    study : StudyFile
+    path : str
+        File of the database.
+    current : dict
+        All that rows of the study as it is now depend on, from `fingerprint.identity`.
+    problems : list of str
+        Reasons why the rows cannot be used are appended.
+
+    Returns
+    -------
+    store : RowStore or None
+        Must be closed; None without such rows.
+    notes : list of str
+        Versions with which the rows were computed, where these differ, and damage.
     """
     if not os.path.exists(path):
         return None, []
@@ -146,9 +160,23 @@ def _other_versions(path, stored, current):
 
 
 def _stored_csv(study, fields, files, current, problems):
-    """`Stored` of the CSV file of a study, None unless there is one that belongs to the study as it is now (`current`).
+    """Read the CSV file of a study, if there is one that belongs to the study as it is now.
 
-    Reasons why the file cannot be used are appended to `problems`.
+    Parameters
+    ----------
+    study : StudyFile
+    fields : sequence of Field
+        Columns of the study's table.
+    files : TableFiles
+        Paths of the stored files.
+    current : dict
+        All that rows of the study as it is now depend on, from `fingerprint.identity`.
+    problems : list of str
+        Reasons why the file cannot be used are appended.
+
+    Returns
+    -------
+    Stored or None
     """
     if not os.path.isfile(files.csv):
         return None
@@ -173,9 +201,22 @@ def _stored_csv(study, fields, files, current, problems):
 
 
 def _read_rows(study, path, stored_rows, rows):
-    """Append the rows of a stored CSV file, from `stream_csv`, to `rows`, with cells as numbers or text.
+    """Read the rows of a stored CSV file, and check that they are those of the study as it is now.
 
-    Returns at most SHOWN reasons why they are not the rows of the study as it is now; an empty list where they are.
+    Parameters
+    ----------
+    study : StudyFile
+    path : str
+        The file, for messages.
+    stored_rows : iterable of (int, dict)
+        Number of a line, and name -> text of its cells, from `stream_csv`.
+    rows : PlainRows
+        The rows are appended, with cells as numbers or text.
+
+    Returns
+    -------
+    list of str
+        Reasons why the rows are not those of the study, at most SHOWN; empty where they are.
     """
     varied_by_key = {varied.key: varied for varied in varied_keys(study)}
     count, lines = 0, []

@@ -26,10 +26,22 @@ class Variable:
     is_varied: bool = False  # numbers, or text
 
     def getter(self, unit=None):
-        """Function that takes the cells of this variable, in a unit or its own, from a frame as of `rows.Rows.frame`.
+        """Function that takes the cells of this variable from the frame of a study's rows, in a unit.
 
-        It returns a Series of Float64, or of objects where some cells are text. ValueError for a unit of another
-        dimension.
+        Parameters
+        ----------
+        unit : str or None
+            Unit of the numbers; None for the variable's own.
+
+        Returns
+        -------
+        callable
+            pandas.DataFrame, see `rows.Rows.frame` -> Series of Float64, or of objects where some cells are text.
+
+        Raises
+        ------
+        ValueError
+            The unit has another dimension.
         """
         ratio = 1.0 if None in (self.unit, unit) else float(common_factor(self.unit, unit))
 
@@ -54,9 +66,20 @@ def _number_or_text(cell, unit):
 
 
 def variable(name, study, option):
-    """The `Variable` of a column, with its unit or without, or of a varied key of a study, that an option names.
+    """Find the column or varied key of a study that an option names: `Variable`.
 
-    A column that the study does not have is added to it. ValueError where there is neither; the message suggests one.
+    Parameters
+    ----------
+    name : str
+        Name of a column, with its unit or without, or a key. A column that the study does not have is added to it.
+    study : StudyFile
+    option : str
+        The option that names it, for messages.
+
+    Raises
+    ------
+    ValueError
+        There is neither a column nor a varied key of this name; the message suggests one.
     """
     if varied := varied_key(study, name):
         quantity = quantity_of(varied.key)
@@ -84,7 +107,10 @@ def _is_text(study, varied, unit):
 def ask_columns(study, names):
     """Add those columns of the option --columns that a study does not have to it.
 
-    SceneError with the names that are of neither a column nor a varied key, nor of printed values.
+    Raises
+    ------
+    SceneError
+        Names of neither a column nor a varied key, nor of printed values.
     """
     with Mistakes() as mistakes:
         for name in names:
