@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from cablestudy.errors import SceneError
 from cablestudy.study.table import Field, Table, exact, number, read_csv, short, signed, write_whole
-from cablestudy.sweeps.check import Tolerance, compare
+from cablestudy.sweeps.check import Tolerance, compare, compare_columns
 
 FIELDS = (Field("name", "name"), Field("sag_m", "sag", "m"), Field("status", "status"))
 ROWS = [
@@ -153,7 +153,9 @@ def differences(tmp_path, stored, rtol=1e-6):
     path = tmp_path / "stored.csv"
     path.write_text(stored.replace(" ", "\n") + "\n", encoding="utf-8")
     rows = [{"sag_m": 1.0, "status": "ok"}, {"sag_m": None, "status": "broken"}]
-    return [str(found) for found in compare(Table(FIELDS[1:], rows), str(path), Tolerance(rtol))]
+    table = Table(FIELDS[1:], rows)
+    cells = compare(table, str(path), Tolerance(rtol))
+    return [*compare_columns(table, str(path)), *map(str, cells)]
 
 
 @pytest.mark.parametrize(

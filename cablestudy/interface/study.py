@@ -238,6 +238,13 @@ class Study:
         return [f"not drawn: {names} (--columns A,B,... or plot: {{x: ..., y: [...]}} chooses)"] if names else []
 
 
+def differing_columns(table: Table, path: str) -> Iterable[str]:
+    """Yield lines on the columns that only one of a table and a stored one has, before its rows are computed."""
+    from cablestudy.sweeps.check import compare_columns
+
+    return compare_columns(table, path)
+
+
 def differences(table: Table, path: str, tolerance: Any) -> Iterable[str]:
     """Yield the cells of a table that differ from a stored one by more than `Study.tolerances` allows, as lines."""
     from cablestudy.sweeps.check import compare

@@ -309,18 +309,19 @@ def fewest_modes(share, allowed, error, which, names):
 def exported(system, options):
     """The `StateSpace` as it is written: the channels that `options` name, and proper where they say so.
 
-    Raises
-    ------
-    SceneError
-        No such input or output.
+    Raises SceneError as `named_channels`.
     """
-    inputs = [number_of("--input", name, system.input_names) for name in options.inputs]
-    known = system.output_names
-    outputs = [f"force_{name}" if f"force_{name}" in known else name for name in options.outputs]
-    outputs = [number_of("--output", name, known) for name in outputs]
+    inputs, outputs = named_channels(options, system.input_names, system.output_names)
     if inputs or outputs:
         system = channels(system, inputs, outputs)
     return proper(system) if options.proper else system
+
+
+def named_channels(options, input_names, output_names):
+    """Indices of the inputs and of the outputs that options name; SceneError for one that is not among these names."""
+    inputs = [number_of("--input", name, input_names) for name in options.inputs]
+    outputs = [f"force_{name}" if f"force_{name}" in output_names else name for name in options.outputs]
+    return inputs, [number_of("--output", name, output_names) for name in outputs]
 
 
 def improper_note(system):

@@ -5,14 +5,14 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from cablestudy.control.one_cable import state_space
+from cablestudy.control.one_cable import channel_names, state_space
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.scene.scene import missing
 from cablestudy.study.notes import DAMPING_IN_STATE_SPACES, assumed_damping, strength_warning
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.case_modes import modes, notes_on_errors
 from cablestudy.study.one_cable.report import PARTICIPATION, modes_as_rows
-from cablestudy.study.ssm import Choice, StateSpaceOptions, fewest_modes, pairs_of
+from cablestudy.study.ssm import Choice, StateSpaceOptions, fewest_modes, named_channels, pairs_of
 from cablestudy.study.ssm_tables import Curve
 from cablestudy.study.table import Field
 from cablestudy.study.tolerances import STUDY
@@ -212,7 +212,7 @@ def choose(document, scene, options):
         There are no such modes, or not to the accuracy.
     """
     _ = _pairs_of_ends(options)  # raises SceneError
-    _check_attached(document, scene, options.attached)
+    _check_attached(document, scene, options)
     fixed, reason_for_more = scene.model.elements is not None, ""
     count = STUDY.modes_at_ends if fixed else options.count or STUDY.default_modes
     while True:
@@ -236,12 +236,15 @@ def choose(document, scene, options):
     return CableChoice(options, case, all_modes, chosen, notes)
 
 
-def _check_attached(document, scene, attached):
-    """Refuse a gondola or a winch loop that the scene does not have."""
+def _check_attached(document, scene, options):
+    """Refuse a gondola or a winch loop that the scene does not have, and names of channels that these do not have."""
+    attached = options.attached
     if attached and scene.gondola is None:
         raise missing(document, "gondola", f"ssm --with {attached}")
     if attached == "loop" and (scene.winch is None or scene.winch.controller is None):
         raise missing(document, "winch" if scene.winch is None else "winch.controller", "ssm --with loop")
+    if attached and not options.wind:  # names of forces on nodes are known when there are elements
+        named_channels(options, *channel_names(attached == "loop"))
 
 
 def _chosen(case, found, accurate, options):
