@@ -101,10 +101,6 @@ def coupled_modes(case, count, upto):
         Number of modes, from the lowest; by default DEFAULT_MODES.
     upto : float, str or None
         Frequency up to which all modes are given instead, in Hz or with a unit.
-
-    Returns
-    -------
-    Answer
     """
     from cablestudy.study.suspension.report import mode_notes, mode_table
     from cablestudy.study.vibration import diameters_of_coupled_modes, with_lock_in
@@ -150,10 +146,6 @@ def loop(
         Of a suspension, the name of the only table that is asked for.
     estimate : bool
         True if errors are estimated too.
-
-    Returns
-    -------
-    Answer
     """
     span = time_options = None
     if response:
@@ -304,10 +296,6 @@ def compare_models(
         Folder to write the tables to.
     shown : bool
         True if the table will be shown as Markdown.
-
-    Returns
-    -------
-    Answer
     """
     from cablestudy.scene.strict_yaml import refuse
     from cablestudy.study import trade
@@ -358,10 +346,6 @@ def find_value(document, goal, by, between=None, columns=None):
         Range of the key that is searched, such as "100 N:10 kN".
     columns : str, optional
         Columns that are shown beside the key, separated by commas.
-
-    Returns
-    -------
-    Answer
     """
     from cablestudy.study import find, find_limits
     from cablestudy.study.goal import LIMITS, read_find, read_goal

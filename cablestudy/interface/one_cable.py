@@ -50,10 +50,6 @@ def modes(
         True for the modes of gondola and cable together instead, as of a suspension.
     estimate : bool
         True if errors are estimated too.
-
-    Returns
-    -------
-    Answer
     """
     if coupled:
         return _modes_with_gondola(scene, count, upto)

@@ -70,10 +70,6 @@ def modes(
         Name of the one cable; without it the coupled modes.
     estimate : bool
         Without effect: errors are always known.
-
-    Returns
-    -------
-    Answer
     """
     from cablestudy.study.vibration import galloping_notes, tension_notes
 

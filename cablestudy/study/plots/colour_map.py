@@ -46,10 +46,6 @@ def colour_map(study, every, rows):
         Its `plot` names the columns and keys that are drawn.
     every, rows : list of dict
         All rows of the study's table, and those with an answer: name of a column or key -> value.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     plot = study.plot
     x, colour = quantity_named(study, plot.x, every), quantity_named(study, plot.color, every)

@@ -376,10 +376,6 @@ def load_path(path):
     ----------
     path : LoadPath
         Equilibria with the load in many places. The side view shows the cable in some of them.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     first, (*positions, clearance, tension) = path.cables[0], (_numbers(path, name) for name in PATH_COLUMNS)
     span = first.form.span

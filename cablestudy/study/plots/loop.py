@@ -58,10 +58,6 @@ def loop_margins(closed_loop, span=None):
         Lowest and highest frequency [Hz] and number of those at equal ratios. Default: about bandwidth, controlled
         motions and largest gain.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-
     Raises
     ------
     NothingToDrawError
@@ -281,10 +277,6 @@ def loop_in_time(solved):
     Parameters
     ----------
     solved : TimeCase
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     time = solved.time
     varies = np.ptp(solved.input.values_in_unit) > 0

@@ -148,10 +148,6 @@ def mode_shapes(case, modes, share=None):
         The figure shows at most MOST_MODES of them.
     share : float, optional
         Factor on the displacements, from -1 to 1, for one picture of an animation; by default 1.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     shown = _of_cable(case, modes, min(len(modes), MOST_MODES))
     chord = float(case.span.chord)
@@ -200,10 +196,6 @@ def coupled_mode_shapes(case, modes, listed=None, share=None):
         Number of modes asked for; by default all. The figure shows at most MOST_MODES of them.
     share : float, optional
         Factor on the displacements, from -1 to 1, for one picture of an animation; by default 1.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     listed, drawing = len(modes) if listed is None else listed, drawing_of(case)
     plane, peak = upright_plane([drawing]), nice(PEAK_OVER_SIZE * drawing.size)  # peak: largest displacement drawn [m]
@@ -321,7 +313,7 @@ def columns_of(count):
 
 
 def _figure(shown, frequency, listed, peak, share, drawing, distance):
-    """Draw modes in a figure, a panel for each, all panels to one scale.
+    """Figure of modes, a panel for each, all panels to one scale.
 
     Parameters
     ----------
@@ -339,10 +331,6 @@ def _figure(shown, frequency, listed, peak, share, drawing, distance):
         Static form of a suspension; None for one cable.
     distance : str or None
         Label of the distance along the plane of the panels; None in perspective.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     if not shown:
         return figure_without_panels("There is no mode to show")

@@ -68,10 +68,6 @@ def study_plot(study, table, chosen=()):
         All rows of the study's table, or some.
     chosen : sequence of str
         Columns and varied keys that are drawn along y instead, with or without units, except in a map of colours.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     every = [row | {ROW: number} for number, row in enumerate(table.rows, 1)]
     rows = [row for row in every if has_answer(row.get("status", OK))]
@@ -97,10 +93,6 @@ def _line_figure(study, every, rows, chosen):
         All rows of the study's table, and those with an answer.
     chosen : sequence of str
         Columns and varied keys that are drawn along y in place of those that the study states.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     x, columns, *logarithmic = _drawn(study, every, chosen)
     if not columns:
@@ -330,10 +322,6 @@ def sensitivity_plot(study, table):
     table : Table
         From `Sensitivity.table`: rows with `column`, `parameter` (the varied key), values of keys that vary beside the
         sample, the indices, and the ends of their confidence intervals.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     fixed = ("column", "parameter", *(f"{kind}{end}" for kind in INDICES for end in ("", "_low", "_high")))
     others = [field for field in table.fields if field.name not in fixed]  # keys that vary beside the sample

@@ -62,10 +62,6 @@ def trade_plot(trade, title):
     trade : Trade
         Measured errors and times.
     title : str
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     count = len(trade.columns)
     side = 1 if count == 1 else 2

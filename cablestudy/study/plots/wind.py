@@ -86,10 +86,6 @@ def wind_response(winds, at_rest=None, on=None):
     on : str, optional
         Name of the part that the wind blows on, for the title; by default the body.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-
     Raises
     ------
     NothingToDrawError
