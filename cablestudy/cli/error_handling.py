@@ -107,13 +107,7 @@ def finish(scene, answer, style, plot=None, explain=False, quiet=False):
         An option has no effect on this answer.
     """
     end_display()
-    if style.top and answer.table is not None and answer.table.single:
-        raise SceneError("--top: no effect: the table has one row (--columns A,B,... chooses what is shown of it)")
-    several = answer.tables and answer.table is None
-    if several:
-        check_one_table(answer.tables, style)
-    if plot and answer.draw is None and not answer.failures:
-        raise SceneError("--plot: no effect: there is no picture of this")
+    _check_effects(answer, style, plot)
     echo_notes((*(answer.explain() if explain else ()), *answer.warnings), quiet)
     for failure in answer.failures:
         click.echo(f"{scene}: {failure}", err=True)
@@ -127,6 +121,16 @@ def finish(scene, answer, style, plot=None, explain=False, quiet=False):
             code = NO_ANSWER
     if answer.table is not None:
         show(answer.table, style)
-    elif several:
+    elif answer.tables:
         show_tables(answer, style)
     return code
+
+
+def _check_effects(answer, style, plot):
+    """Refuse options that have no effect on an `Answer`, or that take one table where it has several: SceneError."""
+    if style.top and answer.table is not None and answer.table.single:
+        raise SceneError("--top: no effect: the table has one row (--columns A,B,... chooses what is shown of it)")
+    if answer.table is None:
+        check_one_table(answer.tables, style)
+    if plot and answer.draw is None and not answer.failures:
+        raise SceneError("--plot: no effect: there is no picture of this")

@@ -120,7 +120,7 @@ def write_report(
 ) -> Report:
     """Compute a scene or a study and write its page of HTML, for `report` and for the command of this name.
 
-    Parameters are those of `report`, texts and sequences of texts alone, and `words`: the arguments of the command, which
+    Parameters are those of `report`, as texts and sequences of texts, and `words`: the arguments of the command, which
     the page shows. Messages on mistakes name the options of the command.
     """
     command, started = shlex.join(["cablestudy", *words]) if words else "cablestudy.report", datetime.now(UTC)

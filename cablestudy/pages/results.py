@@ -73,10 +73,7 @@ def sections(page, scene):
     model, columns_of_loop = scene.model, {}  # columns of the loop are not shown in the wind again
     all_cases = bool(model.cases) and model.case is None
     with page.section("Statics"):
-        _add_answer(page, scene, "static", headed=not all_cases)
-        if model.load_paths:
-            answer = scene.compute("loads")
-            _add_point_loads(page, answer.tables, answer.failures, LOADS.format(_of_case(scene)))
+        _add_statics(page, scene, headed=not all_cases)
     if all_cases:
         with page.section("Load cases"):
             _add_load_cases(page, scene)
@@ -84,16 +81,22 @@ def sections(page, scene):
         page.left_out.append("load cases: the scene has none (key cases)")
     with page.section("Modes"):
         _add_answer(page, scene, "modes")
-    if attribute(model, scene.loop_key) is not None:
-        with page.section("Loop"):
-            tables = _add_answer(page, scene, "loop").tables
-            columns_of_loop = {name: {field.name for field in table.fields} for name, table in tables.items()}
-    if model.wind is not None:
-        with page.section("Wind"):
-            _add_answer(page, scene, "windrms", left_out=columns_of_loop)
+    for title, command, key in (("Loop", "loop", scene.loop_key), ("Wind", "windrms", "wind")):
+        if attribute(model, key) is not None:
+            with page.section(title):
+                tables = _add_answer(page, scene, command, left_out=columns_of_loop).tables
+                columns_of_loop = {name: {field.name for field in table.fields} for name, table in tables.items()}
     for key, noun in (("wind", "wind"), (scene.loop_key, "loop")):
         if attribute(model, key) is None:
             page.left_out.append(f"{noun}: the scene has none (key {key})")
+
+
+def _add_statics(page, scene, headed):
+    """Append the statics of a scene, and its point loads; `headed` as of `_add_answer`."""
+    _add_answer(page, scene, "static", headed=headed)
+    if scene.model.load_paths:
+        answer = scene.compute("loads")
+        _add_point_loads(page, answer.tables, answer.failures, LOADS.format(_of_case(scene)))
 
 
 def limits(page, scene):

@@ -112,28 +112,19 @@ class Document:
 
     def _absent_names(self, items):
         """Mistakes of items, as of `with_sets`, that remove a name which the document does not have."""
-        mistakes = []
-        for key, new_value, where in items:
-            absent = absent_name(self.value, key.split(".")) if new_value is None else None
-            if absent:
-                kind, name, known_names = absent
-                message = f"unknown {kind} {name} ({suggestion(name, known_names)})"
-                mistakes.append(mistake(_as_place(where), key, message))
-        return mistakes
+        removed = [(key, where) for key, new_value, where in items if new_value is None]
+        found = [(absent_name(self.value, key.split(".")), _as_place(where), key) for key, where in removed]
+        return [_unknown_name_mistake(*one) for one in found if one[0]]
 
     def _unknown_names(self, contents, overrides):
         """Mistakes of overrides (path, place) that lead through a name of a suspension which it does not have.
 
         `contents` are the values with these overrides.
         """
-        mistakes = []
-        for path, where in overrides if "cables" in self.value else ():
-            unknown = unknown_name(self.value, contents, path)
-            if unknown:
-                kind, name, known_names = unknown
-                message = f"unknown {kind} {name} ({suggestion(name, known_names)})"
-                mistakes.append(mistake(_as_place(where, of_key=True), ".".join(path), message))
-        return mistakes
+        suspended = overrides if "cables" in self.value else ()
+        found = [(unknown_name(self.value, contents, path), where, path) for path, where in suspended]
+        return [_unknown_name_mistake(unknown, _as_place(where, of_key=True), ".".join(path))
+                for unknown, where, path in found if unknown]  # fmt: skip
 
     def is_override(self, path):
         """True if an upper layer has set exactly what is at a path."""
@@ -157,6 +148,12 @@ class Document:
     def where(self, path, of_key=False):
         """`place` as text: `file:line:column`."""
         return str(self.place(path, of_key))
+
+
+def _unknown_name_mistake(unknown, place, key):
+    """The Mistake of a name that is none: kind of thing, the name, and the names that there are."""
+    kind, name, known_names = unknown
+    return mistake(place, key, f"unknown {kind} {name} ({suggestion(name, known_names)})")
 
 
 def _as_place(where, of_key=False):

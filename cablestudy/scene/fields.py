@@ -313,11 +313,14 @@ class KeyTable(BaseModel):
         Its key in `layers.ALTERNATIVES`; empty where no keys of it exclude each other.
     optional_groups : bool
         Whether all groups of alternatives may be missing.
+    bare : str
+        The key for which a file may have its vector alone in place of the mapping; empty where it may not.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", revalidate_instances="never", defer_build=True)
     table: ClassVar[str] = ""
     optional_groups: ClassVar[bool] = False
+    bare: ClassVar[str] = ""
 
     @classmethod
     def key_mistakes(cls, given):
@@ -332,11 +335,16 @@ class KeyTable(BaseModel):
 
     def value_at(self, path):
         """The value at a path (names and indices) after reading; None when nothing is there."""
-        return value_at(self, path)
+        return value_at(self, self._whole_path(path))
 
     def with_value(self, path, value):
         """Copy with another value at a path that holds one; it is not checked."""
-        return self.model_copy(update={path[0]: with_value(getattr(self, path[0]), path[1:], value)})
+        key, *inside = self._whole_path(path)
+        return self.model_copy(update={key: with_value(getattr(self, key), inside, value)})
+
+    def _whole_path(self, path):
+        """A path inside the table; a component alone is one of the vector that may be bare."""
+        return (self.bare, *path) if self.bare and path[0].isdigit() else path
 
     def relations(self):
         """Relations that must hold between keys that are right alone.

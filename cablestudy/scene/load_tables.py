@@ -229,12 +229,10 @@ def _refuse_list(value):
 class DeadLoad(KeyTable):
     """A force, and a moment on a body, in global axes; a bare vector in the file is a force."""
 
+    bare: ClassVar[str] = "force"
+
     force: ForceVector = Field(NONE, description="Force along x, y, z (z up)")
     moment: tuple[Moment, Moment, Moment] = Field(NONE, description="Moment about x, y, z; of a body only")
-
-    def value_at(self, path):
-        """Value at a path; a component alone is one of the force, as where the file has a bare vector."""
-        return super().value_at(("force", *path) if path[0].isdigit() else path)
 
 
 _force = reader_of(ForceVector)

@@ -153,20 +153,25 @@ def _paths_and_messages(detail, tables):
         return [(path, _unknown_key_message(path, tables))]
     if kind == "missing":
         return [_missing_item(path, detail)]
-    if kind == "literal_error":
-        words = re.findall(r"'(\w+)'", context["expected"])
-        hint = suggestion(value, words) if isinstance(value, str) else f"allowed: {', '.join(words)}"
-        return [(path, f"got {show(value)} ({hint})")]
-    if kind in ("model_type", "model_attributes_type", "dict_type"):
-        keys = keys_at(path, tables)
-        expected = f"a mapping with the keys {', '.join(keys)}" if keys else "a mapping"
-        return [(path, f"expected {expected}, got {show(value)}")]
     if kind in ("too_long", "too_short"):
         return [(path, message) for message in _wrong_length_messages(kind, context, value)]
+    if kind == "literal_error":
+        return [(path, _wrong_word_message(context["expected"], value))]
     if kind == "tuple_type" and path[-1] == "loads" and isinstance(value, dict) and "".join(value).isdigit():
         return [(path, f"the list is not there, so that it has no item {next(iter(value))}")]
-    expected = _EXPECTED.get(kind, f"{detail['msg'][:1].lower()}{detail['msg'][1:]}")
+    if kind in ("model_type", "model_attributes_type", "dict_type"):
+        keys = keys_at(path, tables)
+        expected = f"expected a mapping with the keys {', '.join(keys)}" if keys else "expected a mapping"
+    else:
+        expected = _EXPECTED.get(kind, f"{detail['msg'][:1].lower()}{detail['msg'][1:]}")
     return [(path, f"{expected}, got {show(value)}")]
+
+
+def _wrong_word_message(expected, value):
+    """The message on a value that is none of some words, which pydantic expects in quotes."""
+    words = re.findall(r"'(\w+)'", expected)
+    hint = suggestion(value, words) if isinstance(value, str) else f"allowed: {', '.join(words)}"
+    return f"got {show(value)} ({hint})"
 
 
 def _unknown_key_message(path, tables):

@@ -53,18 +53,12 @@ def _check_entries(value):
 class PointTable(KeyTable):
     """A place that a cable may end at, fixed or free to move; a bare place in the file is a fixed one."""
 
+    bare: ClassVar[str] = "at"
+
     at: Place = Field(description="Where it is; of a free point where the search begins")
     free: StrictBool = Field(False, description="Whether it finds its place: a junction of cables")
     mass: Annotated[float, Quantity("kg", 0, 1e15)] = Field(0.0, description="Mass of a free point")
     force: ForceVector = Field((0.0, 0.0, 0.0), description="Dead load on a free point")
-
-    def value_at(self, path):
-        """Value at a path; a component alone is one of the place, as where the file has a bare place."""
-        return super().value_at(("at", *path) if path[0].isdigit() else path)
-
-    def with_value(self, path, value):
-        """Copy with another value at a path, see `KeyTable.with_value` and `value_at`."""
-        return super().with_value(("at", *path) if path[0].isdigit() else path, value)
 
     def relations(self):
         """Relations: mass and force belong to a free point."""

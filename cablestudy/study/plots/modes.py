@@ -344,14 +344,13 @@ def _figure(shown, frequency, listed, peak, share, drawing, distance):
     equal, anchors = len(set(peaks)) == 1, [] if drawing is None else [place for _, place in drawing.anchors]
     all_panels = panels(figure, count, columns, sharey=True)
     window.apply(all_panels[0], 4, 5)  # all have its limits and ticks
-    for number, axes in enumerate(all_panels):
-        mode, factor = shown[number], factors[number] * (1.0 if share is None else share)
+    for number, (axes, mode, factor) in enumerate(zip(all_panels, shown, factors, strict=True)):
+        factor *= 1.0 if share is None else share
         axes.set_aspect(window.factor, adjustable="box")
         _draw(axes, mode, factor, anchors)
         title = f"{number + 1}   {quantity_text(frequency[number], 'Hz')}"
-        axes.set_title(title, loc="left", pad=13, **bold(title))
         words = mode.words if equal else f"{mode.words}, up to {quantity_text(peaks[number], 'm')}"
-        axes.annotate(words, (0, 1), (0, 3), "axes fraction", "offset points", fontsize=7.5, color=mode.colour)
+        _head(axes, title, words, mode.colour)
         if distance is None:
             axes.set_axis_off()
             scale_bar(axes, drawing.size)
@@ -359,11 +358,23 @@ def _figure(shown, frequency, listed, peak, share, drawing, distance):
             _enlarge(axes, mode, factor, inset)
     if distance is not None:
         _label_plane(figure, shown, distance)
-    scaled = f"scaled to a peak of {quantity_text(peaks[0], 'm')}" if equal else "displacements enlarged"
+    _write_heading(figure, shown, listed, window, peaks[0] if equal else None, distance)
+    return figure
+
+
+def _head(axes, title, words, colour):
+    """Write the title of a panel, and below it in a colour what moves."""
+    axes.set_title(title, loc="left", pad=13, **bold(title))
+    axes.annotate(words, (0, 1), (0, 3), "axes fraction", "offset points", fontsize=7.5, color=colour)
+
+
+def _write_heading(figure, shown, listed, window, peak, distance):
+    """Write how many modes a figure shows of those `listed`, and their scale; `peak` is None where peaks differ. [m]"""
+    count = len(shown)
+    scaled = "displacements enlarged" if peak is None else f"scaled to a peak of {quantity_text(peak, 'm')}"
     modes_in_words = f"First {count} of {listed} modes" if count < listed else counted(count, "mode")
     scale = _scale_in_words(window, shown[0].across) if distance else ""
     heading(figure, f"{modes_in_words}, {scaled}, on the static form (grey){scale}")
-    return figure
 
 
 def _scale_in_words(window, across):
