@@ -59,13 +59,9 @@ class SceneCommands:
         return "One cable" + (" with a gondola" if self.model.gondola is not None else "")
 
     def kept_modes(self, options, highest=None):
-        """The modes of a state space, their table and curves: a `study.ssm.Choice`.
+        """The modes of a state space (`StateSpaceOptions`), their table and curves: a `study.ssm.Choice`.
 
-        Parameters
-        ----------
-        options : study.ssm.StateSpaceOptions
-        highest : float, optional
-            Frequency up to which a response is shown. [Hz]
+        `highest`: frequency up to which a response is shown, or None. [Hz]
         """
         from cablestudy.study.one_cable.ssm import choose
 
@@ -73,15 +69,9 @@ class SceneCommands:
 
     @staticmethod
     def check_state_space(options, responds, out):
-        """Refuse options of a state space that have no effect: SceneError.
+        """Refuse `StateSpaceOptions` that have no effect: SceneError.
 
-        Parameters
-        ----------
-        options : study.ssm.StateSpaceOptions
-        responds : bool
-            Whether its response is shown.
-        out : str or None
-            The file that it is written to.
+        `responds`: whether the response is shown; `out`: the file that the state space is written to, or None.
         """
         from cablestudy.study.ssm import check_channel
 
@@ -180,25 +170,10 @@ class SceneCommands:
         return share_hint(self.document, self.model, failure)
 
     def compute_cases(self, what: str, **options: Any) -> Answer:
-        """Answer of a command for all load cases of the scene together.
+        """Answer of a command for all load cases of the scene together, see `compute`; SceneError where there are none.
 
-        Parameters
-        ----------
-        what : str
-            The command, such as "static", or another key of `answers`.
-        **options
-            Options of the command: arguments of the function in `answers`.
-
-        Returns
-        -------
-        Answer
-            Its tables have the rows of all cases, each with the name of its case in front. A case without an answer
-            has a row with empty cells, whose status says why.
-
-        Raises
-        ------
-        SceneError
-            The scene has no load cases.
+        Its tables have the rows of all cases, each with the name of its case in front. A case without an answer has a
+        row with empty cells, whose status says why.
         """
         from cablestudy.study.table import join_tables
 

@@ -207,16 +207,12 @@ class Study:
         return stored_table(self.request, self.files(folder), command_text(self.words, *folders))
 
     def save_figure(self, path: str, table: Table, indices: bool = False, columns: Sequence[str] = ()) -> list[str]:
-        """Write the picture of the table of the study to a file.
+        """Write the picture of the table of the study to a .png, .svg or .pdf file.
 
         Parameters
         ----------
-        path : str
-            A .png, .svg or .pdf file.
-        table : Table
-            Rows of the study, or sensitivity indices.
         indices : bool
-            True if the table has sensitivity indices.
+            True if the table has sensitivity indices in place of rows of the study.
         columns : sequence of str
             Columns that are drawn; if empty, those that the key `plot` of the study states, else the first ones.
 

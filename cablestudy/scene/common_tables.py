@@ -190,13 +190,7 @@ Limits = dict[Annotated[Name, AfterValidator(plain_name("limit"))], Limit]
 def case_relations(chosen, limits, cases):
     """Relations, as of `KeyTable.relations`, that a chosen load case, and those which limits name, are there: a list.
 
-    Parameters
-    ----------
-    chosen : str or None
-    limits : dict
-        Name -> LimitTable.
-    cases : dict
-        Name of a load case -> its table.
+    `limits`: name -> LimitTable; `cases`: name of a load case -> its table.
     """
     known = [*cases, REFERENCE]
     of_limits = [

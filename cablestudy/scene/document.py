@@ -327,19 +327,10 @@ def _read_bytes(open_file, place, key="", prefix=""):
 
 
 def _parse(data, name):
-    """Parse the bytes of a YAML file as a `Document`, its `base:` unread.
+    """Parse the bytes of a YAML file of a name as a `Document`, its `base:` unread.
 
-    Parameters
-    ----------
-    data : bytes
-        The file; more than MAX_BYTES are refused.
-    name : str
-        Its name in messages.
-
-    Raises
-    ------
-    SceneError
-        The bytes are too many, not UTF-8, or not one YAML mapping; or `base` is a mapping, not the name of a file.
+    SceneError: the bytes are more than MAX_BYTES, not UTF-8, or not one YAML mapping; or `base` is a mapping, not the
+    name of a file.
     """
     if len(data) > MAX_BYTES:
         raise refuse(Place(name), f"larger than {MAX_BYTES // 1_000_000} MB")
@@ -363,26 +354,11 @@ def _parse(data, name):
 
 
 def read_option(option, text, usage, read):
-    """Read the argument `key=value` of a command-line option such as `--set`.
+    """Read the argument `key=value` of a command-line option such as `--set`: dotted key, value.
 
-    Parameters
-    ----------
-    option, text : str
-        Name of the option, and its argument as the user wrote it.
-    usage : str
-        Message for an argument without `=`.
-    read : callable
-        Text behind the `=` -> value; raises ValueError or SceneError.
-
-    Returns
-    -------
-    tuple
-        Dotted key, value.
-
-    Raises
-    ------
-    SceneError
-        The text has no `=`, its key is no dotted key, or `read` refuses the value.
+    `usage` is the message for an argument without `=`; `read` is a function of the text behind the `=` that returns the
+    value, or raises ValueError or SceneError. SceneError: the text has no `=`, its key is no dotted key, or `read`
+    refuses the value.
     """
     key, sign, written = text.partition("=")
     key = key.strip()
@@ -412,20 +388,14 @@ def _read_value(written):
 
 
 def apply_sets(document, texts, case=None):
-    """Copy of a document, changed by the options `--set` and `--case` of a command.
+    """Copy of a document with its base files merged, changed by the options `--set` and `--case` of a command.
 
     Parameters
     ----------
-    document : Document
-        With its base files merged.
     texts : sequence of str
         Arguments of `--set`, `key=value` each.
     case : str, optional
         Argument of `--case`, the name of a load case.
-
-    Returns
-    -------
-    Document
 
     Raises
     ------

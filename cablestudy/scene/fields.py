@@ -262,25 +262,12 @@ def table_at(tables, path):
 
 
 def group_mistakes(table, given, optional=False):
-    """Find mistakes in keys that exclude each other, of which exactly one is needed: `at` or `fraction` of a load.
+    """Path inside a table and message of keys that exclude each other, of which exactly one is needed, as a list.
 
-    A table has several choices. A choice consists of alternatives, of which exactly one must be given; an alternative
-    is a tuple of keys that go together, the main one first. Mistakes are keys of a second alternative, an alternative
-    without its main key, and a choice of which nothing is given, unless a material may give it.
-
-    Parameters
-    ----------
-    table : str
-        Dotted key of the table in `layers.ALTERNATIVES`, which lists its choices.
-    given : collection of str
-        The keys that are there.
-    optional : bool
-        True if no alternative of a choice need be given.
-
-    Returns
-    -------
-    list of (tuple, str)
-        Path inside the table, and message.
+    A `table`, such as a load with the choice of `at` or `fraction`, has several choices in `layers.ALTERNATIVES`. A
+    choice consists of alternatives, of which exactly one must be given; an alternative is a tuple of keys that go
+    together, the main one first. Mistakes are keys of a second alternative, an alternative without its main key, and a
+    choice of which nothing is `given`, unless a material may give it, or all choices are `optional`.
     """
     mistakes, given = [], set(given)
     for choice in ALTERNATIVES.get(table, ()):

@@ -162,21 +162,8 @@ class CommonLoadCase(KeyTable):
         """Conditions that a cable has the diameter and the thermal expansion that this load case needs.
 
         Wind, and ice of a thickness, need the diameter; a temperature needs the coefficient of expansion, or the
-        stress-strain curves of a conductor.
-
-        Parameters
-        ----------
-        cable : CableProperties
-        path : tuple
-            Path of the cable in the scene.
-        name : str
-            Name of this load case, for messages.
-
-        Returns
-        -------
-        list of (tuple, bool, callable)
-            For diameter and expansion: `path`; True if the cable has it or need not have it; and a function without
-            arguments that returns the message where it lacks it.
+        stress-strain curves of a conductor. Each is a tuple as of `KeyTable.relations`, with the path of the cable;
+        `name` is that of this load case, for messages.
         """
         needs_diameter = self.wind is not None or (self.ice is not None and self.ice.thickness is not None)
         has_diameter = cable.section_diameter is not None

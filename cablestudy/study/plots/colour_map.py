@@ -38,14 +38,8 @@ def colour_map(study, every, rows):
 
     There is a panel for each y and each series, a set of rows with equal values of the keys that are not drawn. If x
     and y are two varied keys with one row for each pair of their values, the panel is a heat map, in which a grey cell
-    has no answer. Otherwise each row is a coloured point.
-
-    Parameters
-    ----------
-    study : StudyFile
-        Its `plot` names the columns and keys that are drawn.
-    every, rows : list of dict
-        All rows of the study's table, and those with an answer: name of a column or key -> value.
+    has no answer. Otherwise each row is a coloured point. `every`, `rows`: all rows of the study's table, and those
+    with an answer, name of a column or key -> value.
     """
     plot = study.plot
     x, colour = quantity_named(study, plot.x, every), quantity_named(study, plot.color, every)
@@ -112,19 +106,9 @@ def _axis(axes, which, quantity, values, logarithmic, room):
 def _heat(axes, sides, points, mappable, contoured):
     """Draw a heat map: a grid of coloured cells, one about each pair of values of x and y.
 
-    The values are written into the cells if they are few and wide enough.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-    sides : (ndarray, ndarray)
-        Values of x and of y at which there are cells, ascending.
-    points : (ndarray, ndarray, ndarray)
-        x, y and value of each row, shape (n,); pairs of x and y without a row are empty cells.
-    mappable : matplotlib.cm.ScalarMappable
-        Colours of the values.
-    contoured : bool
-        Whether to draw lines of equal values if no values are written.
+    The values are written into the cells if they are few and wide enough, else, if it is `contoured`, lines of equal
+    values are drawn. `sides` are the values of x and of y at which there are cells, ascending; `points` are x, y and
+    value of each row, shape (n,): pairs of x and y without a row are empty cells.
     """
     x_values, y_values = sides
     x, y, colour = points

@@ -186,14 +186,8 @@ def _nyquist(axes, closed_loop, value):
     """Draw the Nyquist plot: eigenvalues of the loop gain in the complex plane, their distance from -1, and margins.
 
     The distance is 1 over the peak of the sensitivity. It is drawn for a stable loop only, and so is the phase margin,
-    of one coordinate. The gain margin is drawn wherever the loop has a largest gain.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-    closed_loop : ClosedLoop
-    value : ndarray, shape (f, k, k)
-        Loop gain of k measured coordinates at f frequencies, complex. [-]
+    of one coordinate. The gain margin is drawn wherever the loop has a largest gain. `value`: loop gain of k measured
+    coordinates at f frequencies, complex, shape (f, k, k). [-]
     """
     zero_lines(axes)
     circle = np.exp(1j * np.linspace(0, TURN, 361))
@@ -310,11 +304,6 @@ def _displacement(axes, solved):
     """Draw the measured displacement over time, with and without the loop, its largest value and its settling time.
 
     Only the response to a step settles. It has an overshoot unless it ends near zero (`StepResponse.taken_back`).
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-    solved : TimeCase
     """
     time, response, unit, step = solved.time, solved.response, solved.unit, solved.step
     if response.open_loop is not None:

@@ -200,17 +200,9 @@ def mark_sag(axes, room, middle, sag):
 def mark_loads(axes, room, loads, paper):
     """Draw the point loads: an arrow along each force, a ring with a dot or cross for one nearly normal to the paper.
 
-    A dot is the point of an arrow towards the viewer, a cross the tail of an arrow away from the viewer.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-    room : Room
-        For the sizes of the forces, written beside them.
-    loads : list of (ndarray, ndarray)
-        Position on the paper, shape (2,), and force [N], shape (3,).
-    paper : ndarray, shape (3, 2)
-        Directions to the right and upwards on the paper.
+    A dot is the point of an arrow towards the viewer, a cross the tail of an arrow away from the viewer. The sizes of
+    the forces are written beside them, in the `room`. `loads`: positions on the paper, shape (2,), and forces [N],
+    shape (3,); `paper`: directions to the right and upwards on it, shape (3, 2).
     """
     for point, force in loads:
         size = float(np.linalg.norm(force))

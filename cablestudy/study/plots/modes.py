@@ -228,23 +228,10 @@ def _alike_in_both_directions(shown, drawing, enlargement):
 
 
 def _drawing_of_coupled_mode(case, modes, drawing, plane, number):
-    """Collect the places and displacements of all cables, bodies and points in one coupled mode.
+    """`ModeDrawing` of one coupled mode: places and displacements of all cables, bodies and points.
 
-    Parameters
-    ----------
-    case : SuspensionCase
-    modes : CoupledModes
-        Modes of the case.
-    drawing : Drawing
-        The scene at rest.
-    plane : View or None
-        Side view of the vertical plane in which all cables end; None draws in perspective.
-    number : int
-        Index of the mode, from 0.
-
-    Returns
-    -------
-    ModeDrawing
+    `drawing` is the scene at rest, `plane` the side view of the vertical plane in which all cables end, None in
+    perspective; `number` is the index of the mode, from 0.
     """
     equilibrium = case.equilibrium
     suspension = equilibrium.suspension
@@ -318,7 +305,6 @@ def _figure(shown, frequency, listed, peak, share, drawing, distance):
     Parameters
     ----------
     shown : list of ModeDrawing
-        The modes that are drawn.
     frequency : ndarray
         Frequencies of the modes. [Hz]
     listed : int

@@ -146,17 +146,9 @@ def _grouped(rows, factors, categories):
     """Distribute the rows of a table over the series of a plot: dict of (levels, turn) -> list of rows.
 
     Rows in which all factors have the same values are one series. Its key `levels` has one int for each factor: the
-    index of the row's value in `factor.levels`. `turn` is 0, except where the values along x are names: a series then
-    has each name once, and the second row with the same levels and name goes to the series with turn 1, and so on.
-
-    Parameters
-    ----------
-    rows : list of dict
-        Of the table of results.
-    factors : list of Factor
-        Quantities that tell the series apart, each with a list of the different values it has (its levels).
-    categories : Quantity or None
-        Quantity along x if its values are names, else None.
+    index of the row's value in `factor.levels`. `turn` is 0, except where the values along x are names, those of the
+    quantity `categories`: a series then has each name once, and the second row with the same levels and name goes to
+    the series with turn 1, and so on.
     """
     position_of_level = [{level: number for number, level in enumerate(factor.levels)} for factor in factors]
     groups, seen = {}, Counter()
