@@ -242,13 +242,8 @@ def empty_keys(document, tables):
         known = keys_at(path[:-1], tables)
         if known and path[-1] not in known:
             yield path, unknown_key(path[-1], known)
-        elif not (known or document.is_override(path)) and _holds_names(path[:-1], tables):
-            yield path, EMPTY_NAME
-
-
-def _holds_names(path, tables):
-    """True if the mapping at a path is a known key, as `cables`; used where its own keys are names of the user."""
-    return bool(path) and path[-1] in keys_at(path[:-1], tables)
+        elif not (known or document.is_override(path)) and path[1:] and path[-2] in keys_at(path[:-2], tables):
+            yield path, EMPTY_NAME  # in a mapping such as `cables`, whose keys are names of the user
 
 
 def keys_at(path, tables):

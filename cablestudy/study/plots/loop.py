@@ -322,14 +322,9 @@ def _displacement(axes, solved):
         settled = f"settled to 2 % at {step.settling_time:.4g} s"
         axes.axvline(step.settling_time, color=RED, lw=0.9, ls=":", label=settled)
     axes.set_ylabel(f"{solved.name} [{unit}]")
-    _room_above(axes)
-    axes.legend(loc="upper right", ncols=4, **LEGEND)
-
-
-def _room_above(axes):
-    """Widen the axes so that a legend of one line is above the curves."""
     low, high = axes.get_ylim()
-    axes.set_ylim(low, high + 0.2 * (high - low))
+    axes.set_ylim(low, high + 0.2 * (high - low))  # so that the legend is above the curves
+    axes.legend(loc="upper right", ncols=4, **LEGEND)
 
 
 # ---------------------------------------------------------------------------------- frequency responses of state spaces

@@ -132,7 +132,7 @@ def value_text(value):
         except ValueError:
             return shortened(value)
     if isinstance(value, dict):
-        return shortened(", ".join(f"{_plain(key)} {value_text(part)}" for key, part in value.items()))
+        return shortened(", ".join(f"{str(key).replace('_', ' ')} {value_text(part)}" for key, part in value.items()))
     if isinstance(value, list):
         return shortened(_list_text(value))
     if isinstance(value, bool) or value is None:
@@ -156,7 +156,3 @@ def _list_text(values):
         texts = [text.partition(" ")[0] for text in texts]
         return f"({', '.join(texts)}) {units.pop()}".rstrip()
     return f"({', '.join(texts)})"
-
-
-def _plain(name):
-    return str(name).replace("_", " ")
