@@ -20,18 +20,7 @@ from cablestudy.threads import one_thread
 class SceneCommands:
     """A scene of one cable, with what the commands compute of it; `Suspension` overrides what differs.
 
-    Attributes
-    ----------
-    path : str
-        Of its file.
-    changes : tuple of str
-        What was changed in it, as KEY=VALUE.
-    document : scene.Document
-        What was written, with its places in the file.
-    model : scene.CableScene
-        What was written, in SI.
-    cases : dict
-        Name -> the scene in that load case.
+    Its attributes are those of `Scene`; `document` is what was written, with its places in the file.
     """
 
     path: str

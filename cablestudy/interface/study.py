@@ -167,16 +167,9 @@ class Study:
     def run(self, folder: str = "results", keep: bool = False, shard: str | None = None, **options: Any) -> Run:
         """Set up the computation of the study: `Run`, a context manager, whose method `compute` does the work.
 
-        Parameters
-        ----------
-        folder : str
-            Folder of the files of the study.
-        keep : bool
-            True if rows are kept there as they are done.
-        shard : str, optional
-            "K/N": only every Nth case from the Kth.
-        **options
-            Other fields of `sweeps.run.SweepOptions`, such as `jobs` (number of processes), `resume` or `quiet`.
+        `folder` is that of the files of the study, where rows are kept as they are done if `keep` is true; `shard` is
+        "K/N" for only every Nth case from the Kth; `options` are other fields of `sweeps.run.SweepOptions`, such as
+        `jobs` (number of processes), `resume` or `quiet`.
         """
         from cablestudy.sweeps.run import Run, SweepOptions, read_shard
 

@@ -131,17 +131,10 @@ class Comparison(NamedTuple):
 
 @lru_cache(maxsize=4096)
 def comparison(text):
-    """Parse a limit on a column of the table, such as "clearance >= 6 m" or "6 m <= clearance".
+    """Parse a limit on a column of the table, such as "clearance >= 6 m" or "6 m <= clearance": `Comparison`.
 
-    Returns
-    -------
-    Comparison
-        With the column first: where the text begins with the number, the sign is mirrored.
-
-    Raises
-    ------
-    PydanticCustomError
-        The text is no comparison of one column with one number by <, <=, > or >=.
+    It has the column first: where the text begins with the number, the sign is mirrored. PydanticCustomError: the text
+    is no comparison of one column with one number by <, <=, > or >=.
     """
 
     def refuse(position, message):

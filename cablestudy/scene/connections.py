@@ -136,10 +136,9 @@ def unheld(movable, partly_held, owners):
 
     Parameters
     ----------
-    movable : collection of str
-        Names of the bodies with at least one free motion, and of the free points.
-    partly_held : collection of str
-        Those of `movable` some of whose motions are held; they count as held.
+    movable, partly_held : collection of str
+        Names of the bodies with at least one free motion, and of the free points; those some of whose motions are held,
+        which count as held.
     owners : list of (str or None, str or None)
         What the two ends of each cable are at: name of a body or free point, None for the ground. Links are in the
         list too, if they carry a force in equilibrium without load case: those with stiffness and length.

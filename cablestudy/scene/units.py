@@ -200,16 +200,8 @@ class _NotAQuantityError(ValueError):
 def split(text):
     """Split a text such as "1.85 mm" or "5/8 inch" into a number and the name of a unit, which may be empty.
 
-    Returns
-    -------
-    number : Decimal
-        Exactly as written; a fraction to 28 digits.
-    name : str
-
-    Raises
-    ------
-    ValueError
-        The text is too long, does not begin with a decimal number, or the number is out of range or divided by zero.
+    The number is a Decimal, exactly as written; a fraction to 28 digits. ValueError: the text is too long, does not
+    begin with a decimal number, or the number is out of range or divided by zero.
     """
     match = _QUANTITY.fullmatch(text) if len(text) <= MAX_LENGTH else None
     if match is None:

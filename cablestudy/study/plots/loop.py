@@ -337,13 +337,11 @@ def bode(curves, frequency, *numbers, title="frequency responses"):
     Parameters
     ----------
     curves : list of Curve
-        Names and unit of the responses; all have one unit.
+        Names and unit of the responses; all have one unit. Of a single one the label is the title.
     frequency : ndarray, shape (m,)
         Ascending. [Hz]
     numbers : ndarray, shape (m,)
         Magnitude [unit] and phase [deg] of the first curve, then of the second, and so on.
-    title : str
-        Title of a figure of several curves; one curve has its label as the title.
     """
     figure = Figure(figsize=(WIDTH, 5.2), layout="constrained")
     magnitude, phase = panels(figure, 2, 1, height_ratios=(3, 2))

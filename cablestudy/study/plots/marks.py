@@ -108,17 +108,12 @@ def draw_parts(axes, drawing, view, colours, label="", lost="", dashes="-", own=
 
     Parameters
     ----------
-    axes : matplotlib.axes.Axes
-    drawing : Drawing
-        Places of all that is drawn of one load case.
     view : callable
         Positions, shape (..., 3) -> coordinates on the paper, shape (..., 2).
     colours : color or list of color
-        Colour of all cables, or of each.
+        Colour of all cables, or of each; `dashes` is their line style.
     label, lost : str
         Entries of the legend for the cables, and for the cables that the load case has lost.
-    dashes : str or tuple
-        Line style of the cables.
     own : color, optional
         Colour of links, points, bodies and loads of this load case, in a picture of several load cases.
     """

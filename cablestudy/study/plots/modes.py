@@ -140,14 +140,8 @@ class ModeDrawing:
 def mode_shapes(case, modes, share=None):
     """Figure of mode shapes of a cable between fixed ends, on its static form, one panel each, as the paper's Fig. 5.
 
-    Parameters
-    ----------
-    case : CableCase
-        The cable with the finite elements by which the modes were computed.
-    modes : Modes
-        The figure shows at most MOST_MODES of them.
-    share : float, optional
-        Factor on the displacements, from -1 to 1, for one picture of an animation; by default 1.
+    At most MOST_MODES are shown. The `CableCase` has the finite elements by which the modes were computed; `share` is a
+    factor on the displacements, from -1 to 1, for one picture of an animation, by default 1.
     """
     shown = _of_cable(case, modes, min(len(modes), MOST_MODES))
     chord = float(case.span.chord)
@@ -184,18 +178,8 @@ def coupled_mode_shapes(case, modes, listed=None, share=None):
     """Figure of the first coupled modes of a suspension, one panel each: the displaced scene over the scene at rest.
 
     If all cables end in one vertical plane, the panels show that plane from the side; movement out of it is drawn
-    upwards. Scenes that do not lie in one plane, or have no width in it, are drawn in perspective.
-
-    Parameters
-    ----------
-    case : SuspensionCase
-        With a stable equilibrium.
-    modes : CoupledModes
-        Modes of the case.
-    listed : int, optional
-        Number of modes asked for; by default all. The figure shows at most MOST_MODES of them.
-    share : float, optional
-        Factor on the displacements, from -1 to 1, for one picture of an animation; by default 1.
+    upwards. Scenes that do not lie in one plane, or have no width in it, are drawn in perspective. `listed` is the
+    number of modes asked for, by default all, of which at most MOST_MODES are shown; `share` as of `mode_shapes`.
     """
     listed, drawing = len(modes) if listed is None else listed, drawing_of(case)
     plane, peak = upright_plane([drawing]), nice(PEAK_OVER_SIZE * drawing.size)  # peak: largest displacement drawn [m]

@@ -93,15 +93,8 @@ def series_of(study, every, rows, *drawn):
     """Divide the rows of a study into the series of a picture: each is one line, or one kind of mark.
 
     Each entry of a study varies one key, or several keys together. Along a series those entries vary whose keys are
-    drawn, and a random sample of keys; if there are none, the last entry. All other entries have one value in a series.
-
-    Parameters
-    ----------
-    study : StudyFile
-    every, rows : list of dict
-        All rows of the study's table, and those with an answer.
-    *drawn : DrawnQuantity
-        Quantities along x and perhaps y or as colour.
+    `drawn`, along x and perhaps y or as colour, and a random sample of keys; if there are none, the last entry. All
+    other entries have one value in a series. `every`, `rows`: all rows of the study's table, and those with an answer.
 
     Returns
     -------
@@ -175,21 +168,12 @@ def _common(quantity, rows):
 
 
 def give_looks(series, factors, joined):
-    """Give each series of a picture its colour, mark and line style, and make the legend for them.
+    """Give each series of a picture its colour, mark and line style, its `look`, and make the legend for them.
 
     A factor is a quantity that tells series apart, its levels are its values. Up to NAMED_SERIES series have a colour
     and a mark each. Of more series, the factor with most levels decides the colour, on a colour bar if its levels are
     many, and the next factor the mark and the line style. Series that differ in further factors look alike: the legend
-    says so.
-
-    Parameters
-    ----------
-    series : list of Series
-        Their `look` is set.
-    factors : list of Factor
-        What tells these series apart.
-    joined : bool
-        Whether lines join the points.
+    says so. Lines join the points if they are `joined`.
 
     Returns
     -------
