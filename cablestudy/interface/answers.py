@@ -189,21 +189,13 @@ def ssm(scene, out: File | None = None, response: Frequencies | None = None, **o
     SceneError
         Options that exclude each other; a file that cannot be written; no gondola or loop to attach.
     """
+    from cablestudy.study import ssm as models
     from cablestudy.study.notes import reference_without_loads
-    from cablestudy.study.ssm import (
-        StateSpaceOptions,
-        check_file,
-        exported,
-        improper_note,
-        read_response_range,
-        size_line,
-        viscous_note,
-        write,
-    )
     from cablestudy.study.ssm_tables import drawn_points, response_table, with_resonances
 
-    check_file(out)
-    state_space_options, span = StateSpaceOptions(**options), read_response_range(response) if response else None
+    models.check_file(out)
+    state_space_options = models.StateSpaceOptions(**options)
+    span = models.read_response_range(response) if response else None
     attached = state_space_options.attached
     if attached in scene.absent:
         raise SceneError(scene.absent[attached])
@@ -211,12 +203,13 @@ def ssm(scene, out: File | None = None, response: Frequencies | None = None, **o
     choice = scene.kept_modes(state_space_options, span and span[1])
     warnings = [*reference_without_loads(scene.model), *choice.warnings]
     if out:
-        system = exported(choice.system(), state_space_options)
-        write(system, out)
-        notes = [*improper_note(system), *viscous_note([cable.damping for cable in scene.model.cables.values()])]
-        warnings += [size_line(choice, system), *notes, f"written: {out}"]
+        system = models.exported(choice.system(), state_space_options)
+        models.write(system, out)
+        dampings = [cable.damping for cable in scene.model.cables.values()]
+        notes = [*models.improper_note(system), *models.viscous_note(dampings)]
+        warnings += [models.size_line(choice, system), *notes, f"written: {out}"]
     elif not span:
-        warnings.append(size_line(choice, choice.system()))
+        warnings.append(models.size_line(choice, choice.system()))
     answer = Answer(explain=lambda: tuple(choice.notes), warnings=tuple(warnings), case=choice)
     if span:
         curves = choice.curves()

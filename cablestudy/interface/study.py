@@ -89,9 +89,7 @@ class Study:
 
         self.request = read_study(path, tuple(set), tuple(vary), further_check=prepare)
         name = self.request.name if isinstance(path, Mapping) else str(path)
-        self.words = ["sweep", name]
-        for option, texts in (("--set", set), ("--vary", vary)):
-            self.words += [word for text in texts for word in (option, text)]
+        self.words = sweep_words(name, set, vary)
 
     @property
     def notes(self) -> Iterable[str]:
@@ -225,6 +223,12 @@ class Study:
         left_out = [] if columns else plots.not_drawn(self.request)
         names = ", ".join(left_out)
         return [f"not drawn: {names} (--columns A,B,... or plot: {{x: ..., y: [...]}} chooses)"] if names else []
+
+
+def sweep_words(name: str, set: Sequence[str], vary: Sequence[str]) -> list[str]:
+    """The part of a command that determines the cases of a study."""
+    options = [(option, text) for option, texts in (("--set", set), ("--vary", vary)) for text in texts]
+    return ["sweep", name, *(word for pair in options for word in pair)]
 
 
 def differing_columns(table: Table, path: str) -> Iterable[str]:

@@ -13,6 +13,7 @@ from cablestudy.errors import Mistakes, SceneError
 from cablestudy.interface import checked_scene, scene_of
 from cablestudy.interface.arguments import checked
 from cablestudy.interface.kinds import Changes, Columns, File, Processes, Source, Text, Variations, case_text, names_in
+from cablestudy.interface.study import sweep_words
 from cablestudy.pages import user_input
 from cablestudy.pages.markup import element, paragraph, text
 from cablestudy.pages.page import Page
@@ -220,10 +221,8 @@ def _study_page(source, sets, vary, title, begun, jobs, quiet, columns, where):
         for note in study.notes:
             page.add(paragraph(note))
         _add_file(page, read_base(source), study.document)
-        sweep_command = ["sweep", source.name if source.name != STDIN else "-"]
-        sweep_command += [word for change in sets for word in ("--set", change)]
-        sweep_command += [word for entry in vary for word in ("--vary", entry)]
-        study_sections(page, run, sweep_command, selection)
+        name = source.name if source.name != STDIN else "-"
+        study_sections(page, run, sweep_words(name, sets, vary), selection)
         page.models_and_errors(STATEMENT)
         _add_provenance(page, begun, run.identity, [source, study.document])
         return page

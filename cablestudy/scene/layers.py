@@ -260,6 +260,15 @@ def _merge_keys(lower, upper):
     return lower | {key: _merge_keys(lower[key], value) if key in lower else value for key, value in upper.items()}
 
 
+def leaves(mapping, path=()):
+    """Yield path and value of all that is no mapping, or an empty one, in a nested mapping."""
+    for key, value in mapping.items():
+        if isinstance(value, dict) and value:
+            yield from leaves(value, (*path, key))
+        else:
+            yield (*path, key), value
+
+
 def is_set(value, path):
     """True if there is a value, other than null, at a path."""
     return value_at(value, path) is not None

@@ -9,7 +9,7 @@ import numpy as np
 
 from cablestudy.control import export, statespace
 from cablestudy.control.statespace import channels, proper
-from cablestudy.errors import NoSolutionError, SceneError, refuse_options
+from cablestudy.errors import NoSolutionError, SceneError, check_output, refuse_options
 from cablestudy.scene.fields import suggestion
 from cablestudy.scene.units import read_frequency
 from cablestudy.scene.words import counted
@@ -225,13 +225,8 @@ def read_response_range(text):
 
 
 def check_file(path):
-    """Raise SceneError for an output file of unknown kind, or that cannot be written, before anything is computed."""
-    if path is None:
-        return
-    if os.path.splitext(path)[1].lower() not in export.KINDS:
-        raise SceneError(f"--out {path}: unknown kind of file (allowed: {', '.join(export.KINDS)})")
-    if os.path.isdir(path) or not os.access(os.path.dirname(path) or ".", os.W_OK):
-        raise SceneError(f"--out {path}: cannot be written")
+    """Refuse an output file of unknown kind, or that cannot be written, before anything is computed: SceneError."""
+    check_output("--out", path, export.KINDS, "file")
 
 
 def has_loss_factor(dampings):
