@@ -173,11 +173,6 @@ def read_file(path):
         Name of the file, `-` for standard input. A mapping is taken in place of the contents of a file; so may be its
         `base`.
 
-    Returns
-    -------
-    Document
-        Values as written, with their places.
-
     Raises
     ------
     SceneError
@@ -216,10 +211,11 @@ def read_document(path):
 
 
 def resolve_base(document, chain=()):
-    """Read the files that a document names by `base:` and `materials:`, and merge the document upon them.
+    """Read the files that a document names by `base:` and `materials:`, and merge the document upon them: `Document`.
 
     A base has the values that the document does not give; it may have a base itself. A null in the document removes a
-    key of the base. `materials:` may be the name of a file in place of the table itself.
+    key of the base. `materials:` may be the name of a file in place of the table itself. The result has no null keys;
+    its attribute `empty` lists those that had nothing to remove from a base.
 
     Parameters
     ----------
@@ -228,11 +224,6 @@ def resolve_base(document, chain=()):
     chain : tuple of str
         Files from the one that the user named down to this one, each the base of the one before it; empty if this is
         the first.
-
-    Returns
-    -------
-    Document
-        Merged, without null keys; its attribute `empty` lists null keys that had nothing to remove from a base.
 
     Raises
     ------

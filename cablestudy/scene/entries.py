@@ -120,23 +120,10 @@ def entries_of(table, source, cases):
 def _read_entry(mapping, path, read_values, source, varied):
     """Read one entry of `vary`, or what `sample` varies, and find mistakes in it.
 
-    Parameters
-    ----------
-    mapping : dict
-        The entry as written: dotted key -> its values, for example {"cable.sag": ["1 m", "2 m"]}.
-    path : tuple
-        Where it is in the study file, `source`, such as ("vary", 0).
-    read_values : callable
-        Key and what is written for it -> sequence of values; raises ValueError.
-    varied : set of str
-        Keys that vary in entries before this one; the keys of this one are added.
-
-    Returns
-    -------
-    columns, alternatives
-        As of `Entry`.
-    mistakes : list of (tuple, str)
-        Path in the study file and message of each mistake.
+    `mapping` is the entry as written, dotted key -> its values, at a path of the study file, `source`. `read_values`
+    makes a sequence of values of a key and of what is written for it, or raises ValueError. To `varied`, the keys that
+    vary in entries before this one, the keys of this one are added. Returns columns and alternatives as of `Entry`, and
+    path and message of each mistake.
     """
     columns, alternatives, mistakes = [], {}, []
     for key, written in mapping.items():

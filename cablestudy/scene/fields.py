@@ -109,23 +109,7 @@ class Quantity(_Type):
     words: tuple[str, ...] = ()
 
     def read(self, value):
-        """Convert a value of a file to a float in `unit`, and check that it is within the limits.
-
-        Parameters
-        ----------
-        value : object
-            As written: a number, which is in `unit` already; text with a unit, such as "3 mm"; or one of `words`.
-
-        Returns
-        -------
-        float or str
-            The number [unit], or the word as it is.
-
-        Raises
-        ------
-        PydanticCustomError
-            The value is no such quantity, or outside of the limits.
-        """
+        """Value as written -> float [unit] within the limits, or one of `words`; PydanticCustomError for all others."""
         if self.words and isinstance(value, str) and value in self.words:
             return value
         try:

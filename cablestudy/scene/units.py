@@ -321,26 +321,11 @@ def _registry():
 
 @lru_cache(maxsize=4096)
 def _root(name, expected=None):
-    """Express a unit in the base units of pint: "mm" is 0.001 "meter".
+    """Factor (Decimal) and base units of pint (str) of a unit as written, such as "kN/m": "mm" is 0.001 "meter".
 
-    Parameters
-    ----------
-    name : str
-        Unit as written, such as "kN/m"; "" is a pure number.
-    expected : str, optional
-        Base units that it should have, for the message on an unknown unit.
-
-    Returns
-    -------
-    factor : Decimal
-        Size of the unit in base units.
-    base_units : str
-        Two units fit each other if these are equal. Dimensions are not compared, since those of rad/s and Hz are equal.
-
-    Raises
-    ------
-    _NotAQuantityError
-        The unit is unknown.
+    Two units fit each other if their base units are equal. Dimensions are not compared, since those of rad/s and Hz are
+    equal. A pure number is "". _NotAQuantityError: the unit is unknown; its message tries for the `expected` base
+    units.
     """
     if name == "":
         return Decimal(1), ""

@@ -95,12 +95,9 @@ class _Picture:
         Side view of the vertical plane of the scene, from `upright_plane`.
     seen : ndarray of bool, shape (3,)
         Axes along which the scene has an extent.
-    in_space : bool
-        Whether the scene is drawn in perspective and from three sides.
-    upright : bool
-        Whether the only cable hangs between ends above each other.
-    loaded : bool
-        Whether the deflection of the only cable by its point loads is drawn.
+    in_space, upright, loaded : bool
+        Whether the scene is drawn in perspective and from three sides; whether the only cable hangs between ends above
+        each other; whether its deflection by its point loads is drawn.
     looks, scale
         From `_looks`.
     """
