@@ -131,24 +131,29 @@ def _paths_and_messages(detail, tables):
         kind = "empty_name" if kind == "string_too_short" else kind
     if "found" in context:  # mistakes of one table, from `KeyTable`
         return [((*path, *path_in_table), message) for path_in_table, message in context["found"]]
-    if kind == "cablestudy":  # an error of a check of this program, with its own text
-        return [(path, context["text"])]
-    if kind == "extra_forbidden":
-        return [(path, _unknown_key_message(path, tables))]
     if kind == "missing":
         return [_missing_item(path, detail)]
     if kind in ("too_long", "too_short"):
         return [(path, message) for message in _wrong_length_messages(kind, context, value)]
+    return [(path, _message(path, kind, value, detail, tables))]
+
+
+def _message(path, kind, value, detail, tables):
+    """The message on the value, or the key, at a path, of an error of pydantic of a kind."""
+    if kind == "cablestudy":  # an error of a check of this program, with its own text
+        return detail["ctx"]["text"]
+    if kind == "extra_forbidden":
+        return _unknown_key_message(path, tables)
     if kind == "literal_error":
-        return [(path, _wrong_word_message(context["expected"], value))]
+        return _wrong_word_message(detail["ctx"]["expected"], value)
     if kind == "tuple_type" and path[-1] == "loads" and isinstance(value, dict) and "".join(value).isdigit():
-        return [(path, f"the list is not there, so that it has no item {next(iter(value))}")]
+        return f"the list is not there, so that it has no item {next(iter(value))}"
     if kind in ("model_type", "model_attributes_type", "dict_type"):
         keys = keys_at(path, tables)
         expected = f"expected a mapping with the keys {', '.join(keys)}" if keys else "expected a mapping"
     else:
         expected = _EXPECTED.get(kind, f"{detail['msg'][:1].lower()}{detail['msg'][1:]}")
-    return [(path, f"{expected}, got {show(value)}")]
+    return f"{expected}, got {show(value)}"
 
 
 def _wrong_word_message(expected, value):

@@ -305,8 +305,8 @@ def _figure(shown, frequency, listed, peak, share, drawing, distance):
     if not shown:
         return figure_without_panels("There is no mode to show")
     count, columns, factors = len(shown), columns_of(len(shown)), [mode.factor(peak) for mode in shown]
-    enlarged = [distance is None and mode.turns_in_a_small_body(drawing.size) for mode in shown]
-    window, inset = _window(shown, factors, share, any(enlarged), PANEL_RATIOS[columns] if distance else None)
+    with_inset = distance is None and any(mode.turns_in_a_small_body(drawing.size) for mode in shown)
+    window, inset = _window(shown, factors, share, with_inset, PANEL_RATIOS[columns] if distance else None)
     width, rows = WIDTH / columns, -(-count // columns)
     figure = Figure((columns * width, rows * (window.ratio * (width - 0.45) + 0.55) + 0.6), layout="constrained")
     # displacements are enlarged to the peak, or to less where a body would turn too far
@@ -322,10 +322,7 @@ def _figure(shown, frequency, listed, peak, share, drawing, distance):
         words = mode.words if equal else f"{mode.words}, up to {quantity_text(peaks[number], 'm')}"
         _head(axes, title, words, mode.colour)
         if distance is None:
-            axes.set_axis_off()
-            scale_bar(axes, drawing.size)
-        if enlarged[number]:
-            _enlarge(axes, mode, factor, inset)
+            _finish_in_perspective(axes, mode, factor, drawing.size, inset)
     if distance is not None:
         _label_plane(figure, shown, distance)
     _write_heading(figure, shown, listed, window, peaks[0] if equal else None, distance)
@@ -336,6 +333,14 @@ def _head(axes, title, words, colour):
     """Write the title of a panel, and below it in a colour what moves."""
     axes.set_title(title, loc="left", pad=13, **bold(title))
     axes.annotate(words, (0, 1), (0, 3), "axes fraction", "offset points", fontsize=7.5, color=colour)
+
+
+def _finish_in_perspective(axes, mode, factor, size, side):
+    """Draw a scale for a scene of a size in place of axes, and a small body that turns in a square of a side. [m]"""
+    axes.set_axis_off()
+    scale_bar(axes, size)
+    if mode.turns_in_a_small_body(size):
+        _enlarge(axes, mode, factor, side)
 
 
 def _write_heading(figure, shown, listed, window, peak, distance):

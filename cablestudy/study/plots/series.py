@@ -103,19 +103,28 @@ def series_of(study, every, rows, *drawn):
         The entries that tell series apart, with the different values that they take (levels).
     """
     entries = quantities_varied(study, every)
-    names, keys = {quantity.name for quantity in drawn}, {quantity.key for quantity in drawn}
-    within = [entry for entry in entries if any(q.name in names or q.key in keys for q in entry)]
-    within += [] if study.sample is None else [entries[study.sample_entry]]
+    within = _entries_of(entries, drawn) + ([] if study.sample is None else [entries[study.sample_entry]])
     across = [entry for entry in entries if entry not in (within or entries[-1:])]
     factors = [factor for factor in (_factor(entry, rows) for entry in across) if len(factor.levels) > 1]
     categories = drawn[0] if len(drawn) == 1 and drawn[0].categories is not None else None
     groups = _grouped(rows, factors, categories)
-    companions = []  # the first two keys that vary within a series and are not drawn
-    if any(turn for _, turn in groups):
-        companions = [q for entry in within for q in entry if q.key and q.key not in keys][:2]
-    return [
-        Series(members, levels, _label(factors, levels, companions, members)) for (levels, _), members in groups.items()
-    ], factors
+    companions = _companions(within, drawn) if any(turn for _, turn in groups) else []  # where categories repeat
+    series = []
+    for (levels, _), members in groups.items():
+        series.append(Series(members, levels, _label(factors, levels, companions, members)))
+    return series, factors
+
+
+def _entries_of(entries, drawn):
+    """The entries to which something that is drawn belongs."""
+    names, keys = {quantity.name for quantity in drawn}, {quantity.key for quantity in drawn}
+    return [entry for entry in entries if any(q.name in names or q.key in keys for q in entry)]
+
+
+def _companions(within, drawn):
+    """The first two keys that vary within a series and are not drawn."""
+    keys = {quantity.key for quantity in drawn}
+    return [q for entry in within for q in entry if q.key and q.key not in keys][:2]
 
 
 def _label(factors, levels, companions, rows):

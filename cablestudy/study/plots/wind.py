@@ -101,9 +101,7 @@ def wind_response(winds, at_rest=None, on=None):
     kinds = _kinds(states, names)  # displacements, rotations, or both
     if not kinds:
         raise NothingToDrawError(f"the wind does not move {body.removesuffix(MIDSPAN)}: there is nothing to draw")
-    spectra = [scale**2 * state.spectra[name] for state in states for names, scale, *_ in kinds for name in names]
-    if not (np.isfinite(spectra).all() and all((spectrum > 0).any() for spectrum in spectra)):
-        raise NoSolutionError("the response spectrum is too large or too small for a picture")
+    _check_range(states, kinds)
     extended = np.linalg.matrix_rank(states[0].covariance) > 1  # the point moves in a plane, or in space
     heights = (1.3, 2.4, 1.6, 2.8) if extended else (2, 2, 2)
     figure = Figure(figsize=(WIDTH, 0.8 + 1.2 * sum(heights)), layout="constrained")
@@ -136,6 +134,13 @@ def _kinds(states, names):
     moving = [name for name in names if states[0].rms[name] > 0]
     kinds = [([name for name in moving if name.rpartition(".")[2] in axes], *look) for axes, *look in KINDS]
     return [(outputs, *look) for outputs, *look in kinds if outputs]
+
+
+def _check_range(states, kinds):
+    """Refuse spectra that a picture cannot have."""
+    spectra = [scale**2 * state.spectra[name] for state in states for names, scale, *_ in kinds for name in names]
+    if not (np.isfinite(spectra).all() and all((spectrum > 0).any() for spectrum in spectra)):
+        raise NoSolutionError("the response spectrum is too large or too small for a picture")
 
 
 def _speed(axes, winds, frequency, body):
