@@ -19,7 +19,7 @@ from cablestudy.scene.cable_table import Cable
 from cablestudy.scene.document import read_document
 from cablestudy.scene.fields import KeyTable
 from cablestudy.scene.scene import TABLES, CableScene, ModelTable, missing, quantity_of, read_scene
-from cablestudy.scene.schema import scene_schema, study_schema
+from cablestudy.scene.schema import scene_schema, study_schema, suspension_schema
 
 GOOD = """\
 gravity: 9.81
@@ -502,6 +502,13 @@ def _objects(node):
     elif isinstance(node, list):
         for value in node:
             yield from _objects(value)
+
+
+@pytest.mark.parametrize("schema", [scene_schema(), suspension_schema(), study_schema()])
+def test_schemas_define_what_they_refer_to(schema):
+    references = set(re.findall(r'"#/\$defs/(\w+)"', json.dumps(schema)))
+    assert references
+    assert references <= schema["$defs"].keys()
 
 
 @pytest.mark.parametrize("schema", [scene_schema(), study_schema()])

@@ -17,6 +17,7 @@ from cablestudy.scene.fields import (
     plain_name,
     reader_of,
     suggestion,
+    table_or_bare,
     wrong,
 )
 from cablestudy.scene.tokens import tokens_of
@@ -171,12 +172,14 @@ class LimitTable(KeyTable):
     )
 
 
-Limit = Annotated[LimitTable | str, Either(
-    ((str, lambda text: LimitTable.model_construct(that=_check_comparison(text))),
-     ((dict, LimitTable), LimitTable.model_validate)),
-    "a comparison, such as 'clearance >= 6 m', or a mapping with the keys that, cases",
-    ({"type": "string", "minLength": 1}, {"$ref": "#/$defs/LimitTable"}),
-)]  # fmt: skip
+Limit = Annotated[
+    LimitTable | str,
+    table_or_bare(
+        LimitTable, str, lambda text: LimitTable.model_construct(that=_check_comparison(text)),
+        "a comparison, such as 'clearance >= 6 m', or a mapping with the keys that, cases",
+        {"type": "string", "minLength": 1},
+    ),
+]  # fmt: skip
 Limits = dict[Annotated[Name, AfterValidator(plain_name("limit"))], Limit]
 
 

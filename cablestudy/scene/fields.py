@@ -211,6 +211,12 @@ class Either(_Type):
         return {"anyOf": list(self.schemas)}
 
 
+def table_or_bare(table, kind, read, expected, schema):
+    """`Either` a mapping that the model `table` reads, or a value of a kind, of which the function `read` makes one."""
+    readers = ((kind, read), ((dict, table), table.model_validate))
+    return Either(readers, expected, (schema, {"$ref": f"#/$defs/{table.__name__}"}))
+
+
 def reader_of(annotation):
     """Function that reads values of a type; its validator is built when the first one is read, see `KeyTable`."""
     return TypeAdapter(annotation, config=ConfigDict(defer_build=True)).validate_python

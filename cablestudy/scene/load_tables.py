@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import BeforeValidator, Field, StrictBool
 
-from cablestudy.scene.fields import TRIPLE, Either, KeyTable, Name, Quantity, reader_of, wrong
+from cablestudy.scene.fields import TRIPLE, KeyTable, Name, Quantity, reader_of, table_or_bare, wrong
 
 MAX_LOADS = 1000
 ICE_DENSITY = 900.0  # [kg/m^3]
@@ -220,14 +220,11 @@ class DeadLoad(KeyTable):
 _force = reader_of(ForceVector)
 ForceOrLoad = Annotated[
     DeadLoad | ForceVector,
-    Either(
-        (((list, tuple), lambda value: DeadLoad(force=_force(value))), ((dict, DeadLoad), DeadLoad.model_validate)),
-        "a force [x, y, z], or a mapping with the keys force, moment",
-        (TRIPLE, {"$ref": "#/$defs/DeadLoad"}),
+    table_or_bare(
+        DeadLoad, (list, tuple), lambda value: DeadLoad(force=_force(value)),
+        "a force [x, y, z], or a mapping with the keys force, moment", TRIPLE,
     ),
-]
-
-
+]  # fmt: skip
 Names = Annotated[tuple[Name, ...], Field(min_length=1)]
 
 

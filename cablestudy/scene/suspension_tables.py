@@ -9,7 +9,7 @@ from cablestudy.scene.cable_table import CableProperties, Length, TensionAt, bey
 from cablestudy.scene.cable_table import Point as Place
 from cablestudy.scene.connections import wrong_name
 from cablestudy.scene.determinacy import MOTIONS, ROTATIONS, STATED
-from cablestudy.scene.fields import TRIPLE, Either, KeyTable, Name, Quantity, each_once, reader_of, wrong
+from cablestudy.scene.fields import TRIPLE, Either, KeyTable, Name, Quantity, each_once, reader_of, table_or_bare, wrong
 from cablestudy.scene.load_tables import MAX_LOADS, Angle, ForceVector, Load, Moment, ReferenceTable
 from cablestudy.scene.section import Tension as StatedTension
 from cablestudy.scene.units import show
@@ -67,19 +67,13 @@ class PointTable(KeyTable):
         yield [((name,), self.free, lambda: message) for name in given]
 
 
-def _fixed_point(place):
-    """The PointTable of a bare place."""
-    return PointTable(at=_place(place))
-
-
 PointOrPlace = Annotated[
     PointTable | Place,
-    Either(
-        ((list, _fixed_point), (tuple, _fixed_point), ((dict, PointTable), PointTable.model_validate)),
-        "a place [x, y, z], or a mapping with the keys at, free, mass, force",
-        (TRIPLE, {"$ref": "#/$defs/Point"}),
+    table_or_bare(
+        PointTable, (list, tuple), lambda place: PointTable(at=_place(place)),
+        "a place [x, y, z], or a mapping with the keys at, free, mass, force", TRIPLE,
     ),
-]
+]  # fmt: skip
 
 
 class Body(KeyTable):
