@@ -545,6 +545,6 @@ def test_the_scene_schema_knows_every_key_and_group():
     assert schema["if"] == {"required": ["base"]}
     conditions = schema["else"]["properties"]["cable"]["allOf"]
     assert {"oneOf": [{"required": [key]} for key in ("unstretched_length", "preload", "sag", "tension")]} in conditions
-    sizes = [{"required": keys} for keys in (["area"], ["diameter"], ["axial_stiffness", "mass_per_length"])]
-    assert {"anyOf": sizes} in conditions
+    sizes = (["material"], ["area"], ["diameter"], ["axial_stiffness", "mass_per_length"])
+    assert {"anyOf": [{"required": keys} for keys in sizes]} in conditions
     assert {"const": "none"} in schema["$defs"]["Controller"]["properties"]["notch"]["anyOf"]
