@@ -189,13 +189,13 @@ def ssm(scene, out: File | None = None, response: Frequencies | None = None, **o
     SceneError
         Options that exclude each other; a file that cannot be written; no gondola or loop to attach.
     """
-    from cablestudy.study import ssm as models
+    from cablestudy.study import ssm as state_spaces
     from cablestudy.study.notes import reference_without_loads
     from cablestudy.study.ssm_tables import drawn_points, response_table, with_resonances
 
-    models.check_file(out)
-    state_space_options = models.StateSpaceOptions(**options)
-    span = models.read_response_range(response) if response else None
+    state_spaces.check_file(out)
+    state_space_options = state_spaces.StateSpaceOptions(**options)
+    span = state_spaces.read_response_range(response) if response else None
     attached = state_space_options.attached
     if attached in scene.absent:
         raise SceneError(scene.absent[attached])
@@ -203,13 +203,13 @@ def ssm(scene, out: File | None = None, response: Frequencies | None = None, **o
     choice = scene.kept_modes(state_space_options, span and span[1])
     warnings = [*reference_without_loads(scene.model), *choice.warnings]
     if out:
-        system = models.exported(choice.system(), state_space_options)
-        models.write(system, out)
+        system = state_spaces.exported(choice.system(), state_space_options)
+        state_spaces.write(system, out)
         dampings = [cable.damping for cable in scene.model.cables.values()]
-        notes = [*models.improper_note(system), *models.viscous_note(dampings)]
-        warnings += [models.size_line(choice, system), *notes, f"written: {out}"]
+        notes = [*state_spaces.improper_note(system), *state_spaces.viscous_note(dampings)]
+        warnings += [state_spaces.size_line(choice, system), *notes, f"written: {out}"]
     elif not span:
-        warnings.append(models.size_line(choice, choice.system()))
+        warnings.append(state_spaces.size_line(choice, choice.system()))
     answer = Answer(explain=lambda: tuple(choice.notes), warnings=tuple(warnings), case=choice)
     if span:
         curves = choice.curves()

@@ -243,7 +243,8 @@ def _check_attached(document, scene, options):
         raise missing(document, "gondola", f"ssm --with {attached}")
     if attached == "loop" and (scene.winch is None or scene.winch.controller is None):
         raise missing(document, "winch" if scene.winch is None else "winch.controller", "ssm --with loop")
-    if attached and not options.wind:  # names of forces on nodes are known when there are elements
+    # names of forces on nodes are known when there are elements; an error may refer to ends that are no channels
+    if attached and not options.wind and options.error is None:
         named_channels(options, *channel_names(attached == "loop"))
 
 
