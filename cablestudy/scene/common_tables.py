@@ -10,7 +10,9 @@ from cablestudy.scene.cable_table import Coordinate
 from cablestudy.scene.fields import (
     LEAST,
     Count,
+    Delay,
     Either,
+    Frequency,
     KeyTable,
     Name,
     Quantity,
@@ -100,10 +102,8 @@ def ground_relations(ground):
 class Correction(KeyTable):
     """The tip/tilt/piston mirror that follows the motion."""
 
-    bandwidth: Annotated[float, Quantity("Hz", 1e-9, 1e9)] = Field(description="Bandwidth of the correction")
-    delay: Annotated[float, Quantity("s", 0, 1e6, LEAST)] = Field(
-        0.0, description="Time between measurement and correction"
-    )
+    bandwidth: Frequency = Field(description="Bandwidth of the correction")
+    delay: Delay = Field(0.0, description="Time between measurement and correction")
 
     def relations(self):
         """Relations: the mirror's loop, an integrator with a delay, is stable."""

@@ -146,6 +146,10 @@ class Quantity(_Type):
         return {"anyOf": [number, text, *({"enum": list(self.words)} for _ in self.words[:1])]}
 
 
+Frequency = Annotated[float, Quantity("Hz", 1e-9, 1e9)]
+Delay = Annotated[float, Quantity("s", 0, 1e6, LEAST)]
+
+
 @dataclass(frozen=True)
 class Count(_Type):
     """A whole number between two limits, both allowed."""
