@@ -32,7 +32,7 @@ FILES ?= $(shell grep -rlE "import campaign$$|pytest.mark.crossed$$" tests --inc
 # what solves equations; the other tests are about files, words and pictures
 NUMERICAL := tests/properties tests/verification $(filter-out %_command.py %_commands.py %_plots.py %_scene.py, \
     $(wildcard tests/test_suspension_*.py)) $(patsubst %,tests/test_%.py,assembly catenary cable_motion carried_masses \
-    dynamics element ends equilibrium extremes gondola gondola_damping initial_length load_cases paper wind_variance windrms \
+    dynamics element ends equilibrium extremes gondola initial_length load_cases paper wind_variance windrms \
     row sag_tension segment stability state statespace stiffness)
 
 # where nothing compiled is kept each command compiles the whole program, which takes a third of its start

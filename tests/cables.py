@@ -3,20 +3,18 @@
 import itertools
 import math
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 from mpmath import mp
-from references import catenary_mp
+from references import catenary_mp, dense
 
 from cablestudy.cable import catenary, equilibrium, initial_length
 from cablestudy.cable.assembly import masses
-from cablestudy.cable.element import mesh_segments
+from cablestudy.cable.element import basis, mesh_segments
 from cablestudy.cable.span import CORES, Span
 from cablestudy.cable.stiffness import tangent_stiffness
-from cablestudy.scene.load_tables import LoadCase
-from cablestudy.study.one_cable.results import Results
-from cablestudy.study.scene_values import SceneValues
+from cablestudy.scene.scene import CableScene
+from cablestudy.study.one_cable.case import CableCase
 
 G = 9.81
 AREA, MODULUS, DENSITY = 2.69e-6, 70.3e9, 1440.0  # the paper's Table 1
@@ -65,22 +63,11 @@ def batch(spans):
 
 def span_between(end_1, end_2, unstretched_length, axial_stiffness, mass, gravity=G, loads=()):
     """The `Span` that the package makes of a cable between two places; loads are (arc length, global force)."""
-    cable = SimpleNamespace(
-        end_1=end_1,
-        end_2=end_2,
-        chord_length=math.dist(end_1, end_2),
-        section_axial_stiffness=axial_stiffness,
-        section_mass=mass,
-        unstretched_length=unstretched_length,
-        stated_preload=None,
-        sag=None,
-        stress_strain=None,
-    )
-    cable.loads = [SimpleNamespace(at=float(place), fraction=None, force=force, mass=None) for place, force in loads]
-    scene = SimpleNamespace(cable=cable, gravity=gravity, loads=cable.loads, elongation=0.0, load_case=LoadCase())
-    results = Results(SceneValues([scene]))
-    results.check(0)
-    return results.span.take(0)
+    cable = {
+        "ends": [end_1, end_2], "unstretched_length": unstretched_length, "axial_stiffness": axial_stiffness,
+        "mass_per_length": mass, "loads": [{"at": at, "force": np.array(force).tolist()} for at, force in loads],
+    }  # fmt: skip
+    return CableCase(CableScene.model_validate({"gravity": gravity, "cable": cable})).span
 
 
 def chord_strain_for_tension(span, tension):
@@ -181,10 +168,24 @@ CABLES = {
 }
 
 
+def solved(span, elements, order=1, mass="lumped"):
+    """Closed form of one cable, and its elements in equilibrium."""
+    start = catenary.solve(span)
+    return start, equilibrium.solve(start, mesh_segments(start.segments.fraction, elements, order, mass))[0]
+
+
 def state_of(span, elements=6, order=1, mass="lumped"):
     """Elements of one cable in equilibrium."""
-    start = catenary.solve(span)
-    return equilibrium.solve(start, mesh_segments(start.segments.fraction, elements, order, mass))[0]
+    return solved(span, elements, order, mass)[1]
+
+
+def gradient(mesh):
+    """Derivatives at the Gauss points of what the nodes of a mesh have, shape (points, nodes). [-]"""
+    found, order = np.zeros((mesh.elements * mesh.order, mesh.nodes)), mesh.order
+    for e in range(mesh.elements):
+        begin = e * order
+        found[begin : begin + order, begin : begin + order + 1] = basis(order).derivative / mesh.sizes[e]
+    return found
 
 
 def matrices_of_all_nodes(case):
@@ -223,10 +224,8 @@ def condensed_stiffness(model, s, c=0.0):
         elastic, geometric = (part.toarray()[np.ix_(chosen, chosen)] for part in tangent_stiffness(system.state))
         inertia = full_mass(system).toarray() * float(model.mass * model.length)
         whole = (1 + c) * elastic + geometric + s**2 * inertia
-        ends, inner = np.r_[0:d, len(whole) - d : len(whole)], slice(d, -d)
-        outside = np.linalg.solve(whole[inner, inner], whole[inner, ends])
         places = [*system.axes, *(axis + 3 for axis in system.axes)]
-        found[np.ix_(places, places)] = whole[np.ix_(ends, ends)] - whole[ends, inner] @ outside
+        found[np.ix_(places, places)] = dense.condensed(whole, np.r_[0:d, len(whole) - d : len(whole)])
     return found
 
 

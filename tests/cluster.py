@@ -8,6 +8,8 @@ import time
 from contextlib import contextmanager
 from pathlib import Path
 
+from command import LONGEST
+
 
 class Cluster:
     """A scheduler and its workers, each a process of its own; its file and what workers write are in a folder."""
@@ -17,17 +19,12 @@ class Cluster:
         self._environment = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
         self.scheduler = self._start("scheduler", "--port", "0", "--scheduler-file", self.file, "--no-dashboard")
         self.workers = []
-        self.address = self._wait(lambda: json.loads(self.file.read_text())["address"])
+        self.address = self._wait_for_address()
 
     def add(self):
         """One more worker."""
         options = ("--nthreads", "1", "--no-nanny", "--no-dashboard", "--local-directory", self._folder)
         self.workers.append(self._start("worker", self.address, *options))
-
-    def close(self):
-        for process in (*self.workers, self.scheduler):
-            process.kill()
-            process.wait()
 
     def _start(self, kind, *options):
         command = [sys.executable, "-m", "dask", kind, *map(str, options)]
@@ -35,11 +32,12 @@ class Cluster:
         with log:
             return subprocess.Popen(command, env=self._environment, stdout=log, stderr=log)
 
-    def _wait(self, ask, seconds=600):
-        end = time.monotonic() + seconds
+    def _wait_for_address(self):
+        """Of the scheduler, which writes it into its file."""
+        end = time.monotonic() + LONGEST
         while True:
             try:
-                return ask()
+                return json.loads(self.file.read_text())["address"]
             except (OSError, ValueError):
                 if time.monotonic() > end or self.scheduler.poll() is not None:
                     raise
@@ -55,4 +53,6 @@ def cluster(folder, workers):
             made.add()
         yield made
     finally:
-        made.close()
+        for process in (*made.workers, made.scheduler):
+            process.kill()
+            process.wait()

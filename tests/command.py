@@ -39,6 +39,13 @@ class Outcome:
         return self.err.splitlines()
 
 
+class Terminal(io.StringIO):
+    """A stream that says it is a terminal."""
+
+    def isatty(self):
+        return True
+
+
 def run(*arguments, stdin=None, code=0):
     """A command in this process; its exit code must be the expected one, None for any."""
     result = CliRunner().invoke(main, [str(argument) for argument in arguments], input=stdin)
@@ -49,11 +56,20 @@ def run(*arguments, stdin=None, code=0):
 
 def refused_in_one_line(folder, words, *arguments):
     """A command that is refused with exit code 2 and one line that has these words, and that writes nothing."""
-    done = run(*arguments, code=2)
-    assert done.out == ""
-    assert len(done.lines) == 1
-    assert words in done.err
+    assert words in refusal(*arguments)
     assert not list(folder.iterdir())
+
+
+def refusal(*arguments, code=2, stdin=None):
+    """The one line of a command that is refused, or has no answer, and prints no table."""
+    done = run(*arguments, code=code, stdin=stdin)
+    assert (done.out, len(done.lines)) == ("", 1), done.err
+    return done.lines[0]
+
+
+def with_sets(*changes):
+    """Options `--set` of these changes."""
+    return [word for change in changes for word in ("--set", change)]
 
 
 def process(*arguments, **options):
@@ -61,6 +77,12 @@ def process(*arguments, **options):
     command = [sys.executable, "-m", "cablestudy", *map(str, arguments)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=LONGEST, check=False, **options)
     return Outcome(done.returncode, done.stdout, done.stderr)
+
+
+def python(code, **options):
+    """What a program prints, in a process of its own that must end well."""
+    command = [sys.executable, "-c", code]
+    return subprocess.run(command, capture_output=True, text=True, check=True, timeout=LONGEST, **options).stdout
 
 
 def start(*arguments):
@@ -80,8 +102,11 @@ def start_paused(rows, *arguments, where="after"):
 
 
 def go_on(sweep):
-    """Let a sweep that `start_paused` began run again."""
+    """Let a sweep that `start_paused` began run again, to its end: its exit code and standard error."""
     sweep.send_signal(signal.SIGCONT)
+    _, said = sweep.communicate(timeout=LONGEST)
+    assert "Traceback" not in said
+    return sweep.returncode, said
 
 
 def _started(*words):
@@ -110,6 +135,11 @@ def edit_rows(path, *statements):
             database.execute(statement)
 
 
+def interrupt(path, *statements):
+    """Make a sweep that has ended one that was interrupted, after SQL statements in its file."""
+    edit_rows(path, *statements, "UPDATE about SET value = '0' WHERE name = 'finished'")
+
+
 def calls(function, *arguments):
     """How many Python functions are called meanwhile, which no machine changes as it does times; and what it returns.
 
@@ -132,9 +162,14 @@ def rows_of(text, style):
     return json.loads(text)["rows"] if style == "json" else [json.loads(line) for line in text.splitlines()]
 
 
-def table_of(*arguments, code=0):
+def table_of(*arguments, code=0, stdin=None):
     """Rows that a command prints as JSON."""
-    return rows_of(run(*arguments, "--format", "json", code=code).out, "json")
+    return rows_of(run(*arguments, "--format", "json", code=code, stdin=stdin).out, "json")
+
+
+def stored_table(path="results/study.csv"):
+    """Rows of a table that a sweep has written."""
+    return rows_of(Path(path).read_text(encoding="utf-8"), "csv")
 
 
 def _cell(text):
@@ -144,8 +179,12 @@ def _cell(text):
         return text or None
 
 
+def write(path, text):
+    """Write a text into a file; its name."""
+    Path(path).write_text(text, encoding="utf-8")
+    return str(path)
+
+
 def study_file(folder, text, base=CARLINA):
     """A study upon a scene of configs/, written to a folder; its name."""
-    path = Path(folder) / "study.yaml"
-    path.write_text(f"base: {base}\n{text}", encoding="utf-8")
-    return str(path)
+    return write(Path(folder) / "study.yaml", f"base: {base}\n{text}")

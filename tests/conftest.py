@@ -82,6 +82,21 @@ def folder(tmp_path, monkeypatch):
 
 
 @pytest.fixture
+def computed(monkeypatch):
+    """What sweeps compute in this process: list of how many cases, and the names of which columns."""
+    from cablestudy.sweeps import chunks
+
+    calls, evaluate = [], chunks.evaluate_tables
+
+    def evaluate_tables(tables, columns, *how):
+        calls.append((sum(len(table.cases) for table in tables), tuple(column.name for column in columns)))
+        return evaluate(tables, columns, *how)
+
+    monkeypatch.setattr(chunks, "evaluate_tables", evaluate_tables)
+    return calls
+
+
+@pytest.fixture
 def made(tmp_path):
     """A function from the text of a scene, and changes, to the scene."""
     from cablestudy.scene.scene import load_scene

@@ -4,6 +4,7 @@ import os
 import pickle
 from contextlib import contextmanager
 from hashlib import blake2b
+from unittest.mock import patch
 
 SEARCHES = "strains_for_tension", "strains_for_sag"
 MOST = 20_000  # answers of some hundred bytes
@@ -14,14 +15,8 @@ def lengths_found_once():
     """Search the chord strains of the same cables for the same tensions or sags once."""
     from cablestudy.cable import initial_length
 
-    before = {name: getattr(initial_length, name) for name in SEARCHES}
-    for name, search in before.items():
-        setattr(initial_length, name, _once(search))
-    try:
+    with patch.multiple(initial_length, **{name: _once(getattr(initial_length, name)) for name in SEARCHES}):
         yield
-    finally:
-        for name, search in before.items():
-            setattr(initial_length, name, search)
 
 
 @contextmanager
@@ -40,11 +35,8 @@ def rows_found_once(folder):
             unfinished.rename(known)
         return pickle.loads(known.read_bytes())
 
-    chunks.evaluate_tables = evaluate_tables
-    try:
+    with patch.object(chunks, "evaluate_tables", evaluate_tables):
         yield
-    finally:
-        chunks.evaluate_tables = evaluate
 
 
 def _once(search):

@@ -178,33 +178,38 @@ def retype(rng, top):
     put(*pick_value(rng, top), Raw(rng.choice(TYPES)))
 
 
-def numbers_of(top):
-    return [(node, index) for node, index in slots(top) if NUMBER.match(str(get(node, index)))]
+NUMBER = re.compile(r"([-+]?\d+\.?\d*(?:e[-+]?\d+)?)(.*)$")
+
+
+def replace_number(rng, top, text_of):
+    """Put a text made of the digits and the unit of a number in its place."""
+    if numbers := [(node, index) for node, index in slots(top) if NUMBER.match(str(get(node, index)))]:
+        slot = rng.choice(numbers)
+        put(*slot, text_of(*NUMBER.match(get(*slot)).groups()))
 
 
 def scale(rng, top):
     """Another number of the same kind."""
-    if numbers := numbers_of(top):
-        slot = rng.choice(numbers)
-        number, unit = NUMBER.match(get(*slot)).groups()
+
+    def scaled(number, unit):
         factor = 10 ** rng.choice([rng.uniform(-0.3, 0.3), rng.uniform(-3, 3), rng.uniform(-15, 15)])
-        put(*slot, Raw(f"{float(number) * factor:.6g}{unit}"))
+        return Raw(f"{float(number) * factor:.6g}{unit}")
+
+    replace_number(rng, top, scaled)
 
 
 def magnify(rng, top):
     """An extreme number."""
-    if numbers := numbers_of(top):
-        slot = rng.choice(numbers)
-        put(*slot, Raw(rng.choice(EXTREME) + NUMBER.match(get(*slot))[2]))
+    replace_number(rng, top, lambda number, unit: Raw(rng.choice(EXTREME) + unit))
 
 
-NUMBER = re.compile(r"([-+]?\d+\.?\d*(?:e[-+]?\d+)?)(.*)$")
+def negate(rng, top):
+    """Another sign, or zero."""
+    replace_number(rng, top, lambda number, unit: Raw(f"{rng.choice([0.0, -1.0]) * float(number):g}{unit}"))
 
 
 def reunit(rng, top):
-    if numbers := numbers_of(top):
-        slot = rng.choice(numbers)
-        put(*slot, f"{NUMBER.match(get(*slot))[1]} {rng.choice(UNITS)}")
+    replace_number(rng, top, lambda number, unit: f"{number} {rng.choice(UNITS)}")
 
 
 def graft_in_place(rng, top):
@@ -260,14 +265,6 @@ def lengthen(rng, top):
         node[index] = ["k" * size, node[index][1]]
     else:
         put(node, index, Raw(text))
-
-
-def negate(rng, top):
-    """Another sign, or zero."""
-    if numbers := numbers_of(top):
-        slot = rng.choice(numbers)
-        number, unit = NUMBER.match(get(*slot)).groups()
-        put(*slot, Raw(f"{rng.choice([0.0, -1.0]) * float(number):g}{unit}"))
 
 
 def rename_everywhere(rng, top):

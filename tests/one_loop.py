@@ -21,10 +21,19 @@ EVERY = 250  # modes of a model, of bars all
 
 
 class OneLoop:
-    """The loop of a scene; loops that differ in the gain alone share its models."""
+    """The loop of a scene; loops that differ in the gain alone share its models.
+
+    Attributes
+    ----------
+    mass : float
+        Of the gondola. [kg]
+    location : str
+        Of the winch.
+    """
 
     def __init__(self, scene, in_wind=None):
         self.scene, self.case = scene, CableCase(scene)
+        self.mass, self.location = scene.gondola.mass, scene.winch.location
         self.analysis = in_wind or self.case.analysis
 
     def with_gain(self, gain):
@@ -61,19 +70,9 @@ class OneLoop:
         return self.closed_loop.loop.gain
 
     @property
-    def mass(self):
-        """Of the gondola. [kg]"""
-        return self.scene.gondola.mass
-
-    @property
     def damping(self):
         """Of the gondola by the air. [N s/m]"""
         return self.case.gondola_air_damping
-
-    @property
-    def location(self):
-        """Of the winch."""
-        return self.scene.winch.location
 
     @property
     def notch(self):

@@ -14,7 +14,9 @@ from cablestudy.scene.scene import load_scene
 from cablestudy.study.columns import find
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.rows import evaluate
+from cablestudy.study.one_cable.ssm import choose
 from cablestudy.study.prepare import prepare
+from cablestudy.study.ssm import StateSpaceOptions
 from cablestudy.sweeps.chunks import Chunks
 from cablestudy.sweeps.driver import compute_here
 from cablestudy.sweeps.fingerprint import identity
@@ -23,6 +25,10 @@ from cablestudy.sweeps.store import open_store
 
 AREA, DENSITY, MODULUS, CHORD, LENGTH, GONDOLA = 2.69e-6, 1440.0, 70.3e9, 185.8, 184.4883, 50.0  # Table 1
 G = 9.81
+GUY = {  # in Python: numbers and texts, lists and tuples
+    "cable": {"ends": [[0, 0, 0], (60.0, 0, "80 m")], "material": "guy-strand", "diameter": "16 mm", "preload": "10 %"},
+    "cases": {"cold": {"temperature": "-30 degC"}, "hot": {"temperature": "45 degC"}},
+}
 
 
 def scene(*sets, base=CARLINA):
@@ -34,6 +40,11 @@ def scene(*sets, base=CARLINA):
 def case_of(*sets):
     """The case of Carlina with changes."""
     return CableCase(scene(*sets))
+
+
+def choice_of(*sets, base=CARLINA, **options):
+    """`CableChoice` of a scene of configs/ with changes, by options of the command `ssm`."""
+    return choose(*load_scene(base, sets), StateSpaceOptions(**options))
 
 
 def scene_of(text, *sets):

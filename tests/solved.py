@@ -4,6 +4,7 @@ A scene is the name of a file or what it would say, as a mapping; of one cable o
 module know nothing of the classes behind it, so that only this module changes with them.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -53,14 +54,14 @@ def solve_all(scenes, names, estimate=False):
 
     Parameters
     ----------
-    scenes : sequence of (str or mapping)
+    scenes : sequence of (str, mapping, or loaded model)
     names : sequence of str
     estimate : bool
         Whether errors of fixed elements are to be stated, which costs a second, finer model.
     """
-    loaded = [cs.load(scene) for scene in scenes]
+    models = [cs.load(scene).model if isinstance(scene, str | Mapping) else scene for scene in scenes]
     columns = [find(name) for name in names]
-    rows = evaluate([scene.model for scene in loaded], columns, estimate)
+    rows = evaluate(models, columns, estimate)
     headers = dict(zip(names, (column.header for column in columns), strict=True))
     return [
         Solved(
@@ -81,6 +82,13 @@ def columns_with_keys(scene, columns):
 def solve(scene, *names, estimate=False):
     """Columns of one scene: `Solved`."""
     return solve_all([scene], names, estimate)[0]
+
+
+def rows_as_alone(scenes, names):
+    """Rows of scenes that are solved together, of which each has the digits that it has alone: list of `Solved`."""
+    rows = solve_all(scenes, names)
+    assert rows == [solve(scene, *names) for scene in scenes]
+    return rows
 
 
 def response(scene, pair, frequency, with_=None, modes=None):

@@ -4,8 +4,7 @@ import io
 import threading
 
 import pytest
-from command import CARLINA, CONFIGS, run
-from test_run import Terminal
+from command import CARLINA, CONFIGS, Terminal, run
 
 import cablestudy
 from cablestudy import activity
@@ -84,30 +83,23 @@ def test_quiet_silences_it_and_so_does_the_variable(written, monkeypatch):
     assert run(*SEARCH).lines[0].startswith("searched: cable.preload from")
 
 
+def displays(monkeypatch, module):
+    """Arguments of each display that a module shows, as it shows them: list of tuple."""
+    seen, display = [], activity.ActivityDisplay
+    monkeypatch.setattr(module, "ActivityDisplay", lambda *given: seen.append(given) or display(*given))
+    return seen
+
+
 @pytest.mark.parametrize("command", ["static", "modes", "windrms", "ssm", "loop"])
 def test_each_command_of_a_scene_shows_that_it_is_at_work(command, monkeypatch):
-    seen = []
-
-    class Recorded(activity.ActivityDisplay):
-        def __init__(self, *arguments):
-            seen.append(arguments)
-            super().__init__(*arguments)
-
-    monkeypatch.setattr(error_handling, "ActivityDisplay", Recorded)
+    seen = displays(monkeypatch, error_handling)
     run(command, CARLINA)
     run(command, CONFIGS / "suspensions" / "trifilar.yaml", "--quiet", code=None)
     assert seen == [(command, False), (command, True)]
 
 
 def test_a_comparison_of_models_says_how_far_it_is_in_python_too(monkeypatch):
-    seen = []
-
-    class Recorded(activity.ActivityDisplay):
-        def __enter__(self):
-            seen.append(self._command)
-            return super().__enter__()
-
-    monkeypatch.setattr(scene, "ActivityDisplay", Recorded)
+    seen = displays(monkeypatch, scene)
     cablestudy.load(CARLINA).trade(columns="sag", repeats=1)
-    assert seen == ["trade"]
+    assert seen == [("trade",)]
     assert activity._activity.startswith("run ")

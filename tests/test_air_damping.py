@@ -7,33 +7,14 @@ from cables import along_x, pole_of_mass
 from command import CARLINA, run, table_of
 from one_loop import OneLoop
 from references import loop_matrix
-from scenes import case_of, cells, scene
-from test_windrms import WHITE, case_with, loop_of, rms_of, white  # noqa: F401 a fixture
+from scenes import case_of, cells, choice_of, scene
+from test_windrms import AIR_DAMPS as AIR
+from test_windrms import LIGHT, PUSHED, WHITE, case_with, loop_of, rms_of, white  # noqa: F401 a fixture
 
 from cablestudy.control.one_cable import state_space
-from cablestudy.scene.scene import load_scene
 from cablestudy.study.one_cable.case import CableCase
-from cablestudy.study.one_cable.ssm import choose
-from cablestudy.study.ssm import StateSpaceOptions
 
-AIR = "wind.aerodynamic_damping=true"
-C = 1.2 * 1.17 * 0.6 * 6.0  # rho C_d A v of configs/carlina.yaml [N s/m]
-
-
-LIGHT = ("gravity=0", "cable.density=1e-6", "cable.unstretched_length=184.4883 m", AIR)
-
-
-@pytest.mark.usefixtures("white")
-@pytest.mark.parametrize("drag", [1.17, 10.0, 40.0])
-def test_a_gondola_on_a_light_cable_in_white_noise_is_the_textbook_s_oscillator(drag):
-    """Variances S/(4 c k) and S/(4 c M) of a one-sided spectrum S, which grows with the square of the drag."""
-    sets = (*LIGHT, WHITE, "cable.damping={model: hysteretic, loss_factor: 0}", "model={elements: 1, order: 2}",
-            "winch.controller.gain=0", "gondola.mass=50 kg", f"gondola.drag_coefficient={drag}")  # fmt: skip
-    case, level, damping = CableCase(scene(*sets)), 3.0 * (drag / 1.17) ** 2, C * drag / 1.17
-    displacement, velocity = rms_of(case)[2:]
-    assert displacement == pytest.approx(np.sqrt(level / (4 * damping * case.end_stiffness_along(0))), rel=1e-6)
-    # of the velocity the range of frequencies lacks a little
-    assert velocity == pytest.approx(np.sqrt(level / (4 * damping * 50.0)), rel=1e-3)
+C = PUSHED  # rho C_d A v of configs/carlina.yaml [N s/m]
 
 
 @pytest.mark.crossed
@@ -41,7 +22,7 @@ def test_a_gondola_on_a_light_cable_in_white_noise_is_the_textbook_s_oscillator(
 @pytest.mark.parametrize("damping", ["{model: hysteretic, loss_factor: 0}", "{model: kelvin_voigt, time: 0}"])
 @pytest.mark.parametrize("speed", [0.001, 6.0, 200.0])
 def test_damping_ratio_of_a_gondola_on_a_light_cable(model, damping, speed):
-    sets = (*LIGHT, f"cable.damping={damping}", f"model={model}", f"wind.speed={speed} m/s", "gondola.mass=50 kg")
+    sets = (*LIGHT, AIR, f"cable.damping={damping}", f"model={model}", f"wind.speed={speed} m/s")
     found = cells(scene(*sets), "gondola_damping_ratio", "end_stiffness")
     ratio = C * speed / 6.0 / (2 * np.sqrt(50.0 * found["end_stiffness"]))
     assert found["gondola_damping_ratio"] == pytest.approx(ratio, rel=1e-6)
@@ -104,27 +85,29 @@ def test_the_largest_gain_is_that_of_the_dense_matrix(damping):
 def test_state_spaces_have_it_too(location):
     case = case_of(AIR, f"winch.location={location}")
     assert case.gondola_air_damping == pytest.approx(C, rel=1e-14)
+    loop = OneLoop(case.scene)
+
+    def alone(s):
+        return loop.mass * s**2 + loop.damping * s + case.end_model.dynamic_stiffness(s, [3], [3])[:, 0, 0]
+
+    def in_loop(s):
+        return alone(s) * (1 + loop.gain * loop.unit_gain(s))
+
     frequency = np.array([0.05, 0.71, 1.6, 5.0])
     s = 2j * np.pi * frequency
-    loop = OneLoop(case.scene)
-    alone = loop.mass * s**2 + loop.damping * s + case.end_model.dynamic_stiffness(s, [3], [3])[:, 0, 0]
     attached = {"gondola": (loop.mass, loop.damping), "location": location}
     closed = state_space(loop.cable, **attached, loop=loop.closed_loop.loop).response(s)[:, 0, 0]
-    assert closed == pytest.approx(1 / (alone * (1 + loop.gain * loop.unit_gain(s))), rel=1e-8)
+    assert closed == pytest.approx(1 / in_loop(s), rel=1e-8)
     coupled = state_space(case.end_model, gondola=(50.0, C), location=location).response(s)
-    assert coupled[:, 0, 1] == pytest.approx(1 / alone, rel=1e-8)
-    options, names = StateSpaceOptions(attached="gondola"), ["ground", "gondola"]
-    curve = choose(*load_scene(CARLINA, [AIR]), options).curves()[names.index(location)]
-    winch = curve.value(frequency)
-    assert coupled[:, 0, 0] == pytest.approx(winch, rel=1e-8)
+    assert coupled[:, 0, 1] == pytest.approx(1 / alone(s), rel=1e-8)
+    curve = choice_of(AIR, attached="gondola").curves()[("ground", "gondola").index(location)]
+    assert coupled[:, 0, 0] == pytest.approx(curve.value(frequency), rel=1e-8)
     with_loop = run("ssm", CARLINA, "--set", AIR, "--set", f"winch.location={location}", "--with", "loop",
                     "--response", "0.1Hz:5Hz:3", "--format", "csv").out  # fmt: skip
     rows = np.array([line.split(",")[:2] for line in with_loop.splitlines()[1:]], dtype=float)
     frequency, amplitude = rows.T  # with rows at resonances
     assert np.isin(np.geomspace(0.1, 5, 3).round(12), frequency.round(12)).all()
-    s = 2j * np.pi * frequency
-    alone = loop.mass * s**2 + loop.damping * s + case.end_model.dynamic_stiffness(s, [3], [3])[:, 0, 0]
-    assert amplitude == pytest.approx(np.abs(1 / (alone * (1 + loop.gain * loop.unit_gain(s)))), rel=1e-8)
+    assert amplitude == pytest.approx(np.abs(1 / in_loop(2j * np.pi * frequency)), rel=1e-8)
 
 
 def test_without_it_the_numbers_are_as_before_and_the_default_has_it():
@@ -136,7 +119,7 @@ def test_without_it_the_numbers_are_as_before_and_the_default_has_it():
     more = C / (2 * 50.0 * 2 * np.pi * 0.7188)
     assert on["gondola_damping_ratio"] - off["gondola_damping_ratio"] == pytest.approx(more, rel=0.01)
     assert on["gondola_rms_cable_wind"] < off["gondola_rms_cable_wind"]
-    data = load_scene(CARLINA)[1]
+    data = scene()
     assert not data.wind.aerodynamic_damping
     assert type(data.wind).model_fields["aerodynamic_damping"].default
 
@@ -157,8 +140,7 @@ def test_explain_says_what_is_damped():
 
 def test_the_winch_at_rest_beside_an_unstable_loop():
     sets = ("--set", AIR, "--set", "winch.controller.gain=60")
-    names = "gondola_rms_open_loop_all_wind_mm", "gondola_rms_open_loop_cable_wind_mm"
-    row = table_of("windrms", CARLINA, *sets, "--on", "both", "--quiet", code=3)[0]
-    stable = table_of("windrms", CARLINA, "--set", AIR, "--on", "both", "--quiet")[0]
-    for name in names:
+    (row,) = table_of("windrms", CARLINA, *sets, "--on", "both", "--quiet", code=3)
+    (stable,) = table_of("windrms", CARLINA, "--set", AIR, "--on", "both", "--quiet")
+    for name in ("gondola_rms_open_loop_all_wind_mm", "gondola_rms_open_loop_cable_wind_mm"):
         assert row[name] == pytest.approx(stable[name], rel=1e-5)

@@ -6,9 +6,9 @@ import re
 
 import numpy as np
 import pytest
-from command import CONFIGS, run
+from command import CONFIGS, refusal, run
 from picture import curves
-from PIL import Image
+from PIL import Image, ImageSequence
 
 import cablestudy as cs
 from cablestudy.study import plots
@@ -24,11 +24,9 @@ def answer_of(kind):
 @pytest.mark.parametrize("kind", SCENES)
 def test_frames_have_one_scale(kind):
     answer = answer_of(kind)
-    limits = [
-        [(*axes.get_xlim(), *axes.get_ylim()) for axes in answer.draw(plots, share=share).axes]
-        for share in (1.0, 0.3, -1.0)
-    ]
-    assert limits[0] == limits[1] == limits[2]
+    frames = [answer.draw(plots, share=share).axes for share in (1.0, 0.3, -1.0)]
+    full, *others = [[(*axes.get_xlim(), *axes.get_ylim()) for axes in frame] for frame in frames]
+    assert others == [full, full]
 
 
 def test_a_frame_is_the_shape_times_its_share():
@@ -47,11 +45,7 @@ def test_a_frame_is_the_shape_times_its_share():
 
 def frames_of(data):
     with Image.open(io.BytesIO(data)) as picture:
-        found = []
-        for number in range(picture.n_frames):
-            picture.seek(number)
-            found.append(np.asarray(picture.convert("RGB")))
-        return found
+        return [np.asarray(frame.convert("RGB")) for frame in ImageSequence.Iterator(picture)]
 
 
 @pytest.fixture(scope="module")
@@ -71,17 +65,14 @@ def test_the_file_has_one_period(picture):
 
 
 def test_a_page_has_the_same_picture_in_it(picture, tmp_path):
-    page = tmp_path / "modes.html"
-    run(*GIF, page)
-    inside = re.search('src="data:image/gif;base64,([^"]+)"', page.read_text(encoding="utf-8"))[1]
-    assert base64.b64decode(inside) == picture
-    assert "http" not in page.read_text(encoding="utf-8")
+    run(*GIF, tmp_path / "modes.html")
+    page = (tmp_path / "modes.html").read_text(encoding="utf-8")
+    assert base64.b64decode(re.search('src="data:image/gif;base64,([^"]+)"', page)[1]) == picture
+    assert "http" not in page
 
 
 def test_what_cannot_be_drawn_is_refused(tmp_path):
-    message = "--animate x.mp4: unknown kind of picture (allowed: .gif, .html)"
-    assert run(*GIF, "x.mp4", code=2).lines == [message]
+    assert refusal(*GIF, "x.mp4") == "--animate x.mp4: unknown kind of picture (allowed: .gif, .html)"
     absent = tmp_path / "absent" / "x.gif"
-    assert run(*GIF, absent, code=2).lines == [f"--animate {absent}: cannot be written"]
-    done = run(*GIF, "x.gif", "--case", "all", code=2)
-    assert done.lines == ["--animate: no effect: --case all has the modes of each case"]
+    assert refusal(*GIF, absent) == f"--animate {absent}: cannot be written"
+    assert refusal(*GIF, "x.gif", "--case", "all") == "--animate: no effect: --case all has the modes of each case"

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from cables import CABLES, chord_span, full_mass, full_stiffness, graded_error, state_of
+from cables import CABLES, chord_span, full_mass, full_stiffness, graded_error, gradient, state_of
 
 from cablestudy.cable import catenary, equilibrium
 from cablestudy.cable.assembly import (
@@ -14,7 +14,7 @@ from cablestudy.cable.assembly import (
     static_force_transfer_of_axes,
     transposed_force_transfer,
 )
-from cablestudy.cable.element import MASSES, Mesh, basis
+from cablestudy.cable.element import MASSES, Mesh
 
 each_cable = pytest.mark.parametrize("span", CABLES.values(), ids=CABLES)
 each_order = pytest.mark.parametrize("order", [1, 2, 3, 8])
@@ -83,21 +83,15 @@ def test_compliance_and_condensation(span, axes, order):
 def test_forces_carried_are_in_equilibrium_and_gradients_add_up(elements, order):
     """S by virtual work: sum of w (S f) v' = -f v for every v at rest at end 1; S^T by integrals of polynomials."""
     mesh = Mesh(np.sort(np.r_[0, np.random.default_rng(elements).uniform(size=elements - 1), 1]), order)
-    element, inner = basis(order), mesh.nodes - 2
-    slope = np.zeros((mesh.elements * order, mesh.nodes))  # v' at the points
-    for e in range(elements):
-        rows, columns = slice(e * order, (e + 1) * order), slice(e * order, (e + 1) * order + 1)
-        slope[rows, columns] = element.derivative / mesh.sizes[e]
-    weights = mesh.point_weights.ravel()
+    inner, slope, weights = mesh.nodes - 2, gradient(mesh), mesh.point_weights.ravel()  # v' at the points
     S = static_force_transfer(mesh, np.eye(mesh.nodes - 2))
     assert S.shape == (elements * order, inner)
     assert (slope[:, 1:-1].T * weights) @ S == pytest.approx(-np.eye(inner), abs=1e-11)
     assert (slope[:, 0] * weights) @ S == pytest.approx(np.zeros(inner), abs=1e-11)
     forces = np.random.default_rng(5).normal(size=(2, inner, 3))
     assert static_force_transfer(mesh, forces) == pytest.approx(S @ forces, abs=1e-12)
-    gradient = np.random.default_rng(6).normal(size=(2, elements * order, 3))
-    places = transposed_force_transfer(mesh, weights[:, None] * gradient)
-    assert places == pytest.approx(S.T @ (weights[:, None] * gradient), abs=1e-12)
+    weighted = weights[:, None] * np.random.default_rng(6).normal(size=(2, elements * order, 3))
+    assert transposed_force_transfer(mesh, weighted) == pytest.approx(S.T @ weighted, abs=1e-12)
     # a polynomial's gradient, added up from end 2
     place = np.vander(mesh.node_positions, order + 1)
     end = place[-1] - transposed_force_transfer(mesh, weights[:, None] * (slope @ place))

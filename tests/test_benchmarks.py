@@ -1,11 +1,16 @@
 """Every script in benchmarks/ runs, with sizes that tell no speed: what they measure is for a quiet machine."""
 
+import os
 import re
 import subprocess
 import sys
 
+import pytest
 from campaign import campaign
 from command import LONGEST, ROOT
+
+sys.path.append(str(ROOT / "benchmarks"))  # after the tests: some names are in both
+import processors
 
 FOLDER = ROOT / "benchmarks"
 # section of docs/benchmarks.md -> words of rows that it must have
@@ -53,8 +58,25 @@ def test_a_sweep_is_killed_and_goes_on():
 
 
 def test_every_script_is_run_here_or_used_by_one_that_is():
-    """The others by tests of their own: test_extremes, test_processors, test_interface_arguments, test_twins."""
+    """The others by tests of their own: test_extremes, test_interface_arguments, test_twins."""
     run_or_used = {"run.py", "kills.py", "extremes.py", "processors.py", "python_calls.py", "twins.py"}
     for path in FOLDER.glob("*.py"):
         run_or_used |= {f"{name}.py" for name in re.findall(r"^(?:import|from) (\w+)", path.read_text(), re.MULTILINE)}
     assert {path.name for path in FOLDER.glob("*.py")} <= run_or_used
+
+
+WITH_NAME = "import numpy; numpy.ones((2, 2)) @ numpy.ones((2, 2))"
+
+
+def test_each_core_type_is_taken_by_its_name_and_none_twice(monkeypatch, capsys):
+    """The types of OpenBLAS that this machine can run, for `make processors`."""
+    monkeypatch.setattr(processors, "X86", campaign(processors.X86, ("Nehalem", "Haswell", "SkylakeX", "Zen")))
+    if reason := processors.main():
+        pytest.skip(reason)
+    names, cores = capsys.readouterr().out.split(), []
+    assert names
+    for name in names:
+        told = os.environ | {"OPENBLAS_CORETYPE": name, "OPENBLAS_VERBOSE": "2"}
+        one = subprocess.run([sys.executable, "-c", WITH_NAME], env=told, capture_output=True, text=True, check=True)
+        cores.append(next(line for line in (one.stdout + one.stderr).splitlines() if line.startswith("Core: ")))
+    assert len(set(cores)) == len(names)

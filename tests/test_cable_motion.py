@@ -7,15 +7,16 @@ import pytest
 from campaign import campaign
 from command import CONFIGS, rows_of, run, study_file, table_of
 from references.cable_of_bars_in_wind import CableOfBars
-from scenes import cells
+from scenes import cells, scene
 from scipy.integrate import quad
+from solved import rows_as_alone, solve
+from test_wind_cable import ASIDE, HYSTERETIC, INCLINED, SAGGING, VERTICAL
 
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import plots
 from cablestudy.study.columns import find
 from cablestudy.study.one_cable.case import CableCase
-from cablestudy.study.one_cable.rows import evaluate, evaluate_cases
 from cablestudy.study.one_cable.system import winds_on
 
 TEXT = """
@@ -32,11 +33,6 @@ model: {elements: 40}
 DRAG, SIGMA = 1.2 * 1.2 * np.sqrt(4 * 2.69e-6 / np.pi) * 6.0, 0.9  # rho C_d d v [N s/m^2], RMS of the speed [m/s]
 WHOLE, SLOW = "wind.coherence_length=1e12 m", "wind.length_scale=1e6 m"
 ACCURATE = "model={accuracy: 1e-6}"
-INCLINED = "cable.ends=[[0, 0, 0], [160 m, 0, 95 m]]"
-VERTICAL = "cable.ends=[[0, 0, 0], [0, 0, 185.8]]"
-SAGGING = "cable.unstretched_length=186.5 m"
-ASIDE = "cable.loads=[{at: 60 m, force: [0, 30 N, -10 N]}]"
-HYSTERETIC = "cable.damping={model: hysteretic, loss_factor: 0.02}"
 VISCOUS = "cable.damping={model: kelvin_voigt, time: 4.4 ms, viscous: 1e-3}"
 
 
@@ -183,12 +179,6 @@ def test_proportional_to_turbulence_and_without_overflow(bare):
     assert motion(bare, "wind.turbulence_intensity=1e-12") == pytest.approx(expected * 1e-12 / 0.15, rel=1e-6)
 
 
-def test_air_damps_the_cable(bare):
-    still, damped = motion(bare, "wind.aerodynamic_damping=false"), motion(bare)
-    assert damped[0] < 0.99 * still[0]
-    assert damped[1] < still[1]
-
-
 @pytest.mark.parametrize(
     "sets", campaign([(), (HYSTERETIC, INCLINED), (SAGGING,)], [(HYSTERETIC, INCLINED), (SAGGING,)])
 )
@@ -218,13 +208,12 @@ def test_a_cable_with_a_gondola_is_refused(tmp_path):
 
 def test_windrms_of_a_bare_cable(bare):
     coarse = "model={accuracy: 1e-2}"
-    row = table_of("windrms", bare, "--quiet", "--set", coarse)[0]
+    (row,) = table_of("windrms", bare, "--quiet", "--set", coarse)
     found = motion(bare, coarse)
     assert row["midspan_rms_mm"] == pytest.approx(1e3 * found[0], rel=1e-12)
     assert row["tension_rms_N"] == pytest.approx(found[1], rel=1e-12)
-    assert rows_of(run("windrms", bare, "--quiet", "--on", "cable", "--format", "csv", "--set", coarse).out, "csv") == [
-        row
-    ]
+    as_csv = run("windrms", bare, "--quiet", "--on", "cable", "--format", "csv", "--set", coarse).out
+    assert rows_of(as_csv, "csv") == [row]
     explained = run("windrms", bare, "--explain", "--set", coarse).err
     assert "aerodynamic damping: the drag of the cable damps its motion" in explained
     assert "the cable sheds vortices" in explained
@@ -240,9 +229,8 @@ def test_the_picture_shows_mid_span_in_the_worse_wind(bare):
     assert legend == ["along the chord", "in the cable's plane", "across it"]
     names = [f"cable.midspan.{axis}" for axis in "xyz"]
     total = case.in_cable_wind.sides[0].rms(names, "value", open_loop=True)[0]
-    assert float(below.get_legend().get_texts()[0].get_text().split(": ")[1].split()[0]) == pytest.approx(
-        1e3 * total, rel=1e-3
-    )
+    told = below.get_legend().get_texts()[0].get_text().split(": ")[1].split()[0]
+    assert float(told) == pytest.approx(1e3 * total, rel=1e-3)
     (ellipse,) = (line for line in above.lines if len(line.get_xdata()) > 9)
     across = wind_of(case, "across").rms(["cable.midspan.z"], "value", open_loop=True)[0]
     assert max(ellipse.get_ydata()) == pytest.approx(1e3 * across, rel=1e-3)  # the cable lies along x
@@ -251,19 +239,17 @@ def test_the_picture_shows_mid_span_in_the_worse_wind(bare):
 
 def test_a_row_without_wind_lacks_it_and_leaves_the_others(bare):
     windy, calm = loaded(bare, ACCURATE), loaded(bare, ACCURATE, "wind=null")
-    rows = evaluate_cases([windy, calm], [find("tension_rms")])
-    assert rows[0].cells == evaluate(windy, [find("tension_rms")]).cells
-    assert rows[1].cells["tension_rms_N"] is None
-    assert "needs the key wind" in rows[1].cells["status"]
+    rows = rows_as_alone([windy, calm], ["tension_rms"])
+    assert rows[1].values["tension_rms"] is None
+    assert "needs the key wind" in rows[1].status
 
 
 def test_in_a_steady_wind_the_error_of_uniform_drag_is_stated_and_refuses_nothing():
     """Truth: elements that follow the drag along the cable."""
     names = "midspan_rms", "tension_rms"
     sets = "case=storm", "wind={speed: 20 m/s, turbulence_intensity: 0.15, length_scale: 80 m}"
-    row = evaluate(load_scene(CONFIGS / "guy.yaml", sets)[1], [find(name) for name in names])
-    true = cells(load_scene(CONFIGS / "guy.yaml", [*sets, "model={elements: 4, order: 8}"])[1], *names)
-    assert row.cells["status"] == "ok"
+    row = solve(scene(*sets, base=CONFIGS / "guy.yaml"), *names)
+    true = cells(scene(*sets, "model={elements: 4, order: 8}", base=CONFIGS / "guy.yaml"), *names)
+    assert row.status == "ok"
     for name in names:
-        header = find(name).header
-        assert 1e-5 < abs(row.cells[header] / true[name] - 1) < row.errors[header] < 2e-3
+        assert 1e-5 < abs(row.values[name] / true[name] - 1) < row.errors[name] < 2e-3

@@ -8,10 +8,7 @@ import math
 from copy import deepcopy
 
 import pytest
-
-from cablestudy.scene.scene import CableScene
-from cablestudy.study.columns import find
-from cablestudy.study.one_cable.rows import evaluate
+from solved import solve
 
 NAMES = (
     "preload", "horizontal_tension", "max_tension", "min_tension", "stretched_length", "sag", "lowest_point",
@@ -40,17 +37,9 @@ def base(case=None, **cable):
     return {"cable": kept, "model": {"accuracy": 1e-6}, **chosen}
 
 
-def solved(scene):
-    """Numbers and their stated errors of a scene: two dicts."""
-    columns = [find(name) for name in NAMES]
-    row = evaluate(CableScene.model_validate(scene), columns)
-    assert row.cells["status"] == "ok"
-    return {c.name: row.cells[c.header] for c in columns}, {c.name: row.errors[c.header] for c in columns}
-
-
 def by_sag():
     """The same cable by its sag, which its load takes part in."""
-    return base(unstretched_length=None, sag=solved(base())[0]["sag"], reference={"loads": True})
+    return base(unstretched_length=None, sag=solve(base(), "sag").values["sag"], reference={"loads": True})
 
 
 def in_the_storm_by_pressure():
@@ -80,7 +69,8 @@ WAYS = {
 @pytest.mark.parametrize("way", WAYS)
 def test_what_is_written_differently_is_the_same(way):
     one, other = WAYS[way]
-    (first, first_errors), (second, second_errors) = solved(one), solved(other())
+    first, second = solve(one, *NAMES), solve(other(), *NAMES)
+    assert first.status == second.status == "ok"
     for name in NAMES:
-        error = first_errors[name] + second_errors[name] + 1e-10
-        assert second[name] == pytest.approx(first[name], rel=error), name
+        error = first.errors[name] + second.errors[name] + 1e-10
+        assert second.values[name] == pytest.approx(first.values[name], rel=error), name

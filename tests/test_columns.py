@@ -4,13 +4,16 @@ import math
 
 import numpy as np
 import pytest
-from command import CARLINA, CONFIGS, rows_of, run, table_of
+import twins
+from command import CARLINA, CONFIGS, study_file, table_of
 from references import bars, taut_string
 from scenes import AREA, CHORD, DENSITY, GONDOLA, INCLINED, LENGTH, MODULUS, PAPER, SAGGING, G, Twin, cells, scene
 from scipy.linalg import eigh
 from scipy.optimize import brentq
+from solved import contents, solve
 
 from cablestudy.scene.scene import load_scene
+from cablestudy.study import study_rows
 from cablestudy.study.cable_columns import COLUMNS, FAMILIES
 from cablestudy.study.columns import find
 from cablestudy.study.one_cable.rows import evaluate
@@ -26,7 +29,6 @@ NAMES = [
     "gondola_frequency_Hz", "gondola_frequency_static_Hz", "status", "iterations", "dof", "solve_time_ms",
     "error_estimate",
 ]  # fmt: skip
-FAST = load_scene(CONFIGS / "suspensions" / "fast.yaml", ())[1]
 STATICS = [
     column.name
     for column in COLUMNS
@@ -51,21 +53,14 @@ def test_the_table_of_columns_lists_them_all():
 
 def test_every_column_listed_for_suspensions_is_one():
     listed = [row["column"] for row in table_of("columns") if row["of"] == "suspension"]
-    wheel = "rate_gain: 1, axis: [0, 0, 1], inertia: 1e-3 kg m^2, momentum: 1 N m s, torque: 1 N m"
-    mass = "axis: [1, 0, 0], mass: 1 kg, frequency: 1 Hz, stroke: 1 m, force: 1 N"
-    mirror = "marker: gondola.focus, bandwidth: 10 Hz"
-    loads = "cables.u1.loads=[{fraction: 0.5, mass: 1 kg}]"
-    motion = f"actuators={{m: {{{mass}}}, w: {{{wheel}}}}}", "exposure=1 ms", f"correction={{{mirror}}}"
-    link = "links={s: {from: [0, 0, -99], to: gondola.u1, stiffness: 1 N/m}}"
+    wheel = "{rate_gain: 1, axis: [0, 0, 1], inertia: 1e-3 kg m^2, momentum: 1 N m s, torque: 1 N m}"
+    mass = "{axis: [1, 0, 0], mass: 1 kg, frequency: 1 Hz, stroke: 1 m, force: 1 N}"
     sets = (
-        *motion,
-        link,
-        "ground=-100",
-        loads,
+        f"actuators={{m: {mass}, w: {wheel}}}", "exposure=1 ms", "ground=-100", "limits={a: x <= 1}", "case=push",
+        "correction={marker: gondola.focus, bandwidth: 10 Hz}", "cables.u1.loads=[{fraction: 0.5, mass: 1 kg}]",
+        "links={s: {from: [0, 0, -99], to: gondola.u1, stiffness: 1 N/m}}",
         "cases={push: {forces: {gondola: [1, 0, 0]}}}",
-        "case=push",
-        "limits={a: x <= 1}",
-    )
+    )  # fmt: skip
     _, scene = load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml", sets)
     words = {"BODY": "gondola", "POINT": "gondola", "CABLE": "u1", "_K_": "_1_", "MARKER": "focus", "LINK": "s"}
     for name in listed:
@@ -100,20 +95,12 @@ def test_an_unknown_column_gives_a_hint(name, hint):
     assert hint in str(caught.value)
 
 
-@pytest.fixture(scope="module", params=[PAPER, INCLINED, SAGGING], ids=["taut", "inclined", "sagging"])
-def twin(request):
-    """A cable of 40 bars."""
-    return request.param
+of_bars = pytest.mark.parametrize("twin", [PAPER, INCLINED, SAGGING], ids=["taut", "inclined", "sagging"])
 
 
-@pytest.fixture(scope="module")
-def chain(twin):
-    """Its equilibrium at 80 digits."""
-    return twin.chain()
-
-
-def test_statics_of_bars(twin, chain):
-    found = cells(twin.scene(), *STATICS)
+@of_bars
+def test_statics_of_bars(twin):
+    found, chain = cells(twin.scene(), *STATICS), twin.chain()
     tensions, vectors = chain.tensions, chain.vectors
     lengths = np.linalg.norm(vectors, axis=1)
     weight = twin.mass * G
@@ -182,9 +169,11 @@ def test_columns_that_a_slack_cable_without_weight_leaves_open():
     assert "no definite form" in row.cells["status"]
 
 
-def test_stiffness_and_modes_of_bars(twin, chain):
+@of_bars
+def test_stiffness_and_modes_of_bars(twin):
+    chain = twin.chain()
     stiffness = chain.end_stiffness
-    modes = bars.modes(chain, twin.length, twin.stiffness, twin.mass)
+    modes = bars.modes(chain, *twin.bar)
     # the chain is plane: a mode moves out of its plane, or in it
     shapes = modes.vectors.reshape(-1, 3, len(modes.frequencies))
     out = np.abs(shapes[:, 1]).max(axis=0) > 1e-6 * np.abs(shapes).max(axis=(0, 1))
@@ -192,9 +181,8 @@ def test_stiffness_and_modes_of_bars(twin, chain):
         twin.scene(), "end_stiffness", "end_stiffness_yy", "end_stiffness_zz", "cable_frequency",
         "outofplane_frequency_5", "gondola_frequency_static", "inplane_frequency_1", "axial_frequency_1", "dof",
     )  # fmt: skip
-    assert found["end_stiffness"] == pytest.approx(stiffness[0, 0], rel=1e-8)
-    assert found["end_stiffness_yy"] == pytest.approx(stiffness[1, 1], rel=1e-8)
-    assert found["end_stiffness_zz"] == pytest.approx(stiffness[2, 2], rel=1e-8)
+    for place, name in enumerate(("end_stiffness", "end_stiffness_yy", "end_stiffness_zz")):
+        assert found[name] == pytest.approx(stiffness[place, place], rel=1e-8)
     assert found["cable_frequency"] == found["inplane_frequency_1"]
     assert found["cable_frequency"] == pytest.approx(modes.frequencies[~out][0], rel=1e-9)
     assert found["outofplane_frequency_5"] == pytest.approx(modes.frequencies[out][4], rel=1e-9)
@@ -281,7 +269,7 @@ def test_the_error_of_a_fixed_model_is_known(name):
 def test_the_coupled_frequency_is_that_of_the_whole_eigenproblem(name):
     """By dense matrices of the bars with the gondola's mass on end 2, free along x."""
     twin, x = ZOO[name], 3 * 40
-    K, M = bars.matrices(twin.chain(), twin.length, twin.stiffness, twin.mass)
+    K, M = bars.matrices(twin.chain(), *twin.bar)
     M[x] += GONDOLA
     free = np.r_[3 : x + 1]
     values, shapes = eigh(K[np.ix_(free, free)], np.diag(M[free]))
@@ -291,10 +279,79 @@ def test_the_coupled_frequency_is_that_of_the_whole_eigenproblem(name):
 
 def test_a_study_of_one_scene_agrees_with_static():
     study = f"base: {CARLINA}\ncolumns: [sag, preload, end_stiffness]\n"
-    (row,) = rows_of(run("sweep", "-", "--no-write", "--format", "json", stdin=study).out, "json")
+    (row,) = table_of("sweep", "-", "--no-write", stdin=study)
     assert row.items() <= table_of("static", CARLINA)[0].items()
 
 
 def test_the_meaning_says_why_more_wind_can_move_a_gondola_less():
     for name in ("gondola_rms_all_wind", "gondola_rms_open_loop_all_wind"):
         assert "damps the cable too, so that it can be less" in find(name).meaning
+
+
+# ------------------------------------------------------------ columns of suspensions in scenes of one cable
+
+# test_twins.py holds their numbers against suspensions
+MOVING = contents(CONFIGS / "carlina.yaml", "cable.damping={loss_factor: 0.02, viscous: 0.01}", "model.accuracy=1e-4")
+TABLES = (twins.STATICS, twins.STIFFNESS, twins.LINEAR, twins.SECTION, twins.STRENGTH, twins.COUPLED, twins.OPEN_WIND,
+          twins.WIND, twins.PEAK)  # fmt: skip
+TWO_NAMES = {
+    "gondola in the wind": (MOVING, {own: other for table in TABLES for own, other in table.items()}),
+    "bare cable in the wind": (twins.without(MOVING, "gondola", "winch"), twins.BARE_CABLE),
+    "load": (contents(CONFIGS / "point-load.yaml"), twins.LOADED),
+    "ground": (contents(CONFIGS / "line.yaml"), twins.GROUND),
+    "vortices": (contents(CONFIGS / "carlina.yaml"), twins.VORTICES),
+}
+
+
+@pytest.mark.parametrize("what", TWO_NAMES)
+def test_both_names_have_one_number(what):
+    scene, names = TWO_NAMES[what]
+    found = solve(scene, *names, *names.values())
+    assert found.status == "ok"
+    for own, other in names.items():
+        assert found.values[own] is not None, own
+        assert (found.values[own], found.errors.get(own)) == (found.values[other], found.errors.get(other)), own
+
+
+def test_rows_do_not_depend_on_their_neighbours():
+    columns = [find(name) for name in ("frequency_3", "cable.least_tension", "gondola.rms", "cable.sag")]
+    scenes = [scene(f"cable.diameter={d} mm") for d in (2, 3, 4)]
+    for one, row in zip(scenes, study_rows.evaluate(scenes, columns), strict=True):
+        assert study_rows.evaluate([one], columns)[0].cells == row.cells
+
+
+def test_the_tension_at_a_gondola_is_that_of_its_stiffness_where_all_is_slow():
+    """A gondola so heavy that waves along the cable are fast: tension at end 2 over displacement is its stiffness."""
+    heavy = twins.without(MOVING, "winch") | {"gondola": MOVING["gondola"] | {"mass": 1e6}}
+    found = solve(heavy, "cable.rms_tension", "gondola.rms_x", "end_stiffness").values
+    expected = found["end_stiffness"] * found["gondola.rms_x"] / 1e3
+    assert found["cable.rms_tension"] == pytest.approx(expected, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("gondola.rms_x", "gondola.rms_x needs the key wind, which the scene does not have"),
+        ("cable.least_tension", "cable.least_tension needs the key wind, which the scene does not have"),
+        ("knot.x", "no body, free point, cable or link knot (allowed: gondola, cable)"),
+        ("gondola.end_stiffness_along", "gondola has no column end_stiffness_along"),
+        ("cable.frequency_2", "cable has no column frequency_2"),
+    ],
+)
+def test_what_a_scene_cannot_have(name, reason):
+    assert why_not(scene("wind=null"), find(name)).startswith(reason)
+
+
+def test_a_winch_that_is_too_slow_refuses_tensions_too():
+    slow = MOVING | {"winch": MOVING["winch"] | {"max_speed": 1e-9}}
+    found = solve(slow, "cable.rms_tension", "gondola.rms_x_open_loop")
+    assert found.values["cable.rms_tension"] is None
+    assert "max_speed" in found.status
+    assert np.isfinite(found.values["gondola.rms_x_open_loop"])
+
+
+def test_a_table_has_the_names_that_were_asked_for(folder):
+    text = "vary: [{cable.diameter: [3 mm, 4 mm]}]\ncolumns: [sag, cable.sag, gondola.x, frequency_2]\n"
+    rows = table_of("sweep", study_file(folder, text), "--no-write")
+    assert list(rows[0])[1:] == ["sag_m", "cable.sag_m", "gondola.x_m", "frequency_2_Hz", "status"]
+    assert all(row["sag_m"] == row["cable.sag_m"] for row in rows)

@@ -7,10 +7,9 @@ from references.continuous_suspension import Suspension
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 from solved import end_force, solve
+from straight_scenes import case_of
 
 from cablestudy.motion.body_mode import error_by_mixing
-from cablestudy.scene.suspension import SuspensionScene
-from cablestudy.study.suspension.case import SuspensionCase
 
 TURN = 2 * np.pi
 # span [m], rise [m], unstretched length [m], axial stiffness [N], mass per length [kg/m]: one slack and heavy cable,
@@ -74,7 +73,7 @@ def test_modes_that_coincide_have_one_share(turn):
         "model": {"accuracy": 1e-5},
     }
     found = solve(data, "knot.share_x", "knot.frequency_x")
-    truth = Suspension(SuspensionCase(SuspensionScene.model_validate(data)).equilibrium)
+    truth = Suspension(case_of(data).equilibrium)
 
     def along_x(omega):
         return truth.dynamic_stiffness(omega)[0, 0]
@@ -130,7 +129,7 @@ def on_four_cables(pieces, accuracy):
     body |= {"center_of_mass": [0, 0, -0.5], "attachments": {"a": [0, 0, 0.3]}}
     cable = {"axial_stiffness": 4.88e5, "mass_per_length": 0.0572, "diameter": 0.00343}
     data = {"cable": cable, "points": points, "bodies": {"b": body}, "cables": cables, "model": {"accuracy": accuracy}}
-    return SuspensionCase(SuspensionScene.model_validate(data))
+    return case_of(data)
 
 
 def test_the_mode_with_the_largest_share_is_one_that_errors_of_frequencies_cannot_change():

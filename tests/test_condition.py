@@ -46,14 +46,6 @@ def holds(text, *rows):
     return truths if rows else truths[0]
 
 
-def test_fractions_are_numbers_as_in_files():
-    """Of a sag of 0.3 m, and of a preload of 1500 N."""
-    assert holds("sag < 1/3")
-    assert holds("1/4 < sag < 1/3 m")
-    assert not holds("sag < 2/7m")
-    assert holds("cable.preload == 3/2 kN")
-
-
 COLUMNS = ("sag", "mass", "stress")
 HEADERS = {"sag": "sag_m", "mass": "mass_kg", "stress": "stress_MPa"}
 VALUES = (-1, 0, 0.5, 2)
@@ -114,6 +106,8 @@ TRUE = [
     # units: 1 ft is 0.3048 m, 60 deg 1.047 rad
     "sag <= 300mm", "sag == 300 mm", "sag < 1 ft", "stress >= 0.3 GPa", "sag_ratio < 5 %", "phase_margin > 1 rad",
     "gondola_rms == 0.0005 m", "gondola_rms < sag", "sag > gondola_rms",
+    # fractions, as in files
+    "sag < 1/3", "1/4 < sag < 1/3 m", "cable.preload == 3/2 kN",
     # texts
     "status == ok", "status == 'ok'", "ok == status", 'status != "broken cable: stress"',
     # varied keys: numbers, numbers with a unit, texts, and both
@@ -126,18 +120,18 @@ TRUE = [
 ]  # fmt: skip
 FALSE = [
     "sag < 300 mm", "0.1 < sag < 0.3", "sag < gondola_rms", "stress > 300 N/mm^2", "stress > 300 N/mm²",
-    "sag_ratio < 3%", "phase_margin > 1.1 rad", "status != ok", "cable.material == steel", "gondola.mass < 40",
-    "not (sag < 0.5 or mass == 2)", "sag > 1 and (mass == 1 or mass == 2)",
+    "sag < 2/7m", "sag_ratio < 3%", "phase_margin > 1.1 rad", "status != ok", "cable.material == steel",
+    "gondola.mass < 40", "not (sag < 0.5 or mass == 2)", "sag > 1 and (mass == 1 or mass == 2)",
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("text", "truth"), [*((text, True) for text in TRUE), *((text, False) for text in FALSE)])
+UNKNOWN = ["winch.controller.notch.frequency < 5 Hz"]  # a text, which is not compared with a number
+TRUTHS = {True: TRUE, False: FALSE, None: UNKNOWN}
+
+
+@pytest.mark.parametrize(("text", "truth"), [(text, truth) for truth, texts in TRUTHS.items() for text in texts])
 def test_units_texts_and_varied_keys(text, truth):
     assert holds(text) is truth
-
-
-def test_a_text_is_not_compared_with_a_number():
-    assert holds("winch.controller.notch.frequency < 5 Hz") is None
 
 
 @pytest.mark.parametrize(
@@ -195,10 +189,9 @@ def test_a_text_is_not_compared_with_a_number():
     ],
 )
 def test_what_is_refused(text, message):
-    with pytest.raises(SceneError) as caught:
-        holds(text)
-    assert str(caught.value).startswith(f"--where:{message}"), caught.value
-    assert "\n" not in str(caught.value)
+    told = outcome(text)
+    assert told.startswith(f"--where:{message}")
+    assert "\n" not in told
 
 
 def outcome(text):
@@ -209,14 +202,13 @@ def outcome(text):
         return str(error)
 
 
-@given(st.text(max_size=40))
+WORDS = st.sampled_from(["sag", "<", "==", "1", "1 mm", "and", "or", "not", "(", ")", "'a'", "status", "."])
+
+
+@settings(max_examples=200)
+@given(st.text(max_size=40) | st.lists(WORDS).map(" ".join))
 def test_no_text_is_a_traceback(text):
-    assert outcome(text) in (True, False, None) or "\n" not in outcome(text)
-
-
-@given(st.lists(st.sampled_from(["sag", "<", "==", "1", "1 mm", "and", "or", "not", "(", ")", "'a'", "status", "."])))
-def test_no_sequence_of_words_is_a_traceback(words):
-    found = outcome(" ".join(words))
+    found = outcome(text)
     assert found in (True, False, None) or (found.startswith("--where:") and "\n" not in found)
 
 

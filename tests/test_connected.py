@@ -4,6 +4,7 @@ from itertools import pairwise, product
 
 import numpy as np
 import pytest
+from references import dense
 from scipy.linalg import eigh
 from straight_scenes import case_of, with_changes
 
@@ -55,13 +56,6 @@ def one_cable(damping, **changes):
         "model": {"accuracy": 1e-4},
     }  # fmt: skip
     return with_changes(text, **changes)
-
-
-def companion(motion):
-    """-[M^-1 C, M^-1 K; -1, 0] of a motion."""
-    count = len(motion.mass)
-    below = [-np.linalg.solve(motion.mass, part) for part in (motion.damping, motion.stiffness)]
-    return np.block([below, [np.eye(count), np.zeros((count, count))]])
 
 
 # ------------------------------------------------------------------------------------------------- what is connected
@@ -126,7 +120,7 @@ def test_modes_that_no_output_depends_on_change_nothing(damping):
     every = some.with_all_modes
     assert len(some.plant.kept) < 0.6 * len(some.modes)
     assert len(every.plant.kept) == len(every.modes) == len(some.modes) == 40
-    poles, own = np.linalg.eigvals(companion(every.motion)), np.linalg.eigvals(companion(some.motion))
+    own, poles = (dense.poles(one.motion.mass, one.motion.damping, one.motion.stiffness) for one in (some, every))
     assert np.abs(own[:, None] - poles).min(axis=1) == pytest.approx(0.0, abs=1e-9 * np.abs(own).max())
     s = 1j * np.geomspace(0.01, 60, 400)
     found = []

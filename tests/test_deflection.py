@@ -6,12 +6,11 @@ from command import CONFIGS, table_of
 from mpmath import mp
 from references import bars, catenary_mp
 from scenes import CHORD, LENGTH, PAPER, SAGGING, G, Twin, cells, scene
+from solved import solve
 
 from cablestudy.errors import NoSolutionError
-from cablestudy.study.columns import find
 from cablestudy.study.deflection import load_deflections, nodal_deflections
 from cablestudy.study.one_cable.case import CableCase
-from cablestudy.study.one_cable.rows import evaluate
 
 FIG_4 = str(CONFIGS / "point-load.yaml")
 
@@ -114,20 +113,18 @@ def test_deflections_of_the_closed_form_are_within_their_stated_errors(rise, len
         small = mp.mpf(10) ** -12
         full, linear = place(1) - place(0), (place(small) - place(-small)) / (2 * small)
         expected = {"deflection": full, "linear_deflection": linear, "nonlinearity": linear / full - 1}
-    columns = [find(name) for name in expected]
-    row = evaluate(twin.scene("model=null"), columns)
-    for column in columns:
-        found = row.cells[column.header]
-        assert abs(found - expected[column.name]) <= row.errors[column.header] * abs(found), column.name
-        assert row.errors[column.header] < 1e-5 or column.name == "nonlinearity"
+    row = solve(twin.scene("model=null"), *expected)
+    for name, found in row.values.items():
+        assert abs(found - expected[name]) <= row.errors[name] * abs(found), name
+        assert row.errors[name] < 1e-5 or name == "nonlinearity"
 
 
 def test_a_folded_cable_has_no_linear_deflection():
     folded = scene("model=null", "cable.ends=[[0, 0, 0], [0, 0, 10]]", "cable.unstretched_length=12",
                    "cable.loads=[{at: 5, force: [3, 0, -10]}]")  # fmt: skip
-    row = evaluate(folded, [find("deflection"), find("linear_deflection")])
-    assert row.cells["deflection_m"] > 0
-    assert row.cells["linear_deflection_m"] is None
+    found = solve(folded, "deflection", "linear_deflection").values
+    assert found["deflection"] > 0
+    assert found["linear_deflection"] is None
 
 
 def test_shape_shows_the_deflection_of_every_point():

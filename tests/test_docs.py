@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from command import CONFIGS, ROOT, run
+from command import CONFIGS, ROOT, run, write
 from command_server import served
 
 from cablestudy.sweeps import progress
@@ -90,7 +90,7 @@ def test_yaml_examples_are_valid_and_scenes_have_an_answer(page, folder):
     assert blocks
     for number, block in enumerate(blocks):
         file = Path(folder) / "configs" / f"example-{number}.yaml"
-        file.write_text(block)
+        write(file, block)
         run("validate", file)
         if "vary:" not in block and "over:" not in block:
             run("static", file)

@@ -1,18 +1,18 @@
-"""sweep --dry-run: the cases as a table, in every format, in little memory; --vary."""
+"""sweep --dry-run: the cases as a table, in every format, in little memory; --vary; varied keys as columns."""
 
 import itertools
-import subprocess
-import sys
 import tracemalloc
+from pathlib import Path
 
 import pytest
 from campaign import campaign
-from command import CONFIGS, LONGEST, rows_of, run, study_file, table_of
+from command import CONFIGS, refusal, rows_of, run, study_file, table_of, write
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.study import read_study
 from cablestudy.study.prepare import check_cases
-from cablestudy.study.table import Field, Table
+from cablestudy.study.table import Field, Table, short
+from cablestudy.study.varied_keys import varied_keys
 from cablestudy.sweeps.rows import cases_table
 
 pytestmark = pytest.mark.usefixtures("folder")
@@ -33,10 +33,8 @@ FIELDS = {
 }
 
 
-def cases(*arguments, text=VARY, code=0):
-    study_file(".", text)
-    outcome = run("sweep", "study.yaml", "--dry-run", "--format", "json", *arguments, code=code)
-    return rows_of(outcome.out, "json")
+def cases(text=VARY):
+    return table_of("sweep", study_file(".", text), "--dry-run")
 
 
 @pytest.mark.crossed
@@ -47,7 +45,7 @@ def cases(*arguments, text=VARY, code=0):
     ids=["mixed", "nothing varied", "numbers"],
 )
 def test_every_format_has_the_same_cases(style, text):
-    rows = cases(text=text)
+    rows = cases(text)
     table = Table(tuple(FIELDS.get(name, Field(name, name)) for name in rows[0]), rows)
     assert run("sweep", "study.yaml", "--dry-run", "--format", style).out == table.render(style)
 
@@ -65,12 +63,7 @@ def test_the_cases_are_those_that_the_sweep_computes(folder):
 
 def test_a_wrong_study_is_refused_before_the_first_line():
     study_file(".", VARY.replace("2 kN]", "2 mm]"))
-    outcome = run("sweep", "study.yaml", "--dry-run", code=2)
-    assert outcome.out == ""
-    assert "cable.preload: expected a force" in outcome.lines[0]
-
-
-MILLION = "vary: [{gravity: {from: 1, to: 9, count: 1000}}, {cable.area: {from: 1 mm^2, to: 2 mm^2, count: 1000}}]\n"
+    assert "cable.preload: expected a force" in refusal("sweep", "study.yaml", "--dry-run")
 
 
 def test_a_load_case_that_varies_is_shown_beside_the_number_of_its_row():
@@ -79,37 +72,31 @@ def test_a_load_case_that_varies_is_shown_beside_the_number_of_its_row():
     assert rows == [{"row": 1, "case": "everyday"}, {"row": 2, "case": "storm"}]
 
 
-def test_a_million_cases_take_no_memory():
-    study = read_study(study_file(".", f"{MILLION}columns: [mass]\n"))
-    assert study.count == 1_000_000
+@pytest.fixture
+def million():
+    """A study of a million cases."""
+    vary = "[{gravity: {from: 1, to: 9, count: 1000}}, {cable.area: {from: 1 mm^2, to: 2 mm^2, count: 1000}}]"
+    return read_study(study_file(".", f"vary: {vary}\ncolumns: [mass]\n"))
+
+
+def test_a_million_cases_take_no_memory(million):
+    assert million.count == 1_000_000
     count = campaign(5_000, 1_200)
     for style in ("md", "csv", "json", "jsonl"):
         tracemalloc.start()
-        lines = sum(piece.count("\n") for piece in itertools.islice(cases_table(study).pieces(style), count))
+        lines = sum(piece.count("\n") for piece in itertools.islice(cases_table(million).pieces(style), count))
         _, peak = tracemalloc.get_traced_memory()
         tracemalloc.stop()
         assert lines == 2 + 1001 + 2 if style == "md" else lines >= count - 1
         assert peak < 5e6
 
 
-def test_markdown_shows_both_ends_of_a_million_cases():
-    study = read_study(study_file(".", f"{MILLION}columns: [mass]\n"))
-    lines = cases_table(study).render("md").splitlines()
+def test_markdown_shows_both_ends_of_a_million_cases(million):
+    lines = cases_table(million).render("md").splitlines()
     first = [lines[row].split("|")[1].strip() for row in (2, 501, 502, 503, 1002)]
     assert first == ["1", "500", "…", "999501", "1000000"]
     left_out = "999000 of 1000000 rows are left out here, from 501 to 999500; csv, json and jsonl have them all."
     assert lines[-1] == left_out
-
-
-@pytest.mark.parametrize("style", ["md", "jsonl"])
-def test_a_reader_that_has_had_enough_ends_it_quietly(style):
-    study_file(".", f"{MILLION}columns: [mass]\n")
-    command = [sys.executable, "-m", "cablestudy", "sweep", "study.yaml", "--dry-run", "--format", style]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as done:
-        assert done.stdout.readline()
-        done.stdout.close()
-        assert done.wait(timeout=LONGEST) == 0
-        assert done.stderr.read() == ""
 
 
 def varied(*vary, text="columns: [mass, sag]\n", sets=()):
@@ -221,3 +208,74 @@ def test_a_set_option_beside_a_dimension_has_no_effect():
         with pytest.raises(SceneError, match=f"--set {key}: has no effect: the study varies this key"):
             varied("cable.area=1e-6,2e-6", sets=[f"{key}=1 mm^2"])
     assert varied("cable.area=1e-6,2e-6", sets=["gravity=3"])
+
+
+# ----------------------------------------------------------------------------------------------- varied keys as columns
+
+
+# numbers in SI with the unit in the name where every value is one, else text as written
+@pytest.mark.parametrize(
+    ("values", "header", "title", "cells"),
+    [
+        ("cable.preload: [100 N, 1.3 kN, 2]", "cable.preload_N", "cable.preload [N]", [100.0, 1300.0, 2.0]),
+        ("cable.diameter: [1.85 mm, 0.3 cm]", "cable.diameter_m", "cable.diameter [m]", [0.00185, 0.003]),
+        ("cable.elastic_modulus: [70.3 GPa]", "cable.elastic_modulus_Pa", "cable.elastic_modulus [Pa]", [70.3e9]),
+        ("gravity: [9.81, 1]", "gravity_m_per_s2", "gravity [m/s^2]", [9.81, 1.0]),
+        ("cable.preload: [5 %, 7 %]", "cable.preload_percent", "cable.preload [%]", [5.0, 7.0]),
+        ("cable.preload: [5 %, 20 kN]", "cable.preload", "cable.preload", ["5 %", "20 kN"]),
+        ("wind.turbulence_intensity: [15 %, 0.1]", "wind.turbulence_intensity", "wind.turbulence_intensity",
+         [0.15, 0.1]),
+        ("winch.controller.notch.frequency: [coupled, 1 Hz]", "winch.controller.notch.frequency",
+         "winch.controller.notch.frequency", ["coupled", "1 Hz"]),
+        ("winch.controller.gain: [0.3, {auto: 6 dB}]", "winch.controller.gain", "winch.controller.gain",
+         [0.3, '{"auto": "6 dB"}']),
+        ("model.elements: [10, 40]", "model.elements", "model.elements", [10, 40]),
+        ("cable.material: [aramid]", "cable.material", "cable.material", ["aramid"]),
+        ("cable.loads: [null, [{at: 1 m, force: [0, 0, 1]}]]", "cable.loads", "cable.loads",
+         ["null", '[{"at": "1 m", "force": [0, 0, 1]}]']),
+        ("cable.preload: {from: 1 kN, to: 3 kN, count: 3}", "cable.preload_N", "cable.preload [N]",
+         [1000.0, 2000.0, 3000.0]),
+    ],
+)  # fmt: skip
+def test_name_unit_and_cells(values, header, title, cells):
+    study = read_study(study_file(".", f"vary: [{{{values}}}]\ncolumns: [mass]\n"))
+    (varied,) = varied_keys(study)
+    assert (varied.header, varied.field.name) == (header, header)
+    assert title == f"{varied.field.title} [{varied.field.unit}]".removesuffix(" []")
+    assert [varied.cell(study.overrides(case)[varied.key]) for case in range(study.count)] == cells
+
+
+def test_csv_has_the_digits_of_the_study():
+    study_file(".", "vary: [{cable.chord: [185.8 m, 185.8 m], exposure: [1.85 ms, 0.1 ms]}]\ncolumns: [mass]\n")
+    lines = run("sweep", "study.yaml", "--no-write", "--format", "csv").out.splitlines()
+    assert [line.split(",")[:2] for line in lines] == [
+        ["cable.chord_m", "exposure_s"], ["185.8", "0.00185"], ["185.8", "0.0001"],
+    ]  # fmt: skip
+
+
+def test_markdown_shows_as_many_digits_as_tell_values_apart():
+    rows = [{"x": 185.668, "y": 185.668}, {"x": 185.7, "y": 185.7}]
+    table = Table((Field("x", "x", distinct=True), Field("y", "y")), rows)
+    assert table.render("md").splitlines()[2:] == ["| 185.67 | 185.7 |", "|  185.7 | 185.7 |"]
+    assert short(185.668, 6) == "185.668"
+
+
+def test_a_table_that_an_earlier_version_stored_as_text_is_told():
+    study_file(".", "vary: [{gondola.mass: [5 kg]}]\ncolumns: [mass]\n")
+    run("sweep", "study.yaml")
+    stored = Path("results/study.csv")
+    text = stored.read_text(encoding="utf-8")
+    write(stored, text.replace("gondola.mass_kg", "gondola.mass").replace("\n5.0,", "\n5 kg,"))
+    told = "column gondola.mass: stored as text by an earlier version, now gondola.mass_kg: sweep it anew without"
+    assert refusal("sweep", "study.yaml", "--check", code=1) == f"results/study.csv: {told} --check"
+    run("sweep", "study.yaml")
+    assert stored.read_text(encoding="utf-8") == text
+
+
+def test_rows_of_an_earlier_version_are_used_again(folder):
+    """Stored rows hold no varied keys: what they are called is no reason to compute anew."""
+    study_file(".", "vary: [{gondola.mass: [5 kg, 6 kg]}]\ncolumns: [mass]\n")
+    run("sweep", "study.yaml")
+    table = Path("results/study.csv").read_bytes()
+    assert run("sweep", "study.yaml", "--resume").lines[0].startswith("2 of 2 rows")
+    assert Path("results/study.csv").read_bytes() == table

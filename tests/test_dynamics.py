@@ -4,21 +4,19 @@ import math
 
 import numpy as np
 import pytest
-from cables import EA, MASS, G, chord_span, full_stiffness, graded_error, paper_span
+from cables import EA, MASS, G, chord_span, full_stiffness, graded_error, paper_span, state_of
 from references import bars, continuous_cable, taut_string
 from scipy.optimize import brentq
 
 from cablestudy.cable import catenary, equilibrium
 from cablestudy.cable.dynamics import Dynamics
-from cablestudy.cable.element import mesh_pieces, mesh_segments, pieces
+from cablestudy.cable.element import mesh_pieces, pieces
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import ConvergenceError
 
 
 def dynamics(span, elements=40, order=1, mass="lumped"):
-    start = catenary.solve(span)
-    state, _ = equilibrium.solve(start, mesh_segments(start.segments.fraction, elements, order, mass))
-    return Dynamics(state)
+    return Dynamics(state_of(span, elements, order, mass))
 
 
 # ---- the dense textbook chain ---------------------------------------------------------------------------------------

@@ -6,26 +6,29 @@ import pickle
 import numpy as np
 import pytest
 from campaign import campaign
-from command import CARLINA, CONFIGS, SLACK
+from command import CARLINA, CONFIGS, SLACK, study_file
 from random_scenes import scene_data
 from scenes import scene
+from solved import rows_as_alone, solve_all
 
 from cablestudy.cable import assembly, catenary, dynamics, equilibrium
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.motion import plant
 from cablestudy.motion.dynamic_analysis import DynamicAnalysis
 from cablestudy.motion.tension_waves import change_by_waves
-from cablestudy.scene.scene import CableScene, load_scene
+from cablestudy.scene.scene import CableScene
 from cablestudy.scene.study import read_study
 from cablestudy.study.cable_columns import COLUMNS
 from cablestudy.study.column import lacks
 from cablestudy.study.columns import find
 from cablestudy.study.one_cable import results
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.rows import evaluate, evaluate_cases
 from cablestudy.study.refinement import with_accuracy
 from cablestudy.study.scene_values import tables_of
 from cablestudy.study.study_rows import evaluate_tables
 from cablestudy.study.suspension.rows import evaluate_suspensions
+from cablestudy.study.table_rows import has_answer
 from cablestudy.study.tolerances import STUDY
 from cablestudy.sweeps.chunks import Chunk, _freeze, compute
 from cablestudy.sweeps.fingerprint import versions
@@ -64,12 +67,12 @@ def counts(monkeypatch):
 
 
 def vary(path, key, values, *sets):
-    return [load_scene(path, (*sets, f"{key}={value}"))[1] for value in values]
+    return [scene(*sets, f"{key}={value}", base=path) for value in values]
 
 
 def test_a_cable_that_goes_slack_is_told_without_the_errors_of_tensions(monkeypatch):
     """Errors of tensions by waves along cables cost as much as their RMS: they are for columns of tensions alone."""
-    _, wind = load_scene(CONFIGS / "suspensions" / "fast-wind.yaml", ())
+    wind = scene(base=CONFIGS / "suspensions" / "fast-wind.yaml")
     calls = []
     monkeypatch.setattr(
         plant, "change_by_waves", lambda *arguments: calls.append(arguments) or change_by_waves(*arguments)
@@ -83,7 +86,7 @@ def test_a_cable_that_goes_slack_is_told_without_the_errors_of_tensions(monkeypa
 
 @pytest.mark.parametrize("path", [CARLINA, SLACK])
 def test_static_columns_cost_no_modes_and_no_mass(counts, path):
-    _, model = load_scene(path, ("model={accuracy: 1e-6}",))
+    model = scene("model={accuracy: 1e-6}", base=path)
     columns = [column for column in STATIC if not lacks(model, column)]
     assert len(columns) > 10
     assert not evaluate(model, columns).failed
@@ -101,7 +104,7 @@ def test_fixed_elements_cost_one_solution_and_no_mass(counts):
 @pytest.mark.parametrize("model", ["model={elements: 40}", "model={accuracy: 1e-6}"])
 def test_a_gondola_along_x_moves_nothing_across_the_plane(counts, model):
     sets = (model, "cable.damping={loss_factor: 0.02, viscous: 1e-4 N s/m^2}", "winch.controller.gain=0.01")
-    _, calm = load_scene(CARLINA, sets)
+    calm = scene(*sets)
     row = evaluate(calm, [*WIND, find("cable_frequency"), find("dof")])
     assert not row.failed, row.cells["status"]
     assert set(counts["axes"]) == {assembly.IN_PLANE}
@@ -146,21 +149,17 @@ def test_rows_are_those_of_each_scene_alone_to_the_last_digit(key, values, close
     """Whatever cases share, and however many are solved at once."""
     sets = ("model={accuracy: 1e-4}",) if closed and not key.startswith("model") else ()
     columns = [column for column in STATIC if not column.key] if closed else [*WIND, find("cable_frequency")]
-    several = vary(CARLINA, key, values * 2, *sets)
-    together = evaluate_cases(several, columns)
-    assert [row.cells for row in together] == [evaluate(one, columns).cells for one in several]
-    assert any(not row.failed for row in together)
+    rows = rows_as_alone(vary(CARLINA, key, values * 2, *sets), [column.name for column in columns])
+    assert any(row.status == "ok" for row in rows)
 
 
 def test_modes_of_a_large_model_do_not_depend_on_how_many_another_row_wants():
     """Bodies from light to heavy want few modes or many of the same cable."""
     sets = ("model={elements: 150}", "cable.unstretched_length=400", "cable.loads=[{at: 90, force: [0, 0, -3]}]")
     scenes = vary(CARLINA, "gondola.mass", [0.05, 0.5, 50, 5000], *sets)
-    columns = [find(name) for name in ("gondola_frequency", "inplane_frequency_3")]
-    together = evaluate_cases(scenes, columns)
-    assert [row.cells for row in together] == [evaluate(one, columns).cells for one in scenes]
-    assert not any(row.failed for row in together)
-    assert all(row.case.in_plane.dof > CABLE.cheap_freedoms for row in together)
+    rows = rows_as_alone(scenes, ("gondola_frequency", "inplane_frequency_3"))
+    assert {row.status for row in rows} == {"ok"}
+    assert CableCase(scenes[0]).in_plane.dof > CABLE.cheap_freedoms
 
 
 def test_a_mixture_of_random_scenes_gives_each_row_as_it_is_alone():
@@ -176,25 +175,40 @@ def test_a_mixture_of_random_scenes_gives_each_row_as_it_is_alone():
     scenes = scenes[::2] + scenes[1::2]
     for names in (("preload", "sag", "end_stiffness"), ("cable_frequency", "outofplane_frequency_2", "error_estimate"),
                   ("gondola_frequency", "inplane_frequency_3", "dof")):  # fmt: skip
-        columns = [find(name) for name in names]
-        together, alone = evaluate_cases(scenes, columns), [evaluate(one, columns) for one in scenes]
-        assert [(row.cells, row.errors) for row in together] == [(row.cells, row.errors) for row in alone]
-        assert {row.failed for row in together} == {True, False}
+        rows = rows_as_alone(scenes, names)
+        assert {has_answer(row.status) for row in rows} == {True, False}
 
 
-@pytest.mark.parametrize("keys", [
-    "{cable.preload: [1 N, 60 N, 1000 N, 40 kN], cable.area: [2e-6, 2.69e-6, 3e-6, 4e-6]}",
-    "{cable.sag: [0.1, 4, 300], gravity: [1.6, 9.81, 0]}",
-    "{cable.chord: [185, 186, 100], cable.inclination: [0, 1, 1.5]}",
-    "{cable.diameter: [1 mm, 2 mm], wind.speed: [3, 6], gondola.mass: [10, 50]}",
+def test_digits_of_fixed_elements_do_not_depend_on_other_rows(tmp_path):
+    """Level and inclined cables, taut and slack, with loads in the plane and out of it; in the reverse order too."""
+    text = """
+set: {cable: {chord: 185.8 m, inclination: 0 deg, elastic_modulus: 70.3 GPa, density: 1440, area: 2.69 mm^2,
+      unstretched_length: 184 m}}
+vary:
+  - {cable.inclination: [0 deg, 60 deg]}
+  - {cable.unstretched_length: [183 m, 200 m]}
+  - {model: [{elements: 40, order: 1}, {elements: 2, order: 8}, {elements: 1, order: 1}]}
+  - {cable.loads: [[], [{at: 50 m, force: [0, 3 N, -10 N]}], [{fraction: 0.3, mass: 2 kg}]]}
+columns: [sag]
+"""
+    scenes = [scene for _, scene in read_study(study_file(tmp_path, text)).cases()]
+    names = [*(column.name for column in STATIC if not column.key and not column.each), "iterations"]
+    rows = rows_as_alone(scenes, names)
+    assert {row.status == "ok" for row in rows} == {True, False}  # one element bears no load
+    assert solve_all(scenes[::-1], names) == rows[::-1]
+
+
+@pytest.mark.parametrize(("model", "keys"), [
+    ("{accuracy: 1e-4}", "{cable.preload: [1 N, 60 N, 1000 N, 40 kN], cable.area: [2e-6, 2.69e-6, 3e-6, 4e-6]}"),
+    ("{accuracy: 1e-4}", "{cable.sag: [0.1, 4, 300], gravity: [1.6, 9.81, 0]}"),
+    ("{accuracy: 1e-4}", "{cable.chord: [185, 186, 100], cable.inclination: [0, 1, 1.5]}"),
+    ("{accuracy: 1e-4}", "{cable.diameter: [1 mm, 2 mm], wind.speed: [3, 6], gondola.mass: [10, 50]}"),
+    ("{elements: 40}", "{cable.unstretched_length: {from: 183 m, to: 300 m, count: 9}}"),
 ])  # fmt: skip
-def test_a_table_of_cases_gives_the_rows_of_each_scene_alone_to_the_last_digit(tmp_path, keys):
+def test_a_table_of_cases_gives_the_rows_of_each_scene_alone_to_the_last_digit(tmp_path, model, keys):
     """Closed forms by arrays, where all columns are; and tables whose columns are not."""
-    base = f"base: {CARLINA}\nset: {{model: {{accuracy: 1e-4}}}}\ncolumns: [sag]\n"
-    path = tmp_path / "study.yaml"
-    path.write_text(f"{base}vary: [{keys}]\n", encoding="utf-8")
-    study = read_study(str(path))
-    closed = [column for column in STATIC if not column.each]
+    study = read_study(study_file(tmp_path, f"set: {{model: {model}}}\ncolumns: [sag]\nvary: [{keys}]\n"))
+    closed = [*(column for column in STATIC if not column.each), find("iterations")]
     tables, refused = tables_of(study, range(study.count))
     assert not refused
     for columns in (closed, [find("sag"), find("error_estimate")]):
@@ -227,12 +241,8 @@ def test_modes_end_where_the_quadrature_makes_most_of_the_error(monkeypatch):
 
 def test_a_chunk_of_a_sweep_lets_go_of_the_models_of_its_rows(tmp_path, monkeypatch):
     """They refer to each other in circles: rows of loop and wind took a megabyte each until such were looked for."""
-    text = (
-        f"base: {CONFIGS / 'carlina.yaml'}\n"
-        "vary: [{winch.controller.gain: {from: 0.01 rad/s, to: 0.04 rad/s, count: 4}}]\ncolumns: [gondola_rms]\n"
-    )
-    (tmp_path / "gains.yaml").write_text(text)
-    study, held = read_study(str(tmp_path / "gains.yaml")), []
+    vary = "vary: [{winch.controller.gain: {from: 0.01 rad/s, to: 0.04 rad/s, count: 4}}]\n"
+    study, held = read_study(study_file(tmp_path, f"{vary}columns: [gondola_rms]\n")), []
     gc.collect()
     _freeze()  # what tests before this one left counts no more
     before = sum(isinstance(one, DynamicAnalysis) for one in gc.get_objects())

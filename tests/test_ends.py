@@ -11,7 +11,7 @@ from campaign import campaign
 from mpmath import mp
 from random_scenes import scene_data, scene_of, truth_of
 from references import bars, continuous_cable, loop_matrix
-from scenes import GONDOLA, INCLINED, PAPER, SAGGING, Twin, scene
+from scenes import INCLINED, PAPER, SAGGING, Twin, scene
 
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.one_cable.case import CableCase
@@ -341,46 +341,6 @@ def test_repeated_frequencies():
     found = model.dynamic_stiffness(1j * np.array([2.0, 5.0]))
     assert found[:, 4, 4] == pytest.approx(found[:, 5, 5], rel=1e-10)
     assert np.abs(found[:, 3, 4:]).max() < 1e-9 * np.abs(found).max()
-
-
-# ---- the gondola ----------------------------------------------------------------------------------------------------
-
-
-def gondola_damping(model):
-    """Damping ratio of the gondola's own mode: Newton on (M + k_xx/s^2) s^2 = 0 from the static frequency."""
-    k = model.stiffness[3, 3]
-
-    def balance(s):
-        return GONDOLA * s**2 + model.dynamic_stiffness(np.array([s]), [3], [3])[0, 0, 0]
-
-    s = 1j * np.sqrt(k / (GONDOLA + model.inertia[3, 3]))
-    for _ in range(50):
-        small = 1e-6 * abs(s)
-        slope = (balance(s + small) - balance(s - small)) / (2 * small)
-        step = balance(s) / slope
-        s -= step
-        if abs(step) < 1e-13 * abs(s):
-            break
-    assert abs(balance(s)) < 1e-9 * k
-    return -s.real / abs(s)
-
-
-def test_the_damping_trap():
-    """DESIGN section 6: one ratio for all modes gives the gondola more with every bar; the other laws converge."""
-
-    def ratios(law, amount):
-        return [gondola_damping(of_bars("taut", law, amount, bars)) for bars in (10, 40, 160)]
-
-    modal = ratios("modal", 0.01)
-    assert modal == pytest.approx([0.0016, 0.0027, 0.0037], abs=6e-5)
-    growth = np.diff(modal)  # as the logarithm: the same for each factor of four
-    assert growth[0] == pytest.approx(growth[1], rel=0.1)
-    hysteretic, voigt = ratios("hysteretic", 0.02), ratios("kelvin_voigt", 1e-3)
-    assert hysteretic == pytest.approx([0.01] * 3, rel=2e-2)  # eta/2
-    assert hysteretic[1] == pytest.approx(hysteretic[2], rel=1e-3)
-    assert voigt[1] == pytest.approx(voigt[2], rel=1e-3)
-    static = np.sqrt(of_bars("taut", "modal", 0.01).stiffness[3, 3] / GONDOLA)
-    assert voigt[2] == pytest.approx(static * 1e-3 / 2, rel=2e-2)  # omega time/2
 
 
 # mass that couples the ends to the inside

@@ -13,11 +13,10 @@ from campaign import WHOLE, campaign
 from command import ROOT
 from random_scenes import ACCURACIES, Cell, examine, replay
 from references.scene_truth import Cable, Truth, Unknown
+from solved import solve
 
 from cablestudy.scene.study import read_study
-from cablestudy.study.columns import find
 from cablestudy.study.one_cable.case import CableCase
-from cablestudy.study.one_cable.rows import evaluate
 
 SCENES = campaign(range(90_000, 90_030), range(90_000, 90_008))  # never looked at while anything was tuned
 
@@ -76,7 +75,7 @@ def test_a_mode_that_ceases_to_oscillate_and_begins_again_has_no_truth():
     with pytest.raises(Unknown, match="which pole continues it"):
         random_scenes.truth_of(data, case.span).gondola_damping_ratio()
     pair = poles[1.0][np.abs(poles[1.0].imag) > 0][0]
-    ratio = evaluate(case.scene, [find("gondola_damping_ratio")]).cells["gondola_damping_ratio"]
+    ratio = solve(case.scene, "gondola_damping_ratio").values["gondola_damping_ratio"]
     assert ratio == pytest.approx(-pair.real / abs(pair), rel=1e-4)
 
 
@@ -129,29 +128,22 @@ REFUSED = {  # what has no answer, and why
 
 @pytest.fixture(scope="module")
 def ends():
-    """(scene, cells) of every row of configs/extremes.yaml."""
-    columns = [find(name) for name in ENDS.columns]
-    return [(scene, evaluate(scene, columns).cells) for _, scene in ENDS.cases()]
+    """(scene, row) of every row of configs/extremes.yaml."""
+    return [(scene, solve(scene, *ENDS.columns)) for _, scene in ENDS.cases()]
 
 
 def test_every_end_is_right_or_refused(ends):
     """Against the truth, to the accuracy that the row asks for; a model of elements, to that of its kind."""
-    refused = [cells["status"] for _, cells in ends if cells["status"] != "ok"]
+    refused = [row.status for _, row in ends if row.status != "ok"]
     assert len(refused) == len(REFUSED)
     assert all(sum(status.startswith(why) for status in refused) == 1 for why in REFUSED.values())
-    for scene, cells in ends:
-        if cells["status"] != "ok":
+    for scene, row in ends:
+        if row.status != "ok":
             continue
         cable, elements = scene.cable, scene.model.elements
         loads = tuple((load.at, load.force) for load in cable.loads)
-        numbers = (
-            cable.chord,
-            cable.inclination,
-            cable.unstretched_length,
-            cable.section_axial_stiffness,
-            cable.section_mass,
-        )
-        truth = Truth(Cable(*numbers, scene.gravity, loads))
+        section = cable.section_axial_stiffness, cable.section_mass
+        truth = Truth(Cable(cable.chord, cable.inclination, cable.unstretched_length, *section, scene.gravity, loads))
         modes = truth.lowest(8)
         expected = {
             **{name: float(truth.statics[name]) for name in ("preload", "min_tension", "sag")},
@@ -161,7 +153,7 @@ def test_every_end_is_right_or_refused(ends):
         }
         for name, value in expected.items():
             tolerance = 1e-5 if elements else scene.model.accuracy
-            assert cells[find(name).header] == pytest.approx(value, rel=tolerance, abs=1e-25), (scene, name)
+            assert row.values[name] == pytest.approx(value, rel=tolerance, abs=1e-25), (scene, name)
 
 
 @pytest.mark.parametrize("seed", [1000042, 1000153, 1002026, 1002939, 1004558, 1006460, 1006641, 1008627])
@@ -181,10 +173,9 @@ LOOPS = [(9200228, "gondola_frequency"), (9200045, "outofplane_frequency_1"), (9
 @pytest.mark.parametrize(("seed", "column"), LOOPS)
 def test_modes_of_almost_inextensible_loops_have_numbers(seed, column):
     data = random_scenes.scene_data(seed)
-    row = evaluate(random_scenes.scene_of(data, 1e-8), [find(column)])
-    header = find(column).header
+    row = solve(random_scenes.scene_of(data, 1e-8), column)
     truth, doubt = random_scenes.expected(
         random_scenes.truth_of(data, CableCase(random_scenes.scene_of(data, 1e-4)).span), data, column
     )
-    assert row.cells["status"] == "ok"
-    assert abs(row.cells[header] - truth) <= (row.errors[header] + 3 * doubt) * truth
+    assert row.status == "ok"
+    assert abs(row.values[column] - truth) <= (row.errors[column] + 3 * doubt) * truth

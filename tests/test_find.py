@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command import CONFIGS, rows_of, run, table_of
+from command import CONFIGS, refusal, rows_of, run, stored_table, table_of, with_sets, write
 from scipy.optimize import brentq
 
 from cablestudy.scene.scene import load_scene
@@ -35,8 +35,8 @@ cables: {one: {from: left, to: knot}, two: {from: right, to: knot}}
 @pytest.fixture(autouse=True)
 def scene(folder):
     """The working directory of a test, with a scene of one cable and one of two in it."""
-    Path("scene.yaml").write_text(SCENE, encoding="utf-8")
-    Path("knot.yaml").write_text(KNOT, encoding="utf-8")
+    write("scene.yaml", SCENE)
+    write("knot.yaml", KNOT)
     return folder
 
 
@@ -93,9 +93,8 @@ def test_the_preload_of_a_sag():
     assert row["cable.preload_N"] == pytest.approx(level.mean_tension, rel=1e-10)
     assert row["sag_m"] == pytest.approx(2.0, rel=1e-11)
     assert row["max_tension_N"] == pytest.approx(level.max_tension, rel=1e-10)
-    assert (row["status"], list(row)) == (
-        "ok", ["cable.preload_N", "sag_m", "max_tension_N", "unstretched_length_m", "status"],
-    )  # fmt: skip
+    assert list(row) == ["cable.preload_N", "sag_m", "max_tension_N", "unstretched_length_m", "status"]
+    assert row["status"] == "ok"
     assert outcome.lines == ["searched: cable.preload from 5000 to 20000 N; --between LOW:HIGH searches elsewhere"]
 
 
@@ -112,8 +111,7 @@ def test_a_key_replaces_the_one_that_it_excludes_and_units_are_free():
 def test_temperatures_are_told_in_degrees_celsius():
     """In messages as in the table: of a level at 15 degC, which is 288.15 K; CSV and JSON keep SI."""
     words = "--by", "cases.hot.temperature", "--case", "hot", "--set", "cases={hot: {temperature: 40 degC}}"
-    for change in ("cable.expansion=1.2e-5 1/K", "cable.reference.temperature=15 degC", "cable.sag=2 m"):
-        words += ("--set", change)
+    words += (*with_sets("cable.expansion=1.2e-5 1/K", "cable.reference.temperature=15 degC", "cable.sag=2 m"),)
     (row,), outcome = find("sag = 2 m", *words)
     assert row["cases.hot.temperature_K"] == pytest.approx(288.15, abs=1e-6)
     low, high = re.fullmatch(r"searched: cases.hot.temperature from (.*) to (.*) degC; .*", outcome.lines[0]).groups()
@@ -150,13 +148,10 @@ def test_two_lengths_have_one_largest_tension():
 
 def test_none_tells_what_is_reached_and_where():
     arguments = ("--by", "cable.unstretched_length", "--between", "190 m:2 km")
-    _, outcome = find("max_tension = 500 N", *arguments, code=3)
-    assert (outcome.out, len(outcome.lines)) == ("", 1)
-    assert outcome.err.startswith(
-        "scene.yaml: no solution of max_tension = 500 N: over cable.unstretched_length from 190"
-    )
+    line = refusal("find", "scene.yaml", "max_tension = 500 N", *arguments, code=3)
+    assert line.startswith("scene.yaml: no solution of max_tension = 500 N: over cable.unstretched_length from 190")
     # the least that an inextensible cable can have is 0.754440 of its weight over the span (Irvine 1981, section 1.2)
-    least = float(outcome.err.partition("reaches from ")[2].split()[0])
+    least = float(line.partition("reaches from ")[2].split()[0])
     assert least == pytest.approx(0.754440 * WEIGHT * SPAN, rel=1e-3)
 
 
@@ -169,9 +164,7 @@ def test_none_tells_what_is_reached_and_where():
     ],
 )
 def test_no_solution_is_exit_code_3_and_one_line(goal, key, words):
-    _, outcome = find(goal, "--by", *key.split(), code=3)
-    assert (outcome.out, len(outcome.lines)) == ("", 1)
-    assert words in outcome.err
+    assert words in refusal("find", "scene.yaml", goal, "--by", *key.split(), code=3)
 
 
 def test_a_solution_over_strength_is_told():
@@ -210,72 +203,60 @@ def test_the_mass_at_a_knot():
     assert row["min_tension_N"] == pytest.approx(tension, rel=1e-8)
 
 
+PRELOAD = "--by cable.preload"
+
+
 @pytest.mark.parametrize(
     ("words", "goal", "options"),
     [
-        ("find: unknown column 'sagg' (did you mean sag?)", "sagg = 2", "--by cable.preload"),
-        ("find: unknown column 'safety_factor' (did you mean utilisation?", "safety_factor = 3", "--by cable.preload"),
-        ("expected COLUMN = VALUE, for example 'sag = 2 m', got \"sag\"", "sag", "--by cable.preload"),
-        ('find: sag: "kg" (mass) and "m" (length) do not fit each other', "sag = 2 kg", "--by cable.preload"),
-        (
-            'find: gain_margin: "%" (pure number) and "dB" (level) do not fit each other',
-            "gain_margin = 50 %",
-            "--by gravity",
-        ),
-        ('find: sag: expected a number in m, or with a unit, got "x"', "sag = x", "--by cable.preload"),
-        (
-            "--by cable.loads.0.at: cable.loads: the list is not there, so that it has no item 0",
-            "sag = 2 m",
-            "--by cable.loads.0.at",
-        ),
-        (
-            "--by cable.loads.1.mass: cable.loads: the list is not there, so that it has no item 1",
-            "sag = 2 m",
-            "--by cable.loads.1.mass",
-        ),
-        ("find: status is text", "status = ok", "--by cable.preload"),
-        ("find: dof describes the computation", "dof = 3", "--by cable.preload"),
-        ("find: deflection needs the key cable.loads", "deflection = 1 mm", "--by cable.preload"),
-        (
-            "find: no body, free point, cable or link knot (allowed: gondola, cable)",
-            "knot.x = 1 m",
-            "--by cable.preload",
-        ),
+        ("find: unknown column 'sagg' (did you mean sag?)", "sagg = 2", PRELOAD),
+        ("find: unknown column 'safety_factor' (did you mean utilisation?", "safety_factor = 3", PRELOAD),
+        ("expected COLUMN = VALUE, for example 'sag = 2 m', got \"sag\"", "sag", PRELOAD),
+        ('find: sag: "kg" (mass) and "m" (length) do not fit each other', "sag = 2 kg", PRELOAD),
+        ('gain_margin: "%" (pure number) and "dB" (level) do not fit each other', "gain_margin = 50 %", PRELOAD),
+        ('find: sag: expected a number in m, or with a unit, got "x"', "sag = x", PRELOAD),
+        ('max_tension: expected a force, got "3 %": give the tension in N', "max_tension = 3 %", PRELOAD),
+        ("find: status is text", "status = ok", PRELOAD),
+        ("find: dof describes the computation", "dof = 3", PRELOAD),
+        ("find: deflection needs the key cable.loads", "deflection = 1 mm", PRELOAD),
+        ("find: no body, free point, cable or link knot (allowed: gondola, cable)", "knot.x = 1 m", PRELOAD),
+        ("--by cable.loads.0.at: cable.loads: the list is not there, so that it has no item 0",
+         "sag = 2 m", "--by cable.loads.0.at"),
+        ("--by cable.loads.1.mass: cable.loads: the list is not there, so that it has no item 1",
+         "sag = 2 m", "--by cable.loads.1.mass"),
         ("--by cable.densty: unknown key (did you mean density?)", "sag = 2 m", "--by cable.densty"),
         ("--by cable.material: holds no number", "sag = 2 m", "--by cable.material"),
         ("--by model.elements: holds no number that varies continuously", "sag = 2 m", "--by model.elements"),
         ("--by cable.: a key is written as names", "sag = 2 m", "--by cable."),
         ("--by bodies.x.mass: bodies.x: missing key: at", "sag = 2 m", "--by bodies.x.mass"),
-        ("--between 9N:1N: the first end must be below", "sag = 2 m", "--by cable.preload --between 9N:1N"),
-        ("--between 1m:2m: expected a force in N", "sag = 2 m", "--by cable.preload --between 1m:2m"),
-        ("--between 5%:60%: expected a force in N", "sag = 2 m", "--by cable.preload --between 5%:60%"),
-        ("--between 5: expected LOW:HIGH", "sag = 2 m", "--by cable.preload --between 5"),
-        ("--columns: unknown column 'sagg'", "sag = 2 m", "--by cable.preload --columns sagg"),
+        ("--between 9N:1N: the first end must be below", "sag = 2 m", f"{PRELOAD} --between 9N:1N"),
+        ("--between 1m:2m: expected a force in N", "sag = 2 m", f"{PRELOAD} --between 1m:2m"),
+        ("--between 5%:60%: expected a force in N", "sag = 2 m", f"{PRELOAD} --between 5%:60%"),
+        ("--between 5: expected LOW:HIGH", "sag = 2 m", f"{PRELOAD} --between 5"),
+        ("--columns: unknown column 'sagg'", "sag = 2 m", f"{PRELOAD} --columns sagg"),
         ("Missing option '--by'", "sag = 2 m", ""),
     ],
-)
+)  # fmt: skip
 def test_what_is_refused(words, goal, options):
-    outcome = run("find", "scene.yaml", goal, *options.split(), code=2)
-    assert (outcome.out, len(outcome.lines)) == ("", 1)
-    assert words in outcome.err
+    assert words in refusal("find", "scene.yaml", goal, *options.split())
 
 
-def test_a_key_that_lacks_a_name_is_told_with_one():
-    path = CONFIGS / "suspensions" / "fast.yaml"
-    (line,) = run("find", path, "cabin.z = 10 m", "--by", "bodies.mass", code=2).lines
+def test_a_key_that_is_not_one_number_is_told_with_one_that_is():
+    line = refusal("find", CONFIGS / "suspensions" / "fast.yaml", "cabin.z = 10 m", "--by", "bodies.mass")
     assert line.endswith("for example bodies.cabin.mass")
+    line = refusal("find", CONFIGS / "guy.yaml", "sag = 2 m", "--by", "cable.ends")
+    assert line == "--by cable.ends: holds several numbers: give one of them, for example cable.ends.0.0"
 
 
-@pytest.mark.parametrize(("kind", "column"), [("one cable", "min_tension"), ("suspension", "a.max_tension")])
-def test_a_tension_as_a_share_of_the_breaking_force_is_told_in_newtons(kind, column):
+@pytest.mark.parametrize(
+    ("path", "column", "key"),
+    [(CONFIGS / "guy.yaml", "min_tension", "cable.preload"), ("many.yaml", "a.max_tension", "cables.a.preload")],
+)
+def test_a_tension_as_a_share_of_the_breaking_force_is_told_in_newtons(path, column, key):
     """Which solves as it is printed."""
-    path = CONFIGS / "guy.yaml"
-    if kind == "suspension":
-        path = Path("many.yaml")
-        cable = "cable: {material: guy-strand, diameter: 16 mm, preload: 10 %}\n"
-        path.write_text(cable + "cables: {a: {from: [0, 0, 0], to: [60, 0, 80]}}\n", encoding="utf-8")
-    key = "cable.preload" if kind != "suspension" else "cables.a.preload"
-    (line,) = run("find", path, f"{column} = 9 %", "--by", key, code=2).lines
+    cable = "cable: {material: guy-strand, diameter: 16 mm, preload: 10 %}\n"
+    write("many.yaml", cable + "cables: {a: {from: [0, 0, 0], to: [60, 0, 80]}}\n")
+    line = refusal("find", path, f"{column} = 9 %", "--by", key)
     told = re.search(rf"write ({column} = (.*) N), which is that share of the breaking force of (.*) N", line)
     assert float(told[2]) == pytest.approx(0.09 * float(told[3]), rel=1e-5)
     beside = f"{column.rpartition('.')[0]}.utilisation".strip(".")
@@ -283,16 +264,6 @@ def test_a_tension_as_a_share_of_the_breaking_force_is_told_in_newtons(kind, col
     if column == "a.max_tension":
         assert row["a.utilisation"] == pytest.approx(0.09, rel=1e-5)
     assert row[f"{column}_N"] == pytest.approx(float(told[2]), rel=1e-6)
-
-
-def test_a_share_without_a_breaking_force_says_what_has_one():
-    (line,) = run("find", "scene.yaml", "max_tension = 3 %", "--by", "cable.preload", code=2).lines
-    assert 'max_tension: expected a force, got "3 %": give the tension in N' in line
-
-
-def test_a_key_that_holds_several_numbers_is_refused():
-    (line,) = run("find", CONFIGS / "guy.yaml", "sag = 2 m", "--by", "cable.ends", code=2).lines
-    assert line == "--by cable.ends: holds several numbers: give one of them, for example cable.ends.0.0"
 
 
 def test_a_fraction_is_a_number():
@@ -324,18 +295,16 @@ find: {column: sag, value: 2 m, by: cable.preload}
 vary: [{cable.density: [4000, 7850]}]
 columns: [max_tension, sag]
 """
-TENSION = STUDY.replace("column: sag, value: 2 m, by: cable.preload", "column: max_tension, value: %s").replace(
-    "4000", "1000"
-)
+TENSION = STUDY.replace("4000", "1000").replace("sag, value: 2 m, by: cable.preload", "max_tension, value: %s")
 
 
 def study(text=STUDY):
-    Path("study.yaml").write_text(text, encoding="utf-8")
+    write("study.yaml", text)
 
 
 def sweep(*arguments, code=0):
     outcome = run("sweep", "study.yaml", *arguments, code=code)
-    return outcome, rows_of(Path("results/study.csv").read_text(), "csv")
+    return outcome, stored_table()
 
 
 def test_each_row_of_a_study_is_solved():
@@ -357,9 +326,7 @@ def test_rows_of_a_study_are_solved_in_step_as_each_is_alone(monkeypatch):
     cases, calls = read_study("study.yaml"), []
     columns = [column_named(cases, name) for name in ("cable.unstretched_length", *cases.columns)]
     evaluate_tables = find_module.evaluate_tables
-    monkeypatch.setattr(
-        find_module, "evaluate_tables", lambda *arguments: calls.append(arguments) or evaluate_tables(*arguments)
-    )
+    monkeypatch.setattr(find_module, "evaluate_tables", lambda *given: calls.append(given) or evaluate_tables(*given))
 
     def found(numbers):
         return evaluate_found(cases, tables_of(cases, numbers)[0], columns)
@@ -427,11 +394,9 @@ def test_processes_selection_and_reuse():
         ("{column: deflection, value: 2, by: gravity}", "find.column: deflection needs the key cable.loads"),
     ],
 )
-def test_what_is_refused_in_a_study(folder, find, words):
+def test_what_is_refused_in_a_study(find, words):
     study(STUDY.replace("{column: sag, value: 2 m, by: cable.preload}", find))
-    outcome = run("sweep", "study.yaml", code=2)
-    assert (outcome.out, len(outcome.lines)) == ("", 1)
-    assert words in outcome.err
+    assert words in refusal("sweep", "study.yaml")
 
 
 def test_the_schema_describes_it():

@@ -3,11 +3,13 @@
 import math
 
 import pytest
-from command import CARLINA, CONFIGS, rows_of, run
+from command import CARLINA, CONFIGS, refusal, rows_of, run, study_file, table_of, with_sets, write
 
 import cablestudy as cs
 
 GUY = CONFIGS / "guy.yaml"
+pytestmark = pytest.mark.usefixtures("folder")
+
 CASES = ["everyday", "cold", "hot", "ice", "storm", "ice-and-wind"]
 
 
@@ -29,14 +31,18 @@ def test_markdown_of_chosen_columns_names_the_cases():
     assert [word.strip() for word in heading.strip("|").split("|")] == ["quantity", *CASES, "unit"]
 
 
-def guy(folder, *changes):
-    """The guy with parts of its text replaced, written to a folder; its name, as messages have it."""
+def guy(*changes):
+    """The guy with parts of its text replaced, written to a file; its name."""
     text = GUY.read_text(encoding="utf-8")
     for old, new in changes:
         assert old in text
         text = text.replace(old, new)
-    (folder / "guy.yaml").write_text(text, encoding="utf-8")
-    return "guy.yaml"
+    return write("guy.yaml", text)
+
+
+def study(text):
+    """A study upon the guy, written to a file; its name."""
+    return study_file(".", text, GUY)
 
 
 THICK = ["guy.yaml:5:13: cable.diameter: 16 without a unit is 16 m",
@@ -44,19 +50,19 @@ THICK = ["guy.yaml:5:13: cable.diameter: 16 without a unit is 16 m",
          "guy.yaml:15:57: cases.ice-and-wind.ice.thickness: 20 without a unit is 20 m"]  # fmt: skip
 
 
-def test_large_lengths_without_a_unit_are_told(folder):
-    scene = guy(folder, ("diameter: 16 mm", "diameter: 16"), ("thickness: 20 mm", "thickness: 20"))
+def test_large_lengths_without_a_unit_are_told():
+    scene = guy(("diameter: 16 mm", "diameter: 16"), ("thickness: 20 mm", "thickness: 20"))
     assert run("static", scene).lines == THICK
     assert run("static", scene, "--case", "all", "--columns", "mass").lines == THICK
     assert run("validate", scene).lines == THICK
     assert run("static", scene, "--quiet").err == ""
     found = run("find", scene, "mass = 100 t", "--by", "cable.diameter", "--between", "1 mm:10 m").lines
     assert found == THICK
-    (folder / "study.yaml").write_text(f"base: {GUY}\nvary: [{{cable.diameter: [16, 18]}}]\ncolumns: [mass]\n")
+    study("vary: [{cable.diameter: [16, 18]}]\ncolumns: [mass]\n")
     places = {"2:26": 16, "2:30": 18}
     lines = [f"study.yaml:{at}: cable.diameter: {thick} without a unit is {thick} m" for at, thick in places.items()]
     assert run("sweep", "study.yaml", "--no-write").lines == run("validate", "study.yaml").lines == lines
-    (folder / "study.yaml").write_text(f"base: {GUY}\ncolumns: [mass]\n")
+    study("columns: [mass]\n")
     with_comma = run("sweep", "study.yaml", "--dry-run", "--vary", "cable.diameter=1,85 mm").lines  # two values
     assert with_comma == ["--vary cable.diameter: 1 without a unit is 1 m"]
 
@@ -64,7 +70,7 @@ def test_large_lengths_without_a_unit_are_told(folder):
 def test_what_may_be_why_a_suspension_hangs_nowhere_is_told(folder):
     run("new", "suspension", "camera.yaml")
     path = folder / "camera.yaml"
-    path.write_text(path.read_text().replace("diameter: 4 mm", "diameter: 4"))
+    write(path, path.read_text().replace("diameter: 4 mm", "diameter: 4"))
     told = "camera.yaml:7:13: cable.diameter: 4 without a unit is 4 m"
     for command in ("static", "modes"):
         lines = run(command, path.name, code=3).lines
@@ -78,28 +84,26 @@ def test_what_may_be_why_a_suspension_hangs_nowhere_is_told(folder):
         assert refused.value.__notes__.count(told) == 1
 
 
-def test_only_the_first_likely_mistakes_of_a_study_are_told(folder):
-    values = ", ".join(map(str, range(16, 24)))
-    (folder / "study.yaml").write_text(f"base: {GUY}\nvary: [{{cable.diameter: [{values}]}}]\ncolumns: [mass]\n")
-    lines = run("validate", "study.yaml").lines
+def test_only_the_first_likely_mistakes_of_a_study_are_told():
+    lines = run("validate", study(f"vary: [{{cable.diameter: {[*range(16, 24)]}}}]\ncolumns: [mass]\n")).lines
     assert len(lines) == 4
     assert lines[-1] == "and 5 more like these"
 
 
-def test_an_intensity_of_turbulence_without_a_percent_sign_is_told(folder):
+def test_an_intensity_of_turbulence_without_a_percent_sign_is_told():
     told = "--set wind.turbulence_intensity: 15 without a unit is 1500 %"
     assert told in run("static", CARLINA, "--set", "wind.turbulence_intensity=15").lines
     assert run("static", CARLINA, "--set", "wind.turbulence_intensity=15 %").err == ""
 
 
-def test_temperatures_near_absolute_zero_are_told(folder):
+def test_temperatures_near_absolute_zero_are_told():
     told = "--set cases.cold.temperature: 75 without a unit is 75 K, -198.15 degC"
-    assert run("static", GUY, "--case", "cold", "--set", "cases.cold.temperature=75").lines == [told]
-    assert run("static", GUY, "--case", "cold", "--set", "cases.cold.temperature=275").err == ""
-    assert run("static", GUY, "--case", "cold", "--set", "cases.cold.temperature=-60 degC").err == ""
+    for temperature, lines in (("75", [told]), ("275", []), ("-60 degC", [])):
+        change = f"cases.cold.temperature={temperature}"
+        assert run("static", GUY, "--case", "cold", "--set", change).lines == lines
 
 
-def test_a_limit_of_a_utilisation_without_a_percent_sign_is_told(folder):
+def test_a_limit_of_a_utilisation_without_a_percent_sign_is_told():
     limits = "--limits", "--set"
     for that in ("utilisation <= 60", "{that: 60 >= utilisation}"):
         (told,) = run("static", GUY, *limits, f"limits={{a: {that}}}").lines
@@ -115,15 +119,15 @@ a-16: {axial_stiffness: 12 MN, mass_per_length: 1.2 kg/m, breaking_force: 160 kN
 
 
 def test_a_rope_at_another_size_than_its_own_is_told(folder):
-    (folder / "ropes.yaml").write_text(ROPES, encoding="utf-8")
+    write(folder / "ropes.yaml", ROPES)
     line = "cable: {chord: 100 m, diameter: 16 mm, preload: 5 kN, material: a-16}\nmaterials: ropes.yaml\n"
-    (folder / "line.yaml").write_text(line, encoding="utf-8")
+    write(folder / "line.yaml", line)
 
     def masses(more):
         """Per length, and what is said."""
         vary = f"vary: [{{cable.material: [a-14, a-16]{more}}}]\n"
-        (folder / "study.yaml").write_text(f"base: line.yaml\n{vary}columns: [mass, unstretched_length]\n")
-        outcome = run("sweep", "study.yaml", "--no-write", "--format", "csv")
+        name = study_file(".", f"{vary}columns: [mass, unstretched_length]\n", "line.yaml")
+        outcome = run("sweep", name, "--no-write", "--format", "csv")
         rows = rows_of(outcome.out, "csv")
         return [float(row["mass_kg"]) / float(row["unstretched_length_m"]) for row in rows], outcome.lines
 
@@ -137,8 +141,7 @@ def test_a_thick_cable_of_solid_wire_is_told():
     solid = "a solid bar of steel; a rope has a fill_factor below 1 ('cablestudy materials' lists ropes)"
 
     def said(*changes, **more):
-        sets = [word for change in changes for word in ("--set", change)]
-        return run("static", GUY, *sets, "--columns", "mass", **more).err
+        return run("static", GUY, *with_sets(*changes), "--columns", "mass", **more).err
 
     assert said("cable.material=steel") == f"{GUY}:5:13: cable.diameter: {solid}\n"
     assert said("cable.material=steel", "cable.fill_factor=0.6") == ""
@@ -147,21 +150,18 @@ def test_a_thick_cable_of_solid_wire_is_told():
     assert ropes in said("cable.material=steel rope", code=2)
 
 
-def test_find_in_each_load_case_is_told(folder):
+def test_find_in_each_load_case_is_told():
     find = "find: {column: sag, value: 1 m, by: cable.preload}\n"
-    text = f"base: {GUY}\nvary: [{{case: [cold, ice]}}]\n{find}columns: [mass]\n"
-    (folder / "study.yaml").write_text(text, encoding="utf-8")
+    study(f"vary: [{{case: [cold, ice]}}]\n{find}columns: [mass]\n")
     told = "study.yaml:3:37: cable.preload is solved for in each load case alone, so that each row is another cable;"
     assert [line.startswith(told) for line in run("sweep", "study.yaml", "--no-write").lines] == [True]
 
 
-def test_a_load_case_that_varies_and_no_row_is_in_is_told(folder):
+def test_a_load_case_that_varies_and_no_row_is_in_is_told():
     vary = "vary: [{cases.cold.temperature: [-10 degC, 15 degC]}]\ncolumns: [sag]\n"
-    (folder / "study.yaml").write_text(f"base: {GUY}\n{vary}", encoding="utf-8")
     told = "cases.cold.temperature varies, and no row is in the load case cold: set: {case: cold} chooses it"
-    assert run("sweep", "study.yaml", "--no-write").lines == run("validate", "study.yaml").lines == [told]
-    (folder / "study.yaml").write_text(f"base: {GUY}\nset: {{case: cold}}\n{vary}", encoding="utf-8")
-    assert run("sweep", "study.yaml", "--no-write").lines == []
+    assert run("sweep", study(vary), "--no-write").lines == run("validate", "study.yaml").lines == [told]
+    assert run("sweep", study(f"set: {{case: cold}}\n{vary}"), "--no-write").lines == []
 
 
 def test_the_response_that_is_shown_may_be_named():
@@ -179,18 +179,17 @@ def test_a_search_without_a_solution_says_how_to_search_elsewhere():
     assert "searches elsewhere" not in run(*asked, "--between", "190 m:200 m", code=3).err
 
 
-def test_a_condition_without_a_unit_that_divides_nothing_is_told(folder):
-    (folder / "study.yaml").write_text(f"base: {GUY}\nvary: [{{cable.diameter: [14 mm, 18 mm]}}]\ncolumns: [mass]\n")
-    asked = ["sweep", "study.yaml", "--no-write", "--where"]
-    assert run(*asked, "cable.diameter < 16").lines[0] == "--where: without a unit 16 is 16 m"
-    assert run(*asked, "cable.diameter > 16").lines[0] == "--where: without a unit 16 is 16 m"
-    assert run(*asked, "cable.diameter < 0.016").lines == ["shown: 1 of 2 rows"]
-    assert run(*asked, "cable.diameter < 99 mm").lines == ["shown: 2 of 2 rows"]
+def test_a_condition_without_a_unit_that_divides_nothing_is_told():
+    study("vary: [{cable.diameter: [14 mm, 18 mm]}]\ncolumns: [mass]\n")
+    told = ["--where: without a unit 16 is 16 m"]
+    for condition, notes, rows in (("< 16", told, 2), ("> 16", told, 0), ("< 0.016", [], 1), ("< 99 mm", [], 2)):
+        lines = run("sweep", "study.yaml", "--no-write", "--where", f"cable.diameter {condition}").lines
+        assert lines == [*notes, f"shown: {rows} of 2 rows"]
 
 
-def test_lengths_with_a_unit_and_small_ones_are_not_told(folder):
+def test_lengths_with_a_unit_and_small_ones_are_not_told():
     assert run("validate", GUY).err == ""
-    scene = guy(folder, ("diameter: 16 mm", "diameter: 0.016"), ("thickness: 20 mm", "thickness: 2.5 m"))
+    scene = guy(("diameter: 16 mm", "diameter: 0.016"), ("thickness: 20 mm", "thickness: 2.5 m"))
     assert run("validate", scene).err == ""
 
 
@@ -221,22 +220,15 @@ def test_a_small_preload_that_is_meant_has_no_hint(preload):
     assert "breaking force" not in err
 
 
-def test_a_key_that_is_a_number(folder):
-    scene = guy(folder, ("  cold:", "  -20:"))
+def test_a_key_that_is_a_number():
     expected = 'guy.yaml:11:3: a key must be text, got -20 (write "-20", in quotes)'
-    assert run("static", scene, code=2).lines == [expected]
+    assert refusal("static", guy(("  cold:", "  -20:"))) == expected
 
 
-def test_validate_counts_load_cases_and_mistakes(folder):
-    scene = guy(folder)
-    assert rows_of(run("validate", scene, "--format", "json").out, "json")[0]["cases"] == len(CASES)
-
-    def status(*changes):
-        sets = [word for change in changes for word in ("--set", change)]
-        return rows_of(run("validate", scene, *sets, "--format", "json", code=2).out, "json")[0]["status"]
-
-    assert status("cable.preload=0") == "1 mistake"
-    assert status("cable.preload=0", "gravity=-1") == "2 mistakes"
+def test_validate_counts_load_cases_and_mistakes():
+    assert table_of("validate", GUY)[0]["cases"] == len(CASES)
+    for changes, status in ((["cable.preload=0"], "1 mistake"), (["cable.preload=0", "gravity=-1"], "2 mistakes")):
+        assert table_of("validate", GUY, *with_sets(*changes), code=2)[0]["status"] == status
 
 
 @pytest.mark.parametrize(
@@ -266,21 +258,20 @@ def test_validate_counts_load_cases_and_mistakes(folder):
     ],
 )  # fmt: skip
 def test_wrong_words_say_what_to_write(words, message):
-    assert run(*words, code=2).lines == [message]
+    assert refusal(*words) == message
 
 
 @pytest.mark.parametrize(
-    "words",
+    ("option", "words"),
     [
-        ["find", GUY, "sag = 1 m", "--by", "cable.preload", "--by", "cable.diameter"],
-        ["show", CONFIGS / "preload.yaml", "--where", "sag < 1", "--where", "sag > 0"],
-        ["modes", GUY, "-n", "2", "--format", "csv", "-n", "3"],
-        ["keys", "scene", "--top", "2", "--top=3"],
+        ("--by", ["find", GUY, "sag = 1 m", "--by", "cable.preload", "--by", "cable.diameter"]),
+        ("--where", ["show", CONFIGS / "preload.yaml", "--where", "sag < 1", "--where", "sag > 0"]),
+        ("-n", ["modes", GUY, "-n", "2", "--format", "csv", "-n", "3"]),
+        ("--top", ["keys", "scene", "--top", "2", "--top=3"]),
     ],
 )
-def test_an_option_with_one_value_is_not_given_twice(words):
-    option = next(word for word in words[1:] if str(word) in ("--by", "--where", "-n", "--top"))
-    assert f"{option} is given twice, and takes one value" in run(*words, code=2).err
+def test_an_option_with_one_value_is_not_given_twice(option, words):
+    assert f"{option} is given twice, and takes one value" in refusal(*words)
 
 
 def test_flags_and_repeatable_options_may_be_given_twice():
@@ -295,7 +286,7 @@ def test_a_goal_as_headings_write_it():
 
 @pytest.mark.parametrize("scene", [GUY, CONFIGS / "suspensions" / "trifilar.yaml"])
 def test_a_scene_in_place_of_a_study_says_how_to_make_one(scene):
-    (line,) = run("sweep", scene, code=2).lines
+    line = refusal("sweep", scene)
     assert "this is a scene (it has the key cable" in line
     assert line.endswith(
         f"a study of it is a file with the line base: {scene.name} ('cablestudy new study' writes one)"

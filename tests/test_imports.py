@@ -11,6 +11,9 @@ import pytest
 
 import cablestudy
 
+sys.path.insert(0, str(Path(cablestudy.__file__).parents[1] / "docs"))
+import layers
+
 ROOT = Path(cablestudy.__file__).parent
 # what each layer may import from cablestudy:
 # cli > pages > interface > sweeps > study > motion > control > wind > system > statics | scene > cable > errors
@@ -225,3 +228,20 @@ def test_a_module_that_a_text_names_is_there():
     for path, (package, module, *_) in names:
         place = ROOT / package / module
         assert place.is_dir() or place.with_suffix(".py").exists(), (path, package, module)
+
+
+def test_the_picture_of_the_packages_is_that_of_the_imports():
+    assert layers.PICTURE.read_text(encoding="utf-8") == layers.picture(), "python docs/layers.py draws it anew"
+    assert "pictures/layers.svg" in (ROOT.parent / "ARCHITECTURE.md").read_text(encoding="utf-8")
+
+
+def test_all_arrows_lead_down():
+    graph = layers.imported()
+    assert graph["cli"]
+    assert graph["statics"] == {"cable", "errors"}
+    for place, name in enumerate(layers.ORDER):
+        assert graph[name] <= set(layers.ORDER[place + 1 :]), name
+
+
+def test_a_package_is_drawn_with_its_purpose():
+    assert all(len(layers.purpose(name)) > 15 for name in layers.ORDER)

@@ -1,15 +1,20 @@
-"""The Python interface: the numbers, names and errors of the commands."""
+"""The Python interface: the numbers, names and errors of the commands, with one thread."""
 
 import json
+import re
 import shutil
-from pathlib import Path
+from functools import wraps
 
 import numpy as np
 import pytest
-from command import CARLINA, CONFIGS, rows_of, run, table_of
+from command import CARLINA, CONFIGS, run, stored_table, table_of, with_sets, write
+from scenes import GUY
+from threadpoolctl import ThreadpoolController, threadpool_info
 
 import cablestudy
+from cablestudy.interface.scene import Scene
 from cablestudy.study import trade
+from cablestudy.threads import VARIABLES, keep_one_thread, one_thread
 
 NET = CONFIGS / "suspensions" / "carlina-net.yaml"
 
@@ -23,7 +28,7 @@ def test_every_public_name_is_there():
 
 def test_a_scene_gives_what_the_commands_print():
     changes = {"cable.diameter": "3.7 mm", "gondola.mass": 60}
-    sets = ("--set", "cable.diameter=3.7 mm", "--set", "gondola.mass=60")
+    sets = with_sets("cable.diameter=3.7 mm", "gondola.mass=60")
     scene = cablestudy.load(CARLINA, set=changes)
     static = scene.static()
     assert dict(static) == table_of("static", CARLINA, *sets)[0]
@@ -31,12 +36,10 @@ def test_a_scene_gives_what_the_commands_print():
     assert 0 < static.errors["sag_m"] < 1e-3
     assert scene.windrms() == table_of("windrms", CARLINA, *sets)[0]
     modes = scene.modes(5)
-    printed = table_of("modes", CARLINA, "-n", "5", *sets)
-    assert modes.to_dict("records") == printed
+    assert modes.to_dict("records") == table_of("modes", CARLINA, "-n", "5", *sets)
     assert modes.attrs["units"]["frequency_Hz"] == "Hz"
     assert len(scene.modes(upto=3.0)) == (scene.modes(20)["frequency_Hz"] <= 3.0).sum()
-    shape = table_of("static", CARLINA, "--shape", *sets)
-    assert scene.shape().to_dict("records") == shape
+    assert scene.shape().to_dict("records") == table_of("static", CARLINA, "--shape", *sets)
 
 
 def test_a_state_space_is_a_system_of_scipy():
@@ -63,10 +66,10 @@ def test_a_model_of_few_modes_has_the_damping_of_those_left_out(kept):
 
 def test_find_and_cases(tmp_path):
     path = tmp_path / "s.yaml"
-    path.write_text(
+    write(
+        path,
         "cable: {chord: 100 m, axial_stiffness: 1 MN, mass_per_length: 1, preload: 5 kN, expansion: 12e-6 1/K}\n"
         "cases: {cold: {temperature: -20 degC}, hot: {temperature: 40 degC}}\n",
-        encoding="utf-8",
     )
     found = cablestudy.find(path, "sag = 2 m", by="cable.preload")
     again = cablestudy.load(path, set={"cable.preload": float(found["cable.preload_N"][0])})
@@ -79,7 +82,7 @@ def test_find_and_cases(tmp_path):
 
 def test_a_sweep_is_a_data_frame_of_the_stored_table():
     frame = cablestudy.sweep(CONFIGS / "preload.yaml", jobs=1)
-    stored = rows_of((CONFIGS.parent / "results" / "preload.csv").read_text(encoding="utf-8"), "csv")
+    stored = stored_table(CONFIGS.parent / "results" / "preload.csv")
     known = [row["gondola_frequency_Hz"] for row in stored]
     assert frame["gondola_frequency_Hz"].tolist() == pytest.approx(known, rel=1e-9)
     assert frame.attrs["units"]["end_stiffness_N_per_m"] == "N/m"
@@ -96,14 +99,13 @@ def test_a_sweep_is_a_data_frame_of_the_stored_table():
     assert again["gondola.mass_kg"].unique().tolist() == [10.0, 50.0]
 
 
-def test_a_sweep_writes_only_where_it_is_told_to(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_sweep_writes_only_where_it_is_told_to(folder):
     cablestudy.sweep(CONFIGS / "preload.yaml")
-    assert list(tmp_path.iterdir()) == []
-    cablestudy.sweep(CONFIGS / "preload.yaml", out=tmp_path / "here")
-    run("sweep", CONFIGS / "preload.yaml", "--out", tmp_path / "there")
-    names = ("preload.csv", "preload.md")
-    assert all((tmp_path / "here" / name).read_bytes() == (tmp_path / "there" / name).read_bytes() for name in names)
+    assert list(folder.iterdir()) == []
+    cablestudy.sweep(CONFIGS / "preload.yaml", out=folder / "here")
+    run("sweep", CONFIGS / "preload.yaml", "--out", folder / "there")
+    for name in ("preload.csv", "preload.md"):
+        assert (folder / "here" / name).read_bytes() == (folder / "there" / name).read_bytes()
 
 
 def test_a_suspension_gives_its_tables():
@@ -125,40 +127,6 @@ def test_pictures_are_figures(kind):
     assert isinstance(cablestudy.load(CARLINA).plot(kind), Figure)
 
 
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda: cablestudy.load("nothing.yaml"), "nothing.yaml: no such file"),
-        (lambda: cablestudy.load(CARLINA, set={"cable.diamter": 3}), "unknown key (did you mean diameter?)"),
-        (lambda: cablestudy.load(CARLINA, case="ice"), 'unknown case "ice"'),
-        (
-            lambda: cablestudy.load(CARLINA).plot("bode"),
-            "kind: unknown 'bode' (allowed: static, modes, windrms, loop)",
-        ),
-        (lambda: cablestudy.load(CARLINA).compute("windrmss"), "unknown 'windrmss' (allowed: "),
-        (lambda: cablestudy.load(CARLINA).state_space("gondole"), "unknown 'gondole' (allowed: gondola, loop)"),
-        (lambda: cablestudy.load(CARLINA).modes(3, 4.0), "count and upto exclude each other"),
-        (
-            lambda: cablestudy.load(CARLINA).state_space("gondola", input="wind"),
-            "input wind: unknown (did you mean winch? allowed: winch, force_gondola)",
-        ),
-        (lambda: cablestudy.load(CARLINA).state_space(modes=3, error=0.1), "modes, upto and error exclude each other"),
-        (lambda: cablestudy.load(CARLINA).find("sag = 1 m", by="cable.preload", between="1"), "between 1: expected"),
-        (lambda: cablestudy.load(NET).state_space(output="wind"), "output wind: unknown ("),
-        (
-            lambda: cablestudy.load(CARLINA, {"winch": None}).state_space("loop"),
-            "'cablestudy ssm --with loop' needs it",
-        ),
-        (lambda: cablestudy.sweep(CARLINA), "this is a scene (it has the key cable)"),
-    ],
-)
-def test_mistakes_are_those_of_the_commands(call, message):
-    with pytest.raises(cablestudy.SceneError) as raised:
-        call()
-    assert message in str(raised.value)
-    assert "--" not in str(raised.value).replace("cablestudy ssm --with loop", "")
-
-
 @pytest.mark.parametrize("ask", [lambda s: s.loop_response("0.1Hz:10Hz:5"), lambda s: s.loop_in_time("1 s")])
 def test_what_has_no_answer_at_all_is_raised_as_the_command_tells_it(ask):
     """A loop whose damping has no limit as modes are added."""
@@ -170,13 +138,13 @@ def test_what_has_no_answer_at_all_is_raised_as_the_command_tells_it(ask):
 
 def test_the_command_and_the_function_agree_on_a_trade():
     frame = cablestudy.trade(CARLINA, columns="sag", repeats=1)
-    printed = run("trade", CARLINA, "--columns", "sag", "--repeats", "1", "--format", "csv")
-    assert len(frame) == len(rows_of(printed.out, "csv"))
+    printed = table_of("trade", CARLINA, "--columns", "sag", "--repeats", "1")
+    for name in ("model", "sag_error", "status"):
+        assert frame[name].tolist() == [row[name] for row in printed], name
 
 
-def test_the_page_runs_as_it_is_written(monkeypatch, capsys, tmp_path):
-    shutil.copytree(CONFIGS, tmp_path / "configs")
-    monkeypatch.chdir(tmp_path)
+def test_the_page_runs_as_it_is_written(monkeypatch, capsys, folder):
+    shutil.copytree(CONFIGS, folder / "configs")
     monkeypatch.setattr(trade, "models_of", lambda *given, every=trade.models_of: every(*given)[:8])
     text = (CONFIGS.parent / "docs" / "python.md").read_text(encoding="utf-8")
     blocks = text.split("```python\n")[1:]
@@ -187,15 +155,8 @@ def test_the_page_runs_as_it_is_written(monkeypatch, capsys, tmp_path):
     assert text.partition("print(error)  # ")[2].partition("\n")[0] in printed
 
 
-GUY = {
-    "cable": {"ends": [[0, 0, 0], (60.0, 0, "80 m")], "material": "guy-strand", "diameter": "16 mm", "preload": "10 %"},
-    "cases": {"cold": {"temperature": "-30 degC"}, "hot": {"temperature": "45 degC"}},
-}
-
-
 def test_a_mapping_is_what_a_file_would_say(tmp_path):
-    path = tmp_path / "guy.yaml"
-    path.write_text(json.dumps(GUY), encoding="utf-8")
+    path = write(tmp_path / "guy.yaml", json.dumps(GUY))
     changes, case = {"cable.diameter": np.float64(0.02)}, "cold"
     assert cablestudy.load(GUY, changes, case).static() == cablestudy.load(path, changes, case).static()
     over = {"base": GUY, "cable": {"preload": None, "sag": "1 m"}}
@@ -204,16 +165,15 @@ def test_a_mapping_is_what_a_file_would_say(tmp_path):
     assert found.equals(expected)
 
 
-def test_a_study_needs_no_file(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    Path("guy.yaml").write_text(json.dumps(GUY), encoding="utf-8")
+def test_a_study_needs_no_file(folder):
+    write("guy.yaml", json.dumps(GUY))
     study = {"vary": [{"cable.diameter": ["12 mm", 0.014]}, {"case": "all"}], "columns": ["sag", "mass"]}
     tables = [cablestudy.sweep({"base": base, **study}) for base in (GUY, "guy.yaml")]
     assert tables[0].equals(tables[1])
     assert tables[0]["case"].tolist() == ["cold", "hot"] * 2
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["guy.yaml"]
+    assert sorted(path.name for path in folder.iterdir()) == ["guy.yaml"]
     cablestudy.sweep({"base": GUY, **study}, out="there")
-    assert len(rows_of(Path("there/mapping.csv").read_text(encoding="utf-8"), "csv")) == 4
+    assert len(stored_table("there/mapping.csv")) == 4
 
 
 @pytest.mark.parametrize(
@@ -240,14 +200,17 @@ def test_mistakes_in_a_mapping_name_the_key(source, message):
     assert "\n" not in str(raised.value)
 
 
-def test_mistakes_in_a_study_that_is_a_mapping_name_the_key():
-    study = {"base": GUY, "vary": [{"cable.diamter": [1, 2]}], "columns": ["sagg"]}
-    with pytest.raises(cablestudy.SceneError, match=r"^<mapping>: cable\.diamter: unknown key"):
+@pytest.mark.parametrize(
+    ("study", "message"),
+    [
+        ({"base": GUY, "vary": [{"cable.diamter": [1]}], "columns": ["sagg"]}, "cable.diamter: unknown key"),
+        ({"base": GUY, "vary": [], "columns": ["sagg"]}, "columns.0: unknown column 'sagg'"),
+        (GUY, "this is a scene (it has the key cable)"),
+    ],
+)
+def test_mistakes_in_a_study_that_is_a_mapping_name_the_key(study, message):
+    with pytest.raises(cablestudy.SceneError, match=f"^<mapping>: {re.escape(message)}"):
         cablestudy.sweep(study)
-    with pytest.raises(cablestudy.SceneError, match=r"^<mapping>: columns\.0: unknown column 'sagg'"):
-        cablestudy.sweep({**study, "vary": []})
-    with pytest.raises(cablestudy.SceneError, match=r"^<mapping>: this is a scene \(it has the key cable\)"):
-        cablestudy.sweep(GUY)
 
 
 def test_scenes_and_models_are_shown_in_one_line():
@@ -275,3 +238,65 @@ def test_the_state_of_an_amplitude_is_its_frequency_times_it(path, attached):
         assert model.a[row, rate] == pytest.approx(omega[number], rel=1e-9 if path == CARLINA else 1e-4)
         assert np.count_nonzero(model.a[row]) == 1
         assert model.states[row][1] == model.states[rate][1] == "sqrt(kg) m/s"
+
+
+# -------------------------------------------------------------------------------------------- threads of linear algebra
+
+
+def threads():
+    """Numbers of threads of the libraries for linear algebra: set of int."""
+    return {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
+
+
+@pytest.fixture
+def two_threads(monkeypatch):
+    """No variable names a number of threads, and linear algebra takes two."""
+    import scipy.linalg  # noqa: F401 loads the library of scipy
+
+    for name in VARIABLES:
+        monkeypatch.delenv(name, raising=False)
+    with ThreadpoolController().limit(limits=2, user_api="blas"):
+        assert threads() == {2}
+        yield
+
+
+def test_a_call_takes_one_thread_and_gives_the_others_back(two_threads, monkeypatch):
+    found, static = [], Scene.answers["static"]
+
+    @wraps(static)
+    def observed(*args, **options):
+        found.append(threads())
+        return static(*args, **options)
+
+    monkeypatch.setattr(Scene, "answers", {**Scene.answers, "static": observed})
+    cablestudy.load(CONFIGS / "guy.yaml").static()
+    assert found == [{1}]
+    assert threads() == {2}
+
+
+def test_an_error_gives_the_threads_back(two_threads):
+    with pytest.raises(cablestudy.SceneError):
+        cablestudy.find(CONFIGS / "guy.yaml", "sag = 2 m", "no.key")
+    assert threads() == {2}
+
+
+def test_blocks_of_two_threads_that_overlap_give_the_threads_back_together(two_threads):
+    first, second = one_thread(), one_thread()
+    first.__enter__()
+    second.__enter__()
+    first.__exit__(None, None, None)
+    assert threads() == {1}
+    second.__exit__(None, None, None)
+    assert threads() == {2}
+
+
+def test_a_worker_keeps_one_thread(two_threads):
+    keep_one_thread()
+    assert threads() == {1}
+
+
+def test_a_number_that_the_user_has_chosen_stays(two_threads, monkeypatch):
+    monkeypatch.setenv(VARIABLES[0], "2")
+    keep_one_thread()
+    with one_thread():
+        assert threads() == {2}

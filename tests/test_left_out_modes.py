@@ -7,12 +7,13 @@ in place of EA; its waves across are the modes that the model has.
 import numpy as np
 import pytest
 from command import CONFIGS
+from references.loop_matrix import notch
+from straight_scenes import case_of
 
 from cablestudy.motion.gust_response import GustResponse
 from cablestudy.motion.left_out_modes import _refined
 from cablestudy.motion.peaks import winch_speeds
 from cablestudy.scene.scene import CableScene, load_scene
-from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.columns import find
@@ -144,7 +145,7 @@ def row_of_bodies(masses, lengths, law, accuracy):
         "model": {"accuracy": accuracy},
     }  # fmt: skip
     control = {"winches": {"c0": {}}, "control": {"body": "body0", "measured": ["x"], **law}} if law else {}
-    return SuspensionCase(SuspensionScene.model_validate({**own, **control}))
+    return case_of({**own, **control})
 
 
 def variances_of_row(masses, lengths, law):
@@ -185,10 +186,8 @@ def controller(law, s):
     if law["notch"] == "none":
         derivative = law["derivative_gain"] * s / (1 + s / (TURN * law["derivative_filter"]))
         return (law["gain"] / s + law["proportional_gain"] + derivative) / (1 + s / (TURN * law["bandwidth"]))
-    notch = law["notch"]
-    zero, pole = (s / (TURN * notch[name]) for name in ("frequency", "rolloff_frequency"))
-    below = pole * (pole + 2 * notch["rolloff_damping_ratio"]) + 1
-    return law["gain"] / s * (zero * (zero + 2 * notch["damping_ratio"]) + 1) / below
+    turned = [value * TURN if "frequency" in name else value for name, value in law["notch"].items()]
+    return law["gain"] / s * notch(s, *turned)
 
 
 ROWS = [

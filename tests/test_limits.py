@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command import CONFIGS, refused_in_one_line, rows_of, run, table_of
+from command import CONFIGS, refusal, refused_in_one_line, rows_of, run, stored_table, table_of, with_sets, write
 from picture import undrawn
 from references import catenary_mp
 from scipy.optimize import brentq
@@ -44,9 +44,9 @@ CABLE = f"cable: {{chord: {SPAN} m, axial_stiffness: {STIFFNESS}, mass_per_lengt
 @pytest.fixture(autouse=True)
 def scenes(folder):
     """The working directory of a test, with two scenes in it."""
-    Path("bare.yaml").write_text(BARE, encoding="utf-8")
-    Path("line.yaml").write_text(LINE, encoding="utf-8")
-    Path("mast.yaml").write_text(MAST, encoding="utf-8")
+    write("bare.yaml", BARE)
+    write("line.yaml", LINE)
+    write("mast.yaml", MAST)
     return folder
 
 
@@ -92,28 +92,25 @@ def test_exit_codes_and_formats():
 
 @undrawn()
 def test_a_report_begins_with_the_limits():
-    Path("short.yaml").write_text(
-        CABLE + ", preload: 20 kN}\nlimits: {a: sag <= 1 m, b: chord >= 1 m}\n", encoding="utf-8"
-    )
+    write("short.yaml", CABLE + ", preload: 20 kN}\nlimits: {a: sag <= 1 m, b: chord >= 1 m}\n")
     done = run("report", "short.yaml")
     page = Path("short.html").read_text(encoding="utf-8")
     assert page.index(">Limits</h2>") < page.index(">Scene</h2>")
     assert page.index("least margin of the limits, reference") < page.index("largest tension")
     assert "<td>not met</td>" in page
-    assert done.lines[0] == "not met: a (reference): sag &lt;= 1 m".replace("&lt;", "<")
+    assert done.lines[0] == "not met: a (reference): sag <= 1 m"
 
 
 def test_a_strict_limit_does_not_hold_at_its_number():
     """The chord of 200 m is exact: a margin of zero."""
-    Path("level.yaml").write_text(
+    write(
+        "level.yaml",
         CABLE
         + ", preload: 20 kN}\nlimits: {a: chord <= 200 m, b: chord < 200 m, c: 200 m >= chord, d: chord > 200 m}\n",
-        encoding="utf-8",
     )
     found = limits("level.yaml", code=1)
-    assert {name: (row["margin"], row["status"]) for name, row in found.items()} == {
-        "a": (0, "ok"), "b": (0, "not met"), "c": (0, "ok"), "d": (0, "not met"),
-    }  # fmt: skip
+    assert {row["margin"] for row in found.values()} == {0}
+    assert [found[name]["status"] for name in "abcd"] == ["ok", "not met", "ok", "not met"]
     assert {row["case"] for row in found.values()} == {"reference"}
 
 
@@ -148,12 +145,12 @@ def test_cables_of_a_suspension():
 def test_a_column_that_cables_have_in_one_case_is_compared_there():
     """Only guy2 has a load, in one case; a load case that is chosen changes nothing."""
     case = "cases.fitter.loads={guy2: [{fraction: 0.5, mass: 80 kg}]}"
-    sets = [word for one in (case, "limits={a: load_sag <= 4 m}") for word in ("--set", one)]
+    sets = with_sets(case, "limits={a: load_sag <= 4 m}")
     row = limits("mast.yaml", *sets, code=0)["a"]
     assert (row["case"], row["cable"]) == ("fitter", "guy2")
     study = "{base: mast.yaml, set: {limits: {a: load_sag <= 4 m}}, vary: [{case: [fitter]}], columns: [guy2.load_sag]}"
-    done = run("sweep", "-", "--no-write", "--quiet", *sets[:2], "--format", "json", stdin=study)
-    assert row["value"] == rows_of(done.out, "json")[0]["guy2.load_sag_m"]
+    (alone,) = table_of("sweep", "-", "--no-write", *sets[:2], stdin=study)
+    assert row["value"] == alone["guy2.load_sag_m"]
     assert limits("mast.yaml", *sets, "--set", "case=cold", code=0)["a"] == row
 
 
@@ -169,31 +166,30 @@ def catenary(horizontal):
 def rigid(*limits):
     """A cable that hardly stretches, by its horizontal tension, so that sag and tension are those of `catenary`."""
     listed = ", ".join(limits)
-    Path("rigid.yaml").write_text(
+    write(
+        "rigid.yaml",
         f"cable: {{chord: {SPAN} m, axial_stiffness: 1e15, mass_per_length: {MASS}, "
         f"tension: {{at: horizontal, value: 10 kN}}}}\nlimits: {{{listed}}}\n",
-        encoding="utf-8",
     )
 
 
 def test_the_range_of_a_rigid_cable_is_that_of_the_catenary():
     rigid("low: sag <= 5 m", "strong: max_tension <= 12 kN")
-    found = rows_of(run("find", "rigid.yaml", "limits", "--by", "cable.tension.value", "--format", "json").out, "json")
+    found = table_of("find", "rigid.yaml", "limits", "--by", "cable.tension.value")
     low = brentq(lambda h: catenary(h)[0] - 5, 1e3, 1e5, xtol=1e-9, rtol=1e-15)
     high = brentq(lambda h: catenary(h)[1] - 12e3, 1e3, 1e5, xtol=1e-9, rtol=1e-15)
-    assert [(row["end"], row["governing"]) for row in found] == [
-        ("from", "low (reference)"), ("to", "strong (reference)"),
-    ]  # fmt: skip
+    ends = {row["end"]: row["governing"] for row in found}
+    assert ends == {"from": "low (reference)", "to": "strong (reference)"}
     assert [row["cable.tension.value_N"] for row in found] == pytest.approx([low, high], rel=1e-8)
 
 
 def test_margins_of_an_elastic_cable_in_cold_and_ice():
     """The catenary at 50 digits: of the reference length, of that length when cold, and of it under ice."""
-    Path("elastic.yaml").write_text(
+    write(
+        "elastic.yaml",
         CABLE + ", unstretched_length: 200.1 m, expansion: 12e-6 1/K}\n"
         "cases: {cold: {temperature: -11.85 degC}, ice: {ice: {weight: 10 N/m}}}\n"
         "limits: {strength: utilisation <= 35 %, sag: sag <= 2.6 m}\n",
-        encoding="utf-8",
     )
     lengths = {"reference": 200.1, "cold": 200.1 * (1 + 12e-6 * (261.3 - 288.15)), "ice": 200.1}
     weights = {"reference": MASS * GRAVITY, "cold": MASS * GRAVITY * 200.1 / lengths["cold"],
@@ -213,18 +209,17 @@ def test_margins_of_an_elastic_cable_in_cold_and_ice():
 # --------------------------------------------------------------------------------------------------------- find limits
 
 
-def found_range(*arguments, scene="line.yaml", code=0):
-    done = run("find", scene, "limits", *arguments, "--format", "json", code=code)
-    return rows_of(done.out, "json") if done.out else [], done
+def found_range(*arguments, scene="line.yaml"):
+    done = run("find", scene, "limits", *arguments, "--format", "json")
+    return rows_of(done.out, "json"), done.lines
 
 
 def test_the_least_margin_changes_its_sign_at_the_ends_of_the_range():
     sets = "--set", "limits.swing=null"
-    rows, done = found_range("--by", "cable.tension.value", *sets, "--columns", "sag")
-    assert [(row["end"], row["governing"]) for row in rows] == [
-        ("from", "clearance (hot)"), ("to", "everyday (everyday)"),
-    ]  # fmt: skip
-    assert done.lines[0].startswith("searched: cable.tension.value from 14010 to 56040 N")
+    rows, lines = found_range("--by", "cable.tension.value", *sets, "--columns", "sag")
+    ends = {row["end"]: row["governing"] for row in rows}
+    assert ends == {"from": "clearance (hot)", "to": "everyday (everyday)"}
+    assert lines[0].startswith("searched: cable.tension.value from 14010 to 56040 N")
     for row, (low, high) in zip(rows, ((20e3, 27e3), (27e3, 30e3)), strict=True):
         end, rises = row["cable.tension.value_N"], row["end"] == "from"
         for tension, met in ((low, not rises), (end - 1, not rises), (end + 1, rises), (high, rises)):
@@ -234,44 +229,42 @@ def test_the_least_margin_changes_its_sign_at_the_ends_of_the_range():
 
 def test_the_range_of_a_suspension_is_that_of_straight_cables():
     """Two weightless cables and a knot: 2 T sin(slope) = m g, the slope that of a cable of L (1 + T/EA)."""
-    Path("knot.yaml").write_text(
+    write(
+        "knot.yaml",
         "cable: {elastic_modulus: 200e9, density: 1e-9, area: 1e-4, unstretched_length: 10.4 m}\n"
         "points: {knot: {at: [0, 0, -3 m], free: true, mass: 20 kg}, left: [-10 m, 0, 0], right: [10 m, 0, 0]}\n"
         "cables: {one: {from: left, to: knot}, two: {from: right, to: knot}}\n"
         "limits: {taut: min_tension >= 200 N, strong: preload <= 1 kN}\n",
-        encoding="utf-8",
     )
 
     def mass(tension):
         length = 10.4 * (1 + tension / 2e7)
         return 2 * tension * (length**2 - 100) ** 0.5 / length / 9.81
 
-    rows, done = found_range("--by", "points.knot.mass", scene="knot.yaml")
+    rows, lines = found_range("--by", "points.knot.mass", scene="knot.yaml")
     assert [row["governing"].partition(",")[0].rstrip(")") for row in rows] == ["taut (reference", "strong (reference"]
     assert rows[1]["governing"][-4:-1] in ("one", "two")
     assert [row["points.knot.mass_kg"] for row in rows] == pytest.approx([mass(200), mass(1000)], rel=1e-6)
-    assert done.lines[0].startswith("searched: points.knot.mass from")
+    assert lines[0].startswith("searched: points.knot.mass from")
 
 
 def test_no_value_meets_all_limits():
-    _, done = found_range("--by", "cable.tension.value", "--between", "20kN:40kN", code=3)
-    assert done.out == ""
-    assert "no value of cable.tension.value from 20000 to 40000 N meets all limits: nearest is" in done.err
-    assert "swing (storm)" in done.err  # whatever the tension
-    scene = "limits.clearance=clearance >= 8 m", "limits.swing=null"
-    sets = [word for one in scene for word in ("--set", one)]
-    _, done = found_range("--by", "cable.tension.value", "--between", "25kN:33kN", *sets, code=3)
-    assert done.err.rstrip().endswith("not met there: everyday (everyday), clearance (hot)")
+    asked = ("find", "line.yaml", "limits", "--by", "cable.tension.value", "--between")
+    line = refusal(*asked, "20kN:40kN", code=3)
+    assert "no value of cable.tension.value from 20000 to 40000 N meets all limits: nearest is" in line
+    assert "swing (storm)" in line  # whatever the tension
+    sets = with_sets("limits.clearance=clearance >= 8 m", "limits.swing=null")
+    line = refusal(*asked, "25kN:33kN", *sets, code=3)
+    assert line.endswith("not met there: everyday (everyday), clearance (hot)")
 
 
 def test_a_range_that_ends_with_what_was_searched():
-    rows, done = found_range(
+    rows, lines = found_range(
         "--by", "cable.tension.value", "--between", "26 kN:29 kN", "--set", "limits={clearance: clearance >= 7 m}"
     )
-    assert [(row["end"], row["cable.tension.value_N"], row["governing"]) for row in rows] == [
-        ("from", 26e3, None), ("to", 29e3, None),
-    ]  # fmt: skip
-    assert done.lines == [
+    ends = {row["end"]: (row["cable.tension.value_N"], row["governing"]) for row in rows}
+    assert ends == {"from": (26e3, None), "to": (29e3, None)}
+    assert lines == [
         "all limits hold from cable.tension.value = 26000 N: the end of what was searched",
         "all limits hold to cable.tension.value = 29000 N: the end of what was searched",
     ]
@@ -300,47 +293,42 @@ columns: [limit_margin, governing, mass]
 
 
 def test_columns_of_a_study_through_every_store_and_format():
-    Path("study.yaml").write_text(STUDY, encoding="utf-8")
+    write("study.yaml", STUDY)
     run("sweep", "study.yaml", "--quiet")
-    rows = rows_of(Path("results/study.csv").read_text(encoding="utf-8"), "csv")
+    rows = stored_table()
     assert len(rows) == 8
     for row in rows[::3]:
         sets = [f"cable.tension.value={row['cable.tension.value_N']!r}", f"limits.clearance={row['limits.clearance']}"]
-        found = limits("line.yaml", *(word for one in sets for word in ("--set", one)))
+        found = limits("line.yaml", *with_sets(*sets))
         name = min(found, key=lambda one: found[one]["margin"])
         assert row["limit_margin"] == found[name]["margin"]  # to the last digit, alone and among others
         assert row["governing"] == f"{name} ({found[name]['case']})"
     assert len({row["governing"] for row in rows}) > 1
-    as_json = rows_of(run("show", "study.yaml", "--format", "json", "--quiet").out, "json")
-    assert as_json == rows
+    assert table_of("show", "study.yaml") == rows
     assert "agrees" in run("sweep", "study.yaml", "--check").err
-    best = rows_of(run("show", "study.yaml", "--best", "max limit_margin", "--format", "csv").out, "csv")
-    assert best[0]["limit_margin"] == max(row["limit_margin"] for row in rows)
+    largest = max(row["limit_margin"] for row in rows)
+    assert table_of("show", "study.yaml", "--best", "max limit_margin")[0]["limit_margin"] == largest
     where = "--where", f"governing == {rows[0]['governing']!r} and limit_margin > -1"
-    assert len(rows_of(run("show", "study.yaml", *where, "--format", "csv").out, "csv")) == sum(
-        row["governing"] == rows[0]["governing"] for row in rows
-    )
-    front = rows_of(run("show", "study.yaml", "--pareto", "max limit_margin, min mass", "--format", "csv").out, "csv")
-    assert max(row["limit_margin"] for row in rows) in [row["limit_margin"] for row in front]
+    assert table_of("show", "study.yaml", *where) == [row for row in rows if row["governing"] == rows[0]["governing"]]
+    front = table_of("show", "study.yaml", "--pareto", "max limit_margin, min mass")
+    assert largest in [row["limit_margin"] for row in front]
     Path("results/study.rows.sqlite").unlink()  # now from the CSV alone
-    assert rows_of(run("show", "study.yaml", "--format", "json", "--quiet").out, "json") == rows
+    assert table_of("show", "study.yaml") == rows
     assert cs.sweep("study.yaml")["governing"].tolist() == [row["governing"] for row in rows]
-    Path("results/study.csv").write_text(
-        Path("results/study.csv").read_text(encoding="utf-8").replace(rows[0]["governing"], "clearance (ice)", 1),
-        encoding="utf-8",
-    )
+    text = Path("results/study.csv").read_text(encoding="utf-8")
+    write("results/study.csv", text.replace(rows[0]["governing"], "clearance (ice)", 1))
     assert "governing: stored clearance (ice), computed" in run("sweep", "study.yaml", "--check", code=1).err
 
 
 def test_a_study_draws_and_reports_text_beside_numbers():
-    Path("study.yaml").write_text(STUDY.replace("count: 4", "count: 2"), encoding="utf-8")
+    write("study.yaml", STUDY.replace("count: 4", "count: 2"))
     run("sweep", "study.yaml", "--no-write", "--quiet", "--plot", "margin.svg")
     assert Path("margin.svg").stat().st_size > 1000
     run("report", "study.yaml", "--quiet")
     page = Path("study.html").read_text(encoding="utf-8")
     assert "clearance (hot)" in page or "swing (storm)" in page
     wrong = STUDY + "plot: {x: cable.tension.value, y: governing}\n"
-    Path("study.yaml").write_text(wrong, encoding="utf-8")
+    write("study.yaml", wrong)
     assert "governing is text" in run("validate", "study.yaml", code=2).err
 
 
@@ -351,12 +339,12 @@ def test_a_number_and_a_text_come_back_from_a_stored_row():
 
 
 def test_a_row_whose_scene_cannot_have_the_limit_fails_alone():
-    Path("study.yaml").write_text(
+    write(
+        "study.yaml",
         "base: line.yaml\nset: {limits: {a: utilisation <= 40 %}}\n"
         "vary: [{ground: [0 m, 5 m], limits.a: [clearance >= 6 m, clearence >= 6 m]}]\ncolumns: [sag, limit_margin]\n",
-        encoding="utf-8",
     )
-    rows = rows_of(run("sweep", "study.yaml", "--no-write", "--quiet", "--format", "json", code=3).out, "json")
+    rows = table_of("sweep", "study.yaml", "--no-write", code=3)
     assert rows[0]["status"] == "ok"
     assert rows[1]["limit_margin"] is None
     assert rows[1]["sag_m"] == rows[0]["sag_m"]
@@ -365,17 +353,17 @@ def test_a_row_whose_scene_cannot_have_the_limit_fails_alone():
 
 def test_a_load_case_without_an_answer_is_named():
     """A gondola that a force pulls past the length of its rope, and other limits that have theirs."""
-    Path("slack.yaml").write_text(
+    write(
+        "slack.yaml",
         CABLE + ", preload: 20 kN}\ngravity: 0\n"
         "cases: {on: {}, near: {moves: {end_2: [-1 m, 0, 0]}}}\n"
         "limits: {sag: sag <= 1 m, length: unstretched_length <= 201 m, on: {that: sag <= 1 m, cases: [on]}}\n",
-        encoding="utf-8",
     )
-    done = run("static", "slack.yaml", "--limits", "--format", "json", code=3)
-    found = {row["name"]: row for row in rows_of(done.out, "json")}
+    found = limits("slack.yaml", code=3)
     assert found["sag"]["status"].startswith("no answer in near: a slack cable without weight")
     assert [found[name]["status"] for name in ("length", "on")] == ["ok", "ok"]
-    assert done.err.startswith("slack.yaml: no answer in near: a slack cable")
+    told = run("static", "slack.yaml", "--limits", code=3).err
+    assert told.startswith("slack.yaml: no answer in near: a slack cable")
 
 
 # ----------------------------------------------------------------------------------------------------------- malformed
@@ -412,10 +400,9 @@ WRONG = {  # limits -> what the line says; behind 9:13: limits.a where it begins
 
 
 @pytest.mark.parametrize("text", WRONG)
-def test_malformed_limits_are_refused_in_one_line(folder, text):
-    path = folder / "wrong.yaml"
-    path.write_text((CONFIGS / "line.yaml").read_text().partition("cases:")[0].rstrip() + "\n"
-                    "cases: {ice: {temperature: -5 degC}}\n" + f"limits: {text}\n", encoding="utf-8")  # fmt: skip
+def test_malformed_limits_are_refused_in_one_line(text):
+    line = (CONFIGS / "line.yaml").read_text().partition("cases:")[0].rstrip()
+    write("wrong.yaml", f"{line}\ncases: {{ice: {{temperature: -5 degC}}}}\nlimits: {text}\n")
     for command in ("validate", "static", "modes"):
         done = run(command, "wrong.yaml", code=2)
         line = WRONG[text] if WRONG[text].startswith("9:") else f"9:13: limits.a: {WRONG[text]}"
@@ -423,7 +410,7 @@ def test_malformed_limits_are_refused_in_one_line(folder, text):
 
 
 @pytest.mark.parametrize("file", ["line.yaml", "suspensions/mast-levels.yaml"])
-def test_a_wrong_case_is_told_beside_a_limit_on_another_one(folder, file):
+def test_a_wrong_case_is_told_beside_a_limit_on_another_one(file):
     sets = [f"--set={key}" for key in ("case=icee", "limits={a: {that: max_tension <= 7 kN, cases: [icy]}}")]
     lines = run("validate", CONFIGS / file, *sets, code=2).lines
     wrong = [text for text in lines if "unknown" in text]
@@ -437,22 +424,10 @@ def test_limits_that_have_no_effect_or_are_not_there(folder):
         path.unlink()
     line = str(CONFIGS / "line.yaml")
     by, some = ("--by", "cable.tension.value"), ("--set", "limits={a: sag <= 9 m}")
+    none = ("--set", "limits=null")
     for words, arguments in {
-        "limits: missing key: 'cablestudy static --limits' needs it": (
-            "static",
-            line,
-            "--set",
-            "limits=null",
-            "--limits",
-        ),
-        "limit_margin needs the key limits, which the scene does not have": (
-            "find",
-            line,
-            "--set",
-            "limits=null",
-            "limits",
-            *by,
-        ),
+        "limits: missing key: 'cablestudy static --limits' needs it": ("static", line, *none, "--limits"),
+        "limit_margin needs the key limits, which the scene does not have": ("find", line, *none, "limits", *by),
         "--case: no effect: --limits has each limit": ("static", line, *some, "--limits", "--case", "ice"),
         "--case: no effect: limits say themselves": ("find", line, *some, "limits", *by, "--case", "ice"),
         "there is no picture of this": ("static", line, *some, "--limits", "--plot", "a.svg"),
@@ -473,10 +448,7 @@ def test_a_suspension_names_what_its_cables_lack():
 
 
 def test_limits_change_no_other_number():
-    _, scene = load_scene("line.yaml", ())
-    _, bare = load_scene("line.yaml", ("limits=null",))
-    assert scene.limits
-    assert not bare.limits
-    assert table_of("static", "line.yaml", "--case", "all") == table_of(
-        "static", "line.yaml", "--case", "all", "--set", "limits=null"
-    )
+    assert load_scene("line.yaml")[1].limits
+    assert not load_scene("line.yaml", ("limits=null",))[1].limits
+    every = ("static", "line.yaml", "--case", "all")
+    assert table_of(*every) == table_of(*every, "--set", "limits=null")

@@ -2,24 +2,18 @@
 
 import numpy as np
 import pytest
-from command import CONFIGS, run
+from command import CARLINA, run, study_file
 from mpmath import mp
 from references import catenary_mp
-from scenes import cells
+from scenes import cells, scene
 from scipy.optimize import brentq
+from solved import solve, solve_all
 from straight_scenes import case_of, one_axis, with_changes
 from test_suspension_wind import hung, value
 
 from cablestudy.cable.linear_range import linear_range
 from cablestudy.cable.span import Span
-from cablestudy.scene.scene import load_scene
-from cablestudy.study.columns import find
-from cablestudy.study.columns import find as find_of_one
-from cablestudy.study.one_cable.rows import evaluate
-from cablestudy.study.suspension.rows import evaluate_suspensions
 from cablestudy.study.table_rows import has_answer, status_of
-
-CARLINA = CONFIGS / "carlina.yaml"
 
 
 def test_a_body_between_two_straight_cables_across_them():
@@ -54,7 +48,7 @@ def test_the_linear_range_of_a_gondola_is_that_of_reactions_at_moved_ends(end, l
 
     def found(moved, *names):
         own = [f"cable.ends=[[0, 0, 0], [{end[0] + moved!r}, 0, {end[1]}]]", f"cable.unstretched_length={length}"]
-        return cells(load_scene(CARLINA, [*own, "model={accuracy: 1e-6}"])[1], *names)
+        return cells(scene(*own, "model={accuracy: 1e-6}"), *names)
 
     rest = found(0.0, "reaction_2_horizontal", "end_stiffness", "linear_range")
     reach, shares = rest["linear_range"] / 1e3, []
@@ -70,9 +64,8 @@ def test_the_linear_range_of_a_gondola_is_that_of_reactions_at_moved_ends(end, l
 def test_the_linear_range_is_within_its_stated_error(rise, length, section):
     """At the movement that is found, and at those that its error allows, by the 50-digit catenary."""
     own = {"ends": f"[[0, 0, 0], [185.8, 0, {rise}]]", "unstretched_length": repr(length), "area": section}
-    sets = [f"cable.{key}={value}" for key, value in own.items()]
-    row = evaluate(load_scene(CARLINA, [*sets, "model=null"])[1], [find_of_one("linear_range")])
-    found, error = row.cells["linear_range_mm"] / 1e3, row.errors["linear_range_mm"]
+    row = solve(scene(*(f"cable.{key}={value}" for key, value in own.items()), "model=null"), "linear_range")
+    found, error = row.values["linear_range"] / 1e3, row.errors["linear_range"]
     cable = 70.3e9 * section, 1440 * section * mp.mpf("9.81")
 
     def pull(movement):
@@ -91,29 +84,22 @@ def test_the_linear_range_is_within_its_stated_error(rise, length, section):
 def test_a_gondola_in_a_storm_slackens_its_cable_and_the_row_says_so():
     """The mean wind moves it by rho/2 C_d A v^2/k; the tension changes with the displacement by the end stiffness."""
     names = ("gondola_rms_open_loop", "peak", "peak_utilisation", "utilisation", "end_stiffness", "max_tension")
-    rows = {}
-    for speed in (6, 80):
-        scene = load_scene(CARLINA, [f"wind.speed={speed} m/s"])[1]
-        rows[speed] = evaluate(scene, [*map(find_of_one, names), find_of_one("status")])
-    assert rows[6].cells["status"] == "ok"
-    assert rows[80].cells["status"] == "a cable goes slack in the wind"
-    assert not rows[80].failed
-    for row in rows.values():
-        found = row.cells
-        breaking = found["max_tension_N"] / found["utilisation"]
-        more = found["end_stiffness_N_per_m"] * found["peak_mm"] / 1e3  # the cable lies nearly along x
-        assert found["peak_utilisation"] == pytest.approx((found["max_tension_N"] + more) / breaking, rel=1e-3)
-    calm = rows[6].cells
-    assert calm["end_stiffness_N_per_m"] * calm["peak_mm"] / 1e3 < calm["max_tension_N"]
+    calm, stormy = (solve(scene(f"wind.speed={speed} m/s"), *names) for speed in (6, 80))
+    assert calm.status == "ok"
+    assert stormy.status == "a cable goes slack in the wind"
+    for found in (calm.values, stormy.values):
+        breaking = found["max_tension"] / found["utilisation"]
+        more = found["end_stiffness"] * found["peak"] / 1e3  # the cable lies nearly along x
+        assert found["peak_utilisation"] == pytest.approx((found["max_tension"] + more) / breaking, rel=1e-3)
+        assert (more < found["max_tension"]) == (found is calm.values)
 
 
 def test_the_error_of_a_peak_utilisation_is_that_of_the_peak_by_its_share():
     sets = "model.accuracy=1e-2", "cable.damping={loss_factor: 0.01, viscous: 0.01}", "winch.controller.gain=0.03"
-    columns = [find_of_one(name) for name in ("peak", "peak_utilisation", "utilisation")]
-    row = evaluate(load_scene(CARLINA, sets)[1], columns)
-    share = 1 - row.cells["utilisation"] / row.cells["peak_utilisation"]
-    assert row.errors["peak_utilisation"] == pytest.approx(share * row.errors["peak_mm"], rel=1e-6)
-    assert row.errors["peak_mm"] > 1e-6
+    row = solve(scene(*sets), "peak", "peak_utilisation", "utilisation")
+    share = 1 - row.values["utilisation"] / row.values["peak_utilisation"]
+    assert row.errors["peak_utilisation"] == pytest.approx(share * row.errors["peak"], rel=1e-6)
+    assert row.errors["peak"] > 1e-6
 
 
 def test_windrms_warns_of_a_slack_cable_and_of_motion_beyond_the_linear_range():
@@ -130,21 +116,19 @@ def test_a_suspension_names_the_cables_that_go_slack():
     text["wind"] |= {"length_scale": 25.0, "turbulence_intensity": 0.15, "coherence_decay": 10.0}
     text["cable"]["strength"] = 1.5e9
     stormy = with_changes(text, wind__speed=60.0)
-    columns = [find(name) for name in ("c0.peak_utilisation", "c0.utilisation", "max_peak_utilisation", "b.rms")]
     cases = [case_of(one) for one in (text, stormy)]
-    rows = evaluate_suspensions([case.scene for case in cases], columns)
+    names = "c0.peak_utilisation", "c0.utilisation", "max_peak_utilisation", "b.rms"
+    rows = solve_all([case.scene for case in cases], names)
     for case, row in zip(cases, rows, strict=True):
         slack = [name for name in text["cables"] if value(case, f"{name}.least_tension") < 0]
         words = f"a cable goes slack in the wind: {', '.join(slack)}" if slack else "ok"
-        assert row.cells["status"] == words
-        assert not row.failed
+        assert row.status == words
         each = [value(case, f"{name}.peak_utilisation") for name in text["cables"]]
-        assert row.cells["max_peak_utilisation"] == max(each)
+        assert row.values["max_peak_utilisation"] == max(each)
         means = case.analysis.mean_tensions("c0")
         drop = min(means) - value(case, "c0.least_tension")
         assert each[0] * 1.5e9 * 1.5e-5 == pytest.approx(max(means) + drop, rel=0.02)
-    assert rows[0].cells["status"] == "ok"
-    assert rows[1].cells["status"] != "ok"
+    assert rows[0].status == "ok" != rows[1].status
 
 
 def test_a_doubt_is_an_answer_and_comes_last():
@@ -157,8 +141,7 @@ def test_a_doubt_is_an_answer_and_comes_last():
 
 
 def test_a_sweep_keeps_rows_with_slack_cables(tmp_path):
-    study = tmp_path / "storm.yaml"
-    study.write_text(f"base: {CARLINA}\nvary: [{{wind.speed: [6 m/s, 80 m/s]}}]\ncolumns: [gondola_rms_open_loop]\n")
+    study = study_file(tmp_path, "vary: [{wind.speed: [6 m/s, 80 m/s]}]\ncolumns: [gondola_rms_open_loop]\n")
     assert "a cable goes slack in the wind in 1 of 2 rows: 2" in run("sweep", study, "--out", tmp_path).err
 
 
@@ -170,9 +153,9 @@ def test_a_cable_with_fixed_ends_goes_slack_in_a_storm():
             "gondola=null", "winch=null", f"wind.speed={speed} m/s", "wind.duration=600 s", "model={accuracy: 1e-4}",
             "cable.damping={model: kelvin_voigt, time: 0.1 ms, viscous: 0.01}", "cable.unstretched_length=186.5 m",
         ]  # fmt: skip
-        row = evaluate(load_scene(CARLINA, sets)[1], [*map(find_of_one, names), find_of_one("status")]).cells
-        crossings = np.sqrt(2 * np.log(600.0 * row["outofplane_frequency_1_Hz"]))
-        drop = (crossings + 0.5772 / crossings) * row["tension_rms_N"]
-        slack = min(row["tension_1_N"], row["tension_2_N"]) < drop
-        assert row["status"] == ("a cable goes slack in the wind" if slack else "ok")
+        row = solve(scene(*sets), *names)
+        crossings = np.sqrt(2 * np.log(600.0 * row.values["outofplane_frequency_1"]))
+        drop = (crossings + 0.5772 / crossings) * row.values["tension_rms"]
+        slack = min(row.values["tension_1"], row.values["tension_2"]) < drop
+        assert row.status == ("a cable goes slack in the wind" if slack else "ok")
         assert slack == (speed == 60), (drop, row)

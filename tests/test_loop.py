@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 from cables import along_x
-from command import CARLINA, ROOT, rows_of, run, table_of
+from command import CARLINA, ROOT, refused_in_one_line, rows_of, run, table_of
 from references import loop_matrix
 from scenes import AREA, DENSITY, MODULUS, case_of, cells, scene
 
@@ -66,9 +66,8 @@ def bar_loop(case):
     """Cable, mass, winch and notch of a case, as `loop_matrix` takes them."""
     winch, notch = case.scene.winch, case.scene.winch.controller.notch
     if notch is not None:
-        own = {"coupled": case.gondola_mode.frequency[0], "static": find("gondola_frequency_static").compute(case)}[
-            notch.frequency
-        ]
+        static = find("gondola_frequency_static").compute(case)
+        own = {"coupled": case.gondola_mode.frequency[0], "static": static}[notch.frequency]
         notch = SimpleNamespace(
             omega=TURN * own,
             damping_ratio=notch.damping_ratio,
@@ -86,12 +85,7 @@ def loop_gain(case, omega):
     own, ground = loop.cable.dynamic_stiffness(s, [3], [3, 0])[:, 0].T
     moved = -(own if loop.location == "gondola" else ground) / (loop.mass * s**2 + own)
     sign = -1 if loop.location == "gondola" else 1
-    filtered = 1.0
-    if loop.notch is not None:
-        zero, pole = s / loop.notch.omega, s / loop.notch.rolloff_omega
-        filtered = (zero**2 + 2 * loop.notch.damping_ratio * zero + 1) / (
-            pole**2 + 2 * loop.notch.rolloff_damping_ratio * pole + 1
-        )
+    filtered = loop_matrix.notch(s, *vars(loop.notch).values()) if loop.notch else 1.0
     return sign * case.analysis.gain[0] * filtered / s * moved
 
 
@@ -295,11 +289,8 @@ MISTAKES = {
 
 
 @pytest.mark.parametrize("given", MISTAKES)
-def test_mistakes_are_one_line(given):
-    done = run("loop", CARLINA, *given, code=2)
-    assert done.out == ""
-    assert len(done.lines) == 1
-    assert MISTAKES[given] in done.err
+def test_mistakes_are_one_line(given, folder):
+    refused_in_one_line(folder, MISTAKES[given], "loop", CARLINA, *given)
 
 
 @pytest.mark.parametrize("given", [(), ("--time", "10s")])

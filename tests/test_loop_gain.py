@@ -7,8 +7,11 @@ import pytest
 from campaign import campaign
 from command import CONFIGS
 from random_twins import random_scene
+from references import dense
 from references.bar_loop import BarLoop
 from references.bars_in_wind import BarsInWind
+from references.loop_matrix import notch
+from straight_scenes import case_of
 from test_suspension_loop_bars import lossy, scene_of
 
 from cablestudy.control.curves import at_frequencies, by_parts
@@ -20,7 +23,6 @@ from cablestudy.motion import driven_cables
 from cablestudy.motion.driven_cables import DrivenCables
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.scene import CableScene, load_scene
-from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.system import analysis_of
 from cablestudy.study.suspension.case import SuspensionCase
@@ -30,6 +32,7 @@ from cablestudy.system.linear import LinearSystem
 from cablestudy.system.tolerances import SYSTEM
 
 BARS, TURN = 6, 2 * np.pi
+ON_BARS = {"model": {"elements": BARS, "order": 1, "mass": "lumped"}}
 FINE = (2, 14), (4, 8)  # elements of a cable and their order
 ROUNDING = 1e-12  # of forces at the ends of cables, which are differences of larger ones
 WIND = {"speed": 12.0, "direction": 0.4, "turbulence_intensity": 0.1, "length_scale": 50.0, "mean": False,
@@ -39,11 +42,8 @@ WIND = {"speed": 12.0, "direction": 0.4, "turbulence_intensity": 0.1, "length_sc
 def both(seed, **changes):
     """`LoopGain` of a scene with all modes of its bars, and the dense bars."""
     data = scene_of(seed) | changes
-    case = SuspensionCase(
-        SuspensionScene.model_validate({**data, "model": {"elements": BARS, "order": 1, "mass": "lumped"}})
-    )
-    closed_loop = case.analysis.closed_loop_of(250)
-    bars = BarLoop(data, SuspensionCase(SuspensionScene.model_validate(data)).equilibrium, BARS)
+    closed_loop = case_of(data | ON_BARS).analysis.closed_loop_of(250)
+    bars = BarLoop(data, case_of(data).equilibrium, BARS)
     return DrivenCables(closed_loop, closed_loop.loop.gain).loop_gain, bars
 
 
@@ -51,13 +51,11 @@ def dense_gain(bars, s):
     """P (s^2 M + s C + K)^-1 F(s) A N(s)/s."""
     forces = sum(s**order * part for order, part in enumerate(bars.forces))
     moved = bars.measured @ np.linalg.solve(s**2 * bars.bars.M + s * bars.C + bars.bars.K, forces) @ bars.allocation
-    notch, passed = bars.scene["control"]["notch"], 1.0
-    if notch != "none":
-        zero, pole = s / (TURN * notch["frequency"]), s / (TURN * notch["rolloff_frequency"])
-        passed = (zero**2 + 2 * notch["damping_ratio"] * zero + 1) / (
-            pole**2 + 2 * notch["rolloff_damping_ratio"] * pole + 1
-        )
-    return moved * passed / s
+    own = bars.scene["control"]["notch"]
+    if own == "none":
+        return moved / s
+    omega, rolloff = TURN * own["frequency"], TURN * own["rolloff_frequency"]
+    return moved * notch(s, omega, own["damping_ratio"], rolloff, own["rolloff_damping_ratio"]) / s
 
 
 @pytest.mark.parametrize("seed", [0, 2, 14, 23, 58])  # modal, viscous and Kelvin-Voigt damping, with and without notch
@@ -81,14 +79,7 @@ def highest_poles(loop_gain):
 def test_the_pole_of_a_mode_of_one_cable_with_the_bodies_free(seed):
     """Close to an eigenvalue of the dense bars, much closer than the frequency between fixed ends."""
     found, bars = both(seed)
-    n = len(bars.bars.M)
-    a = np.block(
-        [
-            [np.zeros((n, n)), np.eye(n)],
-            [-np.linalg.solve(bars.bars.M, bars.bars.K), -np.linalg.solve(bars.bars.M, bars.C)],
-        ]
-    )
-    poles = np.linalg.eigvals(a)
+    poles = dense.poles(bars.bars.M, bars.C, bars.bars.K)
     for pole in highest_poles(found)[0]:
         assert np.abs(poles - pole).min() < 1e-3 * abs(pole)
 
@@ -99,8 +90,7 @@ def test_the_poles_of_modes_that_nothing_damps_between_fixed_ends(seed):
     damping = {"model": "hysteretic", "loss_factor": 1e-5}
     found, bars = both(seed, cable={**scene_of(seed)["cable"], "damping": damping})
     assert min((element.decay / element.omega).min() for element in found.elements) < 1e-12
-    n, inverse = len(bars.bars.M), np.linalg.inv(bars.bars.M)
-    poles = np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ bars.bars.K, -inverse @ bars.C]]))
+    poles = dense.poles(bars.bars.M, bars.C, bars.bars.K)
     estimated, _ = poles_of_modes([found], [[np.arange(len(element.omega)) for element in found.elements]])[0]
     assert (np.abs(poles - estimated[:, None]).min(axis=1) < 1e-5 * np.abs(estimated)).all()
 
@@ -119,21 +109,12 @@ def test_the_shift_of_a_pole_by_the_gain(seed):
 @pytest.mark.parametrize("seed", [0, 2, 14])
 def test_the_air_damps_what_winches_move_of_the_cables(seed):
     """Dense bars with the drag of each node on its own velocity, whatever moves it."""
-    wind = {
-        "speed": 12.0,
-        "direction": 0.4,
-        "turbulence_intensity": 0.1,
-        "length_scale": 50.0,
-        "mean": False,
-        "on": "cables",
-    }
-    drag = {"cable_drag_coefficient": 1.2, "air_density": 1.2}
-    found, bars = both(seed, wind=wind | drag)
+    found, bars = both(seed, wind=WIND)
     still, _ = both(seed)
-    state = SuspensionCase(SuspensionScene.model_validate(scene_of(seed))).equilibrium
+    state = case_of(scene_of(seed)).equilibrium
     diameter = np.sqrt(4 * bars.scene["cable"]["area"] / np.pi)
     spectrum = {"density": 1.2, "turbulence": (1.0, 1.0, 1.0), "coherence_decay": 10.0, "length_scale": 50.0}
-    moving = BarsInWind(state, BARS, wind | spectrum, np.full(len(found.elements), 1.2 * diameter))
+    moving = BarsInWind(state, BARS, WIND | spectrum, np.full(len(found.elements), 1.2 * diameter))
     bars.C = bars.C + np.einsum("kin,kij,kjm->nm", moving.moves, moving.drags, moving.moves)
     lowest = min(element.omega.min() for element in found.elements)
     for omega in lowest * np.array([0.05, 0.3, 0.7, 1.5]):
@@ -147,8 +128,8 @@ def test_the_air_damps_what_winches_move_of_the_cables(seed):
 def condensed(element, s):
     """Forces at the six ends per displacement of these, by elimination of all modes, shape (6, 6)."""
     mass, damping, stiffness = element.matrices()
-    whole, n = s**2 * mass + s * damping + stiffness, len(element.omega)
-    return whole[n:, n:] - whole[n:, :n] @ np.linalg.solve(whole[:n, :n], whole[:n, n:])
+    whole = s**2 * mass + s * damping + stiffness
+    return dense.condensed(whole, np.arange(len(whole) - 6, len(whole)))
 
 
 def condensed_bodies(found, s):
@@ -162,6 +143,15 @@ def condensed_bodies(found, s):
     return bodies, pushed, max(np.abs(ends).max(), np.abs(bodies).max())
 
 
+def check_bodies(found, s):
+    """Dynamic stiffness and forces over frequency are those by elimination of all modes."""
+    bodies, pulled = LoopGain.stiffness_and_forces([found], np.zeros(len(s), dtype=int), s)
+    for place, one in enumerate(s):
+        expected, pushed, size = condensed_bodies(found, one)
+        assert np.abs(bodies[place] - expected).max() < ROUNDING * size
+        assert np.abs(pulled[place] - pushed).max() < ROUNDING * size
+
+
 def condensed_gain(found, s):
     """P Z^-1 F A C1 N, all modes of the cables eliminated."""
     bodies, pushed, _ = condensed_bodies(found, s)
@@ -172,12 +162,7 @@ def condensed_gain(found, s):
 def test_cables_in_the_air_are_summed_together(seed):
     """Against the matrices of each cable, its modes eliminated."""
     found, _ = both(seed, wind=WIND)
-    omega = np.geomspace(0.1, 2 * max(element.omega.max() for element in found.elements), 31)
-    bodies, pulled = LoopGain.stiffness_and_forces([found], np.zeros(len(omega), dtype=int), 1j * omega)
-    for place, s in enumerate(1j * omega):
-        expected, pushed, size = condensed_bodies(found, s)
-        assert np.abs(bodies[place] - expected).max() < ROUNDING * size
-        assert np.abs(pulled[place] - pushed).max() < ROUNDING * size
+    check_bodies(found, 1j * np.geomspace(0.1, 2 * max(element.omega.max() for element in found.elements), 31))
 
 
 @pytest.mark.crossed
@@ -195,14 +180,9 @@ def test_stiffness_of_cables_of_any_viscous_damping(law, damped):
         for element in found.elements
     ]
     found = replace(found, elements=elements)
-    s = 1j * np.geomspace(0.1, 2 * max(element.omega.max() for element in found.elements), 31)
-    bodies, pulled = LoopGain.stiffness_and_forces([found], np.zeros(len(s), dtype=int), s)
+    check_bodies(found, 1j * np.geomspace(0.1, 2 * max(element.omega.max() for element in elements), 31))
     if law == "hysteretic" or damped != 1.0:  # else poles of a real matrix coincide, and equations are solved
         assert not found._divided[1]
-    for place, one in enumerate(s):
-        expected, pushed, size = condensed_bodies(found, one)
-        assert np.abs(bodies[place] - expected).max() < ROUNDING * size
-        assert np.abs(pulled[place] - pushed).max() < ROUNDING * size
 
 
 @pytest.mark.parametrize("seed", campaign([0, 2, 14, 58], [0, 58]))
@@ -278,12 +258,9 @@ def test_poles_of_overdamped_modes_stay_real_to_first_order():
 
 @pytest.mark.parametrize("seed", [0, 2, 14])
 def test_the_largest_gain_to_first_order_is_that_of_little_damped_modes(seed):
-    text = scene_of(seed)
-    text = text | {
-        "cable": text["cable"] | {"damping": {"model": "modal", "ratio": 1e-6}},
-        "model": {"elements": BARS, "order": 1, "mass": "lumped"},
-    }
-    closed_loop = SuspensionCase(SuspensionScene.model_validate(text)).analysis.closed_loop_of(250)
+    text = scene_of(seed) | ON_BARS
+    text["cable"] = text["cable"] | {"damping": {"model": "modal", "ratio": 1e-6}}
+    closed_loop = case_of(text).analysis.closed_loop_of(250)
     assert closed_loop.untuned_loop.limit_by_modes == pytest.approx(closed_loop.stability.largest_gain, rel=1e-3)
 
 
@@ -314,10 +291,7 @@ def test_an_error_of_the_poles_of_cables_counts_where_resonances_are_narrow():
     at a mode that decays by 5e-10 of its frequency, whose phase margin was 5.4e-5 off at a stated 2.8e-5."""
     data = lossy(1)
     data["cable"]["damping"].pop("viscous")
-    case = SuspensionCase(
-        SuspensionScene.model_validate({**data, "model": {"elements": BARS, "order": 1, "mass": "lumped"}})
-    )
-    closed_loop = case.analysis.closed_loop_of(250)
+    closed_loop = case_of(data | ON_BARS).analysis.closed_loop_of(250)
     right, moved = (DrivenCables(closed_loop, closed_loop.loop.gain) for _ in range(2))
     for cable in moved.coupling_damping:
         poles = cable.pole_sum.poles
@@ -340,10 +314,9 @@ def test_what_the_air_does_to_high_modes_changes_the_largest_gain_by_less_than_s
     text = scene_of(seed) | {"wind": WIND, "model": {"accuracy": 1e-4}}
     viscous = per_mass * text["cable"]["density"] * text["cable"]["area"]
     text["cable"] = text["cable"] | {"damping": {"model": "modal", "ratio": 0.0, "viscous": viscous}}
-    scene = SuspensionScene.model_validate(text)
-    found, error = SuspensionCase(scene).analysis.largest_gain
+    found, error = case_of(text).analysis.largest_gain
     monkeypatch.setattr(type(SYSTEM), "windows_from", 10_000)
-    truth, _ = SuspensionCase(scene).analysis.largest_gain
+    truth, _ = case_of(text).analysis.largest_gain
     assert abs(found / truth - 1) <= error <= 1e-4
 
 
@@ -363,7 +336,7 @@ def test_the_stated_error_of_the_largest_gain_is_true_and_within_the_accuracy():
 @pytest.mark.parametrize("data", [scene_of(1005), lossy(1047)])
 def test_a_crossing_near_that_of_coarser_elements_is_the_first_of_all_frequencies(data):
     """Waves along the cables decide; those across them are resolved beyond their frequency by finer elements."""
-    loop = SuspensionCase(SuspensionScene.model_validate(data)).analysis.loop_for_margins
+    loop = case_of(data).analysis.loop_for_margins
     driven, finer = loop.stability.driven, loop.stability.driven.resolving
     assert finer is not driven
     assert driven.resolved_to < driven.limit.omega <= finer.resolved_to
@@ -430,7 +403,7 @@ def cut_loop(cut):
         scene["points"] = {"junction": {"at": (0.78 * anchors[1] + 0.22 * ends[1]).tolist(), "free": True}}
         cables["c1"] |= {"to": "junction", "unstretched_length": first}
         cables["second"] = {"from": "junction", "to": "b.e1", "unstretched_length": second}
-    return SuspensionCase(SuspensionScene.model_validate(scene)).analysis.loop_for_notes.stability.driven
+    return case_of(scene).analysis.loop_for_notes.stability.driven
 
 
 def test_waves_across_a_junction_without_mass_are_seen_as_narrow_as_those_of_the_whole_cable():
@@ -443,18 +416,11 @@ def test_waves_across_a_junction_without_mass_are_seen_as_narrow_as_those_of_the
 def test_narrow_poles_are_those_of_the_equations():
     """Two coupled masses on springs, without cables: eigenvalues of their state matrix."""
     mass, damping = np.diag([2.0, 3.0]), 1e-7 * np.array([[2.0, -1.0], [-1.0, 4.0]])
-    stiffness, zero = np.array([[50.0, -20.0], [-20.0, 90.0]]), np.zeros((2, 2))
-    inverse = np.linalg.inv(mass)
-    poles = np.linalg.eigvals(np.block([[zero, np.eye(2)], [-inverse @ stiffness, -inverse @ damping]]))
+    stiffness = np.array([[50.0, -20.0], [-20.0, 90.0]])
+    poles = dense.poles(mass, damping, stiffness)
     poles = np.sort_complex(poles[poles.imag > 0])
-    none = {
-        "elements": [],
-        "connection": np.zeros((0, 6, 2)),
-        "reeling": np.zeros((0, 6, 0)),
-        "winch_loads": np.zeros((2, 0)),
-    }
-    loop_gain = LoopGain(LinearSystem(mass, damping, stiffness), **none, measured=np.zeros((0, 2)),
-                         allocation=np.zeros((0, 0)), controller=None)  # fmt: skip
+    none = [np.zeros(shape) for shape in ((0, 6, 2), (0, 6, 0), (2, 0), (0, 2), (0, 0))]
+    loop_gain = LoopGain(LinearSystem(mass, damping, stiffness), [], *none, controller=None)
     near = [poles + 1j * 1e-5]
     found = np.sort_complex(narrow_poles([loop_gain], near, near, [np.full(2, 1e-4)])[0])
     np.testing.assert_allclose(found, poles, rtol=1e-14)

@@ -10,7 +10,7 @@ import termios
 from itertools import pairwise
 
 import pytest
-from command import CARLINA, CONFIGS, rows_of, run, study_file, table_of
+from command import CARLINA, CONFIGS, refusal, rows_of, run, stored_table, study_file, table_of
 
 from cablestudy.study.markdown import fitted, text_width, whole
 from cablestudy.study.table import Field, Table
@@ -136,18 +136,14 @@ def test_a_terminal_gets_what_fits_and_a_pipe_everything():
     text, notes = on_terminal(80, "sweep", study, "--no-write")
     assert max(map(len, text.splitlines())) <= 80
     assert notes.startswith("wider than this terminal, left out: ")
-    assert "gondola_frequency" in notes
-    assert "--columns" in notes
+    assert all(word in notes for word in ("gondola_frequency", "--columns"))
     assert "status" not in text
     assert on_terminal(80, "sweep", study, "--no-write", "--quiet") == (text, "")
-    whole_table, _ = on_terminal(400, "sweep", study, "--no-write")
-    piped = run("sweep", study, "--no-write").out
-    assert [cells(line)[:-1] for line in piped.splitlines()[2:]] == [
-        cells(line) for line in whole_table.splitlines()[2:]
-    ]
-    assert on_terminal(20, "sweep", study, "--no-write", "--format", "csv")[0] == (
-        run("sweep", study, "--no-write", "--format", "csv").out
-    )
+    piped = run("sweep", study, "--no-write").out.splitlines()[2:]
+    whole_table = on_terminal(400, "sweep", study, "--no-write")[0].splitlines()[2:]
+    assert [cells(line)[:-1] for line in piped] == [cells(line) for line in whole_table]
+    asked = ("sweep", study, "--no-write", "--format", "csv")
+    assert on_terminal(20, *asked)[0] == run(*asked).out
 
 
 @pytest.mark.parametrize("style", ["csv", "json", "jsonl"])
@@ -181,11 +177,10 @@ def test_every_table_takes_them(folder):
         ["materials", "--columns", "material,density"],
         ["sweep", "study.yaml", "--dry-run", "--columns", "row,gondola.mass"],
         ["sweep", "study.yaml", "--columns", "gondola.mass_kg,status"],
-        ["find", CARLINA, "sag = 1 m", "--by", "cable.preload", "--columns", "mass,status"],
     ):
-        rows = table_of(*command, "--top", 2)
-        assert len(rows) == min(2, 1 if command[0] == "find" else 2)
-        assert len(rows[0]) == (4 if command[0] == "find" else 2)  # there --columns are those beside key and goal
+        assert [len(row) for row in table_of(*command, "--top", 2)] == [2, 2]
+    find = ("find", CARLINA, "sag = 1 m", "--by", "cable.preload", "--columns", "mass,status")
+    assert [len(row) for row in table_of(*find, "--top", 2)] == [4]  # --columns are those beside key and goal
     (row,) = table_of("validate", "study.yaml", "--columns", "cases")
     assert row == {"cases": 3}
 
@@ -244,13 +239,6 @@ def test_what_is_refused(arguments, message):
     assert [line.replace("main ", "cablestudy ") for line in outcome.lines if "note: " not in line] == [message]
 
 
-def test_the_stored_table_is_whole(folder):
-    study_file(folder, "vary: [{gondola.mass: [5 kg, 6 kg]}]\ncolumns: [mass, sag]\n")
-    run("sweep", "study.yaml", "--columns", "sag", "--top", 1)
-    stored = rows_of((folder / "results" / "study.csv").read_text(encoding="utf-8"), "csv")
-    assert [list(row) for row in stored] == [["gondola.mass_kg", "mass_kg", "sag_m", "status"]] * 2
-
-
 DIGITS = [
     (["static", CARLINA], "preload_N", "preload"),
     (["static", CONFIGS / "suspensions" / "mast-guys.yaml", "--table", "cables"], "preload_N", "preload [N]"),
@@ -266,14 +254,10 @@ DIGITS = [
 def test_numbers_have_the_digits_that_are_asked_for(command, name, head, digits):
     """Those of the exact number, as python rounds it, where an exponent is not shorter."""
     row = table_of(*command)[0]
-    lines = run(*command, "--digits", digits).out.splitlines()
-    cells = [[cell.strip() for cell in line.strip("| ").split("|")] for line in lines]
-    if cells[0][0] == "quantity":
-        shown = next(line[1] for line in cells if line[0] == head)
-    else:
-        shown = cells[2][cells[0].index(head)]
-    rounded = float(f"{row[name]:.{digits}g}")
-    assert float(shown) == rounded
+    table = [cells(line) for line in run(*command, "--digits", digits).out.splitlines()]
+    upright = table[0][0] == "quantity"
+    shown = next(line[1] for line in table if line[0] == head) if upright else table[2][table[0].index(head)]
+    assert float(shown) == float(f"{row[name]:.{digits}g}")
     assert len(shown.replace(".", "").strip("0")) <= digits
 
 
@@ -285,9 +269,11 @@ def test_digits_of_all_tables_of_a_suspension():
     assert "20000.000" not in more
 
 
-def test_the_stored_table_keeps_its_digits(folder):
+def test_the_stored_table_is_whole_and_keeps_its_digits(folder):
     study_file(folder, "vary: [{gondola.mass: [5 kg, 6 kg]}]\ncolumns: [mass, sag]\n")
-    assert "0.714633879" in run("sweep", "study.yaml", "--digits", 9).out
+    shown = run("sweep", "study.yaml", "--digits", 9, "--columns", "mass", "--top", 1).out
+    assert "0.714633879" in shown
+    assert [list(row) for row in stored_table()] == [["gondola.mass_kg", "mass_kg", "sag_m", "status"]] * 2
     stored = (folder / "results" / "study.md").read_text(encoding="utf-8")
     run("sweep", "study.yaml", "--restart")
     assert (folder / "results" / "study.md").read_text(encoding="utf-8") == stored
@@ -303,6 +289,4 @@ def test_the_stored_table_keeps_its_digits(folder):
     ],
 )
 def test_digits_that_are_refused(arguments, message):
-    refused = run("static", CARLINA, *arguments, code=2)
-    assert len(refused.lines) == 1
-    assert message in refused.err
+    assert message in refusal("static", CARLINA, *arguments)

@@ -4,13 +4,14 @@ import math
 from pathlib import Path
 
 import pytest
-from command import CONFIGS, run, table_of
-from scenes import cells
+from command import CONFIGS, refusal, run, study_file, table_of, write
+from scenes import cells, scene_of
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.document import read_document
 from cablestudy.scene.materials import Material, materials
 from cablestudy.scene.scene import load_scene
+from cablestudy.scene.schema import scene_schema, suspension_schema
 from cablestudy.scene.study import read_study
 from cablestudy.scene.units import to_si
 from cablestudy.study.scene_values import tables_of
@@ -22,15 +23,15 @@ POUND_MASS = 0.45359237
 
 
 def test_table_9_of_the_paper_is_there_by_its_own_names():
-    printed = {"steel": (210, 7800, 1500), "steel-high": (210, 7800, 2000)}
-    printed |= {"polypropylene": (5, 930, 60), "polyester": (15, 910, 1150), "nylon": (4, 1140, 1000)}
-    printed |= {"aramid": (70, 1440, 3000), "aramid-high": (140, 1440, 3500)}
-    printed |= {"stainless-steel": (200, 7850, 500), "stainless-steel-high": (200, 7850, 1000)}
+    printed = {  # GPa, kg/m^3, MPa
+        "steel": (210, 7800, 1500), "steel-high": (210, 7800, 2000), "polypropylene": (5, 930, 60),
+        "polyester": (15, 910, 1150), "nylon": (4, 1140, 1000), "aramid": (70, 1440, 3000),
+        "aramid-high": (140, 1440, 3500), "stainless-steel": (200, 7850, 500),
+        "stainless-steel-high": (200, 7850, 1000),
+    }  # fmt: skip
+    expected = {f"paper/{name}": (E * 1e9, density, strength * 1e6) for name, (E, density, strength) in printed.items()}
     of_paper = {name: entry for name, entry in materials().items() if name.startswith("paper/")}
-    assert {name: (m.elastic_modulus, m.density, m.strength) for name, m in of_paper.items()} == {
-        f"paper/{name}": (modulus * 1e9, density, strength * 1e6)
-        for name, (modulus, density, strength) in printed.items()
-    }
+    assert {name: (m.elastic_modulus, m.density, m.strength) for name, m in of_paper.items()} == expected
 
 
 def test_every_built_in_material_has_its_source_and_numbers_of_its_kind():
@@ -72,9 +73,8 @@ CATALOGUES = {
 @pytest.mark.parametrize("name", CATALOGUES)
 def test_a_rope_of_a_listed_diameter_has_the_mass_and_the_breaking_force_of_its_catalogue(name):
     diameter, mass, force, scatter = CATALOGUES[name]
-    text = f"cable: {{chord: 50 m, material: {name}, diameter: {diameter}, preload: 10 %}}\n"
-    Path("s.yaml").write_text(text, encoding="utf-8")
-    found = cells(load_scene("s.yaml")[1], "mass_per_length", "breaking_force", "preload")
+    scene = scene_of(f"cable: {{chord: 50 m, material: {name}, diameter: {diameter}, preload: 10 %}}\n")
+    found = cells(scene, "mass_per_length", "breaking_force", "preload")
     assert found["mass_per_length"] == pytest.approx(mass, rel=scatter)
     assert found["breaking_force"] == pytest.approx(force, rel=scatter)
     assert found["preload"] == pytest.approx(found["breaking_force"] / 10, rel=1e-12)
@@ -86,11 +86,11 @@ def test_parallel_aramid_breaks_at_its_listed_load():
 
 
 def test_a_rope_with_a_size_needs_none_and_keeps_its_numbers_to_the_digit():
-    Path("s.yaml").write_text("cable: {chord: 300 m, material: acsr-drake, preload: 20 %}\n", encoding="utf-8")
-    cable = load_scene("s.yaml")[1].cable
+    text = "cable: {chord: 300 m, material: acsr-drake, preload: 20 %}\n"
+    cable = scene_of(text).cable
     assert (cable.section_mass, cable.section_breaking_force) == (1.628, 140.1e3)
     assert (cable.section_area, cable.section_diameter, cable.expansion) == (468.6e-6, 28.14e-3, 18.9e-6)
-    thinner = load_scene("s.yaml", ["cable.diameter=14.07 mm"])[1].cable
+    thinner = scene_of(text, "cable.diameter=14.07 mm").cable
     assert thinner.section_mass == pytest.approx(1.628 / 4, rel=1e-14)
     assert thinner.section_axial_stiffness == pytest.approx(cable.section_axial_stiffness / 4, rel=1e-14)
 
@@ -108,23 +108,23 @@ SCENE = "materials: ropes/mine.yaml\ncable: {chord: 80 m, material: my-strand, d
 @pytest.fixture(autouse=True)
 def files(folder):
     (folder / "ropes").mkdir()
-    (folder / "ropes" / "mine.yaml").write_text(ROPES, encoding="utf-8")
-    (folder / "scene.yaml").write_text(SCENE, encoding="utf-8")
+    write(folder / "ropes" / "mine.yaml", ROPES)
+    write(folder / "scene.yaml", SCENE)
 
 
 def test_a_file_of_materials_is_relative_to_the_scene_that_names_it():
     cable = load_scene("scene.yaml")[1].cable
     assert (cable.elastic_modulus, cable.density, cable.fill_factor) == (155e9, 8200, 0.77)
     Path("deeper").mkdir()
-    Path("deeper/top.yaml").write_text("base: ../scene.yaml\ncable: {material: steel}\n", encoding="utf-8")
+    write("deeper/top.yaml", "base: ../scene.yaml\ncable: {material: steel}\n")
     cable = load_scene("deeper/top.yaml")[1].cable
     assert (cable.elastic_modulus, cable.density, cable.strength) == (201e9, 7801, None)
 
 
 def test_a_layer_adds_its_materials_to_those_of_its_base():
     more = "base: scene.yaml\nmaterials: more.yaml\ncable: {material: other}\n"
-    Path("top.yaml").write_text(more, encoding="utf-8")
-    Path("more.yaml").write_text("other: {elastic_modulus: 1 GPa, density: 1000}\n", encoding="utf-8")
+    write("top.yaml", more)
+    write("more.yaml", "other: {elastic_modulus: 1 GPa, density: 1000}\n")
     scene = load_scene("top.yaml")[1]
     assert (scene.cable.elastic_modulus, list(scene.materials)) == (1e9, ["my-strand", "strand-16", "steel", "other"])
     changed = load_scene("top.yaml", ["materials.other.elastic_modulus=2 GPa"])[1]
@@ -132,44 +132,36 @@ def test_a_layer_adds_its_materials_to_those_of_its_base():
 
 
 def test_materials_may_stand_in_the_scene_itself():
-    Path("s.yaml").write_text(
-        "materials: {mine: {elastic_modulus: 5 GPa, density: 900}}\n"
-        "cable: {chord: 10 m, material: mine, area: 1 mm^2, preload: 10 N}\n", encoding="utf-8",
-    )  # fmt: skip
-    assert load_scene("s.yaml")[1].cable.elastic_modulus == 5e9
+    text = "materials: {mine: {elastic_modulus: 5 GPa, density: 900}}\n"
+    scene = scene_of(text + "cable: {chord: 10 m, material: mine, area: 1 mm^2, preload: 10 N}\n")
+    assert scene.cable.elastic_modulus == 5e9
 
 
 def test_a_study_sees_what_the_file_says_and_a_changed_file_is_another_study():
-    text = (
-        "base: scene.yaml\nvary: [{cable.material: [my-strand, strand-16, spiral-strand]}]\ncolumns: [breaking_force]\n"
-    )
-    Path("study.yaml").write_text(text, encoding="utf-8")
-    first = table_of("sweep", "study.yaml", "--out", "out")
+    text = "vary: [{cable.material: [my-strand, strand-16, spiral-strand]}]\ncolumns: [breaking_force]\n"
+    first = table_of("sweep", study_file(".", text, "scene.yaml"), "--out", "out")
     area = math.pi * 0.016**2 / 4
     expected = [1500e6 * 0.77 * area, 228e3, 1410e6 * 0.76 * area]
     # strand-16 has an area for its own diameter, 153 mm^2, of which the scene's equal diameter makes the same
     assert [row["breaking_force_N"] for row in first] == pytest.approx(expected, rel=1e-14)
-    Path("ropes/mine.yaml").write_text(ROPES.replace("1500 MPa", "1600 MPa"), encoding="utf-8")
+    write("ropes/mine.yaml", ROPES.replace("1500 MPa", "1600 MPa"))
     second = table_of("sweep", "study.yaml", "--out", "out")
     assert second[0]["breaking_force_N"] == pytest.approx(expected[0] * 16 / 15, rel=1e-14)
 
 
 def test_a_varied_number_of_a_material_changes_the_cables_of_it():
-    text = "base: scene.yaml\nvary: [{materials.my-strand.elastic_modulus: [100 GPa, 150 GPa]}]\ncolumns: [sag]\n"
-    Path("study.yaml").write_text(text, encoding="utf-8")
-    tables, refused = tables_of(read_study("study.yaml"), range(2))
+    text = "vary: [{materials.my-strand.elastic_modulus: [100 GPa, 150 GPa]}]\ncolumns: [sag]\n"
+    tables, refused = tables_of(read_study(study_file(".", text, "scene.yaml")), range(2))
     assert [table.scene.cable.elastic_modulus for table in tables] == [100e9, 150e9]
     assert refused == {}
 
 
 def test_cables_of_a_suspension_are_of_the_users_materials_too():
-    Path("s.yaml").write_text(
+    cables = scene_of(
         "materials: ropes/mine.yaml\ncable: {material: my-strand, diameter: 16 mm, preload: 5 %}\n"
         "points: {knot: {at: [0, 0, 0], free: true, mass: 100}}\n"
-        "cables: {a: {from: [-9, 0, 9], to: knot}, b: {from: [9, 0, 9], to: knot, material: strand-16}}\n",
-        encoding="utf-8",
-    )
-    cables = load_scene("s.yaml", ())[1].cables
+        "cables: {a: {from: [-9, 0, 9], to: knot}, b: {from: [9, 0, 9], to: knot, material: strand-16}}\n"
+    ).cables
     assert (cables["a"].elastic_modulus, cables["a"].fill_factor) == (155e9, 0.77)
     assert cables["b"].section_axial_stiffness == pytest.approx(24e6, rel=1e-14)
     assert cables["b"].stated_value == pytest.approx(0.05 * 228e3, rel=1e-14)
@@ -199,7 +191,7 @@ BAD = {
 
 @pytest.mark.parametrize("text", BAD)
 def test_mistakes_in_a_file_of_materials_are_told_at_their_place_in_it(text):
-    Path("ropes/mine.yaml").write_text(text + "\n", encoding="utf-8")
+    write("ropes/mine.yaml", text + "\n")
     for material in ("a", "steel"):
         with pytest.raises(SceneError) as caught:
             load_scene("scene.yaml", [f"cable.material={material}"])
@@ -214,17 +206,17 @@ def test_what_is_no_file_of_materials():
         '""': "scene.yaml:1:12: materials: expected the name of a file",
         "5": "scene.yaml:1:12: materials: expected a mapping, got 5",
     }.items():
-        Path("scene.yaml").write_text(f"materials: {value}\n{text}", encoding="utf-8")
-        assert run("static", "scene.yaml", code=2).lines == [message]
-    Path("scene.yaml").write_text(text, encoding="utf-8")
-    option = run("static", "scene.yaml", "--set", "materials=ropes/mine.yaml", code=2).lines
-    assert option == [
+        write("scene.yaml", f"materials: {value}\n{text}")
+        assert refusal("static", "scene.yaml") == message
+    write("scene.yaml", text)
+    line = refusal("static", "scene.yaml", "--set", "materials=ropes/mine.yaml")
+    assert line == (
         '--set materials: expected a mapping of names, got "ropes/mine.yaml" (a file is named in the scene itself)'
-    ]
+    )
 
 
 def test_a_wrong_material_that_nothing_names_is_told_too():
-    Path("ropes/mine.yaml").write_text("a: {density: 1}\nb: {elastic_modulus: 1, density: 1}\n", encoding="utf-8")
+    write("ropes/mine.yaml", "a: {density: 1}\nb: {elastic_modulus: 1, density: 1}\n")
     assert run("validate", "scene.yaml", "--set", "cable.material=b", code=2).err.startswith("ropes/mine.yaml:1:4: ")
 
 
@@ -247,7 +239,7 @@ def test_the_command_lists_built_in_materials_with_their_sources():
 
 @pytest.mark.parametrize("named", ["ropes/mine.yaml", "scene.yaml", "study.yaml"])
 def test_the_command_lists_the_users_materials_before_those_they_do_not_replace(named):
-    Path("study.yaml").write_text("base: scene.yaml\ncolumns: [sag]\n", encoding="utf-8")
+    write("study.yaml", "base: scene.yaml\ncolumns: [sag]\n")
     rows = table_of("materials", named)
     assert [row["material"] for row in rows[:4]] == ["my-strand", "strand-16", "steel", "polypropylene"]
     assert len(rows) == len(materials()) + 2
@@ -256,21 +248,19 @@ def test_the_command_lists_the_users_materials_before_those_they_do_not_replace(
 
 
 def test_the_command_tells_mistakes_of_all_files_and_scenes_without_materials_list_the_built_in():
-    Path("bad.yaml").write_text("a: {density: 1}\nb: {elastic_modulus: 1}\n", encoding="utf-8")
+    write("bad.yaml", "a: {density: 1}\nb: {elastic_modulus: 1}\n")
     lines = run("materials", "bad.yaml", "nix.yaml", code=2).lines
     assert lines == [
         "bad.yaml:1:4: a: missing key: one of axial_stiffness, elastic_modulus",
         "bad.yaml:2:4: b: missing key: one of mass_per_length, density",
         "nix.yaml: no such file",
     ]
-    (line,) = run("materials", "steel", code=2).lines
-    assert line == "steel: a material, not a file: 'cablestudy materials' lists it among all"
+    line = "steel: a material, not a file: 'cablestudy materials' lists it among all"
+    assert refusal("materials", "steel") == line
     assert len(table_of("materials", CONFIGS / "carlina.yaml")) == len(materials())
 
 
 def test_the_schema_knows_the_table_and_its_keys():
-    from cablestudy.scene.schema import scene_schema, suspension_schema
-
     for schema in (scene_schema(), suspension_schema()):
         file, contents = schema["properties"]["materials"]["anyOf"]
         assert (file["type"], contents["type"]) == ("string", "object")

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
+from straight_scenes import case_of
 
 from cablestudy.scene.scene import load_scene
-from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.report import mode_errors
 from cablestudy.system.damping import damping_ratios
@@ -48,7 +48,7 @@ def test_of_strings_with_almost_equal_tensions_the_one_with_a_dashpot_is_damped(
         "cables": cables,
         "links": {"damper": {"from": [at, 1, -1], "to": "b", "damping": damping}},
     }
-    modes = SuspensionCase(SuspensionScene.model_validate(scene)).modes(wanted)
+    modes = case_of(scene).modes(wanted)
     first = math.pi / span * math.sqrt(tension / mass)
     expected = damping * math.sin(math.pi * at / span) ** 2 / (mass * span * first)
     damped = [move.startswith("b_long in-plane") for move in modes.moves]

@@ -7,7 +7,7 @@ from fnmatch import fnmatch
 from importlib.resources import files
 
 import pytest
-from command import ROOT, process, run, table_of
+from command import ROOT, process, refusal, refused_in_one_line, run, table_of, write
 from picture import undrawn
 
 from cablestudy.cli.files import NEXT
@@ -23,13 +23,16 @@ def text_of(kind):
 
 
 @pytest.mark.parametrize("kind", NEXT)
-def test_a_file_is_written_validated_and_computed(kind, folder):
+def test_a_file_is_written_validated_and_computed_without_notes(kind, folder):
     done = run("new", kind)
     assert done.out == ""
     assert done.lines[0] == f"written: {kind}.yaml; try"
     assert (folder / f"{kind}.yaml").read_text(encoding="utf-8") == text_of(kind)
     if kind == "study":
         run("new", "guy")
+        assert run("sweep", "study.yaml", "--no-write").err == ""
+    else:
+        assert run("static", f"{kind}.yaml").err == ""
     assert table_of("validate", f"{kind}.yaml")[0]["status"] == "ok"
     for line in done.lines[1:]:
         words = line.replace("'sag = 0.5 m'", "sag=0.5m").replace("'clearance = 7 m'", "clearance=7m").split()
@@ -49,16 +52,6 @@ def test_every_line_is_commented_and_says_where_to_read_on(kind):
     head = " ".join(lines[:4])
     assert f"`cablestudy new {kind}`" in head
     assert "`cablestudy keys " in head
-
-
-@pytest.mark.parametrize("kind", NEXT)
-def test_a_scene_is_computed_without_notes(kind):
-    run("new", kind)
-    if kind == "study":
-        run("new", "guy")
-        assert run("sweep", "study.yaml", "--no-write").err == ""
-    else:
-        assert run("static", f"{kind}.yaml").err == ""
 
 
 def test_numbers_of_the_guy_follow_from_the_taut_string():
@@ -83,9 +76,8 @@ def test_the_weight_of_the_camera_hangs_on_its_four_cables():
 
 def test_nothing_is_overwritten(folder):
     run("new", "guy", "mine.yaml")
-    (folder / "mine.yaml").write_text("mine", encoding="utf-8")
-    done = run("new", "line", "mine.yaml", code=2)
-    assert done.lines == ["mine.yaml: is there already; give another name"]
+    write(folder / "mine.yaml", "mine")
+    assert refusal("new", "line", "mine.yaml") == "mine.yaml: is there already; give another name"
     assert (folder / "mine.yaml").read_text(encoding="utf-8") == "mine"
 
 
@@ -100,10 +92,7 @@ def test_nothing_is_overwritten(folder):
     ],
 )
 def test_wrong_words(words, message, folder):
-    done = run("new", *words, code=2)
-    assert len(done.lines) == 1
-    assert message in done.lines[0]
-    assert not list(folder.iterdir())
+    refused_in_one_line(folder, message, "new", *words)
 
 
 @pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")

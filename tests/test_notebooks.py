@@ -1,6 +1,5 @@
 """The notebooks of the documentation run from top to bottom, show what their pages show, agree with the commands."""
 
-import csv
 import json
 import os
 import re
@@ -9,7 +8,7 @@ import sys
 
 import numpy as np
 import pytest
-from command import CARLINA, ROOT, table_of
+from command import CARLINA, ROOT, stored_table, table_of, with_sets
 from PIL import Image
 
 DOCS = ROOT / "docs"
@@ -50,15 +49,14 @@ def printed(text, pattern):
 def test_one_cable(folder):
     preload = printed(page("one-cable", folder), r"least preload: (\d+) N")
     assert 400 < preload < 700  # "about half a kilonewton"
-    sets = ("cable.diameter=3.7mm", "wind.aerodynamic_damping=true", f"cable.preload={preload} N")
-    (row,) = table_of("windrms", CARLINA, *(part for one in sets for part in ("--set", one)))
+    sets = with_sets("cable.diameter=3.7mm", "wind.aerodynamic_damping=true", f"cable.preload={preload} N")
+    (row,) = table_of("windrms", CARLINA, *sets)
     assert row["peak_mm"] == pytest.approx(12, rel=0.01)
 
 
 def test_a_suspension(folder):
     text = page("suspension", folder)
-    with (ROOT / "results" / "carlina-winches.csv").open(encoding="utf-8") as table:
-        largest = float(next(csv.DictReader(table))["largest_gain_rad_per_s"])
+    largest = stored_table(ROOT / "results" / "carlina-winches.csv")[0]["largest_gain_rad_per_s"]
     assert printed(text, r"\ngain ([\d.]+) rad/s") == pytest.approx(largest * 10**-0.5, rel=3e-3)
     thin, thick = (printed(text, rf"{cable}RMS of the focus ([\d.]+) mm") for cable in (r"\d, ", r"mm\^2: "))
     assert thick == pytest.approx(thin / 2, rel=0.1)  # with twice the section

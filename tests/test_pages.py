@@ -3,10 +3,10 @@
 import json
 import re
 from contextlib import nullcontext
-from html.parser import HTMLParser
 
 import pytest
-from command import CARLINA, CONFIGS, edit_rows, refused_in_one_line, run, study_file, table_of
+from command import CARLINA, CONFIGS, edit_rows, refused_in_one_line, run, study_file, table_of, write
+from html_page import Page
 from matplotlib.figure import Figure
 from picture import undrawn
 
@@ -19,58 +19,8 @@ from cablestudy.study.notes import above_accuracy
 from cablestudy.study.table import Field, Table
 from cablestudy.sweeps import run as sweeps_run
 
-VOID = {"meta", "br", "wbr", "link", "img", "input"}
 GUY, ZIPLINE = (str(CONFIGS / f"{name}.yaml") for name in ("guy", "zipline"))
 TRIFILAR = str(CONFIGS / "suspensions" / "trifilar.yaml")
-
-
-class Page(HTMLParser):
-    """What a page has: tags in balance, names, links, texts by tag, rows of tables by their captions."""
-
-    def __init__(self, html):
-        super().__init__()
-        self.html, self.open, self.names, self.links, self.attributes = html, [], [], [], []
-        self.texts, self.headings, self.tables, self.rows = {}, [], {}, []
-        self.feed(html)
-        self.close()
-
-    def handle_starttag(self, tag, attributes):
-        known = dict(attributes)
-        self.attributes.append((tag, known))
-        self.names += [known["id"]] if "id" in known else []
-        self.links += [(name, value) for name, value in attributes if name in ("href", "src", "xlink:href")]
-        if tag not in VOID:
-            self.open.append(tag)
-            if tag in ("h1", "h2", "h3", "caption", "figcaption", "li", "p", "title"):
-                self.texts.setdefault(tag, []).append("")
-            if re.fullmatch("h[1-6]", tag):
-                self.headings.append(int(tag[1]))
-            if tag == "tr":
-                self.rows.append([])
-            if tag in ("th", "td"):
-                self.rows[-1].append("")
-
-    def handle_startendtag(self, tag, attributes):
-        self.handle_starttag(tag, attributes)
-        if tag not in VOID:
-            self.handle_endtag(tag)
-
-    def handle_endtag(self, tag):
-        assert self.open.pop() == tag
-        if tag == "table":
-            self.tables.setdefault(self.texts["caption"][-1], []).extend(self.rows)
-            self.rows = []
-
-    def handle_data(self, data):
-        for tag in self.texts:
-            if tag in self.open:
-                self.texts[tag][-1] += data
-        if self.rows and {"th", "td"} & set(self.open):
-            self.rows[-1][-1] += data
-
-    def quantities(self, caption):
-        """Cells of a table by the head of their row."""
-        return {row[0]: row[1:] for row in self.tables[caption]}
 
 
 def report(folder, *arguments, code=0, out="page.html", drawn=False):
@@ -165,7 +115,7 @@ def test_load_cases_stand_side_by_side_and_one_can_be_chosen(folder):
 
 def test_a_suspension_has_its_load_cases_too(folder):
     text = f"base: {CONFIGS / 'suspensions' / 'mast-guys.yaml'}\ncable: {{expansion: 11.5e-6 1/K}}\n"
-    (folder / "mast.yaml").write_text(text + "cases: {warm: {temperature: 40 degC}, cold: {temperature: -20 degC}}\n")
+    write(folder / "mast.yaml", text + "cases: {warm: {temperature: 40 degC}, cold: {temperature: -20 degC}}\n")
     page, _ = report(folder, "mast.yaml")
     shown = page.quantities("Extremes of all cables")
     assert shown["quantity"][:2] == ["warm", "cold"]
@@ -176,7 +126,7 @@ def test_a_suspension_has_its_load_cases_too(folder):
 
 def test_notes_of_load_cases_are_with_the_models_and_warnings_at_the_head(folder):
     base = f"base: {CONFIGS / 'suspensions' / 'mast-guys.yaml'}\n"
-    (folder / "mast.yaml").write_text(f"{base}cases: {{broken: {{lost: [guy1]}}}}\n", encoding="utf-8")
+    write(folder / "mast.yaml", f"{base}cases: {{broken: {{lost: [guy1]}}}}\n")
     page, _ = report(folder, "mast.yaml")
     (box,) = re.findall('<aside class="warnings".*?</aside>', page.html, re.DOTALL)
     assert "case broken: without guy1 it falls" in box
@@ -189,7 +139,7 @@ def test_notes_of_load_cases_are_with_the_models_and_warnings_at_the_head(folder
 def test_point_loads_have_a_table_and_one_of_the_load_cases(folder):
     """Their numbers are those of `static --table loads`; a load case without point loads is left out."""
     text = f"base: {ZIPLINE}\ncases: {{as-it-is: {{}}, two: {{loads: [{{at: 50 m, mass: 90 kg}}]}}}}\n"
-    (folder / "riders.yaml").write_text(text, encoding="utf-8")
+    write(folder / "riders.yaml", text)
     page, _ = report(folder, "riders.yaml")
     ending = "; slope and tension on the sides of end 1 and end 2"
     alone = page.quantities(f"Point loads{ending}")
@@ -222,7 +172,7 @@ cases:
 
 
 def test_key_figures_are_of_the_load_case_that_governs_and_each_span_has_its_sag(folder):
-    (folder / "spans.yaml").write_text(SPANS, encoding="utf-8")
+    write(folder / "spans.yaml", SPANS)
     page, _ = report(folder, "spans.yaml")
     cases = {}
     for row in table_of("static", "spans.yaml", "--case", "all", "--table", "cables"):
@@ -298,10 +248,11 @@ def test_the_rows_and_columns_of_a_study_are_those_that_are_asked_for(folder):
 
 
 def test_text_of_the_user_is_escaped(folder):
-    (folder / "a&b.yaml").write_text(
+    write(
+        folder / "a&b.yaml",
         "cable: {chord: 100 m, material: 'rope <a>&', diameter: 10 mm, preload: 10 kN}\n"
         "materials: {'rope <a>&': {elastic_modulus: 100 GPa, density: 5000, strength: 1 GPa}}\n"
-        "cases: {'hot & <cold>': {temperature: 40 degC}}\n"
+        "cases: {'hot & <cold>': {temperature: 40 degC}}\n",
     )
     sets = ("--set", "materials.rope <a>&.expansion=1e-5 1/K")
     page, _ = report(folder, "a&b.yaml", "--title", '<script>alert("&")</script>', *sets)
@@ -410,7 +361,7 @@ def test_rows_that_a_sweep_has_stored_are_not_computed_again(folder):
     assert any("closed form" in line for line in after.texts["li"])
     changed, _ = report(folder, study, "--set", "cable.diameter=18 mm")
     assert told not in changed.texts["p"]
-    (folder / "results" / "study.rows.sqlite").write_text("no database")
+    write(folder / "results" / "study.rows.sqlite", "no database")
     assert told not in report(folder, study)[0].texts["p"]
 
 

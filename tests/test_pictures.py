@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 import pytest
 from campaign import campaign
-from command import CONFIGS, run, study_file
+from command import CONFIGS, run, study_file, write
 from matplotlib.figure import Figure
 from picture import curves, faults
 from scenes import computed
@@ -166,7 +166,7 @@ cables:
 
 def test_long_names_in_other_alphabets(tmp_path):
     path = tmp_path / "scene.yaml"
-    path.write_text(NAMES, encoding="utf-8")
+    write(path, NAMES)
     case = SuspensionCase(load_scene(str(path))[1])
     assert faults(plots.static_form(case)) == []
     assert faults(load(path).plot("modes")) == []

@@ -2,13 +2,12 @@
 
 import logging
 import re
-from pathlib import Path
 
 import matplotlib
 import numpy as np
 import pytest
 from campaign import campaign
-from command import CONFIGS, run, study_file, table_of
+from command import CONFIGS, run, study_file, table_of, write
 from matplotlib.collections import LineCollection, QuadMesh
 from matplotlib.text import Text
 from picture import curves, faults
@@ -16,6 +15,7 @@ from scenes import computed
 from scipy.interpolate import RegularGridInterpolator
 from scipy.optimize import brentq
 
+from cablestudy.cable.geometry import lowest_point
 from cablestudy.errors import SceneError
 from cablestudy.scene.scene import load_scene
 from cablestudy.scene.study import read_study
@@ -32,8 +32,7 @@ from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.sweeps.sensitivity import Sensitivity
 
 MAGIC = {".png": b"\x89PNG\r\n\x1a\n", ".svg": b"<?xml", ".pdf": b"%PDF-"}
-VERTICAL = "cable.ends=[[0, 0, 0], [0, 0, 100]]"
-TRIPLE = "cable.unstretched_length=557.4 m"  # three chords of the paper's cable
+LENGTH = "cable.unstretched_length"
 
 
 def case_of(name, *sets):
@@ -65,30 +64,23 @@ def preload():
 
 
 def test_load_cases_are_drawn_in_one_figure_with_the_ground():
-    names = ("everyday", "cold", "hot", "ice", "storm")
-    cases = {name: case_of("line", f"case={name}") for name in names}
+    cases = {name: case_of("line", f"case={name}") for name in ("everyday", "cold", "hot", "ice", "storm")}
     figure = draw(plots.case_forms(cases))
     side, along = figure.axes
     drawn = {label.split(":")[0]: line for label, line in curves(side).items()}
-    assert {"everyday", "cold", "hot", "ice", "storm", "chord", "ground"} <= set(drawn)
+    assert {*cases, "chord", "ground"} <= set(drawn)
     for name, case in cases.items():
-        assert drawn[name].get_ydata().min() == pytest.approx(cases_lowest(case), abs=1e-3), name
+        assert drawn[name].get_ydata().min() == pytest.approx(lowest(case), abs=1e-3), name
         assert f"{name}: sag {case.statics.sag:.4g} m" in words(figure)
     np.testing.assert_allclose(drawn["ground"].get_xydata()[1], (90, 3))
     swung = [one for one in along.collections if isinstance(one, LineCollection)][-1].get_segments()[0]  # of the storm
     angle = np.degrees(np.arctan2(np.abs(swung[1:-1, 0]), -swung[1:-1, 1]))
-    np.testing.assert_allclose(angle, run_value("line", "storm", "swing_deg"), rtol=1e-3)
+    (row,) = table_of("static", CONFIGS / "line.yaml", "--case", "storm")
+    np.testing.assert_allclose(angle, row["swing_deg"], rtol=1e-3)
 
 
-def cases_lowest(case):
-    from cablestudy.cable.geometry import lowest_point
-
+def lowest(case):
     return case.end_1[2] + lowest_point(case.form)
-
-
-def run_value(name, case, header):
-    (row,) = table_of("static", CONFIGS / f"{name}.yaml", "--case", case)
-    return row[header]
 
 
 def test_a_steep_cable_is_drawn_from_its_chord():
@@ -121,7 +113,7 @@ def test_a_case_in_a_wind_alone_is_drawn_where_it_hangs():
     case = case_of("line", "case=storm")
     line = curves(draw(plots.static_form(case)).axes[0])["storm"]
     assert line.get_ydata()[-1] == pytest.approx(28, rel=1e-12)
-    assert line.get_ydata().min() == pytest.approx(cases_lowest(case), abs=1e-3)
+    assert line.get_ydata().min() == pytest.approx(lowest(case), abs=1e-3)
 
 
 def test_the_command_draws_all_cases_that_have_an_answer(tmp_path):
@@ -163,8 +155,6 @@ def test_an_inclined_cable_is_true_to_scale_and_its_sag_drawn_apart():
     assert np.interp(175.68 / 2, x, -curves(apart)["cable"].get_ydata()) == pytest.approx(case.statics.sag, rel=1e-3)
 
 
-LENGTH = "cable.unstretched_length"
-
 # ----------------------------------------------------------------------------------------------------- deflection
 
 
@@ -185,13 +175,11 @@ def test_point_load_shows_both_deflections_and_their_difference():
     assert np.argmin(drawn["full, non-linear"].get_ydata()) == 30  # three quarters of 40 bars
 
 
-def test_a_load_that_pulls_up_is_above_the_chord(tmp_path):
+def test_a_load_that_pulls_up_is_above_the_chord(made):
     """Two straight halves of a cable without weight."""
-    path = tmp_path / "lift.yaml"
-    path.write_text(
-        "gravity: 0\ncable: {chord: 100 m, axial_stiffness: 1 MN, mass_per_length: 0.1, preload: 1 kN,\n"
-        "  loads: [{fraction: 0.5, force: [0, 0, 500 N]}]}\n"
-    )
+    loads = "loads: [{fraction: 0.5, force: [0, 0, 500 N]}]"
+    cable = f"cable: {{chord: 100 m, axial_stiffness: 1 MN, mass_per_length: 0.1, preload: 1 kN, {loads}}}"
+    scene = made(f"gravity: 0\n{cable}\n")
     length = 100 / (1 + 1e3 / 1e6)
 
     def net_force(height):
@@ -199,7 +187,7 @@ def test_a_load_that_pulls_up_is_above_the_chord(tmp_path):
         return 2 * 1e6 * (stretched / length - 1) * height / (stretched / 2) - 500
 
     height = brentq(net_force, 0, 50)
-    figure = draw(plots.static_form(CableCase(load_scene(str(path))[1])))
+    figure = draw(plots.static_form(CableCase(scene)))
     texts = [text.get_text() for text in figure.findobj(Text)]
     assert f"cable: load {height:.4g} m above the chord" in texts
 
@@ -269,11 +257,11 @@ def test_titles_say_what_is_drawn():
 @pytest.mark.parametrize(
     ("name", "sets", "count"),
     [
-        pytest.param("slack", [], 5, id="slack"),
-        pytest.param("slack", [TRIPLE], 3, id="three chords"),
-        pytest.param("carlina", ["model.elements=3"], 6, id="with axial"),
-        pytest.param("carlina", [VERTICAL, f"{LENGTH}=99.9 m"], 2, id="vertical"),
-        pytest.param("carlina", ["cable.loads=[{at: 60 m, force: [0, 2, -1]}]"], 1, id="spatial"),
+        ("slack", [], 5),
+        ("slack", [f"{LENGTH}=557.4 m"], 3),  # three chords
+        ("carlina", ["model.elements=3"], 6),  # axial ones too
+        ("carlina", ["cable.ends=[[0, 0, 0], [0, 0, 100]]", f"{LENGTH}=99.9 m"], 2),
+        ("carlina", ["cable.loads=[{at: 60 m, force: [0, 2, -1]}]"], 1),  # out of the plane
     ],
 )
 def test_any_modes_are_drawn(name, sets, count):
@@ -316,14 +304,6 @@ def drawn_study(folder, text, base="carlina"):
     study = read_study(study_file(folder, text, CONFIGS / f"{base}.yaml"))
     table = computed(study)
     return table, draw(plots.study_plot(study, table))
-
-
-def test_a_study_without_plot_shows_what_varies(tmp_path):
-    columns = "columns: [gondola_frequency_static, end_stiffness, density]\n"
-    _, figure = drawn_study(tmp_path, f"vary: [{{gondola.mass: [10 kg, 20 kg]}}]\n{columns}")
-    assert [axes.get_ylabel() for axes in figure.axes] == ["gondola frequency static\n[Hz]", "end stiffness [N/m]"]
-    assert figure.axes[-1].get_xlabel() == "gondola mass [kg]"
-    assert list(figure.axes[0].lines[0].get_xdata()) == [10.0, 20.0]
 
 
 @pytest.mark.parametrize(
@@ -425,12 +405,9 @@ def test_small_heat_maps_side_by_side_have_numbers_where_these_fit_and_lines_whe
 
 def test_a_fine_heat_map_has_lines_of_equal_values(tmp_path):
     """At round values, where the numbers of the table, interpolated between neighbours, have them."""
-    preloads, masses = (
-        "{cable.preload: {from: 1 kN, to: 2 kN, count: 12}}",
-        "{gondola.mass: {from: 10, to: 60, count: 5}}",
-    )
+    vary = "[{cable.preload: {from: 1 kN, to: 2 kN, count: 12}}, {gondola.mass: {from: 10, to: 60, count: 5}}]"
     drawn = "{x: cable.preload, y: gondola.mass, color: gondola_frequency_static}"
-    text = f"vary: [{preloads}, {masses}]\ncolumns: [gondola_frequency_static]\nplot: {drawn}\n"
+    text = f"vary: {vary}\ncolumns: [gondola_frequency_static]\nplot: {drawn}\n"
     table, figure = drawn_study(tmp_path, text)
     axes = figure.axes[0]
     mesh, lines = axes.collections
@@ -482,6 +459,8 @@ def test_two_factors_are_told_apart_by_colours_and_marks(tmp_path):
 @pytest.mark.parametrize(
     ("text", "x", "y"),
     [
+        ("vary: [{gondola.mass: [10 kg, 20 kg]}]\ncolumns: [gondola_frequency_static, end_stiffness, density]",
+         "gondola mass [kg]", ["gondola frequency static\n[Hz]", "end stiffness [N/m]"]),
         # of a grid the first number; what shows it, what the scene states and how it was computed are left out
         ("vary: [{cable.material: [paper/aramid, paper/nylon]}, {cable.preload: [500 N, 1 kN]}]\n"
          "columns: [preload, density, iterations, sag, end_stiffness, dof]", "cable preload [N]",
@@ -566,14 +545,13 @@ def test_numbers_and_names_of_pictures():
 
 @pytest.mark.parametrize("kind", list(MAGIC))
 def test_files_are_what_they_are_called_and_the_same_every_time(carlina, tmp_path, kind):
-    written = []
-    for name in ("first", "second"):
-        path = tmp_path / (name + kind)
+    paths = [tmp_path / (name + kind) for name in ("first", "second")]
+    for path in paths:
         plots.save(plots.static_form(carlina), str(path))
-        written.append(path.read_bytes())
-    assert written[0].startswith(MAGIC[kind])
-    assert written[0] == written[1]
-    assert b"Date" not in written[0]
+    first, second = (path.read_bytes() for path in paths)
+    assert first.startswith(MAGIC[kind])
+    assert first == second
+    assert b"Date" not in first
 
 
 def test_clip_paths_are_numbered_whatever_the_last_digits_of_the_layout(carlina, tmp_path):
@@ -648,10 +626,10 @@ def test_names_and_titles_may_have_any_letters(folder):
     text = (CONFIGS / "suspensions" / "mast-guys.yaml").read_text(encoding="utf-8")
     for old, new in names.items():
         text = text.replace(old, new)
-    Path("mast.yaml").write_text(text, encoding="utf-8")
+    write("mast.yaml", text)
     title = r"研究 😀 $preload {a_b^ $x$ and $\frac{"
     vary = "vary: [{cable.preload: [10 kN, 20 kN]}]\ncolumns: [缆一.max_tension]\n"
-    Path("study.yaml").write_text(f"title: '{title}'\nbase: mast.yaml\n{vary}", encoding="utf-8")
+    write("study.yaml", f"title: '{title}'\nbase: mast.yaml\n{vary}")
     commands = {"modes": ("modes", "mast.yaml", "-n", "1"), "study": ("sweep", "study.yaml", "--no-write")}
     pictures = [f"{name}.{kind}" for kind in ("png", "svg", "pdf") for name in commands]
     for picture in campaign(pictures, ("modes.png", "study.svg", "modes.pdf")):
@@ -683,13 +661,10 @@ def test_fonts_that_are_not_found_are_no_warning(caplog):
     assert len(caplog.records) == 1
 
 
-def test_in_the_legend_a_rider_hangs_below_the_chord(tmp_path):
+def test_in_the_legend_a_rider_hangs_below_the_chord():
     """Where the load is, and not at mid-span: the cable at its place, with the chord between the ends."""
     rides = "cases={start: {loads: [{fraction: 0.2, mass: 80 kg}]}, arrival: {loads: [{fraction: 0.9, mass: 80 kg}]}}"
-    cases = {}
-    for name in ("start", "arrival"):
-        sets = ["cable.loads=[]", rides, f"case={name}"]
-        cases[name] = CableCase(load_scene(str(CONFIGS / "zipline.yaml"), sets)[1])
+    cases = {name: case_of("zipline", "cable.loads=[]", rides, f"case={name}") for name in ("start", "arrival")}
     figure = draw(plots.case_forms(cases))
     for name, case in cases.items():
         cable = next(one for one in figure.axes[0].collections if one.get_label().startswith(f"{name}: "))

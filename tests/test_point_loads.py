@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from command import CONFIGS, run, table_of
+from command import CONFIGS, refused_in_one_line, run, table_of
 from references import catenary_mp
 from scenes import G
 
@@ -196,11 +196,8 @@ def test_each_load_case_has_its_loads(tmp_path):
         (["--table", "loads", "--set", "cable.loads=[]"], "cable.loads: missing key"),
     ],
 )  # fmt: skip
-def test_a_wrong_use_is_one_line(options, words):
-    done = run("static", ZIPLINE, *options, code=2)
-    assert words in done.err
-    assert len(done.lines) == 1
-    assert not done.out
+def test_a_wrong_use_is_one_line(options, words, folder):
+    refused_in_one_line(folder, words, "static", ZIPLINE, *options)
 
 
 def test_the_picture_has_the_path_the_ground_and_the_least_clearance():

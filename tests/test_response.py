@@ -4,12 +4,10 @@ import numpy as np
 import pytest
 from cables import EA, MASS, PAPER_LENGTH
 from command import CARLINA, SLACK
+from scenes import choice_of
 
 from cablestudy.control import response
 from cablestudy.control.tolerances import CONTROL
-from cablestudy.scene.scene import load_scene
-from cablestudy.study.one_cable.ssm import choose
-from cablestudy.study.ssm import StateSpaceOptions
 
 FREQUENCY = np.geomspace(0.01, 100, 150)
 S = 2j * np.pi * FREQUENCY
@@ -18,13 +16,12 @@ S = 2j * np.pi * FREQUENCY
 each_cable = pytest.mark.parametrize("path", [CARLINA, SLACK], ids=["taut", "slack"])
 
 
-def choice_of(path, *sets, **options):
-    return choose(*load_scene(path, ["model.elements=40", *sets]), StateSpaceOptions(**options))
+BARS = "model.elements=40"
 
 
-def open_loop(path, *sets):
+def open_loop(path):
     """Position of the gondola over a movement of the winch on the ground, and over that of one on the gondola."""
-    return [curve.value for curve in choice_of(path, *sets, attached="gondola").curves()]
+    return [curve.value for curve in choice_of(BARS, base=path, attached="gondola").curves()]
 
 
 @pytest.mark.parametrize(
@@ -39,7 +36,7 @@ def test_frequencies_have_equal_ratios_and_both_ends(count):
 
 @each_cable
 def test_between_ends_is_the_state_space(path):
-    choice = choice_of(path)
+    choice = choice_of(BARS, base=path)
     expected = choice.system().response(S, derivatives=True)
     size = np.abs(expected).max(axis=(1, 2))
     for force, displacement in ((3, 3), (0, 3), (5, 2), (4, 4)):
@@ -51,8 +48,8 @@ def test_between_ends_is_the_state_space(path):
 @each_cable
 @pytest.mark.parametrize("place", ["ground", "gondola"])
 def test_the_position_of_the_gondola_is_that_of_the_state_space(path, place):
-    sets = f"winch.location={place}", "winch.controller.gain=0.1", "winch.controller.notch=none"
-    choices = {attached: choice_of(path, *sets, attached=attached) for attached in ("gondola", "loop")}
+    sets = BARS, f"winch.location={place}", "winch.controller.gain=0.1", "winch.controller.notch=none"
+    choices = {attached: choice_of(*sets, base=path, attached=attached) for attached in ("gondola", "loop")}
     curves = {"gondola": open_loop(path)[place == "gondola"], "loop": choices["loop"].curves()[0].value}
     for attached, choice in choices.items():
         expected = choice.system().response(S)[:, 0, 0]
@@ -81,7 +78,7 @@ def test_figure_8():
     # slow: the gondola follows, or moves against, the winch one to one
     assert on_ground[0] == pytest.approx(1, rel=1e-3)
     assert on_gondola[0] == pytest.approx(-1, rel=1e-3)
-    frequency = choice_of(CARLINA).case.gondola_mode.frequency[0]
+    frequency = choice_of(BARS).case.gondola_mode.frequency[0]
     # the peak of both is the gondola on its cable, 0.72 Hz in the paper
     for curve in (on_ground, on_gondola):
         assert FREQUENCY[np.argmax(np.abs(curve))] == pytest.approx(frequency, rel=0.02)
@@ -93,7 +90,7 @@ def test_figure_8():
 
 
 def test_pole_of_an_undamped_mode_is_not_a_number():
-    choice = choice_of(CARLINA, "cable.damping={ratio: 0}")
+    choice = choice_of(BARS, "cable.damping={ratio: 0}")
     value = choice.response((3, 3), choice.case.end_model.omega[[1]] / (2 * np.pi))
     assert not np.isfinite(value[0]) or abs(value[0]) > 1e6
 

@@ -21,7 +21,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from campaign import campaign
-from command import CONFIGS, LONGEST, SLACK, edit_rows, go_on, process, run, start_paused, stored_rows, study_file
+from command import CONFIGS, LONGEST, SLACK, go_on, interrupt, process, run, start_paused, stored_rows, study_file
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.study import read_study
@@ -40,33 +40,22 @@ FEW = "vary: [{cable.unstretched_length: [186 m, 187 m, 188 m, 189 m]}]\ncolumns
 LONG = "vary: [{cable.unstretched_length: {from: 186 m, to: 190 m, count: 900}}]\ncolumns: [sag, preload]\n"
 
 
-@pytest.fixture
-def computed(monkeypatch):
-    """What is computed in this process: list of (cases, names of columns) for each chunk."""
-    calls, evaluate = [], chunks.evaluate_tables
-
-    def evaluate_tables(tables, columns, *how):
-        calls.append((sum(len(table.cases) for table in tables), tuple(column.name for column in columns)))
-        return evaluate(tables, columns, *how)
-
-    monkeypatch.setattr(chunks, "evaluate_tables", evaluate_tables)
-    return calls
-
-
-UNFINISHED = "UPDATE about SET value = '0' WHERE name = 'finished'"
-
-
 def cut(rows):
     """Leave so many rows of an unfinished run."""
-    edit_rows(ROWS, f"DELETE FROM rows WHERE row > {rows}", UNFINISHED)
+    interrupt(ROWS, f"DELETE FROM rows WHERE row > {rows}")
 
 
 def names():
     return sorted(path.name for path in Path("results").iterdir())
 
 
+def sweep_of(text, *options, code=0):
+    """Lines on standard error of a sweep of a study upon the slack cable."""
+    return run("sweep", study_file(".", text, SLACK), *options, code=code).lines
+
+
 def is_the_table_of_one_run(code=0):
-    """Whether results/ has the bytes of a sweep that begins anew and is not ended."""
+    """Of a sweep that begins anew and is not ended."""
     assert TABLE.read_bytes() == table_of_one_run(Path("study.yaml").read_bytes(), code)
 
 
@@ -116,10 +105,9 @@ def test_a_signal_ends_it_cleanly_and_says_how_to_go_on(folder, number, jobs):
     sweep = start_paused(3, "study.yaml", "--jobs", jobs)
     workers = descendants(sweep.pid)
     os.killpg(sweep.pid, number) if number == signal.SIGINT else sweep.send_signal(number)
-    go_on(sweep)
-    _, said = sweep.communicate(timeout=LONGEST)
+    code, said = go_on(sweep)
     first, command = said.splitlines()
-    assert sweep.returncode == 130
+    assert code == 130
     rows = len(stored_rows(ROWS))
     assert first == f"interrupted: {rows} of 900 rows are done, in results/study.rows.sqlite; to go on:"
     assert command == f"cablestudy sweep study.yaml --jobs {jobs} --resume"
@@ -135,10 +123,8 @@ def test_a_signal_ends_it_cleanly_and_says_how_to_go_on(folder, number, jobs):
 
 def test_a_sweep_that_keeps_nothing_says_so_when_it_is_ended(folder, monkeypatch):
     monkeypatch.setattr(chunks, "evaluate_tables", lambda *_: signal.raise_signal(signal.SIGTERM))
-    study_file(folder, FEW, SLACK)
     before = signal.getsignal(signal.SIGTERM)
-    outcome = run("sweep", "study.yaml", "--no-write", code=130)
-    assert outcome.lines == ["interrupted: nothing is kept of a run that writes nothing"]
+    assert sweep_of(FEW, "--no-write", code=130) == ["interrupted: nothing is kept of a run that writes nothing"]
     assert signal.getsignal(signal.SIGTERM) == before
     assert list(folder.iterdir()) == [folder / "study.yaml"]
 
@@ -146,8 +132,7 @@ def test_a_sweep_that_keeps_nothing_says_so_when_it_is_ended(folder, monkeypatch
 @pytest.fixture
 def half(folder):
     """An unfinished run in results/, two of four rows done."""
-    study_file(folder, FEW, SLACK)
-    run("sweep", "study.yaml")
+    sweep_of(FEW)
     cut(2)
 
 
@@ -203,19 +188,17 @@ def test_two_sweeps_do_not_write_one_journal(half):
     run("sweep", "study.yaml", "--resume")
 
 
-def test_a_study_with_more_rows_computes_only_those(folder, computed):
-    study_file(folder, FEW, SLACK)
-    run("sweep", "study.yaml")
-    grown = FEW.replace("[186 m, 187 m,", "[185.9 m, 187 m, 186 m, 186.5 m,")
-    study_file(folder, grown, SLACK)
+def test_a_study_with_more_rows_computes_only_those(computed):
+    sweep_of(FEW)
     computed.clear()
-    assert run("sweep", "study.yaml", "--resume").lines[0] == "4 of 6 rows are there already"
+    grown = FEW.replace("[186 m, 187 m,", "[185.9 m, 187 m, 186 m, 186.5 m,")
+    assert sweep_of(grown, "--resume")[0] == "4 of 6 rows are there already"
     assert sum(count for count, _ in computed) == 2
     is_the_table_of_one_run()
-    # one more thing varies: its old value is known
-    study_file(folder, grown.replace("vary: [", "vary: [{cable.area: [24.2 mm^2, 30 mm^2]}, "), SLACK)
     computed.clear()
-    assert run("sweep", "study.yaml", "--resume").lines[0] == "6 of 12 rows are there already"
+    # one more thing varies: its old value is known
+    more = grown.replace("vary: [", "vary: [{cable.area: [24.2 mm^2, 30 mm^2]}, ")
+    assert sweep_of(more, "--resume")[0] == "6 of 12 rows are there already"
     assert sum(count for count, _ in computed) == 6
 
 
@@ -233,13 +216,11 @@ def test_a_study_with_more_rows_computes_only_those(folder, computed):
         ("[sag, preload]", "[sag, preload, error_estimate]", "sag, preload, error_estimate"),
     ],
 )
-def test_a_study_with_other_columns_computes_only_what_is_new(folder, computed, before, after, computes):
+def test_a_study_with_other_columns_computes_only_what_is_new(computed, before, after, computes):
     vary = "vary: [{cable.preload: [400 N, 300 N, 1 N]}]\n"
-    study_file(folder, f"{vary}columns: {before}\n", SLACK)
-    run("sweep", "study.yaml", code=3)  # 1 N is less than its weight asks for
-    study_file(folder, f"{vary}columns: {after}\n", SLACK)
+    sweep_of(f"{vary}columns: {before}\n", code=3)  # 1 N is less than its weight asks for
     computed.clear()
-    run("sweep", "study.yaml", "--resume", code=3)
+    sweep_of(f"{vary}columns: {after}\n", "--resume", code=3)
     # the row that failed is computed as a whole: another column may have been the reason
     expected = Counter({tuple(after[1:-1].split(", ")): 1})
     expected[tuple(computes.split(", "))] += 2 if computes else 0
@@ -250,22 +231,19 @@ def test_a_study_with_other_columns_computes_only_what_is_new(folder, computed, 
     is_the_table_of_one_run(code=3)
 
 
-def test_new_columns_may_fail_where_the_old_ones_did_not(folder):
+def test_new_columns_may_fail_where_the_old_ones_did_not():
     for columns, code in (("sag", 0), ("sag, gondola_frequency_static", 3)):
-        study_file(folder, f"vary: [{{gondola: [{{mass: 5 kg}}, null]}}]\ncolumns: [{columns}]\n", SLACK)
-        run("sweep", "study.yaml", "--resume", code=code)
+        sweep_of(f"vary: [{{gondola: [{{mass: 5 kg}}, null]}}]\ncolumns: [{columns}]\n", "--resume", code=code)
     is_the_table_of_one_run(code=3)
 
 
-def test_a_growing_study_can_be_ended_too(folder, computed, monkeypatch):
+def test_a_growing_study_can_be_ended_too(computed, monkeypatch):
     vary = "vary: [{cable.unstretched_length: [186 m, 187 m, 188 m]}]\n"
-    study_file(folder, f"{vary}columns: [sag]\n", SLACK)
-    run("sweep", "study.yaml")
-    study_file(folder, f"{vary}columns: [sag, preload]\n", SLACK)
+    sweep_of(f"{vary}columns: [sag]\n")
     with monkeypatch.context() as ended:
         ended.setattr(chunks, "evaluate_tables", lambda *_: signal.raise_signal(signal.SIGINT))
-        outcome = run("sweep", "study.yaml", "--resume", code=130)
-    assert outcome.lines[0] == "0 of 3 rows are there already, and some columns of 3 more"
+        lines = sweep_of(f"{vary}columns: [sag, preload]\n", "--resume", code=130)
+    assert lines[0] == "0 of 3 rows are there already, and some columns of 3 more"
     computed.clear()
     run("sweep", "study.yaml", "--resume")
     assert {columns for _, columns in computed} == {("preload",)}
@@ -363,10 +341,7 @@ def test_a_process_that_dies_is_replaced(folder):
     workers = descendants(sweep.pid)
     assert len(workers) >= 2
     subprocess.run(["kill", "-9", str(workers[-1])], check=True)
-    go_on(sweep)
-    _, said = sweep.communicate(timeout=LONGEST)
-    assert said == "written: results/study.csv, results/study.md\n"
-    assert sweep.returncode == 0
+    assert go_on(sweep) == (0, "written: results/study.csv, results/study.md\n")
     is_the_table_of_one_run()
 
 
@@ -392,12 +367,11 @@ def test_no_chunk_is_lost_where_a_worker_dies_between_two_results(folder):
     assert [record[0] for chunk in done for record in chunk.records] == list(range(1, study.count + 1))
 
 
-def test_processes_that_always_die_are_given_up(folder, monkeypatch):
-    study_file(folder, FEW, SLACK)
+def test_processes_that_always_die_are_given_up(monkeypatch):
     with monkeypatch.context() as deadly:
         deadly.setattr(driver, "compute", _die_elsewhere)
-        outcome = run("sweep", "study.yaml", "--jobs", "2", code=3)
-    assert outcome.lines == [
+        lines = sweep_of(FEW, "--jobs", "2", code=3)
+    assert lines == [
         "workers end by themselves, time and again: too little memory for so many?; --resume goes on: 1 rows are done"
     ]
     run("sweep", "study.yaml", "--resume")
@@ -409,28 +383,30 @@ def _die_elsewhere(piece):
     return chunks.compute(piece)
 
 
-def test_no_more_processes_than_cores_have_use_for(monkeypatch):
+@pytest.fixture
+def processes(monkeypatch):
+    """Numbers of processes that are started: list of int. The first case takes one second."""
     asked = []
-    monkeypatch.setattr(driver, "cores", lambda: 2)
-    monkeypatch.setattr(driver, "process_pool", asked.append)
-    monkeypatch.setattr(driver, "retry", lambda chunks, pool, workers: pool() or iter(()))
-    monkeypatch.setattr(driver, "submit_all", lambda *_: iter(()))
-    for jobs in (2, 8, 1000):
-        list(driver.compute_here(SimpleNamespace(left=10_000), jobs))
-    assert asked == [2, 8, 8]
-
-
-def test_processes_are_started_by_themselves_for_work_that_is_worth_it(monkeypatch):
-    """One for each core, where the first case of one second foretells more than three."""
-    asked = []
-    monkeypatch.setattr(driver, "cores", lambda: 3)
-    monkeypatch.setattr(driver, "WORTHWHILE", 3.0)
     monkeypatch.setattr(driver, "process_pool", asked.append)
     monkeypatch.setattr(driver, "retry", lambda chunks, pool, workers: pool() or iter(()))
     monkeypatch.setattr(driver, "submit_all", lambda *_: iter([SimpleNamespace(seconds=1.0)]))
+    return asked
+
+
+def test_no_more_processes_than_cores_have_use_for(processes, monkeypatch):
+    monkeypatch.setattr(driver, "cores", lambda: 2)
+    for jobs in (2, 8, 1000):
+        list(driver.compute_here(SimpleNamespace(left=10_000), jobs))
+    assert processes == [2, 8, 8]
+
+
+def test_processes_are_started_by_themselves_for_work_that_is_worth_it(processes, monkeypatch):
+    """One for each core, where the first case of one second foretells more than three."""
+    monkeypatch.setattr(driver, "cores", lambda: 3)
+    monkeypatch.setattr(driver, "WORTHWHILE", 3.0)
     for left in (2, 3, 4):
         list(driver.compute_here(SimpleNamespace(left=left, seconds_per_case=1.0)))
-    assert asked == [3]
+    assert processes == [3]
 
 
 def test_a_full_disk_is_one_line_and_what_is_there_stays(folder):

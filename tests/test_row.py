@@ -11,9 +11,9 @@ from command import CARLINA, SLACK, run
 from random_twins import random_scene
 from references import catenary_mp
 from scenes import CHORD, PAPER, SAGGING, G, Twin, cells, scene
+from solved import rows_as_alone, solve, solve_all
 
 from cablestudy.errors import ConvergenceError
-from cablestudy.scene.scene import CableScene
 from cablestudy.study.columns import find
 from cablestudy.study.notes import statics_error
 from cablestudy.study.one_cable.asked_modes import AskedModes
@@ -58,18 +58,16 @@ def test_the_twentieth_symmetric_mode_has_39_half_waves(accuracy):
 
 def test_a_cable_without_a_gondola_has_its_frequencies():
     """And none of a gondola is asked for on the way."""
-    plain = scene().model_copy(update={"gondola": None, "winch": None, "wind": None, "model": scene(
-        "model={accuracy: 1e-6}").model})  # fmt: skip
-    row = row_of(plain, "cable_frequency", "axial_frequency_1")
-    assert row.cells["cable_frequency_Hz"] == pytest.approx(1.59146, rel=1e-4)
-    assert row.cells["axial_frequency_1_Hz"] == pytest.approx(6987 / (2 * 184.4883), rel=1e-3)
+    plain = scene("gondola=null", "winch=null", "wind=null", "model={accuracy: 1e-6}")
+    found = cells(plain, "cable_frequency", "axial_frequency_1")
+    assert found["cable_frequency"] == pytest.approx(1.59146, rel=1e-4)
+    assert found["axial_frequency_1"] == pytest.approx(6987 / (2 * 184.4883), rel=1e-3)
 
 
 def test_an_axial_mode_among_too_many_transverse_ones_is_refused_at_once():
     """EA/T near 1e8 and a sag: ten thousand half-waves, of which no model is made."""
-    row = row_of(
-        scene("model={accuracy: 1e-2}", "cable.elastic_modulus=7e17 Pa", base=SLACK), "axial_frequency_1", "dof"
-    )
+    stiff = scene("model={accuracy: 1e-2}", "cable.elastic_modulus=7e17 Pa", base=SLACK)
+    row = row_of(stiff, "axial_frequency_1", "dof")
     assert row.failed
     assert "waves" in row.cells["status"]
 
@@ -77,10 +75,10 @@ def test_an_axial_mode_among_too_many_transverse_ones_is_refused_at_once():
 def test_an_axial_mode_of_a_straight_cable_needs_no_transverse_waves():
     """c/(2 L) with nothing that bends the cable, however many half-waves there are beside it."""
     upright = scene("model={accuracy: 1e-8}", "gravity=0", "cable.elastic_modulus=7e17 Pa", "cable.preload=100 N")
-    row = row_of(upright, "axial_frequency_1", "dof", "unstretched_length")
+    found = cells(upright, "axial_frequency_1", "dof", "unstretched_length")
     speed = np.sqrt(7e17 / upright.cable.density)
-    assert row.cells["axial_frequency_1_Hz"] == pytest.approx(speed / 2 / row.cells["unstretched_length_m"], rel=1e-8)
-    assert row.cells["dof"] < 100
+    assert found["axial_frequency_1"] == pytest.approx(speed / 2 / found["unstretched_length"], rel=1e-8)
+    assert found["dof"] < 100
 
 
 @cache
@@ -141,11 +139,8 @@ def test_a_cable_with_hardly_any_weight_troubles_no_other(gravity):
     cable = "{chord: 10, area: 1e-4, elastic_modulus: 1e9, density: 1e3, unstretched_length: 11}"
     settings = [f"cable={cable}", "model={accuracy: 1e-3}"]
     scenes = [scene(f"gravity={value}", *settings) for value in (gravity, 9.81)]
-    wanted = [find(name) for name in ("inplane_frequency_2", "lambda_squared")]
-    light, heavy = evaluate_cases(scenes, wanted)
-    assert heavy.cells == evaluate(scenes[1], wanted).cells
-    assert heavy.cells["status"] == "ok"
-    assert light.cells == evaluate(scenes[0], wanted).cells
+    _, heavy = rows_as_alone(scenes, ("inplane_frequency_2", "lambda_squared"))
+    assert heavy.status == "ok"
 
 
 # what cannot be had leaves the rest of its row standing
@@ -180,21 +175,19 @@ def test_a_gain_that_no_margin_gives_leaves_the_open_loop(monkeypatch):
     row = row_of(scene("winch.controller.gain={auto: {gain_margin: 6 dB}}"), *OPEN_LOOP, "gondola_rms", "gain_margin")
     assert row.cells["status"].startswith("no gain follows from a gain margin")
     assert [row.cells[name] for name in ("gondola_rms_mm", "gain_margin_dB")] == [None, None]
-    assert row.cells["gondola_rms_open_loop_mm"] == pytest.approx(
-        row_of(scene(), "gondola_rms_open_loop").cells["gondola_rms_open_loop_mm"], rel=1e-6
-    )
+    usual = cells(scene(), "gondola_rms_open_loop")["gondola_rms_open_loop"]
+    assert row.cells["gondola_rms_open_loop_mm"] == pytest.approx(usual, rel=1e-6)
 
 
 def test_a_loop_that_cannot_be_had_in_a_storm_leaves_the_others():
     """The steady wind adds to the errors of what there is, and of that alone."""
     data = random_scene(46)
     data["winch"]["controller"]["notch"]["rolloff_frequency"] = 100.0  # so that the loop drives waves up to there
-    scene = CableScene.model_validate(data)
-    cells = evaluate(scene, [find("gain"), find("gondola_rms"), find("sag")]).cells
-    assert cells["gain_rad_per_s"] is cells["gondola_rms_mm"] is None
-    assert cells["sag_m"] > 0
-    assert "which could drive about" in cells["status"]
-    assert "more than are resolved (300)" in cells["status"]  # half-waves along the cable
+    row = solve(data, "gain", "gondola_rms", "sag")
+    assert row.values["gain"] is row.values["gondola_rms"] is None
+    assert row.values["sag"] > 0
+    assert "which could drive about" in row.status
+    assert "more than are resolved (300)" in row.status  # half-waves along the cable
 
 
 LOSSES = [("{model: hysteretic, loss_factor: 0.02}", "{accuracy: 1e-4}"),
@@ -270,14 +263,12 @@ def test_cables_that_hang_alike_share_no_more_than_they_have_in_common(gondola, 
     }  # fmt: skip
     plain, other = (scene(*(f"{key}={value}" for key, value in of.items()), base=CARLINA)
                     for of in (sets, sets | {key: value}))  # fmt: skip
-    columns = [find(name) for name in ("gondola_rms_open_loop_all_wind", "gondola_damping_ratio")]
+    names = "gondola_rms_open_loop_all_wind", "gondola_damping_ratio"
     if not gondola:
         plain, other = (one.model_copy(update={"gondola": None, "winch": None}) for one in (plain, other))
-        columns = [find(name) for name in ("midspan_rms", "tension_rms", "cable_frequency")]
-    together = [(row.cells, row.errors) for row in evaluate_cases([plain, other, plain], columns)]
-    alone = [(row.cells, row.errors) for row in (evaluate(one, columns) for one in (plain, other))]
-    assert together == [*alone, alone[0]]
-    assert alone[0] != alone[1]
+        names = "midspan_rms", "tension_rms", "cable_frequency"
+    first, second, third = rows_as_alone([plain, other, plain], names)
+    assert first == third != second
 
 
 def test_modal_damping_with_an_accuracy_leaves_what_has_no_damping():
@@ -346,29 +337,20 @@ def test_the_stated_errors_of_bars_are_those_against_independent_references(elem
     truth["preload"] = float(catenary_mp.mean_tension(H, V0, twin.length, weight))
     truth["sag"] = float(catenary_mp.sag(H, V0, twin.length, twin.stiffness, weight))
     truth["max_tension"] = float(np.hypot(float(H), max(abs(float(V0)), abs(weight * twin.length + float(V0)))))
-    columns = [find(name) for name in truth]
-    row = evaluate(twin.scene(f"model={{elements: {elements}}}"), columns, estimate=True)
-    for column in columns:
-        name, exact = column.header, truth[column.name]
-        assert near(row.errors[name], abs(row.cells[name] / exact - 1)), (name, row.errors[name])
+    row = solve(twin.scene(f"model={{elements: {elements}}}"), *truth, estimate=True)
+    for name, exact in truth.items():
+        assert near(row.errors[name], abs(row.values[name] / exact - 1)), (name, row.errors[name])
 
 
 def test_the_stated_errors_of_bars_are_those_against_a_model_of_eight_digits():
     names = ("gondola_frequency", "gondola_damping_ratio", "gondola_rms_open_loop", "axial_frequency_1")
-    columns = [find(name) for name in names]
-    fine = evaluate(scene("model={accuracy: 1e-8}", HYSTERETIC, base=SLACK), columns)
-    assert not fine.failed
+    fine = cells(scene("model={accuracy: 1e-8}", HYSTERETIC, base=SLACK), *names)
     bars = [scene(f"model={{elements: {elements}}}", HYSTERETIC, base=SLACK) for elements in (10, 40)]
-    for row in evaluate_cases(bars, [*columns, find("error_estimate")]):
-        agree(row, fine, columns)
-
-
-def agree(row, fine, columns):
-    """The errors that a row states are the differences to a finer one."""
-    true = {name: abs(row.cells[name] / fine.cells[name] - 1) for name in (column.header for column in columns)}
-    for name, error in true.items():
-        assert near(row.errors[name], error), (name, row.errors[name], error)
-    assert near(row.cells["error_estimate"], max(true.values()))
+    for row in solve_all(bars, [*names, "error_estimate"]):
+        true = {name: abs(row.values[name] / fine[name] - 1) for name in names}
+        for name, error in true.items():
+            assert near(row.errors[name], error), (name, row.errors[name], error)
+        assert near(row.values["error_estimate"], max(true.values()))
 
 
 @pytest.mark.parametrize("elements", [10, 40])
@@ -408,15 +390,13 @@ def test_a_poor_model_is_said_on_the_command_line():
 
 def test_no_computed_number_of_a_loop_states_less_than_rounding():
     """A straight cable, whose modes have no error: numbers of its loop differ by rounding; the stated gain has none."""
-    straight = CableScene.model_validate({
+    straight = {
         "gravity": 0.0,
         "cable": {"chord": 79.14, "unstretched_length": 78.98, "axial_stiffness": 3e6, "mass_per_length": 0.133,
                   "damping": {"viscous": 0.0066}},
         "gondola": {"mass": 694.0}, "winch": {"controller": {"gain": 1e-3, "notch": "none"}, "delay": 5e-3},
         "model": {"accuracy": 1e-5},
-    })  # fmt: skip
-    names = ("largest_gain", "gain_margin", "phase_crossover", "gain")
-    row = row_of(straight, *names)
-    errors = {name: row.errors[find(name).header] for name in names}
+    }  # fmt: skip
+    errors = solve(straight, "largest_gain", "gain_margin", "phase_crossover", "gain").errors
     assert errors.pop("gain") == 0
     assert min(errors.values()) >= 1e-12

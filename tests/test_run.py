@@ -16,7 +16,21 @@ import pytest
 import scipy
 import yaml
 from campaign import campaign
-from command import CARLINA, CONFIGS, SLACK, edit_rows, process, rows_of, run, stored_rows, study_file, table_of
+from command import (
+    CARLINA,
+    CONFIGS,
+    SLACK,
+    Terminal,
+    interrupt,
+    process,
+    refusal,
+    run,
+    stored_rows,
+    stored_table,
+    study_file,
+    table_of,
+    write,
+)
 
 from cablestudy import __version__
 from cablestudy.errors import SceneError
@@ -37,26 +51,26 @@ FAILING = (
 )
 
 
-def test_failures_are_counted_by_kind_and_each_can_be_seen_alone(folder):
-    study_file(folder, FAILING)
-    outcome = run("sweep", "study.yaml", "--set", "gravity=9.8 m/s^2", "--jobs", "1", code=3)
+def test_failures_are_counted_by_kind_and_each_can_be_seen_alone():
+    outcome = run("sweep", study_file(".", FAILING), "--set", "gravity=9.8 m/s^2", "--jobs", "1", code=3)
     assert [line.partition(":")[0] for line in outcome.lines[:6]] == [f"row {row}" for row in range(3, 9)]
     assert outcome.lines[6].startswith(
         "6 of 10 rows have no answer: 4 x the load at … m is beyond the cable's end, at … m; 2 x a mean tension of … N"
     )
     replays = [line.partition(" alone: ") for line in outcome.lines[7:10]]
     assert [row for row, _, _ in replays] == ["row 3", "row 4", "row 5"]
-    stored = rows_of(Path("results/study.csv").read_text(encoding="utf-8"), "csv")
+    stored = stored_table()
     before = {path: path.read_bytes() for path in Path("results").iterdir()}
     for number, (_, _, command) in enumerate(replays, 2):
-        words = shlex.split(command)
-        assert words[0] == "cablestudy"
-        (row,) = rows_of(run(*words[1:], "--format", "csv", code=3).out, "csv")
-        assert row == stored[number]
+        program, *words = shlex.split(command)
+        assert program == "cablestudy"
+        assert table_of(*words, code=3) == [stored[number]]
     alone = process(*shlex.split(replays[0][2])[1:])  # as typed
     assert (alone.code, alone.lines[:1]) == (3, [f"row 3: {stored[2]['status']}"])
     assert {path: path.read_bytes() for path in Path("results").iterdir()} == before
-    assert run("sweep", "study.yaml", "--row", "10", "--quiet").err == ""
+    right = ("sweep", "study.yaml", "--set", "gravity=9.8 m/s^2", "--row", "10")
+    assert table_of(*right) == [stored[9]]
+    assert run(*right, "--quiet").err == ""
     assert run("sweep", "study.yaml", "--row", "11", code=2).lines == ["--row 11: the study has 10 cases"]
 
 
@@ -67,10 +81,9 @@ def test_a_study_from_standard_input_has_no_command_to_replay(folder):
     assert "alone" not in outcome.err
 
 
-def test_of_many_failures_the_first_are_shown(folder):
-    study_file(folder, "vary: [{cable.preload: {from: 1 N, to: 2 N, count: 14}}]\ncolumns: [sag]\n", SLACK)
-    lines = run("sweep", "study.yaml", "--no-write", code=3).lines
-    said = [line.partition(":")[0] for line in lines]
+def test_of_many_failures_the_first_are_shown():
+    study_file(".", "vary: [{cable.preload: {from: 1 N, to: 2 N, count: 14}}]\ncolumns: [sag]\n", SLACK)
+    said = [line.partition(":")[0] for line in run("sweep", "study.yaml", "--no-write", code=3).lines]
     assert said[:10] == [f"row {row}" for row in range(1, 11)]
     assert said[10:] == ["14 of 14 rows have no answer", *(f"row {row} alone" for row in (1, 2, 3))]
 
@@ -91,11 +104,9 @@ def test_fail_fast_stops_and_the_run_can_go_on(folder, monkeypatch):
     monkeypatch.setattr("cablestudy.sweeps.chunks.SECONDS", 0.0)
     outcome = run("sweep", "study.yaml", "--fail-fast", "--jobs", "1", code=3)
     assert outcome.out == ""
-    assert (
-        outcome.lines[-1]
-        == "stopped at the first case without an answer (--fail-fast); --resume goes on: 3 rows are done"
-    )
-    assert outcome.lines[0].startswith("row 3: ")
+    first, *_, last = outcome.lines
+    assert first.startswith("row 3: ")
+    assert last == "stopped at the first case without an answer (--fail-fast); --resume goes on: 3 rows are done"
     assert [path.name for path in Path("results").iterdir()] == ["study.rows.sqlite"]
     run("sweep", "study.yaml", "--resume", "--jobs", "1", code=3)
     resumed = Path("results/study.csv").read_bytes()
@@ -106,14 +117,14 @@ def test_fail_fast_stops_and_the_run_can_go_on(folder, monkeypatch):
 def test_shards_make_the_table_of_one_run(folder):
     name = study_file(folder, SHARDED, SLACK)
     run("sweep", name, "--out", "whole")
-    lines = run("merge", name, code=2).lines
-    assert lines == ["results/study.shard-K-of-N.sqlite: no shards there ('cablestudy sweep --shard K/N' makes them)"]
+    line = "results/study.shard-K-of-N.sqlite: no shards there ('cablestudy sweep --shard K/N' makes them)"
+    assert refusal("merge", name) == line
     outcome = run("sweep", name, "--shard", "3/4")
     assert (outcome.out, outcome.err) == ("", "written: results/study.shard-3-of-4.sqlite\n")
     run("sweep", name, "--shard", "1/4", "--jobs", "1")
     path = Path("results/study.shard-1-of-4.sqlite")
     assert stored_rows(path) == [1, 5, 9]
-    edit_rows(path, "DELETE FROM rows WHERE row > 1", "UPDATE about SET value = '0' WHERE name = 'finished'")
+    interrupt(path, "DELETE FROM rows WHERE row > 1")
     lines = run("merge", name, code=2).lines
     assert [line.partition(": cablestudy ")[0] for line in lines] == [
         "results/study.shard-1-of-4.sqlite: not complete, 2 rows missing (5, 9)",
@@ -137,7 +148,7 @@ def test_shards_of_a_study_with_one_more_dimension(folder):
     study = (study_file(folder, SHARDED, SLACK), "--vary", "cable.density=1 g/cm^3,7.8 g/cm^3")
     run("sweep", *study, "--out", "whole")
     run("sweep", *study, "--shard", "2/2")
-    (line,) = run("merge", *study, code=2).lines
+    line = refusal("merge", *study)
     assert "no such shard, 10 rows missing (1, 3, 5" in line
     run(*shlex.split(line.partition(": cablestudy ")[2]))
     run("merge", *study)
@@ -155,13 +166,12 @@ def test_shards_that_do_not_belong_together(folder):
     name = study_file(folder, SHARDED, SLACK)
     run("sweep", name, "--shard", "1/2")
     run("sweep", name, "--shard", "2/2", "--set", "gravity=1.62")
-    (line,) = run("merge", name, code=2).lines
-    assert line == "results/study.shard-2-of-2.sqlite: gravity: 1.62 there, not given now"
+    assert refusal("merge", name) == "results/study.shard-2-of-2.sqlite: gravity: 1.62 there, not given now"
     study_file(folder, SHARDED.replace("187", "187.5").replace(", area", ""), SLACK)
     lines = run("merge", name, code=2).lines
     assert lines[:2] == [f"results/study.shard-1-of-2.sqlite: {part}: not as now" for part in ("vary", "columns")]
     run("sweep", name, "--shard", "1/3")
-    assert run("merge", name, code=2).lines == ["--out results: shards of 2 and of 3 lie there: move one kind away"]
+    assert refusal("merge", name) == "--out results: shards of 2 and of 3 lie there: move one kind away"
     assert not Path("results/study.csv").exists()
 
 
@@ -180,15 +190,8 @@ def test_a_failure_in_a_shard(folder):
     "text", ["0/2", "3/2", "1/0", "1", "a/b", "-1/2", "1/2/3", "", "1/", "½/2", "1/99999999999999999"]
 )
 def test_what_is_no_shard(text):
-    with pytest.raises(SceneError) as caught:
+    with pytest.raises(SceneError, match=f"^--shard {text}: expected K/N with K from 1 to N, for example 3/8$"):
         read_shard(text)
-    assert str(caught.value) == f"--shard {text}: expected K/N with K from 1 to N, for example 3/8"
-
-
-def test_one_row_is_that_of_the_table(folder):
-    study_file(folder, SHARDED, SLACK)
-    (row,) = table_of("sweep", "study.yaml", "--row", "3")
-    assert row == table_of("sweep", "study.yaml", "--no-write")[2]
 
 
 @pytest.mark.parametrize(
@@ -199,9 +202,9 @@ def test_one_row_is_that_of_the_table(folder):
     ],
 )  # fmt: skip
 def test_options_that_exclude_each_other(folder, options):
-    study_file(folder, SHARDED, SLACK)
     one, other = re.findall(r"--\S+", options)
-    assert run("sweep", "study.yaml", *options.split(), code=2).lines == [f"{one} and {other} exclude each other"]
+    line = refusal("sweep", study_file(folder, SHARDED, SLACK), *options.split())
+    assert line == f"{one} and {other} exclude each other"
     assert not Path("results").exists()
 
 
@@ -241,19 +244,16 @@ def store(values, *factors, name="results/study.csv"):
     """Overwrite the numbers of a stored table of one row by multiples of their values."""
     header = Path(name).read_text(encoding="utf-8").splitlines()[0]
     numbers = (repr(value * factor) for value, factor in zip(values, factors, strict=True))
-    Path(name).write_text(f"{header}\n{','.join(numbers)},ok\n", encoding="utf-8")
+    write(name, f"{header}\n{','.join(numbers)},ok\n")
 
 
 def test_tolerances_of_columns(folder):
-    study_file(folder, "columns: [sag, preload]\n", SLACK)
-    (row,) = table_of("sweep", "study.yaml")
+    (row,) = table_of("sweep", study_file(folder, "columns: [sag, preload]\n", SLACK))
     store((row["sag_m"], row["preload_N"]), 1.001, 1.01)
     assert len(run("sweep", "study.yaml", "--check", code=1).lines) == 2
     check = ("sweep", "study.yaml", "--check", "--rtol")
-    (line,) = run(*check, "sag=2e-3", code=1).lines
-    assert "preload_N" in line
-    (line,) = run(*check, "0.02", "--rtol", "sag_m=1e-4", code=1).lines
-    assert "sag_m" in line
+    assert "preload_N" in refusal(*check, "sag=2e-3", code=1)
+    assert "sag_m" in refusal(*check, "0.02", "--rtol", "sag_m=1e-4", code=1)
     run(*check, "sag=2e-3", "--rtol", "preload=0.02")
     number = "expected a finite number, not negative, or column=number"
     for wrong, message in (
@@ -264,8 +264,8 @@ def test_tolerances_of_columns(folder):
         ("status=1", "status is not among the study's columns"),
         ("sagg=1e-3", "unknown column 'sagg' (did you mean sag?)"),
     ):
-        assert run(*check, wrong, code=2).lines == [f"--rtol {wrong}: {message}"]
-    assert run(*check, "1", "--rtol", "2", code=2).lines == ["--rtol 2: given twice for all columns"]
+        assert refusal(*check, wrong) == f"--rtol {wrong}: {message}"
+    assert refusal(*check, "1", "--rtol", "2") == "--rtol 2: given twice for all columns"
 
 
 def test_a_study_states_its_own_tolerances(folder):
@@ -280,8 +280,7 @@ def test_a_study_states_its_own_tolerances(folder):
     lines = run("sweep", "study.yaml", "--check", code=1).lines
     assert [line.split(":")[1].split(",")[1] for line in lines] == [" sag_m", " preload_N", " mass_kg"]
     # an option replaces the same one of the file
-    (line,) = run(*check, "1e-6", code=1).lines
-    assert "sag_m" in line
+    assert "sag_m" in refusal(*check, "1e-6", code=1)
     assert len(run(*check, "sag=0.02", code=1).lines) == 2
     run(*check, "sag=0.02", "--rtol", "1e-6")
     # what lets pass more or less computes the same rows
@@ -302,7 +301,7 @@ def test_a_study_states_its_own_tolerances(folder):
 )
 def test_the_last_digit_in_a_status_may_turn(folder, stored, agrees):
     """On another machine the rounding of a number may be another one; what is counted is the same."""
-    Path("stored.csv").write_text(f"sag_m,status\n,{stored}\n", encoding="utf-8")
+    write("stored.csv", f"sag_m,status\n,{stored}\n")
     rows = [{"sag_m": None, "status": "reached is about 1.0e-12 of 3 models"}]
     table = Table((Field("sag_m", "", ""), Field("status", "", "")), rows)
     differences = [difference.column for difference in compare(table, "stored.csv", Tolerance(1e-6))]
@@ -336,17 +335,16 @@ def test_another_processor_gives_the_same_table(study, more, tmp_path):
 
 
 def test_a_difference_from_a_printed_value_is_as_certain_as_its_column(folder):
-    (folder / "printed.csv").write_text("sag_m\n12.3\n", encoding="utf-8")
+    write(folder / "printed.csv", "sag_m\n12.3\n")
     study_file(folder, "columns: [sag]\nreference: printed.csv\n", SLACK)
     run("sweep", "study.yaml")
-    path = Path("results/study.csv")
-    (row,) = rows_of(path.read_text(encoding="utf-8"), "csv")
+    (row,) = stored_table()
     printed = row["sag_m"] * (1 + 1e-5)  # a millionth of the sag is a tenth of the difference
-    (folder / "printed.csv").write_text(f"sag_m\n{printed!r}\n", encoding="utf-8")
+    write(folder / "printed.csv", f"sag_m\n{printed!r}\n")
     for change, code in ((5e-7, 0), (2e-6, 1)):
         sag = row["sag_m"] * (1 + change)
         cells = "sag_m,sag_printed_m,sag_difference_m,status\n" + f"{sag!r},{printed!r},{sag - printed!r},ok\n"
-        path.write_text(cells, encoding="utf-8")
+        write("results/study.csv", cells)
         assert len(run("sweep", "study.yaml", "--check", code=code).lines) == (2 if code else 1)
 
 
@@ -357,13 +355,6 @@ def test_a_tolerance_without_a_column_is_for_all():
     assert read_tolerances((), nothing).usual == 1e-6
     assert read_tolerances(("1 %",), nothing).usual == 0.01  # as a study file may have it
     assert str(Difference(2, "sag_m", "2.0", "3.0")) == "row 2, sag_m: stored 2.0, computed 3.0, ratio 1.5"
-
-
-class Terminal(io.StringIO):
-    """A stream that says it is a terminal."""
-
-    def isatty(self):
-        return True
 
 
 @pytest.fixture
@@ -482,6 +473,6 @@ def test_a_run_that_was_killed_while_it_wrote_leaves_nothing_for_long(folder):
     study_file(folder, "columns: [sag]\n", SLACK)
     Path("results").mkdir()
     for name in ("study.csv", "study.md", "other.csv"):
-        Path("results", f".{name}-abc").write_text("half", encoding="utf-8")
+        write(Path("results", f".{name}-abc"), "half")
     run("sweep", "study.yaml")
     assert [path.name for path in Path("results").glob(".*")] == [".other.csv-abc"]

@@ -2,13 +2,11 @@
 
 import json
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
-from command import CARLINA, run, study_file
+from command import python, run, study_file
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.sampling import Sample
@@ -63,8 +61,7 @@ from cablestudy.scene.sampling import Sample
 for method in {METHODS}:
     print(*Sample(method=method, count=32, seed=3, over=dict.fromkeys("abc", {{}})).points().ravel().tolist())
 """
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    for method, line in zip(METHODS, done.stdout.splitlines(), strict=True):
+    for method, line in zip(METHODS, python(script).splitlines(), strict=True):
         first = sample(method, 32, seed=3).points().copy()
         assert [float(text) for text in line.split()] == first.ravel().tolist()
         assert not np.array_equal(sample(method, 32, seed=4).points(), first)
@@ -138,7 +135,7 @@ study = read_study("study.yaml")
 assert study.count == 2048
 assert not {"numpy", "scipy"} & set(sys.modules)
 """
-    subprocess.run([sys.executable, "-c", script], check=True)
+    python(script)
 
 
 def test_a_note_where_sobol_points_are_out_of_balance():
@@ -153,11 +150,8 @@ def test_a_note_where_sobol_points_are_out_of_balance():
 
 def test_validate_says_what_a_sweep_will_say_of_a_sample():
     sobol = "sample: 3 points; Sobol points are balanced for powers of two (2 or 4)"
-    for method, count, notes in (
-        ("sobol", 3, [sobol]),
-        ("saltelli", 3, [sobol, "sample: 3 points; --sensitivity needs at least 8"]),
-        ("saltelli", 8, []),
-    ):
+    saltelli = [sobol, "sample: 3 points; --sensitivity needs at least 8"]
+    for method, count, notes in (("sobol", 3, [sobol]), ("saltelli", 3, saltelli), ("saltelli", 8, [])):
         sampled(method, count)
         lines = run("validate", "study.yaml").lines
         assert [line.split(": ", 1)[1] for line in lines] == notes
@@ -221,10 +215,8 @@ WHOLE = "sample.{}: expected a whole number from {}, got "
     ],
 )  # fmt: skip
 def test_a_mistake_is_reported_at_its_place(text, message):
-    Path("study.yaml").write_text(f"base: {CARLINA}\n{COLUMNS}{text}\n", encoding="utf-8")
-    with pytest.raises(SceneError) as caught:
-        check_cases(read_study("study.yaml"))
-    assert str(caught.value).splitlines()[0].startswith(f"study.yaml:{message}")
+    with pytest.raises(SceneError, match=f"^study.yaml:{re.escape(message)}"):
+        check_cases(study_of(f"{COLUMNS}{text}\n"))
     outcome = run("sweep", "study.yaml", "--dry-run", code=2)
     assert outcome.out == ""
     assert any(line.startswith(f"study.yaml:{message}") for line in outcome.lines)  # and perhaps an unknown key

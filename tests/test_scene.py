@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from campaign import campaign
-from command import CONFIGS, calls
+from command import CONFIGS, calls, write
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
@@ -15,12 +15,12 @@ from scenes import mistakes_of, scene_of
 
 import cablestudy
 from cablestudy.errors import SceneError
-from cablestudy.scene import scene, suspension
 from cablestudy.scene.cable_table import Cable
 from cablestudy.scene.document import read_document, read_file
 from cablestudy.scene.fields import KeyTable
 from cablestudy.scene.scene import TABLES, CableScene, ModelTable, missing, quantity_of, read_scene
 from cablestudy.scene.schema import scene_schema, study_schema, suspension_schema
+from cablestudy.scene.suspension import SuspensionScene
 
 GOOD = """\
 gravity: 9.81
@@ -71,10 +71,8 @@ def test_defaults_are_those_of_the_interface():
 def test_defaults_that_are_tables_are_what_an_empty_table_is_read_as():
     """Some are made without validators, which cost time when the program starts."""
     defaults = [field.default for table in tables() for field in table.model_fields.values()]
-    made = [default for default in defaults if isinstance(default, KeyTable)] + [
-        scene.CableScene.no_case,
-        suspension.SuspensionScene.no_case,
-    ]
+    made = [default for default in defaults if isinstance(default, KeyTable)]
+    made += [CableScene.no_case, SuspensionScene.no_case]
     assert len(made) > 8
     for default in made:
         assert default == type(default).model_validate({})
@@ -291,7 +289,7 @@ def test_all_mistakes_are_reported_at_once_in_the_order_of_the_file():
 
 
 def test_a_wrong_base_value_is_reported_in_the_base_file():
-    Path("base.yaml").write_text(GOOD.replace("2.69 mm^2", "0"), encoding="utf-8")
+    write("base.yaml", GOOD.replace("2.69 mm^2", "0"))
     assert mistakes_of("base: base.yaml\ngravity: 1\n") == ["base.yaml:7:9: cable.area: must be positive, got 0"]
 
 
@@ -332,30 +330,30 @@ ICE, WIND, LOAD = "{ice: {thickness: 1 mm}}", "{wind: {speed: 1}}", "{loads: [{a
 METAL = "{elastic_modulus: 1e9, density: 1}"
 CURVES = "{outer: {initial: [0, 1e4], final: 7e9, expansion: 0}, core: {initial: [0, 1e4], final: 7e9, expansion: 0}}"
 OF_PART = ("initial", "creep", "final", "expansion", "area_share")
+OF_WIND = ("direction", "air_density", "cable_drag_coefficient", "at", "exponent", "gust_factor")
+OF_MATERIAL = ("breaking_force", "strength", "area", "diameter", "fill_factor", "expansion")
 BESIDE = {
     "cable.tension.value": ("cable.tension={at: mean, value: 1}",),
-    **{f"cases.day.ice.{key}": (f"cases={{day: {ICE}}}",) for key in ("density", "lift_slope", "drag_coefficient")},
-    **{
-        f"cases.day.wind.{key}": (f"cases={{day: {WIND}}}",)
-        for key in ("direction", "air_density", "cable_drag_coefficient", "at", "exponent", "gust_factor")
-    },
-    **{f"cases.day.loads.0.{key}": (f"cases={{day: {LOAD}}}",) for key in ("at", "fraction", "force", "mass")},
-    **{
-        f"materials.day.{key}": ("materials={day: {elastic_modulus: 1e9, density: 1}}",)
-        for key in ("breaking_force", "strength", "area", "diameter", "fill_factor", "expansion")
-    },
-    **{f"materials.day.{key}": ("materials={day: {density: 1}}",) for key in ("axial_stiffness", "elastic_modulus")},
-    **{f"materials.day.{key}": ("materials={day: {elastic_modulus: 1}}",) for key in ("mass_per_length", "density")},
+    "correction.delay": ("correction.bandwidth=1",),
+    "cable.inclination": ("cable.chord=100 m", "cable.loads=null"),
     **{
         f"{table}.stress_strain.{key}": (f"materials={{day: {METAL}}}", f"{table}.stress_strain={CURVES}")
         for table in ("cable", "materials.day")
         for key in ("measured_at", *(f"{part}.{name}" for part in ("outer", "core") for name in OF_PART))
     },
-    "winch.controller.gain.auto": (AUTO,),
-    "winch.controller.gain.auto.gain_margin": (AUTO,),
-    "winch.controller.gain.auto.sensitivity": (AUTO,),
-    "correction.delay": ("correction.bandwidth=1",),
-    "cable.inclination": ("cable.chord=100 m", "cable.loads=null"),
+    **{
+        f"{table}{key}": (change,)
+        for table, keys, change in (
+            ("cases.day.ice.", ("density", "lift_slope", "drag_coefficient"), f"cases={{day: {ICE}}}"),
+            ("cases.day.wind.", OF_WIND, f"cases={{day: {WIND}}}"),
+            ("cases.day.loads.0.", ("at", "fraction", "force", "mass"), f"cases={{day: {LOAD}}}"),
+            ("materials.day.", OF_MATERIAL, f"materials={{day: {METAL}}}"),
+            ("materials.day.", ("axial_stiffness", "elastic_modulus"), "materials={day: {density: 1}}"),
+            ("materials.day.", ("mass_per_length", "density"), "materials={day: {elastic_modulus: 1}}"),
+            ("winch.controller.gain.auto", ("", ".gain_margin", ".sensitivity"), AUTO),
+        )
+        for key in keys
+    },
 }
 VECTORS = {
     "cable.ends": "[[0, 0, 0], [{}, 0, 0]]",
@@ -438,24 +436,21 @@ def test_long_values_are_cut_in_messages(text, sets):
 def test_models_built_in_python_keep_the_same_rules():
     with pytest.raises(ValidationError, match="give exactly one of axial_stiffness, elastic_modulus, stress_strain"):
         Cable(chord=1, material="steel", area=1e-6, axial_stiffness=1e6, elastic_modulus=1e11, preload=1)
-    scene = CableScene(
-        cable=Cable(chord=1, material="steel", area=1e-6, preload=1), model=ModelTable(elements=4, order=2)
-    )
+    cable = Cable(chord=1, material="steel", area=1e-6, preload=1)
+    scene = CableScene(cable=cable, model=ModelTable(elements=4, order=2))
     assert scene.model.order == 2
     with pytest.raises(ValidationError, match="frozen"):
         scene.gravity = 1
 
 
 def test_a_key_that_a_command_needs_is_named():
-    Path("s.yaml").write_text(GOOD, encoding="utf-8")
-    error = missing(read_document("s.yaml"), "gondola.mas", "windrms")
+    error = missing(read_document(write("s.yaml", GOOD)), "gondola.mas", "windrms")
     assert str(error) == "s.yaml:11:10: gondola.mas: missing key: 'cablestudy windrms' needs it"
 
 
 def test_a_case_is_read_without_much_work():
     # A guard against accidental slowness, far above what it takes.
-    Path("s.yaml").write_text(GOOD, encoding="utf-8")
-    document = read_document("s.yaml")
+    document = read_document(write("s.yaml", GOOD))
 
     def read(case):
         read_scene(document.with_sets([("cable.area", f"{case + 1} mm^2", "x"), ("gondola.mass", case + 1, "y")]))
@@ -481,13 +476,11 @@ _TREES = st.recursive(
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
 @given(key=st.sampled_from(_KEYS), table=st.sampled_from(sorted(".".join(path) for path, _ in TABLES)), value=_TREES)
-def test_any_value_of_any_key_gives_a_scene_or_a_scene_error(tmp_path_factory, key, table, value):
-    path = tmp_path_factory.getbasetemp() / "any.yaml"
-    path.write_text(GOOD, encoding="utf-8")
+def test_any_value_of_any_key_gives_a_scene_or_a_scene_error(key, table, value):
+    document = read_document(write("any.yaml", GOOD))
     mistakes = [None]
     try:
-        dotted = f"{table}.{key}".strip(".").replace("*", "0")
-        read_scene(read_document(path).with_sets([(dotted, value, "here")]))
+        read_scene(document.with_sets([(f"{table}.{key}".strip(".").replace("*", "0"), value, "here")]))
     except SceneError as error:
         mistakes = error.mistakes
     assert mistakes

@@ -3,10 +3,9 @@
 import math
 
 import pytest
-from command import run, table_of
-from scenes import cells, computed
+from command import run, study_file, table_of
+from scenes import cells, computed, scene_of
 
-from cablestudy.scene.scene import load_scene
 from cablestudy.scene.study import read_study
 from cablestudy.study.scene_values import tables_of
 
@@ -31,23 +30,23 @@ COLUMNS = (
 )  # fmt: skip
 
 
-def scene_file(cable, name="s.yaml"):
-    with open(name, "w", encoding="utf-8") as file:
-        file.write(f"cable: {{{REST}, {cable}}}\n")
-    return name
+def scene_with(cable, *sets):
+    """A scene with this section; it is also the file s.yaml."""
+    return scene_of(f"cable: {{{REST}, {cable}}}\n", *sets)
 
 
-def numbers(cable, *sets):
-    return cells(load_scene(scene_file(cable), sets)[1], *COLUMNS)
+def study_with(text):
+    """The file of a study upon s.yaml."""
+    return study_file(".", text, base="s.yaml")
 
 
 @pytest.mark.parametrize("tight", ["preload: 22.8 kN", "preload: 10 %", "sag: 0.3 m", "unstretched_length: 79.9 m"])
 @pytest.mark.parametrize("way", list(WAYS)[1:])
 def test_each_way_to_state_a_section_gives_the_same_numbers(way, tight):
-    expected = numbers(f"{WAYS['by material']}, {tight}")
+    expected = cells(scene_with(f"{WAYS['by material']}, {tight}"), *COLUMNS)
     if tight == "preload: 10 %":
         assert expected["preload"] == pytest.approx(0.1 * FORCE, rel=1e-14)
-    found = numbers(f"{WAYS[way]}, {tight}")
+    found = cells(scene_with(f"{WAYS[way]}, {tight}"), *COLUMNS)
     for name in COLUMNS:
         # a sag follows from a small difference of lengths, the tension of a stated length from one of strains
         steep = {"sag: 0.3 m": 1e-13, "unstretched_length: 79.9 m": 1e-13}.get(tight, 1e-14)
@@ -55,21 +54,21 @@ def test_each_way_to_state_a_section_gives_the_same_numbers(way, tight):
 
 
 def test_derived_numbers_have_the_digits_of_the_products():
-    cable = load_scene(scene_file(f"{WAYS['by material']}, preload: 1 kN"))[1].cable
+    cable = scene_with(f"{WAYS['by material']}, preload: 1 kN").cable
     assert (cable.section_axial_stiffness, cable.section_mass, cable.section_breaking_force) == (EA, MASS, FORCE)
     assert (cable.section_area, cable.section_elastic_modulus, cable.section_density) == (AREA, MODULUS, DENSITY)
-    round_ = load_scene(scene_file(f"{WAYS['by diameter']}, preload: 1 kN"))[1].cable
+    round_ = scene_with(f"{WAYS['by diameter']}, preload: 1 kN").cable
     assert round_.section_area == math.pi * (DIAMETER * DIAMETER) / 4
     assert cable.expansion == 11.5e-6
 
 
 def test_metal_and_outline_are_two_things():
     strand = WAYS["by material"].replace(f"area: {AREA}", "diameter: 16 mm, fill_factor: 0.75")
-    cable = load_scene(scene_file(f"{strand}, preload: 1 kN"))[1].cable
+    cable = scene_with(f"{strand}, preload: 1 kN").cable
     assert cable.section_area == 0.75 * (math.pi * 0.016**2 / 4)
-    area = load_scene(scene_file(f"{WAYS['by material']}, fill_factor: 0.75, preload: 1 kN"))[1].cable
+    area = scene_with(f"{WAYS['by material']}, fill_factor: 0.75, preload: 1 kN").cable
     assert area.section_diameter == pytest.approx(DIAMETER / math.sqrt(0.75), rel=1e-15)
-    both = load_scene(scene_file(f"{WAYS['by material']}, diameter: 16 mm, preload: 1 kN"))[1].cable
+    both = scene_with(f"{WAYS['by material']}, diameter: 16 mm, preload: 1 kN").cable
     assert (both.section_area, both.section_diameter) == (AREA, 0.016)
 
 
@@ -79,10 +78,8 @@ def test_metal_and_outline_are_two_things():
 def test_a_study_of_arrays_gives_the_numbers_of_each_scene(way, key):
     values = {"axial_stiffness": EA, "mass_per_length": MASS, "breaking_force": FORCE, "diameter": 0.016, "area": AREA}
     given = [values[key] * share for share in (1.0, 1.1, 1.3)]
-    scene_file(f"{WAYS[way]}, preload: 10 %")
-    with open("study.yaml", "w", encoding="utf-8") as file:
-        file.write(f"base: s.yaml\nvary: [{{cable.{key}: {given!r}}}]\ncolumns: [{', '.join(COLUMNS)}]\n")
-    study = read_study("study.yaml")
+    scene_with(f"{WAYS[way]}, preload: 10 %")
+    study = read_study(study_with(f"vary: [{{cable.{key}: {given!r}}}]\ncolumns: [{', '.join(COLUMNS)}]\n"))
     (table,), refused = tables_of(study, range(3))
     assert (len(table), refused) == (3, {})
     rows = computed(study).rows
@@ -96,16 +93,13 @@ def test_a_study_of_arrays_gives_the_numbers_of_each_scene(way, key):
 
 
 def test_a_varied_share_stays_as_given_in_the_table():
-    scene_file(f"{WAYS['as a whole']}, preload: 1 kN")
-    with open("study.yaml", "w", encoding="utf-8") as file:
-        file.write("base: s.yaml\nvary: [{cable.preload: [5 %, 20 kN, 99 %]}]\ncolumns: [sag, breaking_force]\n")
-    rows = table_of("sweep", "study.yaml", "--no-write")
+    whole = f"{WAYS['as a whole']}, preload: 1 kN"
+    scene_with(whole)
+    study = study_with("vary: [{cable.preload: [5 %, 20 kN, 99 %]}]\ncolumns: [sag, breaking_force]\n")
+    rows = table_of("sweep", study, "--no-write")
     assert [row["cable.preload"] for row in rows] == ["5 %", "20 kN", "99 %"]
-    sags = [
-        cells(load_scene("s.yaml", [f"cable.preload={0.05 * FORCE!r}"])[1], "sag")["sag"],
-        cells(load_scene("s.yaml", ["cable.preload=20 kN"])[1], "sag")["sag"],
-        cells(load_scene("s.yaml", [f"cable.preload={0.99 * FORCE!r}"])[1], "sag")["sag"],
-    ]
+    preloads = repr(0.05 * FORCE), "20 kN", repr(0.99 * FORCE)
+    sags = [cells(scene_with(whole, f"cable.preload={preload}"), "sag")["sag"] for preload in preloads]
     assert [row["sag_m"] for row in rows] == sags
 
 
@@ -113,22 +107,20 @@ BARE = f"axial_stiffness: {EA!r}, mass_per_length: {MASS!r}, preload: 1 kN"
 
 
 def test_columns_without_a_key_are_refused_and_left_out_of_static():
-    (row,) = table_of("static", scene_file(BARE))
+    scene_with(BARE)
+    (row,) = table_of("static", "s.yaml")
     assert {"area_mm2", "diameter_mm", "stress_MPa", "elastic_modulus_GPa", "density_kg_per_m3"}.isdisjoint(row)
     assert {"breaking_force_N", "utilisation"}.isdisjoint(row)
     assert (row["axial_stiffness_N"], row["mass_per_length_kg_per_m"], row["status"]) == (EA, MASS, "ok")
-    with open("study.yaml", "w", encoding="utf-8") as file:
-        file.write("base: s.yaml\ncolumns: [stress, diameter, utilisation, density]\n")
-    lines = run("sweep", "study.yaml", "--no-write", code=2).lines
+    lines = run("sweep", study_with("columns: [stress, diameter, utilisation, density]\n"), "--no-write", code=2).lines
     needed = [line.rpartition("needs the key ")[2].split(",")[0] for line in lines]
     assert needed == ["cable.area", "cable.diameter", "cable.breaking_force", "cable.area"]
 
 
 def test_one_of_the_cases_may_lack_the_key():
-    scene_file(BARE)
-    with open("study.yaml", "w", encoding="utf-8") as file:
-        file.write("base: s.yaml\nvary: [{cable.diameter: [null, 16 mm]}]\ncolumns: [stress, sag]\n")
-    first, second = table_of("sweep", "study.yaml", "--no-write", code=3)
+    scene_with(BARE)
+    study = study_with("vary: [{cable.diameter: [null, 16 mm]}]\ncolumns: [stress, sag]\n")
+    first, second = table_of("sweep", study, "--no-write", code=3)
     assert first["status"] == "stress needs the key cable.area, which this case does not have"
     assert (first["stress_MPa"], second["status"]) == (None, "ok")
     assert first["sag_m"] == second["sag_m"]
@@ -137,13 +129,11 @@ def test_one_of_the_cases_may_lack_the_key():
 def test_the_wind_on_the_gondola_needs_no_diameter_and_that_on_the_cable_does():
     wind = "wind: {speed: 6 m/s, turbulence_intensity: 0.15, length_scale: 25 m}\n"
     gondola = "gondola: {mass: 50 kg, area: 0.6 m^2, drag_coefficient: 1.17}\n"
-    name = scene_file(f"{BARE}, damping: {{loss_factor: 0.02}}")
-    with open(name, "a", encoding="utf-8") as file:
-        file.write(wind + gondola)
-    (row,) = table_of("windrms", name, "--quiet")
+    scene_of(f"cable: {{{REST}, {BARE}, damping: {{loss_factor: 0.02}}}}\n{wind}{gondola}")
+    (row,) = table_of("windrms", "s.yaml", "--quiet")
     assert row["gondola_rms_open_loop_mm"] > 0
-    assert "needs it" in run("windrms", name, "--on", "cable", code=2).err
-    assert run("windrms", name, "--on", "cable", "--set", "cable.diameter=16 mm", "--quiet").code == 0
+    assert "needs it" in run("windrms", "s.yaml", "--on", "cable", code=2).err
+    assert run("windrms", "s.yaml", "--on", "cable", "--set", "cable.diameter=16 mm", "--quiet").code == 0
 
 
 PAIR = """\
@@ -157,8 +147,7 @@ cables: {{a: {{from: left, to: knot, preload: 0.02 %}}, b: {{from: right, to: kn
 def test_cables_of_a_suspension_state_sections_in_the_same_ways(way):
     rows = {}
     for name in ("by material", way):
-        with open("s.yaml", "w", encoding="utf-8") as file:
-            file.write(PAIR.format(section=WAYS[name]))
+        scene_of(PAIR.format(section=WAYS[name]))
         rows[name] = table_of("static", "s.yaml", "--table", "cables", "--set", "cables.b.tension_to=60 N")
     for found, expected in zip(rows[way], rows["by material"], strict=True):
         numbers_ = {key: value for key, value in expected.items() if isinstance(value, float)}
@@ -168,5 +157,4 @@ def test_cables_of_a_suspension_state_sections_in_the_same_ways(way):
 
 @pytest.mark.parametrize("text", ["11.5e-6 1/K", "11.5e-6 1/degC", "11.5e-6 1/°C", "0.00115 %/K"])
 def test_expansion_is_read_per_kelvin_or_degree(text):
-    cable = load_scene(scene_file(BARE), [f"cable.expansion={text}"])[1].cable
-    assert cable.expansion == 11.5e-6
+    assert scene_with(BARE, f"cable.expansion={text}").cable.expansion == 11.5e-6

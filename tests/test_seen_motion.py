@@ -5,15 +5,16 @@ import pytest
 from command import CARLINA, run, study_file, table_of
 from references import loop_matrix
 from scenes import cells, scene
-from test_windrms import brute, case_of, case_with, force, loop_of, rms_of
+from scipy.integrate import quad
+from solved import rows_as_alone
+from test_windrms import PUSHED, brute, case_of, case_with, force, loop_of, rms_of
 
-from cablestudy.study.columns import find
+from cablestudy.errors import NoSolutionError
 from cablestudy.study.one_cable.case import CableCase
-from cablestudy.study.one_cable.rows import evaluate_cases
+from cablestudy.wind.imaging import correction_weight, exposure_weight
 from cablestudy.wind.peak import peak_factor
 
 EXPOSURE, MIRROR = "exposure=10 ms", "correction={bandwidth: 20 Hz, delay: 1 ms}"
-C = 1.2 * 1.17 * 0.6 * 6.0  # rho C_d A v of configs/carlina.yaml [N s/m]
 STEADY = 1.2 / 2 * 1.17 * 0.6 * 6.0**2  # drag of the mean wind in configs/carlina.yaml [N]
 
 
@@ -24,6 +25,90 @@ def exposed(frequency, exposure=0.01):
 def corrected(frequency, bandwidth=20.0, delay=1e-3):
     s = 2j * np.pi * frequency
     return np.abs(1 / (1 + 2 * np.pi * bandwidth / s * np.exp(-s * delay))) ** 2
+
+
+# factors by themselves
+
+
+def expected_largest(crossings):
+    """Mean of the largest value where up-crossings of a level eta are independent, n exp(-eta^2/2) of them."""
+    return quad(lambda eta: -np.expm1(-crossings * np.exp(-(eta**2) / 2)), 0, 40, limit=400, epsabs=1e-12)[0]
+
+
+@pytest.mark.parametrize("crossings", [30.0, 300.0, 1e4, 1e8])
+def test_mean_of_largest_value(crossings):
+    mode = np.sqrt(2 * np.log(crossings))
+    # of the expansion in 1/mode the formula has two terms; the third is -(gamma^2 + pi^2/6)/(2 mode^3)
+    third = (np.euler_gamma**2 + np.pi**2 / 6) / (2 * mode**3)
+    assert 0 < peak_factor(crossings / 600, 600.0) - expected_largest(crossings) < third
+
+
+def test_a_peak_factor_by_hand():
+    # n = e^8: sqrt(16) + 0.57722/4
+    assert peak_factor(1.0, np.exp(8)) == pytest.approx(4.144304, abs=1e-6)
+
+
+def test_few_crossings():
+    fewest = np.sqrt(2) + 0.5772157 / np.sqrt(2)
+    assert np.allclose(peak_factor(np.array([0.0, 1e-300, 1e-3, np.e / 600]), 600.0), fewest, rtol=1e-7)
+    assert (np.diff(peak_factor(np.geomspace(1e-3, 1e3, 100), 600.0)) >= 0).all()
+
+
+def test_a_peak_factor_without_overflow():
+    assert peak_factor(1e300, 1e12) == pytest.approx(np.sqrt(2 * np.log(10) * 312), rel=1e-3)
+
+
+@pytest.mark.parametrize("frequency", [0.3, 1.0, 7.7, 40.0, 159.0, 159.2, 500.0, 1234.5])
+def test_sinusoid_within_exposures(frequency):
+    exposure = 1e-3
+    points, weights = np.polynomial.legendre.leggauss(200)
+    within = exposure * (1 + points) / 2
+    phase = np.arange(16)[:, None] * 2 * np.pi / 16  # exposures that begin anywhere in a period
+    # about the value at mid-exposure, so that nothing cancels
+    motion = np.sin(2 * np.pi * frequency * within + phase) - np.sin(np.pi * frequency * exposure + phase)
+    mean = motion @ weights / 2
+    variance = (motion**2 @ weights / 2 - mean**2).mean()
+    assert exposure_weight(np.array([frequency]), exposure)[0] == pytest.approx(variance / 0.5, rel=1e-9)
+
+
+def test_limits_of_the_weight_within_exposures():
+    assert exposure_weight(np.array([0.0, 1e9]), 1.0) == pytest.approx([0.0, 1.0])
+    # slow motion is a straight line: the variance of an interval, t^2/12, times (2 pi f)^2
+    slow = np.array([1e-150, 1e-9])
+    assert exposure_weight(slow, 2.0) == pytest.approx((2 * np.pi * slow) ** 2 * 4 / 12, rel=1e-12)
+
+
+@pytest.mark.parametrize("delay", [0.0, 1e-3, 12e-3])
+def test_weight_behind_a_mirror(delay):
+    frequency = np.geomspace(1e-3, 1e4, 50)
+    assert correction_weight(frequency, 20.0, delay) == pytest.approx(corrected(frequency, 20.0, delay), rel=1e-9)
+
+
+def test_mirror_in_time():
+    bandwidth, delay, frequency, steps = 5.0, 0.02, 4.0, 20_000
+    step = 1 / frequency / steps  # the mirror follows what was left before the delay
+    late, count = round(delay / step), 20 * steps
+    motion = np.sin(2 * np.pi * frequency * step * np.arange(count))
+    left, mirror = motion.tolist(), 0.0
+    for now in range(count):
+        left[now] -= mirror
+        if now >= late:
+            mirror += 2 * np.pi * bandwidth * step * left[now - late]
+    rms = np.sqrt(2 * np.mean(np.square(left[-steps:])))
+    assert rms**2 == pytest.approx(correction_weight(np.array([frequency]), bandwidth, delay)[0], rel=2e-3)
+
+
+def test_limits_of_the_weight_behind_a_mirror():
+    assert np.array_equal(correction_weight(np.array([0.0, 1e-300, 1e300]), 20.0, 1e-3), [0.0, 0.0, 1.0])
+
+
+def test_unstable_mirror():
+    with pytest.raises(NoSolutionError, match=r"20 Hz is unstable with a delay of 0.0125 s.*= 20 Hz"):
+        correction_weight(np.ones(1), 20.0, 0.0125)
+    assert np.isfinite(correction_weight(np.ones(1), 20.0, 0.0124999)).all()
+
+
+# the gondola
 
 
 @pytest.mark.parametrize("model", ["{elements: 40}", "{accuracy: 1e-8}"])
@@ -37,9 +122,7 @@ def test_mean_displacement_is_the_drag_over_the_stiffness(model):
 def test_mean_displacement_of_many_cases_is_that_of_each():
     sets = [("wind.speed=3 m/s",), ("wind.mean=false",), ("gondola.area=1 m^2", "cable.preload=2 kN")]
     scenes = [scene("model={accuracy: 1e-8}", *one) for one in sets]
-    columns = [find("mean_displacement")]
-    together = [row.cells["mean_displacement_mm"] for row in evaluate_cases(scenes, columns)]
-    assert together == [cells(one, "mean_displacement")["mean_displacement"] for one in scenes]
+    assert len({row.values["mean_displacement"] for row in rows_as_alone(scenes, ["mean_displacement"])}) == 3
 
 
 @pytest.mark.parametrize("sets", [(), ("winch.controller.gain=0",), ("winch=null",), ("wind.duration=60 s",)])
@@ -68,7 +151,7 @@ def compliance(case, frequency):
 @pytest.mark.parametrize(("damping", "clusters"), [(200.0, 0.1), (0.0, 0.8)])
 def test_peak_of_records_in_time(damping, clusters):
     """Records made of the spectrum of the gondola: their largest values in units of the RMS."""
-    drag = 1.17 * damping / C if damping else 1.17
+    drag = 1.17 * damping / PUSHED if damping else 1.17
     air = ("wind.aerodynamic_damping=true", f"gondola.drag_coefficient={drag!r}") if damping else ()
     case = case_with(0.01, 0.0, *air)
     displacement, velocity = rms_of(case)[2:]

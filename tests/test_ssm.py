@@ -11,29 +11,22 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 from command import CARLINA, SLACK, refused_in_one_line, rows_of, run, table_of
+from references import dense
+from scenes import case_of, choice_of
 from scipy.io import loadmat
 
 from cablestudy.control import export, one_cable
-from cablestudy.scene.scene import load_scene
 from cablestudy.study import plots, ssm, ssm_tables
-from cablestudy.study.one_cable import ssm as ssm_of_cable
-from cablestudy.study.one_cable.case import CableCase
 from cablestudy.system.linear import LinearSystem
 
 AXIAL = ("--kinds", "axial", "--modes", "5")
-FEW = "model.elements=10"
 WITH = {None: (), "gondola": ("--with", "gondola"), "loop": ("--with", "loop")}
 
 
 pytestmark = pytest.mark.usefixtures("folder")
 
 
-def system_of(path=CARLINA, *sets, **options):
-    document, scene = load_scene(path, sets)
-    return ssm_of_cable.choose(document, scene, ssm.StateSpaceOptions(**options)).system()
-
-
-def exported(*arguments):
+def written(*arguments):
     """What `ssm` writes of the paper's cable: the arrays of .npz, those of .mat, the lists of .json."""
     for kind in export.KINDS:
         done = run("ssm", CARLINA, *arguments, "--out", f"cable{kind}")
@@ -45,14 +38,20 @@ def exported(*arguments):
     return npz, mat, json.loads(Path("cable.json").read_text())
 
 
-@pytest.mark.parametrize("attached", WITH)
-def test_files_hold_what_was_computed(attached):
-    system = system_of(attached=attached, wind=True)
-    npz, mat, plain = files = exported(*WITH[attached], "--wind")
-    # a closed loop has no second-order model
+@pytest.mark.parametrize(("arguments", "options"), [
+    *(((*words, "--wind"), {"attached": attached, "wind": True}) for attached, words in WITH.items()),
+    (("--modes", 4, "--proper"), {"count": 4, "proper": True}),
+    (("--modes", 4, "--proper", "--input", "end_2_x"), {"count": 4, "proper": True, "input": "end_2_x"}),
+], ids=["cable", "gondola", "loop", "proper", "one input"])  # fmt: skip
+def test_files_hold_what_was_computed(arguments, options):
+    choice = choice_of(**options)
+    system = ssm.exported(choice.system(), choice.options)
+    npz, mat, plain = files = written(*arguments)
+    # neither a closed loop nor a part of the inputs has a second-order model
     second_order = {"Mass", "Damping", "Stiffness", "CoordinateName", "CoordinateUnit"}
     assert npz.keys() == mat.keys() == plain.keys()
-    assert npz.keys() & second_order == (set() if attached == "loop" else second_order)
+    has_none = options.get("attached") == "loop" or "proper" in options
+    assert npz.keys() & second_order == (set() if has_none else second_order)
     matrices = {"A": system.a, "B": system.b, "C": system.c, "D": system.d}
     matrices |= {"D1": system.derivatives[0], "D2": system.derivatives[1]}
     for name, matrix in matrices.items():
@@ -67,8 +66,8 @@ def test_files_hold_what_was_computed(attached):
 
 
 def test_second_order_model_with_free_ends_has_the_poles_of_the_state_space():
-    system = system_of(attached="gondola", count=20)
-    npz, mat, plain = exported("--with", "gondola", "--modes", 20)
+    system = choice_of(attached="gondola", count=20).system()
+    npz, mat, plain = written("--with", "gondola", "--modes", 20)
     order = system.second_order
     for name, matrix in (("Mass", order.mass), ("Stiffness", order.stiffness), ("Damping", order.damping)):
         for file in (mat[name].toarray(), npz[name], plain[name]):  # sparse in the MATLAB file
@@ -77,10 +76,8 @@ def test_second_order_model_with_free_ends_has_the_poles_of_the_state_space():
     # end 1 and y, z of end 2 held: the modes of what is left are the poles
     free = [*range(20), 23]
     M, K, C = (npz[name][np.ix_(free, free)] for name in ("Mass", "Stiffness", "Damping"))
-    inverse = np.linalg.inv(M)
-    first_order = np.block([[np.zeros_like(M), np.eye(21)], [-inverse @ K, -inverse @ C]])
-    poles, expected = (np.linalg.eigvals(matrix) for matrix in (first_order, system.a))
-    for pole in poles:
+    expected = np.linalg.eigvals(system.a)
+    for pole in dense.poles(M, C, K):
         assert np.abs(expected - pole).min() < 1e-8 * np.abs(pole)
 
 
@@ -111,7 +108,7 @@ def test_python_control_takes_the_file():
     run("ssm", CARLINA, "--out", "cable.mat")
     m = loadmat("cable.mat")  # the recipe of cablestudy.control.export
     system = control.ss(m["A"], m["B"], m["C"], m["D"])
-    model = CableCase(load_scene(CARLINA)[1]).end_model
+    model = case_of().end_model
     np.testing.assert_allclose(system.dcgain(), model.stiffness, atol=1e-7)
     expected = one_cable.state_space(model).response([10j * np.pi])[0]
     np.testing.assert_allclose(system(10j * np.pi), expected, atol=1e-8)
@@ -234,12 +231,21 @@ def test_responses_between_several_ends_are_those_of_each_pair():
             assert [row[f"{output}_over_{given}_{part}"] for row in rows] == [row[part] for row in alone]
 
 
-def test_a_file_has_the_inputs_and_outputs_that_are_named(folder):
-    names = ("--input", "end_2_x,end_1_x", "--output", "end_2_z", "--output", "end_1_x")
-    run("ssm", CARLINA, "--modes", "3", "--out", "few.json", *names)
-    run("ssm", CARLINA, "--modes", "3", "--out", "all.json")
+@pytest.mark.parametrize(("attached", "inputs", "outputs", "size"), [
+    (None, {"end_2_x": "m", "end_1_x": "m"}, {"force_end_2_z": "N", "force_end_1_x": "N"}, "6 states, 2 inputs, 2"),
+    ("gondola", {"force_gondola": "N"}, {"gondola_velocity": "m/s"}, "8 states, 1 input, 1"),
+])  # fmt: skip
+def test_a_file_has_the_inputs_and_outputs_that_are_named(folder, attached, inputs, outputs, size):
+    """Columns and rows of the whole."""
+    names = [word for name in outputs for word in ("--output", name.removeprefix("force_"))]
+    command = ("ssm", CARLINA, *WITH[attached], "--modes", 3, "--out")
+    told = run(*command, "few.json", "--input", ",".join(inputs), *names).err
+    assert f"state space: {size} output" in told
+    assert "; 3 of 117 modes" in told
+    run(*command, "all.json")
     few, every = (json.loads((folder / name).read_text()) for name in ("few.json", "all.json"))
-    assert [few["InputName"], few["OutputName"]] == [["end_2_x", "end_1_x"], ["force_end_2_z", "force_end_1_x"]]
+    for word, labels in (("Input", inputs), ("Output", outputs)):
+        assert dict(zip(few[f"{word}Name"], few[f"{word}Unit"], strict=True)) == labels
     rows = [every["OutputName"].index(name) for name in few["OutputName"]]
     columns = [every["InputName"].index(name) for name in few["InputName"]]
     for matrix in ("D", "D1", "D2"):
@@ -274,9 +280,7 @@ def test_a_response_without_a_number_is_an_empty_cell():
     [(None, 1), ("gondola", ["A, winch on the ground", "B, winch on the gondola"]), ("loop", 1)],
 )
 def test_bode_plot_draws_the_curves(attached, labels):
-    document, scene = load_scene(CARLINA)
-    choice = ssm_of_cable.choose(document, scene, ssm.StateSpaceOptions(attached=attached))
-    span, shown = ssm.read_response_range("0.1:100:50"), choice.curves()
+    span, shown = ssm.read_response_range("0.1:100:50"), choice_of(attached=attached).curves()
     frequency, *numbers = ssm_tables.drawn_points(span, shown)
     magnitude, phase = plots.bode(shown, frequency, *numbers).axes
     drawn = [line.get_label() for line in magnitude.lines]
@@ -369,6 +373,10 @@ def test_both_ends_of_a_long_response_are_those_of_the_whole():
         ("--response 1:2:3 --output force", "--output force: unknown (allowed: end_1_x, end_1_y, end_1_z, end_2_x"),
         ("--input end_1_x", "--input: no effect: for --response, --error and --out only"),
         ("--output end_1_x --with loop --response 1:2:3", "--output: no effect"),
+        ("--proper", "--proper: no effect"),
+        ("--out x.mat --with gondola --input winsh", "--input winsh: unknown (did you mean winch? allowed: "),
+        ("--out x.mat --output end_3_x", "--output end_3_x: unknown"),
+        ("--out x.mat --with loop --input winch", "--input winch: unknown"),
     ],
 )
 def test_mistakes_are_one_line(folder, options, words):

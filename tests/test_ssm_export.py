@@ -1,11 +1,8 @@
-"""Export of a state space: one channel, a proper system without D1 and D2, the same names in every kind of file."""
-
-import json
+"""A proper state space, without D1 and D2; other programs, and what they lack of an improper one. Files: test_ssm."""
 
 import numpy as np
 import pytest
-import scipy.io
-from command import CARLINA, CONFIGS, refused_in_one_line, run
+from command import CARLINA, CONFIGS, run
 
 import cablestudy
 from cablestudy.control.one_cable import channel_names
@@ -53,10 +50,7 @@ def test_a_proper_system_has_the_response_of_the_improper_one(name):
 
 
 def test_it_is_the_same_in_python_control_and_scipy():
-    whole, system = (
-        built("cable", input="end_2_x", output="end_2_x"),
-        built("cable", input="end_2_x", output="end_2_x", proper=True),
-    )
+    whole, system = (built("cable", input="end_2_x", output="end_2_x", proper=proper) for proper in (False, True))
     assert (whole.input_names, whole.output_names) == (["end_2_x"], ["force_end_2_x"])
     assert system.input_names == ["end_2_x_acceleration"]
     assert system.state_names[-2:] == ["end_2_x", "end_2_x_velocity"]
@@ -79,44 +73,6 @@ def test_a_program_that_takes_four_matrices_is_told_what_it_lacks(method):
     getattr(built("gondola", input="winch", output="gondola_position"), method)()
 
 
-def test_a_channel_is_a_column_and_a_row_of_the_whole(tmp_path):
-    whole = built("gondola")
-    path = tmp_path / "one.json"
-    done = run("ssm", CARLINA, "--with", "gondola", "--modes", 6, "--input", "force_gondola", "--output",
-               "gondola_velocity", "--out", path)  # fmt: skip
-    assert done.lines[-2] == "state space: 14 states, 1 input, 1 output; 6 of 117 modes"
-    found = json.loads(path.read_text())
-    row, column = whole.output_names.index("gondola_velocity"), whole.input_names.index("force_gondola")
-    assert np.array(found["B"]) == pytest.approx(whole.b[:, [column]], rel=1e-15)
-    assert np.array(found["C"]) == pytest.approx(whole.c[[row]], rel=1e-15)
-    assert (found["InputName"], found["OutputName"]) == (["force_gondola"], ["gondola_velocity"])
-    assert (found["InputUnit"], found["OutputUnit"]) == (["N"], ["m/s"])
-
-
-@pytest.mark.parametrize("more", [(), ("--input", "end_2_x")])
-def test_every_kind_of_file_has_the_same_names_and_numbers(tmp_path, more):
-    """Of proper systems; others: test_ssm."""
-    found = {}
-    for kind in ("json", "npz", "mat"):
-        path = tmp_path / f"model.{kind}"
-        run("ssm", CARLINA, "--modes", 4, "--proper", *more, "--out", path)
-        if kind == "json":
-            found[kind] = json.loads(path.read_text())
-        elif kind == "npz":
-            with np.load(path) as archive:
-                found[kind] = dict(archive)
-        else:
-            found[kind] = {key: value for key, value in scipy.io.loadmat(path).items() if key[0] != "_"}
-    names = [set(content) for content in found.values()]
-    assert names[0] == names[1] == names[2]
-    assert {"A", "B", "C", "D", "D1", "D2", "Ts", "InputName", "InputUnit", "StateName", "OutputUnit"} <= names[0]
-    for name in ("A", "B", "C", "D", "D1", "D2"):
-        for kind in ("npz", "mat"):
-            assert np.array_equal(np.array(found["json"][name]).reshape(found[kind][name].shape), found[kind][name])
-    texts = [[str(cell[0]) for cell in found["mat"]["InputName"][:, 0]], found["npz"]["InputName"].tolist()]
-    assert texts[0] == texts[1] == found["json"]["InputName"]
-
-
 def test_a_file_that_is_improper_says_so_and_a_proper_one_does_not(tmp_path):
     done = run("ssm", CARLINA, "--modes", 4, "--out", tmp_path / "a.mat")
     assert "ss(A, B, C, D) lacks what the derivatives of end_1_x and 5 more add at once" in done.err
@@ -124,7 +80,7 @@ def test_a_file_that_is_improper_says_so_and_a_proper_one_does_not(tmp_path):
     assert "--proper" in run("ssm", CARLINA, "--modes", 4, "--explain").err
 
 
-@pytest.mark.parametrize("scene", [CARLINA, CONFIGS / "suspensions" / "carlina-net-wind.yaml"])
+@pytest.mark.parametrize("scene", [CARLINA, NET])
 @pytest.mark.parametrize(("model", "told"), [("{model: hysteretic, loss_factor: 0.02}", True),
                                              ("{model: hysteretic, loss_factor: 0}", False),
                                              ("{model: kelvin_voigt, time: 1 ms}", False)])  # fmt: skip
@@ -144,25 +100,3 @@ def test_unknown_channels_are_told_before_any_modes_are_computed(attached, monke
     for option in ("--input", "--output"):
         done = run("ssm", CARLINA, "--with", attached, "--out", "x.mat", option, "nothing", code=2)
         assert done.err.startswith(f"{option} nothing: unknown (allowed: ")
-
-
-MISTAKES = {
-    ("--proper",): "--proper: no effect",
-    ("--input", "end_2_x"): "--input: no effect: for --response, --error and --out only",
-    (
-        "--out",
-        "x.mat",
-        "--with",
-        "gondola",
-        "--input",
-        "winsh",
-    ): "--input winsh: unknown (did you mean winch? allowed: ",
-    ("--out", "x.mat", "--output", "end_3_x"): "--output end_3_x: unknown",
-    ("--out", "x.mat", "--with", "loop", "--input", "winch"): "--input winch: unknown",
-}
-
-
-@pytest.mark.parametrize("given", MISTAKES)
-def test_mistakes_are_one_line(given, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    refused_in_one_line(tmp_path, MISTAKES[given], "ssm", CARLINA, *given)

@@ -10,9 +10,11 @@ from cables import along_x, excited
 from campaign import campaign
 from command import CONFIGS
 from one_loop import OneLoop
+from references import dense, loop_matrix
 from references.continuous_cable import dynamic_end_stiffness
 from scenes import cells, scene
 from scipy.optimize import brentq
+from solved import solve
 
 from cablestudy.control.motion import ActuatorFeedback
 from cablestudy.control.tolerances import CONTROL
@@ -111,7 +113,7 @@ def test_the_verdict_does_not_depend_on_columns_or_accuracy(accuracy):
     chosen = ("gondola_rms", "error_estimate"), ("gondola_rms",), ("gondola_rms_velocity", "phase_margin")
     tried = list(product(chosen if accuracy > 1e-4 else chosen[:1], (0.3, 0.6, 11)))
     for names, gain in campaign(tried, tried[::4] if accuracy > 1e-4 else tried[::2]):
-        status = evaluate(short(gain, accuracy), [find(name) for name in names]).cells["status"]
+        status = solve(short(gain, accuracy), *names).status
         if gain == 0.3:
             assert status == SLACK  # stable, but in a strong wind
         else:
@@ -138,42 +140,39 @@ def test_with_viscous_damping_the_limit_is_that_of_dense_matrices(viscous):
 
 def test_a_gain_from_a_margin_is_refused_where_undamped_modes_decide_and_has_the_margin_otherwise():
     auto = {"auto": {"gain_margin": 6, "sensitivity": 1e6}}
-    column = [find("gain_margin"), find("gondola_rms")]
-    assert "cable.damping.viscous" in evaluate(short(auto), column).cells["status"]
-    cells = evaluate(short(auto, 1e-2, viscous=2e-6), column).cells  # such an RMS is known to no more digits
-    assert cells["gain_margin_dB"] == pytest.approx(6, abs=1e-9)
-    assert cells["gondola_rms_mm"] > 0
+    names = "gain_margin", "gondola_rms"
+    assert "cable.damping.viscous" in solve(short(auto), *names).status
+    found = solve(short(auto, 1e-2, viscous=2e-6), *names).values  # such an RMS is known to no more digits
+    assert found["gain_margin"] == pytest.approx(6, abs=1e-9)
+    assert found["gondola_rms"] > 0
 
 
 def test_poles_in_windows_are_in_the_stated_errors_of_largest_gain_and_gain(monkeypatch):
     """Against the poles of all modes at once."""
-    columns, scene = [find(name) for name in ("largest_gain", "gain")], short({"auto": 6.0}, viscous=2e-5)
-    found = evaluate(scene, columns)
+    scene, most = short({"auto": 6.0}, viscous=2e-5), {"largest_gain": 2e-6, "gain": 1e-4}
+    found = solve(scene, *most)
     monkeypatch.setattr(type(SYSTEM), "windows_from", 10_000)
-    truth = evaluate(scene, columns)
-    for column, most in zip(columns, (2e-6, 1e-4), strict=True):
-        error = found.errors[column.header]
-        assert found.cells[column.header] == pytest.approx(truth.cells[column.header], rel=error)
-        assert error <= most
+    truth = solve(scene, *most)
+    for name, error in found.errors.items():
+        assert found.values[name] == pytest.approx(truth.values[name], rel=error)
+        assert error <= most[name]
 
 
 @pytest.mark.parametrize("viscous", campaign([2e-6, 2e-5], [2e-5]))
 def test_an_automatic_gain_bounds_the_sensitivity_of_the_continuous_cable(viscous):
     """L from the dynamic stiffness of the continuous cable; a mode near 90 Hz decides, far above those of the RMS."""
     scene = short({"auto": 6.0}, viscous=viscous)
-    columns = [find(name) for name in ("gain", "largest_gain", "sensitivity_peak", "sensitivity_frequency")]
-    answers = evaluate(scene, columns).cells
-    gain, limit, stated, place = (answers[column.header] for column in columns)
-    w1, w2, turn = OneLoop(scene).notch.omega, 90.9 * 2 * np.pi, 2 * np.pi
+    answers = solve(scene, "gain", "largest_gain", "sensitivity_peak", "sensitivity_frequency").values
+    gain, limit, stated, place = answers.values()
+    turn = 2 * np.pi
+    notch = OneLoop(scene).notch.omega, 0.158, 90.9 * turn, 0.766
     span, mass = (1.009 * np.cos(0.392), 1.009 * np.sin(0.392)), 825 * 1.54e-6
 
     def sensitivity(omega):
         lossy = omega * np.sqrt(1 - 1j * viscous / (mass * omega))  # m s^2 + c s
-        stiffness = dynamic_end_stiffness(*span, 1.009, 2.36e9 * 1.54e-6, mass, 9.81, lossy, n=80, eta=omega * 3.81e-4)[
-            0, 0
-        ]
-        passed = (w1**2 - omega**2 + 2j * 0.158 * w1 * omega) / w1**2
-        passed *= w2**2 / (w2**2 - omega**2 + 2j * 0.766 * w2 * omega)
+        ends = dynamic_end_stiffness(*span, 1.009, 2.36e9 * 1.54e-6, mass, 9.81, lossy, n=80, eta=omega * 3.81e-4)
+        stiffness = ends[0, 0]
+        passed = loop_matrix.notch(1j * omega, *notch)
         return 1 / abs(1 + gain / (1j * omega) * passed * stiffness / (stiffness - 4.96 * omega**2))
 
     near = turn * place * np.linspace(1 - 1e-3, 1 + 1e-3, 9)
@@ -311,9 +310,7 @@ def test_what_only_loses_energy_has_no_growing_pole(seed):
 
 def dense_poles(system):
     """Poles in the upper half plane and on the real axis."""
-    zero, one = np.zeros((5, 5)), np.eye(5)
-    forces = np.linalg.solve(system.mass, np.hstack([system.stiffness, system.damping]))
-    poles = np.linalg.eigvals(np.block([[zero, one], [-forces]]))
+    poles = dense.poles(system.mass, system.damping, system.stiffness)
     return poles[poles.imag >= 0]
 
 
@@ -361,28 +358,25 @@ def test_the_stated_error_of_the_largest_gain_of_a_straight_rod_is_true(accuracy
         "gondola": {"mass": 188.49}, "model": {"accuracy": accuracy},
         "winch": {"location": "gondola", "controller": {"gain": 0.1, "notch": "none"}},
     }  # fmt: skip
-    row = evaluate(
-        CableScene.model_validate(data), [find("largest_gain"), find("phase_crossover"), find("axial_stiffness")]
-    )
+    row = solve(data, "largest_gain", "phase_crossover")
     area = np.pi / 4 * 0.012276**2
-    omega = 2 * np.pi * row.cells["phase_crossover_Hz"]
+    omega = 2 * np.pi * row.values["phase_crossover"]
     right = rod_limit(0.02, 188.49, area * 7.9368e10, area * 4564.86, 230.37, omega)
-    stated = row.errors["largest_gain_rad_per_s"]
-    assert stated <= accuracy
-    assert row.cells["largest_gain_rad_per_s"] == pytest.approx(right, rel=stated)
+    assert row.errors["largest_gain"] <= accuracy
+    assert row.values["largest_gain"] == pytest.approx(right, rel=row.errors["largest_gain"])
 
 
 def test_a_largest_gain_far_above_all_waves_that_are_resolved_is_refused():
     """A straight cable whose strain is damped: the crossing at 5.8 kHz is that of a mesh, which other units change."""
-    scene = CableScene.model_validate({
+    scene = {
         "gravity": 0.0,
         "cable": {"chord": 136.62, "diameter": 7.3245e-3, "elastic_modulus": 40.74e9, "density": 2671.0,
                   "preload": 8553.7, "damping": {"loss_factor": 0.2}},
         "gondola": {"mass": 247.9}, "winch": {"location": "gondola", "controller": {"gain": 0.014345}},
         "model": {"accuracy": 1e-4},
-    })  # fmt: skip
-    names = ("largest_gain", "gain_margin", "phase_crossover", "phase_margin")
-    row = evaluate(scene, [find(name) for name in names])
-    assert "the largest gain is not known" in row.cells["status"]
-    assert [row.cells[find(name).header] for name in names[:3]] == [None] * 3
-    assert row.cells["phase_margin_deg"] > 89
+    }  # fmt: skip
+    row = solve(scene, "largest_gain", "gain_margin", "phase_crossover", "phase_margin")
+    assert "the largest gain is not known" in row.status
+    *unknown, phase_margin = row.values.values()
+    assert unknown == [None] * 3
+    assert phase_margin > 89

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from cables import EA, MASS, G, batch, chord_span, paper_span
+from cables import EA, MASS, G, batch, chord_span, paper_span, solved
 from references import bars
 from scenes import INCLINED, PAPER, SAGGING, cells, scene
 
@@ -20,11 +20,6 @@ CHAINS = {  # chord, degrees, unstretched length, EA, mass, loads at nodes of 40
     "loads, taut": (100.0, 0, 99.5, 1e5, 1.0, LOADS),
     "loads, slack": (100.0, 20, 140.0, 1e5, 1.0, LOADS),
 }
-
-
-def solved(span, elements, order):
-    start = catenary.solve(span)
-    return start, equilibrium.solve(start, mesh_segments(start.segments.fraction, elements, order))[0]
 
 
 @pytest.mark.parametrize("name", CHAINS)
@@ -72,6 +67,18 @@ def test_a_batch_equals_a_loop():
         for name in ("max_tension", "min_tension", "edge_tensions"):
             assert (getattr(together, name)[index] == getattr(alone, name)).all(), name
             assert (getattr(together.take(index), name) == getattr(alone, name)).all(), name
+
+
+@pytest.mark.parametrize("gravity", [9.81, 1.62])
+def test_two_bars_hang_as_a_triangle(gravity):
+    """Two inextensible bars, half of the weight at their joint: the sag is that of a triangle, T = W/(2 sin a)."""
+    chord, length = 8.0, 10.0
+    cable = f"{{chord: {chord}, elastic_modulus: 1e18, density: 1000, area: 1e-4, unstretched_length: {length}}}"
+    found = cells(scene(f"cable={cable}", "model={elements: 2}", f"gravity={gravity}"), "sag", "horizontal_tension")
+    depth = np.sqrt(length**2 - chord**2) / 2
+    assert found["sag"] == pytest.approx(depth, rel=1e-9)
+    joint = 1000 * 1e-4 * length * gravity / 2
+    assert found["horizontal_tension"] == pytest.approx(joint / 2 * (chord / 2) / depth, rel=1e-9)
 
 
 def test_the_strength_check_sees_the_tension_at_the_ends():

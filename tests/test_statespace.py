@@ -5,29 +5,32 @@ import pytest
 from cables import EA, MASS, PAPER_CHORD, PAPER_LENGTH, G
 from command import CARLINA, SLACK
 from references import bars
+from references.dense import condensed
+from references.loop_matrix import notch as notched
+from scenes import choice_of, scene
 
 from cablestudy.control.loop import Loop
 from cablestudy.control.notch import Notch
 from cablestudy.control.one_cable import state_space
-from cablestudy.scene.scene import load_scene
 from cablestudy.study import ssm
-from cablestudy.study.one_cable import ssm as ssm_of_cable
 from cablestudy.study.one_cable.case import CableCase
+from cablestudy.study.one_cable.ssm import nodal_shapes
 
 RATIO, GONDOLA_MASS = 0.01, 50.0
 GONDOLA = (GONDOLA_MASS, 0.0)
 OMEGA = np.geomspace(0.1, 1000, 40)
 SELECTIONS = {"all": slice(None), "third": slice(0, None, 3), "one": slice(1, 2), "none": slice(0, 0)}
 each_location = pytest.mark.parametrize("location", ["ground", "gondola"])
-each_cable = pytest.mark.parametrize("scene", [CARLINA, SLACK], ids=["taut", "slack"])
+each_cable = pytest.mark.parametrize("path", [CARLINA, SLACK], ids=["taut", "slack"])
 each_damping = pytest.mark.parametrize("damping", ["modal", "kelvin_voigt"])
 DAMPINGS = {"modal": "{ratio: 0.01}", "kelvin_voigt": "{time: 0.3 ms}", "hysteretic": "{loss_factor: 0.02}"}
-NOTCH = Notch(2 * np.pi * 0.7, 0.05, 2 * np.pi * 10, 1.0)
+NOTCH_NUMBERS = 2 * np.pi * 0.7, 0.05, 2 * np.pi * 10, 1.0
+NOTCH = Notch(*NOTCH_NUMBERS)
 each_notch = pytest.mark.parametrize("notch", [NOTCH, None], ids=["notch", "none"])
 
 
 def case_of(path, *sets):
-    return CableCase(load_scene(path, sets)[1])
+    return CableCase(scene(*sets, base=path))
 
 
 @pytest.fixture(scope="module")
@@ -56,9 +59,7 @@ def dense():
 def dense_stiffness(dense, s):
     """Six ends, interior condensed, at one s."""
     K, M, C, _ = dense
-    full = K + s * C + s**2 * M
-    ends, inner = np.r_[0:3, len(K) - 3 : len(K)], np.s_[3:-3]
-    return full[np.ix_(ends, ends)] - full[ends, inner] @ np.linalg.solve(full[inner, inner], full[inner, ends])
+    return condensed(K + s * C + s**2 * M, np.r_[0:3, len(K) - 3 : len(K)])
 
 
 def chosen(model, name):
@@ -137,8 +138,8 @@ def test_entries_of_a_grow_like_the_frequency(either):
 
 
 @each_cable
-def test_entries_of_the_coupled_model_grow_like_the_frequency(scene):
-    models = [case_of(scene, f"model.elements={count}").end_model for count in (20, 80)]
+def test_entries_of_the_coupled_model_grow_like_the_frequency(path):
+    models = [case_of(path, f"model.elements={count}").end_model for count in (20, 80)]
     ratio = [np.abs(state_space(model, gondola=GONDOLA).a).max() / model.omega.max() for model in models]
     assert models[1].omega.max() > 3.5 * models[0].omega.max()
     assert ratio[1] < 1.1 * ratio[0]
@@ -192,8 +193,8 @@ def transfers(model, location, s):
 @pytest.mark.parametrize("selection", ["all", "third", "none"])
 @each_damping
 @each_cable
-def test_coupled_model_is_gondola_on_end_stiffness(scene, damping, selection, location):
-    model = case_of(scene, "model.elements=40", f"cable.damping={DAMPINGS[damping]}").end_model
+def test_coupled_model_is_gondola_on_end_stiffness(path, damping, selection, location):
+    model = case_of(path, "model.elements=40", f"cable.damping={DAMPINGS[damping]}").end_model
     kept, s = chosen(model, selection), 1j * OMEGA
     stiffness, own, driven = transfers(model.condense(kept), location, s)
     compliance = 1 / (GONDOLA_MASS * s**2 + own)
@@ -218,31 +219,26 @@ def test_closed_loop_is_the_transfer_function(damping, notch, location):
     stiffness, own, driven = transfers(model.condense(kept), location, s)
     # u = -C x on the ground, +C x on the gondola, C = (k/s) N: DESIGN 7
     sign = 1 if location == "gondola" else -1
-    filtering = 1.0
-    if notch:
-        w1, w2 = notch.omega, notch.rolloff_omega
-        filtering = (s**2 + 0.1 * w1 * s + w1**2) / w1**2 * w2**2 / (s**2 + 2 * w2 * s + w2**2)
-    control = sign * 0.3 / s * filtering
+    control = sign * 0.3 / s * (notched(s, *NOTCH_NUMBERS) if notch else 1.0)
     position = 1 / (GONDOLA_MASS * s**2 + own + driven * control)
-    winch = control * position
-    end = position if location == "ground" else position + winch
-    forces = stiffness[:, :, 3] * end[:, None] + (stiffness[:, :, 0] * winch[:, None] if location == "ground" else 0)
     system = state_space(model, kept, gondola=GONDOLA, location=location, loop=Loop(None, None, 0.3, (notch,)))
     named = system.input_names.index
+
+    def check(computed, moved, winch, rtol):
+        end = moved if location == "ground" else moved + winch
+        forces = stiffness[:, :, 3] * end[:, None]
+        forces = forces + (stiffness[:, :, 0] * winch[:, None] if location == "ground" else 0)
+        np.testing.assert_allclose(computed[:, 0], moved, rtol=rtol)
+        np.testing.assert_allclose(computed[:, -1], winch, rtol=1e-9)
+        assert np.abs(computed[:, 2:-1] - forces).max() < 1e-9 * np.abs(forces).max()
+
     computed = system.response(s)[:, :, named("force_gondola")]
-    np.testing.assert_allclose(computed[:, 0], position, rtol=1e-10)
+    check(computed, position, control * position, 1e-10)
     np.testing.assert_allclose(computed[:, 1], s * position, rtol=1e-10)
-    np.testing.assert_allclose(computed[:, -1], winch, rtol=1e-9)
-    assert np.abs(computed[:, 2:-1] - forces).max() < 1e-9 * np.abs(forces).max()
     # to a reference r the winch answers by C (x - r)
-    followed = driven * control / (GONDOLA_MASS * s**2 + own + driven * control)
-    moved = control * (followed - 1)
-    end = followed if location == "ground" else followed + moved
-    forces = stiffness[:, :, 3] * end[:, None] + (stiffness[:, :, 0] * moved[:, None] if location == "ground" else 0)
+    followed = driven * control * position
     computed = system.response(s, derivatives=True)[:, :, named("reference")]
-    np.testing.assert_allclose(computed[:, 0], followed, rtol=1e-9)
-    np.testing.assert_allclose(computed[:, -1], moved, rtol=1e-9)
-    assert np.abs(computed[:, 2:-1] - forces).max() < 1e-9 * np.abs(forces).max()
+    check(computed, followed, control * (followed - 1), 1e-9)
     first, second = system.derivatives
     assert not second.any()
     assert not np.delete(first, named("reference"), axis=1).any()
@@ -268,12 +264,10 @@ LAWS = {
 def test_another_law_than_an_integrator(name, location, model):
     sets, exact = LAWS[name]
     sets = ["winch.controller.gain=0.3", "winch.controller.notch.frequency=0.7 Hz", f"winch.location={location}", *sets]
-    choice = ssm_of_cable.choose(*load_scene(CARLINA, sets), ssm.StateSpaceOptions(attached="loop"))
+    choice = choice_of(*sets, attached="loop")
     s = 2j * np.pi * np.array([0.01, 0.1, 0.5, 0.72, 2.0, 10.0])
     _, own, driven = transfers(model, location, s)
-    w1, w2 = NOTCH.omega, NOTCH.rolloff_omega
-    filtering = (s**2 + 0.1 * w1 * s + w1**2) / w1**2 * w2**2 / (s**2 + 2 * w2 * s + w2**2)
-    control = (1 if location == "gondola" else -1) * 0.3 * exact(s) * filtering
+    control = (1 if location == "gondola" else -1) * 0.3 * exact(s) * notched(s, *NOTCH_NUMBERS)
     expected = 1 / (GONDOLA_MASS * s**2 + own + driven * control)
     (curve,) = choice.curves()
     np.testing.assert_allclose(curve.value(s.imag / (2 * np.pi)), expected, rtol=1e-9)
@@ -284,11 +278,10 @@ def test_another_law_than_an_integrator(name, location, model):
 
 @pytest.mark.parametrize("selection", ["all", "third"])
 def test_forces_on_nodes_are_those_of_dense_bars(dense, selection):
-    document, scene = load_scene(CARLINA)
-    choice = ssm_of_cable.choose(document, scene, ssm.StateSpaceOptions(wind=True))
+    choice = choice_of(wind=True)
     model = choice.case.end_model
     kept = chosen(model, selection)
-    system = state_space(model, kept, nodes=ssm_of_cable.nodal_shapes(choice.case))
+    system = state_space(model, kept, nodes=nodal_shapes(choice.case))
     K, M, C, _ = dense
     for s in [0j] if selection == "third" else [0j, 5j, 100j]:
         full = K + s * C + s**2 * M
@@ -302,8 +295,7 @@ def test_forces_on_nodes_are_those_of_dense_bars(dense, selection):
 
 
 def test_forces_on_an_inclined_cable_are_in_global_axes():
-    document, scene = load_scene(CARLINA, ["cable.ends=[[0, 0, 0], [120, 80, 116]]"])
-    system = ssm_of_cable.choose(document, scene, ssm.StateSpaceOptions(wind=True, count=3)).system()
+    system = choice_of("cable.ends=[[0, 0, 0], [120, 80, 116]]", wind=True, count=3).system()
     held = system.response([0j])[0, :, 6:].real.reshape(2, 3, -1, 3)
     # whatever direction a force has, both ends together hold it (statics)
     np.testing.assert_allclose(held.sum(axis=0), -np.eye(3)[:, None] * np.ones((3, 39, 3)), atol=1e-8)

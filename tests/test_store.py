@@ -10,12 +10,27 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from command import LONGEST, SLACK, edit_rows, go_on, rows_of, run, start, start_paused, stored_rows, study_file
+from command import (
+    LONGEST,
+    SLACK,
+    edit_rows,
+    go_on,
+    interrupt,
+    python,
+    refusal,
+    run,
+    start,
+    start_paused,
+    stored_rows,
+    study_file,
+    table_of,
+    write,
+)
 
 from cablestudy.study.table import exact
-from cablestudy.sweeps import chunks
 from cablestudy.sweeps.fingerprint import digest
 from cablestudy.sweeps.record import check_sum, pack, unpack
+from cablestudy.sweeps.store import open_store
 
 pytestmark = pytest.mark.usefixtures("folder")
 
@@ -23,7 +38,6 @@ ROWS = Path("results/study.rows.sqlite")
 TABLE = Path("results/study.csv")
 FOUR = "vary: [{cable.unstretched_length: [186 m, 187 m, 188 m, 189 m]}]\ncolumns: [preload, sag]\n"
 LONG = "vary: [{cable.unstretched_length: {from: 186 m, to: 190 m, count: 600}}]\ncolumns: [sag, preload, mass]\n"
-UNFINISHED = "UPDATE about SET value = '0' WHERE name = 'finished'"
 
 
 @pytest.fixture
@@ -32,19 +46,6 @@ def table(folder):
     study_file(folder, FOUR, SLACK)
     run("sweep", "study.yaml", "--jobs", "1")
     return TABLE.read_bytes()
-
-
-@pytest.fixture
-def computed(monkeypatch):
-    """Numbers of cases that are computed in this process."""
-    calls, evaluate = [], chunks.evaluate_tables
-
-    def evaluate_tables(tables, *rest):
-        calls.append(sum(len(table.cases) for table in tables))
-        return evaluate(tables, *rest)
-
-    monkeypatch.setattr(chunks, "evaluate_tables", evaluate_tables)
-    return calls
 
 
 def resume(*, code=0):
@@ -81,7 +82,7 @@ def test_a_row_with_wrong_content_is_computed_again(table, computed, changed):
         "results/study.rows.sqlite: left out what is not as it was written: row 2",
         "3 of 4 rows are there already",
     ]
-    assert computed == [1]
+    assert [cases for cases, _ in computed] == [1]
     assert TABLE.read_bytes() == table
     assert stored_rows(ROWS) == [1, 2, 3, 4]
 
@@ -125,7 +126,8 @@ def test_tables_that_were_changed_are_begun_anew(table, statements):
     assert resume()[0].startswith("results/study.rows.sqlite: is damaged (")
     assert TABLE.read_bytes() == table
     with closing(sqlite3.connect(ROWS)) as database:
-        database.executescript(f"{statements}; {UNFINISHED}")
+        database.executescript(statements)
+    interrupt(ROWS)
     lines = run("sweep", "study.yaml", code=None).lines  # may see all rows, an unfinished run, damage, or no rows
     assert len(lines) <= 3
     run("sweep", "study.yaml", "--restart")
@@ -187,8 +189,7 @@ def test_a_file_of_another_program_is_left_alone(table, what):
         edit_rows(ROWS, "CREATE TABLE notes (text)")
     before = ROWS.read_bytes()
     for options in ((), ("--resume",), ("--restart",)):
-        lines = run("sweep", "study.yaml", *options, code=2).lines
-        assert lines == [f"results/study.rows.sqlite: is {what}; move it away"]
+        assert refusal("sweep", "study.yaml", *options) == f"results/study.rows.sqlite: is {what}; move it away"
     assert ROWS.read_bytes() == before
     assert [path.name for path in Path("results").glob("study.rows*")] == [ROWS.name]
 
@@ -197,14 +198,14 @@ def test_a_file_of_another_version_is_refused(table):
     edit_rows(ROWS, "PRAGMA user_version = 99")
     line = "results/study.rows.sqlite: is of another version of cablestudy; --restart begins anew"
     for options in ((), ("--resume",)):
-        assert run("sweep", "study.yaml", *options, code=2).lines == [line]
+        assert refusal("sweep", "study.yaml", *options) == line
     run("sweep", "study.yaml", "--restart")
     assert TABLE.read_bytes() == table
 
 
 def test_rows_of_an_earlier_version_are_not_used(table):
     old = Path("results/study.rows.jsonl")
-    old.write_text('{"journal": 2}\n', encoding="utf-8")
+    write(old, '{"journal": 2}\n')
     assert resume()[0] == f"{old}: rows of an earlier version of cablestudy are not used; it may be deleted"
     assert old.read_text(encoding="utf-8") == '{"journal": 2}\n'
     assert TABLE.read_bytes() == table
@@ -257,10 +258,10 @@ def test_bytes_changed_anywhere_give_the_same_table_or_a_line(long_table):
 
 
 def test_without_resume_a_damaged_file_is_not_overwritten(table):
-    edit_rows(ROWS, UNFINISHED)
+    interrupt(ROWS)
     ROWS.write_bytes(ROWS.read_bytes()[:4096])
     before = ROWS.read_bytes()
-    (line,) = run("sweep", "study.yaml", code=2).lines
+    line = refusal("sweep", "study.yaml")
     assert line.startswith("results/study.rows.sqlite: is damaged (database disk image is malformed)")
     assert line.endswith(": --resume keeps the rows that can be read, --restart begins anew")
     assert ROWS.read_bytes() == before
@@ -268,15 +269,16 @@ def test_without_resume_a_damaged_file_is_not_overwritten(table):
     assert TABLE.read_bytes() == table
 
 
-def change_while_it_runs(folder, change, *, done=5):
+def paused(folder, *options):
+    """A sweep of 600 rows that stands still when some are there."""
+    return start_paused(5, study_file(folder, LONG, SLACK), *options, "--jobs", "1")
+
+
+def change_while_it_runs(folder, change):
     """Run a sweep of 600 rows, and change its files when some rows are there: exit code and standard error."""
-    study_file(folder, LONG, SLACK)
-    sweep = start_paused(done, "study.yaml", "--jobs", "1")
+    sweep = paused(folder)
     change()
-    go_on(sweep)
-    _, said = sweep.communicate(timeout=LONGEST)
-    assert "Traceback" not in said
-    return sweep.returncode, said
+    return go_on(sweep)
 
 
 @pytest.fixture(scope="module")
@@ -328,8 +330,7 @@ def test_three_sweeps_of_one_study_at_once(folder, whole_table):
 
 
 def test_a_log_left_by_a_killed_sweep_belongs_to_its_rows(folder, whole_table):
-    study_file(folder, LONG, SLACK)
-    sweep = start_paused(5, "study.yaml", "--jobs", "1")
+    sweep = paused(folder)
     sweep.kill()
     sweep.communicate()
     log = Path(f"{ROWS}-wal")
@@ -359,8 +360,7 @@ def test_a_record_is_read_as_it_was_packed():
 
 
 def test_a_run_that_keeps_nothing_leaves_nothing_even_if_it_is_killed(folder):
-    study_file(folder, LONG, SLACK)
-    sweep = start_paused(5, "study.yaml", "--no-write", "--jobs", "1")
+    sweep = paused(folder, "--no-write")
     sweep.kill()
     sweep.communicate()
     assert [path.name for path in folder.iterdir()] == ["study.yaml"]
@@ -381,7 +381,7 @@ def test_the_csv_holds_the_rows_of_the_other_formats(folder, what):
     """Its numbers are copied as stored text; JSON is made of the numbers."""
     study_file(folder, STUDIES[what], SLACK)
     text = run("sweep", "study.yaml", "--format", "csv", code=None).out
-    plain = rows_of(run("sweep", "study.yaml", "--format", "json", code=None).out, "json")
+    plain = table_of("sweep", "study.yaml", code=None)
     found = list(csv.DictReader(io.StringIO(text)))
     assert [list(row) for row in found] == [list(row) for row in plain]
     assert found == [{name: exact(value) for name, value in row.items()} for row in plain]
@@ -397,8 +397,8 @@ def test_nothing_is_written_through_a_link_to_nothing(folder, options, end):
     link = Path(f"results/study.{'shard-1-of-2' if '--shard' in options else 'rows'}.sqlite{end}")
     link.parent.mkdir()
     link.symlink_to(folder / "elsewhere")
-    outcome = run("sweep", "study.yaml", *options, code=2)
-    assert (outcome.out, outcome.lines) == ("", [f"{link}: is a link to {folder / 'elsewhere'}, which is not there"])
+    line = refusal("sweep", "study.yaml", *options)
+    assert line == f"{link}: is a link to {folder / 'elsewhere'}, which is not there"
     assert not Path("elsewhere").exists()
     assert [path.name for path in Path("results").iterdir()] == [link.name]
     run("show", "study.yaml", code=2)
@@ -415,3 +415,79 @@ def test_a_table_takes_the_place_of_a_link_to_nothing(folder):
     assert not Path("elsewhere").exists()
     assert TABLE.read_text().startswith("cable.unstretched_length_m,")
     assert not TABLE.is_symlink()
+
+
+# --------------------------------------------------------------------------- begun by several processes at once
+
+PATH = "study.rows.sqlite"
+PROCESSES = 6
+IDENTITY = {"versions": {}, "scene": {}, "vary": [], "columns": ["sag_m", "status"]}
+OPEN_AT_ONCE = f"""
+import json
+from multiprocessing import get_context
+
+from cablestudy.errors import SceneError
+from cablestudy.sweeps.store import open_store
+
+fork = get_context("fork")
+begun, ended, answers = fork.Barrier({PROCESSES}), fork.Barrier({PROCESSES}), fork.Queue()
+
+
+def open_and_hold():
+    begun.wait()
+    try:
+        store = open_store("{PATH}", {IDENTITY}, 5)
+        answers.put("opened")
+    except SceneError as error:
+        answers.put(str(error))
+    ended.wait()
+
+
+processes = [fork.Process(target=open_and_hold) for _ in range({PROCESSES})]
+for process in processes:
+    process.start()
+print(json.dumps(sorted(answers.get(timeout={LONGEST}) for _ in processes)))
+for process in processes:
+    process.join()
+    assert process.exitcode == 0
+"""
+
+
+def store_rows():
+    """Leave a finished run of other rows."""
+    with closing(open_store(PATH, IDENTITY, 5)) as store:
+        store.set_finished(True)
+
+
+@pytest.mark.parametrize("prepare", [lambda: None, store_rows], ids=["no file", "finished run"])
+def test_one_of_several_that_begin_at_once_has_the_file(prepare):
+    prepare()
+    assert json.loads(python(OPEN_AT_ONCE)) == ["opened"] + [f"{PATH}: another sweep is at work on it"] * (
+        PROCESSES - 1
+    )
+
+
+@pytest.mark.parametrize("restart", [False, True])
+def test_what_a_file_held_is_forgotten(restart):
+    """Tables of other programs inside it, too; a file that was emptied is as small as a new one."""
+    store_rows()
+    new = Path(PATH).stat().st_size
+    with closing(sqlite3.connect(PATH)) as database, database:
+        database.execute("CREATE TABLE more (text TEXT PRIMARY KEY)")
+        database.execute("CREATE VIEW seen AS SELECT text FROM more")
+        database.executemany("INSERT INTO more VALUES (?)", ((f"{number:0200}",) for number in range(1000)))
+    with closing(open_store(PATH, IDENTITY, 5, restart=restart)):
+        pass
+    with closing(sqlite3.connect(PATH)) as database:
+        names = {name for (name,) in database.execute("SELECT name FROM sqlite_master WHERE name NOT LIKE 'sqlite%'")}
+    assert names == {"about", "rows"}
+    assert Path(PATH).stat().st_size == new
+
+
+def test_a_damaged_file_is_begun_anew():
+    store_rows()
+    whole = Path(PATH).read_bytes()
+    Path(PATH).write_bytes(whole[:4096] + b"x" * (len(whole) - 4096))  # damaged behind the first page
+    with closing(open_store(PATH, IDENTITY, 5, restart=True)) as store:
+        assert store.database.value("PRAGMA integrity_check") == "ok"
+        assert store.how_many(range(5), 0) == 5

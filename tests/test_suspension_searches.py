@@ -9,17 +9,16 @@ from campaign import campaign
 from random_suspensions import scene_data
 from references import catenary_mp
 from scipy.optimize import minimize_scalar
+from suspension_cases import case_of
 from suspensions import body, cable, point, suspension, trifilar
 
 from cablestudy.cable.catenary import solve
 from cablestudy.cable.span import Span
 from cablestudy.errors import ConvergenceError
-from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.statics import descent, lengths, rest
 from cablestudy.statics.failure import explain
 from cablestudy.statics.fitted_lengths import least_preload
 from cablestudy.statics.tolerances import STATICS
-from cablestudy.study.suspension.case import SuspensionCase
 
 G = 9.81
 
@@ -104,7 +103,7 @@ def test_a_platform_comes_to_rest_far_below_its_place_in_the_file(kind, value):
 
 def test_a_mechanism_beside_stiff_cables_is_passed():
     """Five cables of EA/T from 1e6 to 1e9 hold four free motions; the others are those of a flat valley."""
-    found = SuspensionCase(SuspensionScene.model_validate(scene_data(10043))).equilibrium
+    found = case_of(scene_data(10043)).equilibrium
     own = found.suspension
     weight = np.array([0, 0, -own.mass[0] * own.gravity])
     net = found.end_forces[:, 1].sum(axis=0) + weight
@@ -122,7 +121,7 @@ def test_a_dead_moment_that_cables_cannot_hold(monkeypatch):
 def test_a_dead_moment_beside_loose_cables_without_gravity(monkeypatch):
     """No other force gives a scale for what is left, which must not overflow: pytest takes a warning for an error."""
     monkeypatch.setattr(descent, "SOFTENED", campaign(descent.SOFTENED, descent.SOFTENED[::5]))
-    case = SuspensionCase(SuspensionScene.model_validate(scene_data(2008, states=False)))
+    case = case_of(scene_data(2008, states=False))
     with pytest.raises(ConvergenceError, match=r"the dead moment of .* N m on a may be more than"):
         _ = case.equilibrium
 
@@ -137,15 +136,6 @@ def test_a_search_that_begins_on_a_saddle():
     assert found.record.converged
     assert found.stability.stable
     assert (found.rotation[0] @ found.suspension.center[0])[2] < -1
-
-
-def test_a_body_that_only_tilts_falls_to_the_lowest_place():
-    """Held but for its pitch, on cables at its reference point: upright it is unstable, upside down it is at rest."""
-    free = (False, False, False, False, True, False)
-    lines = [cable((x, 0, 5), ("b", (0, 0, 0)), 1e6, 0.1, value=7.0) for x in (-5, 5)]
-    found = rest.pose(suspension([body("b", (0, 0, 0), 4.0, center=(0, 0, 0.5), free=free)], lines))
-    assert found.stability.stable
-    np.testing.assert_allclose(found.rotation[0] @ [0, 0, 0.5], [0, 0, -0.5], atol=1e-9)
 
 
 def test_a_free_attitude_is_a_stable_one():

@@ -1,4 +1,4 @@
-"""Where bodies and junctions come to rest (`statics/rest.py`): closed forms, bad starts, extremes."""
+"""Where bodies and junctions come to rest (`statics/rest.py`), and their form by force densities."""
 
 from dataclasses import replace
 
@@ -11,10 +11,11 @@ from suspensions import body, cable, heavy, point, sagging, suspension, trifilar
 from cablestudy.cable.catenary import solve
 from cablestudy.cable.span import Span
 from cablestudy.errors import NoSolutionError
-from cablestudy.statics import rest
+from cablestudy.statics import force_density, rest
 from cablestudy.statics.descent import descend
 from cablestudy.statics.rigid import to_angles
 from cablestudy.statics.stability import MECHANISM, STABLE, UNSTABLE
+from cablestudy.statics.tolerances import STATICS
 
 
 def at_rest(scene):
@@ -62,14 +63,6 @@ def test_a_plumb_line():
     found = at_rest(suspension([], [cable((0, 0, 0), "bob", ea, mu, value=length)], [point("bob", (3, 2, -10), mass)]))
     stretch = (mass * 9.81 + mu * length * 9.81 / 2) * length / ea
     np.testing.assert_allclose(found.position[0], [0, 0, -length - stretch], atol=1e-9)
-
-
-def test_trifilar_pendulum_at_its_place():
-    """The lengths are those of the closed form: the body stays where it is, each cable with a third of the weight."""
-    found = at_rest(trifilar())
-    np.testing.assert_allclose(found.position[0], 0, atol=1e-7)
-    np.testing.assert_allclose(to_angles(found.rotation[0]), 0, atol=1e-7)
-    np.testing.assert_allclose(found.catenary.mean_tension, 50 * 9.81 / 3, rtol=1e-7)
 
 
 def test_a_twisted_trifilar_pendulum():
@@ -135,7 +128,9 @@ def test_cases_of_a_batch():
     for i, case in enumerate(cases):
         alone = rest.pose(case)
         np.testing.assert_array_equal(together.position[i], alone.position)
+        np.testing.assert_array_equal(together.lengths[i], alone.lengths)
         np.testing.assert_array_equal(together.catenary.mean_tension[i], alone.catenary.mean_tension)
+        np.testing.assert_allclose(together.stiffness[i], alone.stiffness, rtol=1e-13, atol=1e-13)
 
 
 def test_a_bad_case_does_not_stop_the_others():
@@ -183,7 +178,7 @@ def test_three_stated_tensions_at_one_point():
 
 @pytest.mark.parametrize("ratio", [1.0, 1e3, 1e6, 1e10])
 def test_from_rubber_to_steel(ratio):
-    """EA over tension from 1 to 1e10: a statically determinate tripod keeps all digits of its tensions."""
+    """EA over tension from 1 to 1e10: a tripod keeps all digits of its tensions, which its weight alone determines."""
     anchors = np.array([[5.0, 0, 8], [-3, 4, 8], [-2, -5, 8]])
     weight = 70 * 9.81
     lengths = np.linalg.norm(anchors, axis=-1) * 0.95
@@ -192,7 +187,8 @@ def test_from_rubber_to_steel(ratio):
     directions = anchors - found.position[0]
     directions /= np.linalg.norm(directions, axis=-1)[:, None]
     tension = np.linalg.solve(directions.T, [0, 0, weight])
-    np.testing.assert_allclose(found.catenary.mean_tension, tension, rtol=1e-9)
+    np.testing.assert_allclose(found.catenary.mean_tension, tension, rtol=1e-12)
+    assert found.uncertainty.tension.max() < 1e-12
 
 
 @pytest.mark.parametrize("mass", [1e-3, 1.0, 1e9])
@@ -212,30 +208,8 @@ def test_gravity_zero():
     assert loose.stability.verdict == MECHANISM
 
 
-def test_mechanisms_name_their_motion():
-    """A body on one cable turns about it; in one plane of weightless cables without load a point leaves the plane."""
-    hung = suspension(
-        [body("bell", (0, 0, -5), 3.0, center=(0, 0, -0.2))],
-        [cable((0, 0, 0), ("bell", (0, 0, 0)), 1e5, 0.1, value=5.0)],
-    )
-    found = rest.pose(hung)
-    assert found.record.converged
-    assert found.stability.verdict == MECHANISM
-    assert found.stability.reason() == "nothing holds bell yaw"
-
-
-@pytest.mark.parametrize("height", [0.3, 0.0])
-def test_three_cables_at_one_point_let_a_body_turn(height):
-    """The vertical through that point is an axis about which nothing holds the body."""
-    anchors = [(5, 0, 8), (-3, 4, 8), (-2, -5, 8)]
-    lines = [cable(a, ("b", (0, 0, height)), 1e6, 0.1, value=9.0) for a in anchors]
-    found = rest.pose(suspension([body("b", (0, 0, 0), 50.0, center=(0, 0, -0.2))], lines))
-    assert found.record.converged
-    assert found.stability.reason() == "nothing holds b yaw"
-
-
 def test_an_unstable_equilibrium_is_no_answer():
-    """Weight above the attachments of a body that can only roll: descent stays there, the verdict names the motion."""
+    """Weight above the attachments of a body that can only roll: descent stays there, and a search goes on to below."""
     free = (False, False, False, True, False, False)
     lines = [cable((x, 0, 5), ("b", (0, 0, 0)), 1e6, 0.1, value=7.0) for x in (-5, 5)]
     scene = suspension([body("b", (0, 0, 0), 4.0, center=(0, 0, 0.5), free=free)], lines)
@@ -243,7 +217,9 @@ def test_an_unstable_equilibrium_is_no_answer():
     upright = rest.equilibrium(scene, scene.broadcast((1,)), state, record)
     assert upright.stability.verdict == UNSTABLE
     assert upright.stability.reason() == "unstable: b roll"
-    assert rest.pose(scene).stability.verdict == STABLE
+    found = rest.pose(scene)
+    assert found.stability.verdict == STABLE
+    np.testing.assert_allclose(found.rotation[0] @ [0, 0, 0.5], [0, 0, -0.5], atol=1e-9)
 
 
 def test_what_nothing_holds_is_refused():
@@ -287,3 +263,56 @@ def test_a_net_of_many_points(kind):
         np.testing.assert_allclose(net_force(found, index), 0, atol=1e-7)
     if kind == "preload":
         np.testing.assert_allclose(found.catenary.mean_tension, 900, rtol=1e-9)
+
+
+# ------------------------------------------------------------------------------------------------------ force densities
+
+CORNERS = [(0, 0, 0.0), (10, 0, 3.0), (10, 10, 0.0), (0, 10, 3.0)]
+
+
+def net(densities=(1.0, 1.0, 1.0, 1.0)):
+    """Four corners, one free point."""
+    lines = [cable(c, "p", 1e9, given=None, density=q) for c, q in zip(CORNERS, densities, strict=True)]
+    return suspension([], lines, [point("p", (1, 2, 9), force=(0, 0, 6.0))], gravity=0.0)
+
+
+@pytest.mark.parametrize("dense_freedoms", [100, 0], ids=["dense", "sparse"])
+def test_one_point_is_the_weighted_mean_of_its_neighbours(monkeypatch, dense_freedoms):
+    """x = (sum q x_k + p)/sum q; weight and dead force both count."""
+    monkeypatch.setattr(type(STATICS), "dense_freedoms", dense_freedoms)
+    densities, unloaded = np.array([1.0, 2.0, 3.0, 4.0]), net((1.0, 2.0, 3.0, 4.0))
+    found, tension = force_density.find_form(replace(unloaded, gravity=np.array(9.81), mass=np.array([0.5])))
+    expected = (densities @ np.array(CORNERS) + [0, 0, 6.0 - 0.5 * 9.81]) / 10
+    np.testing.assert_allclose(found.position[0], expected, rtol=1e-14)
+    np.testing.assert_allclose(tension, densities * np.linalg.norm(np.array(CORNERS) - expected, axis=-1), rtol=1e-13)
+
+
+def test_the_form_is_in_equilibrium():
+    """With the tensions that belong to it each point of the exact model stays where it is; bodies stand."""
+    rng = np.random.default_rng(2)
+    names = ["p", "q", "r"]
+    anchors = rng.normal(size=(5, 3)) * 10
+    pairs = [(tuple(anchors[i]), names[i % 3]) for i in range(5)] + [("p", "q"), ("q", "r"), ("r", ("b", (0, 0, 1.0)))]
+    lines = [cable(*pair, 1e6, given=None, density=rng.uniform(50, 200)) for pair in pairs]
+    held = body("b", (0, 0, 20.0), 1.0, free=(False,) * 6)
+    scene = suspension([held], lines, [point(n, (0, 0, 0), 2.0) for n in names])
+    found, tension = force_density.find_form(scene)
+    exact = rest.pose(with_values(found, "preload", tension))
+    assert exact.record.converged
+    np.testing.assert_allclose(exact.position, found.position, atol=1e-9)
+    np.testing.assert_array_equal(found.position[0], scene.position[0])
+
+
+def test_forms_of_a_batch():
+    densities = np.array([[1.0, 1, 1, 1], [1, 2, 3, 4]])
+    found, _ = force_density.find_form(replace(net(), force_density=densities))
+    for i in range(2):
+        alone, _ = force_density.find_form(net(densities=densities[i]))
+        np.testing.assert_array_equal(found.position[i], alone.position)
+
+
+def test_what_has_no_form():
+    with pytest.raises(NoSolutionError, match="no force density of c2"):
+        force_density.find_form(net(densities=(1, 1, np.nan, 1)))
+    with pytest.raises(NoSolutionError, match="do not hold p"):
+        force_density.find_form(net(densities=(1, -1, 1, -1)))

@@ -1,13 +1,16 @@
-"""Tangent stiffness of suspensions (`statics/tangent.py`): against differences of forces, closed forms, dense bars."""
+"""Rotations (`statics/rigid.py`) and the tangent stiffness of suspensions (`statics/tangent.py`)."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from suspensions import body, cable, point, sagging, suspension, trifilar
+from scipy.linalg import expm
+from scipy.spatial.transform import Rotation
+from suspensions import body, cable, sagging, suspension, trifilar
 
-from cablestudy.statics import pose_state, rest, stability, tangent
+from cablestudy.statics import pose_state, rest, rigid, stability, tangent
 from cablestudy.statics.rigid import cross_matrix
+from cablestudy.statics.tolerances import STATICS
 
 
 @pytest.fixture(scope="module")
@@ -102,58 +105,6 @@ def test_dense_and_sparse_agree(at_rest):
     np.testing.assert_allclose(sparse, at_rest.stiffness, atol=1e-10)
 
 
-def test_trifilar_pendulum():
-    """Sway m g/h, yaw m g r^2/h, heave N EA/L0; tilt (N/2)(EA/L0) r^2 less what the weight below takes."""
-    count, r, h, m, zg, ea = 3, 0.8, 20.0, 50.0, 0.4, 1e7
-    found = rest.pose(trifilar(count, r, h, m, zg, ea, line=0.0))
-    k, weight, length = found.body_stiffness[0], m * 9.81, found.lengths[0]
-    # a cable's tangent stiffness: EA/L0 along, T/h across
-    assert k[0, 0] == pytest.approx(weight / h, rel=1e-8)
-    assert k[1, 1] == pytest.approx(weight / h, rel=1e-8)
-    assert k[2, 2] == pytest.approx(count * ea / length, rel=1e-9)
-    assert k[5, 5] == pytest.approx(weight * r**2 / h, rel=1e-8)
-    # about the reference point in the plane of the attachments: springs EA/L0 - T/h and pull T on arms r, weight below
-    assert k[3, 3] == pytest.approx(count / 2 * ea / length * r**2 + weight * zg, rel=1e-8)
-    np.testing.assert_allclose(k - np.diag(np.diagonal(k)), 0, atol=1e-5)
-
-
-def test_batch_and_single_agree():
-    """Of several cases, each one's stiffness to the last digit as if it were alone."""
-    one = sagging()
-    heavier = np.array([1.0, 1.2, 0.8])[:, None] * one.mass
-    together = rest.pose(replace(one, mass=heavier))
-    assert together.body_stiffness.shape == (3, 2, 6, 6)
-    for i, mass in enumerate(heavier):
-        alone = rest.pose(replace(one, mass=mass))
-        np.testing.assert_array_equal(alone.position, together.position[i])
-        np.testing.assert_array_equal(alone.lengths, together.lengths[i])
-        np.testing.assert_allclose(alone.stiffness, together.stiffness[i], rtol=1e-13, atol=1e-13)
-
-
-def test_flat_net_of_massless_cables():
-    """Out of plane a square net of tension T and spacing a is T/a times the five-point difference matrix."""
-    n, a, tension, ea = 3, 2.0, 500.0, 1e6
-    places = {(i, j): (a * i, a * j, 0.0) for i in range(n + 2) for j in range(n + 2)}
-    inside = [(i, j) for i in range(1, n + 1) for j in range(1, n + 1)]
-
-    def end(key):
-        return f"p{key}" if key in inside else places[key]
-
-    lines = [
-        cable(end((i, j)), end((i + di, j + dj)), ea, value=a / (1 + tension / ea))
-        for (i, j) in places
-        for di, dj in ((1, 0), (0, 1))
-        if (i, j) in inside or (i + di, j + dj) in inside
-    ]
-    found = rest.pose(suspension([], lines, [point(f"p{key}", places[key]) for key in inside], gravity=0.0))
-    assert found.record.converged
-    vertical = found.stiffness[2::3, 2::3]
-    values = np.sort(np.linalg.eigvalsh(vertical))
-    angles = np.sin(np.pi * np.arange(1, n + 1) / (2 * (n + 1))) ** 2
-    expected = np.sort((4 * tension / a * (angles[:, None] + angles)).ravel())
-    np.testing.assert_allclose(values, expected, rtol=1e-9)
-
-
 def test_least_eigenvalue_dense_and_sparse():
     """The same stability from the dense matrix and from the sparse one."""
     found = rest.pose(sagging())
@@ -180,3 +131,49 @@ def test_bodies_without_free_degrees_have_a_stiffness():
     assert k[0, 0] == pytest.approx(2 * tension / 4, rel=1e-12)
     assert k[5, 5] == pytest.approx(0, abs=1e-12)
     assert found.stability.stable  # nothing is free
+
+
+@pytest.mark.parametrize("dense_freedoms", [100, 0], ids=["dense", "sparse"])
+def test_displacements_and_condensed_stiffness_are_those_of_the_whole_matrix(at_rest, monkeypatch, dense_freedoms):
+    """Few equations are dense, many are sparse: both hold against K u = f and K_bb - K_bj K_jj^-1 K_jb, written out."""
+    monkeypatch.setattr(type(STATICS), "dense_freedoms", dense_freedoms)
+    suspension, blocks, bodies = at_rest.suspension, at_rest.blocks, 6 * at_rest.suspension.bodies
+    whole = tangent.full(blocks, len(suspension.body_names))
+    free = suspension.free.ravel()
+    forces = np.random.default_rng(3).normal(size=(free.sum(), 2))
+    found = tangent.displacements(blocks.of(None), suspension, forces[None])
+    assert whole[np.ix_(free, free)] @ found[0] == pytest.approx(forces, abs=1e-9)
+    junctions = np.flatnonzero(free & (np.arange(len(free)) >= bodies))
+    following = np.linalg.inv(whole[np.ix_(junctions, junctions)]) @ whole[junctions, :bodies]
+    condensed = whole[:bodies, :bodies] - whole[:bodies, junctions] @ following
+    for body_number, of_body in enumerate(tangent.body_stiffness(blocks, suspension)):
+        rows = slice(6 * body_number, 6 * body_number + 6)
+        assert of_body == pytest.approx(condensed[rows, rows], abs=1e-9 * np.abs(condensed).max())
+
+
+# ------------------------------------------------------------------------------------------------------------ rotations
+
+
+def test_angles_there_and_back():
+    """scipy's extrinsic rotations about x, y, z are the same matrix."""
+    angles = np.random.default_rng(1).uniform([-3, -1.5, -3], [3, 1.5, 3], (20, 3))
+    matrices = rigid.from_angles(angles)
+    np.testing.assert_allclose(matrices, Rotation.from_euler("xyz", angles).as_matrix(), atol=1e-15)
+    np.testing.assert_allclose(rigid.to_angles(matrices), angles, atol=1e-14)
+
+
+@pytest.mark.parametrize("pitch", [np.pi / 2, -np.pi / 2])
+def test_a_pitch_of_90_degrees_has_no_roll(pitch):
+    matrix = rigid.from_angles(np.array([0.3, pitch, 0.8]))
+    angles = rigid.to_angles(matrix)
+    assert angles[0] == 0
+    np.testing.assert_allclose(rigid.from_angles(angles), matrix, atol=1e-12)
+
+
+@pytest.mark.parametrize("angle", [1e-12, 1e-5, 0.3, 3.0])
+def test_a_turn_is_the_matrix_exponential(angle):
+    vector = angle * np.array([0.48, -0.6, 0.64])
+    np.testing.assert_allclose(rigid.turn(vector), expm(rigid.cross_matrix(vector)) - np.eye(3), atol=1e-15)
+    along = rigid.turn(vector) @ np.array([1.0, 0, 0]) / angle  # no digits are lost where the angle is small
+    exact = Rotation.from_rotvec(vector).apply([1.0, 0, 0]) / angle - [1 / angle, 0, 0]
+    np.testing.assert_allclose(along, exact, atol=4e-16 / angle + 1e-15)

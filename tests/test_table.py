@@ -1,18 +1,28 @@
-"""Tables as text and back, files written whole, and comparison with a stored table."""
+"""Tables as text and back, as files and as parquet, compared with stored ones; the files that a sweep writes."""
 
 import csv
 import io
 import json
 import math
 import os
+import re
+import subprocess
+import sys
+from pathlib import Path
 from unittest.mock import Mock
 
 import pytest
+from command import CARLINA, refusal, study_file, table_of, write
 from hypothesis import given
 from hypothesis import strategies as st
+from pyarrow import parquet
+from scenes import computed
 
 from cablestudy.errors import SceneError
-from cablestudy.study.table import Field, Table, exact, number, read_csv, short, signed, write_whole
+from cablestudy.scene.study import read_study
+from cablestudy.study.parquet import write_parquet
+from cablestudy.study.table import Field, Table, TableFiles, exact, number, read_csv, short, signed, write_whole
+from cablestudy.study.tolerances import STUDY as TOLERANCES
 from cablestudy.sweeps.check import Tolerance, compare, compare_columns
 
 FIELDS = (Field("name", "name"), Field("sag_m", "sag", "m"), Field("status", "status"))
@@ -26,9 +36,8 @@ TABLE = Table(FIELDS, ROWS)
 
 @given(st.floats(allow_nan=False, allow_infinity=False))
 def test_a_number_reads_back_as_itself(value):
-    assert float(exact(value)) == value
     row = next(iter(csv.DictReader(io.StringIO(Table(FIELDS, [{"sag_m": value}]).render("csv")))))
-    assert math.copysign(1, float(row["sag_m"])) == math.copysign(1, value)
+    assert row["sag_m"] == exact(value) == repr(value)  # the shortest text that does
     assert json.loads(Table(FIELDS, [{"sag_m": value}]).render("jsonl"))["sag_m"] == value
 
 
@@ -106,7 +115,7 @@ def test_a_pipe_is_written_into_and_a_link_to_a_file_stays(tmp_path):
     assert os.read(end, 99) == b"x\ny\n"
     os.close(end)
     assert pipe.is_fifo()
-    path.write_text("old\n")
+    write(path, "old\n")
     link.symlink_to(path)
     write_whole(str(link), "new\n")
     assert link.is_symlink()
@@ -115,9 +124,7 @@ def test_a_pipe_is_written_into_and_a_link_to_a_file_stays(tmp_path):
 
 
 def test_a_stored_table_is_read_back(tmp_path):
-    path = tmp_path / "a.csv"
-    path.write_text("# printed, table 6\n\ufeffname,sag_m\n\n# more\n x,\n", encoding="utf-8")
-    names, rows = read_csv(str(path))
+    names, rows = read_csv(write(tmp_path / "a.csv", "# printed, table 6\n\ufeffname,sag_m\n\n# more\n x,\n"))
     assert [name.strip("\ufeff") for name in names] == ["name", "sag_m"]
     assert [list(row.values()) for row in rows] == [[" x", ""]]
 
@@ -150,12 +157,10 @@ def test_numbers_in_cells(text, value):
 
 
 def differences(tmp_path, stored, rtol=1e-6):
-    path = tmp_path / "stored.csv"
-    path.write_text(stored.replace(" ", "\n") + "\n", encoding="utf-8")
+    path = write(tmp_path / "stored.csv", stored.replace(" ", "\n") + "\n")
     rows = [{"sag_m": 1.0, "status": "ok"}, {"sag_m": None, "status": "broken"}]
     table = Table(FIELDS[1:], rows)
-    cells = compare(table, str(path), Tolerance(rtol))
-    return [*compare_columns(table, str(path)), *map(str, cells)]
+    return [*compare_columns(table, path), *map(str, compare(table, path, Tolerance(rtol)))]
 
 
 @pytest.mark.parametrize(
@@ -191,9 +196,8 @@ def test_the_tolerance_is_relative_to_the_larger(tmp_path):
 
 
 def test_the_time_that_a_row_took_is_not_compared(tmp_path):
-    (tmp_path / "stored.csv").write_text("solve_time_ms\n1.0\n", encoding="utf-8")
     table = Table((Field("solve_time_ms", "solve time", "ms"),), [{"solve_time_ms": 2.0}])
-    assert list(compare(table, str(tmp_path / "stored.csv"), Tolerance(0.0))) == []
+    assert list(compare(table, write(tmp_path / "stored.csv", "solve_time_ms\n1.0\n"), Tolerance(0.0))) == []
 
 
 @pytest.mark.parametrize("rows", [[], [{"a": 1.5, "b": "x"}], [{"a": 1.5, "b": "x\ny"}, {"a": None}]], ids=len)
@@ -218,5 +222,129 @@ def test_pieces_are_what_the_standard_library_writes_at_once(rows):
 )
 def test_statuses_agree_but_for_the_last_digit_of_a_number(tmp_path, old, new, same):
     table = Table((Field("status", "status"),), [{"status": new}])
-    (tmp_path / "a.csv").write_text(f"status\n{old}\n")
-    assert (list(compare(table, str(tmp_path / "a.csv"), Tolerance())) == []) == same
+    assert (list(compare(table, write(tmp_path / "a.csv", f"status\n{old}\n"), Tolerance())) == []) == same
+
+
+# --------------------------------------------------------------------------- files of a sweep
+
+
+@pytest.mark.parametrize(
+    ("study", "stem"),
+    [("configs/preload.yaml", "preload"), ("a.b.yml", "a.b"), ("<stdin>", "stdin"), ("/x/ünï.yaml", "ünï")],
+)
+def test_files_are_named_after_the_study(study, stem):
+    files = TableFiles("out", study)
+    assert (files.csv, files.md) == (os.path.join("out", f"{stem}.csv"), os.path.join("out", f"{stem}.md"))
+
+
+def study_of(text):
+    return read_study(study_file(".", text))
+
+
+def test_asking_makes_nothing_and_writing_makes_the_folder(folder):
+    study = study_of('title: "Two | three"\ncolumns: [sag]\n')
+    files = TableFiles("deep/out", study.name)
+    files.check_writable()
+    assert not (folder / "deep").exists()
+    table = computed(study)
+    files.write(study, table, "a: 1\n")
+    names = sorted(path.name for path in (folder / "deep" / "out").iterdir())
+    assert names == ["study.csv", "study.md", "study.run.yaml"]
+    assert Path(files.csv).read_text(encoding="utf-8") == table.render("csv")
+    assert Path(files.md).read_text(encoding="utf-8") == f"# Two | three\n\n{table.render('md')}"
+    assert list(compare(table, files.csv, Tolerance(0.0))) == []
+    assert Path(files.run).read_text(encoding="utf-8") == "a: 1\n"
+    files.check_stored()
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_study_without_title_is_headed_by_its_name():
+    study = study_of("columns: [sag]\n")
+    TableFiles(".", study.name).write(study, computed(study), "a: 1\n")
+    assert Path("study.md").read_text(encoding="utf-8").startswith("# study\n\n| ")
+
+
+def test_a_folder_where_a_table_should_go_is_refused_though_it_came_late(folder):
+    (folder / "there" / "study.csv").mkdir(parents=True)  # a folder where the file should go
+    study = study_of("columns: [sag]\n")
+    with pytest.raises(SceneError, match="cannot be written"):
+        TableFiles("there", study.name).write(study, computed(study), "a: 1\n")
+    assert [path.name for path in (folder / "there").iterdir()] == ["study.csv"]
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="nothing is closed to root")
+def test_a_folder_that_is_closed(folder):
+    (folder / "closed").mkdir(mode=0o500)
+    with pytest.raises(SceneError, match="cannot be written to"):
+        TableFiles("closed", "a.yaml").check_writable()
+
+
+@pytest.mark.parametrize("end", [".csv", ".md", ".run.yaml", ".rows.sqlite"])
+def test_a_folder_in_the_way_of_a_file(folder, end):
+    (folder / f"a{end}").mkdir()
+    with pytest.raises(SceneError, match=rf"^{re.escape(str(folder))}/a{end}: cannot be written .a folder is there.$"):
+        TableFiles(str(folder), "a.yaml").check_writable()
+
+
+# -------------------------------------------------------------------------------------------------------------- parquet
+
+
+STUDY = (
+    "vary: [{winch.controller.gain: [0.3, {auto: 6 dB}], cable.material: [aramid, steel], gondola.mass: [5, 6]}]\n"
+    "columns: [mass, sag, dof]\n"
+)
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_study_as_parquet_has_the_cells_of_its_csv():
+    study_file(".", STUDY)
+    rows = table_of("sweep", "study.yaml")
+    for command in ("sweep", "show"):
+        words = [sys.executable, "-m", "cablestudy", command, "study.yaml", "--format", "parquet"]
+        done = subprocess.run(words, capture_output=True, check=True)
+        read = parquet.read_table(io.BytesIO(done.stdout))
+        assert read.to_pylist() == [{**row, "winch.controller.gain": str(row["winch.controller.gain"])} for row in rows]
+    schema = read.schema
+    assert schema.field("gondola.mass_kg").metadata == {b"unit": b"kg"}
+    assert schema.field("cable.material").metadata is None
+    types = {name: str(schema.field(name).type) for name in schema.names}
+    texts = dict.fromkeys(("winch.controller.gain", "cable.material", "status"), "string")
+    assert types == dict.fromkeys(schema.names, "double") | texts
+
+
+def test_rows_are_written_in_parts(monkeypatch):
+    monkeypatch.setattr(type(TOLERANCES), "parquet_rows", 10)
+    rows = [{"x": None if k == 3 else k / 3, "name": f"row {k}"} for k in range(25)]
+    file = io.BytesIO()
+    write_parquet(Table((Field("x", "x", "m"), Field("name", "name")), rows), file)
+    read = parquet.ParquetFile(file)
+    assert read.read().to_pylist() == rows
+    assert read.num_row_groups == 3
+    assert not file.closed
+
+
+def test_rows_that_are_made_as_they_are_written_are_not_kept(monkeypatch):
+    monkeypatch.setattr(type(TOLERANCES), "parquet_rows", 10)
+    made, at_each_write = [], set()
+
+    class Watched(io.BytesIO):
+        def write(self, data):
+            at_each_write.add(len(made))
+            return super().write(data)
+
+    file = Watched()
+    write_parquet(Table((Field("x", "x"),), ({"x": made.append(k) or float(k)} for k in range(25))), file)
+    assert at_each_write >= {10, 20}  # the first rows before the others are made
+    assert parquet.read_table(file).column("x").to_pylist() == made
+
+
+def test_one_row_is_a_table_too():
+    rows, file = table_of("static", CARLINA, "--columns", "sag"), io.BytesIO()
+    write_parquet(Table((Field("sag_m", "sag", "m"),), rows), file)
+    assert parquet.read_table(file).to_pylist() == rows
+
+
+def test_without_pyarrow_the_message_says_how_to_get_it(monkeypatch, folder):
+    monkeypatch.setattr("cablestudy.cli.tables.find_spec", lambda name: None)
+    message = "pyarrow is not installed (pip install 'cablestudy[parquet]')"
+    assert message in refusal("sweep", study_file(folder, STUDY), "--format", "parquet")

@@ -8,7 +8,7 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 from campaign import campaign
-from command import CARLINA, CONFIGS, SLACK, rows_of, run
+from command import CARLINA, CONFIGS, SLACK, refusal, rows_of, run, stored_table
 from references import bars, continuous_cable, taut_string
 from scenes import GONDOLA, INCLINED, PAPER, SAGGING, Twin, scene
 from scipy.integrate import trapezoid
@@ -57,9 +57,9 @@ def errors(scene, names, *patterns):
     return {entry.name: entry.errors for entry in found.entries}
 
 
-def in_plane(twin, elements):
-    """Transverse in-plane frequencies of a dense chain of bars. [Hz]"""
-    found = bars.modes(twin.chain(elements), twin.length, twin.stiffness, twin.mass)
+def in_plane(twin):
+    """Transverse in-plane frequencies of a dense chain of 40 bars. [Hz]"""
+    found = bars.modes(twin.chain(), *twin.bar)
     sideways = (found.vectors[1::3] ** 2).sum(axis=0) / (found.vectors**2).sum(axis=0)
     return found.frequencies[(sideways < 0.5) & (found.axial < 0.5)]
 
@@ -132,12 +132,11 @@ def response(frequency):
 @each_twin
 def test_error_of_forty_bars_is_that_of_the_dense_chain(twin):
     stated = errors(twin.scene(), MOTION, "40 lumped bars")["40 lumped bars"]
-    exact, discrete = continuous_cable.frequencies(*twin.cable, 8), in_plane(twin, 40)
-    chain = twin.chain(40)
+    exact, discrete = continuous_cable.frequencies(*twin.cable, 8), in_plane(twin)
     stiffness = continuous_cable.static_end_stiffness(*twin.cable)[0, 0]
     assert stated["cable_frequency"] == pytest.approx(abs(discrete[0] / exact[0] - 1), rel=1e-5)
     assert stated["inplane_frequency_8"] == pytest.approx(abs(discrete[7] / exact[7] - 1), rel=1e-5)
-    assert stated["end_stiffness"] == pytest.approx(abs(chain.end_stiffness[0, 0] / stiffness - 1), rel=1e-3)
+    assert stated["end_stiffness"] == pytest.approx(abs(twin.chain().end_stiffness[0, 0] / stiffness - 1), rel=1e-3)
 
 
 def test_the_catenary_is_exact_and_static():
@@ -173,10 +172,9 @@ def test_irvine_is_his_formula():
 
 def test_modes_alone_have_the_stiffness_of_the_papers_truncation():
     found = errors(PAPER.scene(HYSTERETIC), ["end_stiffness", "gondola_frequency"], "(10|30|90) modes alone")
-    chain = PAPER.chain(40)
     exact = continuous_cable.static_end_stiffness(*PAPER.cable)[0, 0]
-    K, _ = bars.matrices(chain, PAPER.length, PAPER.stiffness, PAPER.mass)
-    modes = bars.modes(chain, PAPER.length, PAPER.stiffness, PAPER.mass)
+    K, _ = bars.matrices(PAPER.chain(), *PAPER.bar)
+    modes = bars.modes(PAPER.chain(), *PAPER.bar)
     softening = modes.participation[:, 0] ** 2 / (2 * np.pi * modes.frequencies) ** 2
     for count in (10, 30, 90):
         stiffness = K[-3, -3] - softening[:count].sum()
@@ -271,13 +269,12 @@ def test_only_models_with_every_column_are_on_the_front():
 def test_every_timing_solves_the_statics_anew(monkeypatch):
     calls = []
     solve = results.solve
-    (model,) = named("1 x order 8")
     reference = trade.reference_of(PAPER.scene(), columns(*MOTION[:2]))
     monkeypatch.setattr(trade, "reference_of", lambda *_: reference)
     for name in ("timing_budget", "brief_run"):
         monkeypatch.setattr(type(STUDY), name, 60.0)
     monkeypatch.setattr(results, "solve", lambda span: calls.append(1) or solve(span))
-    trade.compare(PAPER.scene(), columns(*MOTION[:2]), 3, [model])
+    trade.compare(PAPER.scene(), columns(*MOTION[:2]), 3, named("1 x order 8"))
     # once for the answer; then three times, both columns together and each alone, each time after one untimed
     assert len(calls) == 1 + 3 * 3 * 2
 
@@ -385,7 +382,7 @@ def test_defaults_are_what_the_scene_has_keys_for():
     ],
 )  # fmt: skip
 def test_mistakes_in_columns(names, message, sets):
-    assert run("trade", CARLINA, "--columns", names, *sets, code=2).lines == [message]
+    assert refusal("trade", CARLINA, "--columns", names, *sets) == message
 
 
 def test_a_column_without_truth_leaves_the_others():
@@ -451,7 +448,7 @@ STORED = [("carlina", 25), ("fast", 19), ("slack", 25)]
 
 @pytest.mark.parametrize(("name", "count"), campaign(STORED, STORED[:2]))
 def test_stored_errors_are_the_computed_ones(name, count):
-    stored = {row["model"]: row for row in rows_of((RESULTS / f"trade-{name}.csv").read_text(encoding="utf-8"), "csv")}
+    stored = {row["model"]: row for row in stored_table(RESULTS / f"trade-{name}.csv")}
     title = (RESULTS / f"trade-{name}.md").read_text(encoding="utf-8").splitlines()[0]
     path, *sets = shlex.split(title.removeprefix("# Error against time: "))
     document, model = load_scene(CONFIGS.parent / path, [word for word in sets if word != "--set"])

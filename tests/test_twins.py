@@ -7,6 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+import twins
 from campaign import campaign
 from command import CONFIGS
 from random_twins import random_scene, straight_scene
@@ -24,31 +25,7 @@ from twin_comparison import (
     difference,
     is_one_bar,
 )
-from twins import (
-    BARE_CABLE,
-    BOTH,
-    CABLE_WIND,
-    CORRECTED,
-    COUPLED,
-    GROUND,
-    IMAGED,
-    LINEAR,
-    LOADED,
-    LOOP,
-    NO_TWIN,
-    OPEN_WIND,
-    PEAK,
-    SECTION,
-    STATICS,
-    STIFFNESS,
-    STRENGTH,
-    VORTICES,
-    WIND,
-    blown,
-    held,
-    swinging,
-    without,
-)
+from twins import OPEN_WIND, VORTICES, blown, held, swinging, without
 
 from cablestudy.study.cable_columns import COLUMNS, FAMILIES
 
@@ -166,9 +143,7 @@ def test_one_cable_and_its_twin_have_the_same_numbers(part):
 
 def test_each_column_of_one_cable_has_a_twin_or_a_reason():
     """With the modes, which are compared by other names."""
-    static = STATICS | SECTION | STRENGTH | GROUND | STIFFNESS | LINEAR | LOADED | VORTICES | COUPLED
-    aliases = static, LOOP, OPEN_WIND, WIND, PEAK, IMAGED, CORRECTED, BOTH, CABLE_WIND, BARE_CABLE, NO_TWIN
-    named = {name for names in aliases for name in names}
+    named = {*twins.STATIC, *twins.LINEAR, *VORTICES, *twins.COUPLED, *twins.LOOP, *twins.VARIANCES, *twins.NO_TWIN}
     modes = {"cable_frequency"} | {family.name for family in FAMILIES}
     own = {column.name for column in COLUMNS if column.needs != "run" and column.name != "iterations"}
     assert own - named - modes == set()

@@ -4,9 +4,7 @@ Against cables cut into 400 pieces, each of which meets the wind in its own dire
 the loop gain of such a chain of bars.
 """
 
-import itertools
 import json
-import math
 
 import numpy as np
 import pytest
@@ -16,14 +14,13 @@ from references import cable_in_wind
 from scipy.interpolate import CubicSpline
 from scipy.linalg import eigh, eigvalsh
 from scipy.optimize import brentq, root
+from solved import solve
 
 from cablestudy.scene.scene import CableScene, load_scene
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.column import value_and_error
 from cablestudy.study.columns import find
-from cablestudy.study.columns import find as find_of_suspension
 from cablestudy.study.one_cable.case import CableCase
-from cablestudy.study.one_cable.rows import evaluate
 from cablestudy.study.suspension.case import SuspensionCase
 
 G, PIECES = 9.81, 400
@@ -66,60 +63,31 @@ def scene_of(name, **case):
     })  # fmt: skip
 
 
-def pieces_of(name, shift, length, start):
-    """Places and tension vectors of the pieces, end 2 displaced along x."""
+def pieces_of(name, case, shift=0.0):
+    """Places and tension vectors of the pieces of a `CableCase`, end 2 displaced along x."""
     stiffness, mass, diameter, end, _, loads, pressure, direction = CABLES[name]
     load = cable_in_wind.drag(1.2 * diameter, lambda place: pressure, direction, mass * G)
     point_loads = {round(share * PIECES): np.array(force, dtype=float) for share, force in loads.items()}
     end_2 = np.array(end) + np.array([shift, 0, 0])
+    length, start = case.reference_length, case.catenary.end_forces("global")[0]
     return cable_in_wind.solve(np.zeros(3), end_2, stiffness, length, load, start, PIECES, point_loads)
-
-
-def numbers_of(place, force, loads):
-    """Columns of statics from places and tension vectors."""
-    end = place[-1]
-    run = math.hypot(end[0], end[1])
-    along, across = place[:, :2] @ end[:2] / run, place[:, :2] @ [-end[1], end[0]] / run
-    below = along * end[2] / run - place[:, 2]
-    sag, aside = (np.interp(run / 2, along, values) for values in (below, across))
-    found = {"sag": sag, "swing": math.degrees(math.atan2(abs(aside), abs(sag)))}
-    for number, on_cable in ((1, -force[0]), (2, force[-1])):
-        level = math.hypot(*on_cable[:2])
-        found[f"reaction_{number}_horizontal"], found[f"reaction_{number}_vertical"] = level, on_cable[2]
-        found[f"angle_{number}"] = math.degrees(math.atan2(on_cable[2], level))
-        found[f"tension_{number}"] = np.linalg.norm(on_cable)
-    if loads:
-        found["load_sag"] = max(below[round(share * PIECES)] for share in loads)
-    return found
 
 
 @pytest.mark.parametrize("name", campaign(CABLES, list(CABLES)[::2]))
 def test_stated_errors_are_those_against_400_pieces_or_more(name):
     scene = scene_of(name)
-    case = CableCase(scene)
-    start = case.catenary.end_forces("global")[0]
-    place, force = pieces_of(name, 0.0, case.reference_length, start)
-    expected = numbers_of(place, force, CABLES[name][5])
-    row = evaluate(scene, [find(column) for column in expected])
+    place, force = pieces_of(name, CableCase(scene))
+    expected = cable_in_wind.statics(place, force, [round(share * PIECES) for share in CABLES[name][5]])
+    row = solve(scene, *expected)
     for column, value in expected.items():
-        header = find(column).header
-        stated = row.errors[header]
-        assert abs(row.cells[header] - value) <= (stated + 2e-5) * abs(value), column
+        assert abs(row.values[column] - value) <= (row.errors[column] + 2e-5) * abs(value), column
 
 
 def frequencies_of_bars(name, force, length):
     """Frequencies of a chain of bars with these tension vectors at its nodes, by dense matrices, shape (6,). [Hz]"""
     stiffness, mass = CABLES[name][:2]
-    step, count = length / PIECES, PIECES - 1
-    matrix = np.zeros((3 * (count + 2), 3 * (count + 2)))
-    for bar, on_bar in enumerate((force[1:] + force[:-1]) / 2):
-        tension = np.linalg.norm(on_bar)
-        outer = np.outer(on_bar, on_bar) / tension**2
-        across = tension / (step * (1 + tension / stiffness))
-        of_bar = stiffness / step * outer + across * (np.eye(3) - outer)
-        matrix[3 * bar : 3 * bar + 6, 3 * bar : 3 * bar + 6] += np.kron([[1, -1], [-1, 1]], of_bar)
-    squares = eigvalsh(matrix[3:-3, 3:-3] / (mass * step), subset_by_index=[0, 5])
-    return np.sqrt(squares) / (2 * np.pi)
+    matrix = cable_in_wind.chain_stiffness(force, stiffness, length)[3:-3, 3:-3]
+    return np.sqrt(eigvalsh(matrix / (mass * length / PIECES), subset_by_index=[0, 5])) / (2 * np.pi)
 
 
 @pytest.mark.parametrize("name", ["thin", "along", "veering"])
@@ -129,8 +97,7 @@ def test_frequencies_of_modes_state_what_the_drag_changes(tmp_path, name):
     path.write_text(json.dumps(scene.model_dump(mode="json", exclude_unset=True)))
     answer = json.loads(run("modes", path, "-n", 6, "--format", "json").out)
     case = CableCase(scene)
-    start = case.catenary.end_forces("global")[0]
-    _, force = pieces_of(name, 0.0, case.reference_length, start)
+    _, force = pieces_of(name, case)
     expected = frequencies_of_bars(name, force, case.reference_length)
     found = np.array([row["frequency_Hz"] for row in answer["rows"]])
     stated = np.array([errors["frequency_Hz"] for errors in answer["errors"]])
@@ -153,15 +120,13 @@ def test_clearance_counts_what_moves_along_a_slope(ground):
     """Wind along a cable that sags moves its points along it."""
     ground = GROUNDS[ground]
     scene = scene_of("along").model_copy(update={"ground": ground})
-    case = CableCase(scene)
-    place, _ = pieces_of("along", 0.0, case.reference_length, case.catenary.end_forces("global")[0])
+    place, _ = pieces_of("along", CableCase(scene))
     curve = CubicSpline(place[:, 0], place[:, 2])
     x = np.union1d(np.linspace(0, place[-1, 0], 200_001), [160.0])
     level = ground if isinstance(ground, float) else np.interp(x, *np.transpose(ground))
     true = (curve(x) - level).min()
-    row = evaluate(scene, [find("clearance")])
-    assert abs(row.cells["clearance_m"] - true) <= row.errors["clearance_m"] * abs(true)
-    assert row.errors["clearance_m"] * abs(true) < 4.0
+    row = solve(scene, "clearance")
+    assert abs(row.values["clearance"] - true) <= row.errors["clearance"] * abs(true) < 4.0
 
 
 def test_a_pushed_gondola_states_what_the_drag_with_and_without_the_push_changes():
@@ -169,16 +134,15 @@ def test_a_pushed_gondola_states_what_the_drag_with_and_without_the_push_changes
     force = -74.0
     scene = scene_of("thin", forces={"end_2": [force, 0, 0]})
     case = CableCase(scene)
-    start = case.catenary.end_forces("global")[0]
 
     def held(shift):
-        return pieces_of("thin", shift, case.reference_length, start)[1][-1, 0]
+        return pieces_of("thin", case, shift)[1][-1, 0]
 
     at_rest = held(0.0)
     shift = brentq(lambda shift: held(shift) - at_rest - force, -3.0, -0.5, xtol=1e-7)
-    row = evaluate(scene, [find("force_displacement"), find("tension_2")])
-    true = abs(row.cells["force_displacement_mm"] / (1e3 * shift) - 1)
-    assert 1e-3 < true < row.errors["force_displacement_mm"] < 3 * true
+    row = solve(scene, "force_displacement")
+    true = abs(row.values["force_displacement"] / (1e3 * shift) - 1)
+    assert 1e-3 < true < row.errors["force_displacement"] < 3 * true
 
 
 def stiffness_along_x(force, length, frequencies):
@@ -192,10 +156,7 @@ def stiffness_along_x(force, length, frequencies):
     node = inertia[:, None, None] * np.eye(3)
     grown = None
     for on_bar in (force[1:] + force[:-1]) / 2:
-        tension = np.linalg.norm(on_bar)
-        outer = np.outer(on_bar, on_bar) / tension**2
-        along = stiffness / step * (1 + 1j * cable["damping"]["loss_factor"]) * outer
-        bar = along + tension / (step * (1 + tension / stiffness)) * (np.eye(3) - outer)
+        bar = cable_in_wind.bar_stiffness(on_bar, stiffness, step, cable["damping"]["loss_factor"])
         grown = bar + 0 * node if grown is None else bar - bar @ np.linalg.inv(grown + node + bar) @ bar
     return (grown + node / 2)[:, 0, 0]
 
@@ -204,7 +165,7 @@ def test_the_largest_gain_of_one_cable_states_what_its_own_drag_changes():
     """The winch on the gondola moves it by u against k x + k u = M w^2 x, and u is the integral of -gain x."""
     scene = CableScene.model_validate(LOOP)
     case = CableCase(scene)
-    row = evaluate(scene, [find(name) for name in ("largest_gain", "phase_crossover", "gain_margin", "max_tension")])
+    row = solve(scene, "largest_gain", "phase_crossover", "gain_margin", "max_tension")
     direction, width = LOOP["cases"]["storm"]["wind"]["direction"], 1.2 * LOOP["cable"]["diameter"]
     end, weight = np.array(LOOP["cable"]["ends"][1]), LOOP["cable"]["mass_per_length"] * G
     load = cable_in_wind.drag(width, lambda place: 1211.0, direction, weight)
@@ -216,32 +177,29 @@ def test_the_largest_gain_of_one_cable_states_what_its_own_drag_changes():
         stiffness = stiffness_along_x(force, length, np.array([frequency]))[0]
         return stiffness / (stiffness + LOOP["gondola"]["mass"] * s**2) / s
 
-    near = row.cells["phase_crossover_Hz"]
+    near = row.values["phase_crossover"]
     crossing = brentq(lambda frequency: loop_gain(frequency).imag, 0.98 * near, 1.02 * near)
-    true = abs(row.cells["largest_gain_rad_per_s"] * -loop_gain(crossing).real - 1)
-    assert row.errors["max_tension_N"] < true < row.errors["largest_gain_rad_per_s"] < 4 * true
-    assert row.errors["gain_margin_dB"] > row.errors["max_tension_N"]
+    true = abs(row.values["largest_gain"] * -loop_gain(crossing).real - 1)
+    assert row.errors["max_tension"] < true < row.errors["largest_gain"] < 4 * true
+    assert row.errors["gain_margin"] > row.errors["max_tension"]
 
 
 def test_lengths_and_masses_of_the_reference_state_state_no_error_by_drag():
     """No steady wind blows in the state in which the preload holds: numbers and errors are those without a case."""
-    scene, columns = scene_of("along"), [find("unstretched_length"), find("mass")]
-    calm = evaluate(scene.model_copy(update={"case": None}), columns)
-    windy = evaluate(scene, [*columns, find("max_tension")])
-    for column in columns:
-        assert windy.cells[column.header] == calm.cells[column.header]
-        assert windy.errors[column.header] == calm.errors[column.header] <= 1e-12
-    assert windy.errors["max_tension_N"] > 1e-2
+    scene, names = scene_of("along"), ("unstretched_length", "mass")
+    calm, windy = solve(scene.model_copy(update={"case": None}), *names), solve(scene, *names, "max_tension")
+    for name in names:
+        assert windy.values[name] == calm.values[name]
+        assert windy.errors[name] == calm.errors[name] <= 1e-12
+    assert windy.errors["max_tension"] > 1e-2
 
 
 def test_lengths_and_masses_of_a_suspension_state_no_error_by_drag():
     scene = load_scene(CONFIGS / "suspensions" / "mast-levels.yaml", ["case=storm"])[1]
     case = SuspensionCase(scene)
-    name = next(iter(scene.cables))
-    columns = {quantity: find_of_suspension(quantity) for quantity in (f"{name}.unstretched_length", "cable_mass")}
-    for quantity, column in columns.items():
-        assert case.statics_error(column, column.compute(case)) < 1e-11, quantity
-    assert case.statics_error(find_of_suspension("max_tension")) > 1e-2
+    for column in map(find, (f"{next(iter(scene.cables))}.unstretched_length", "cable_mass")):
+        assert case.statics_error(column, column.compute(case)) < 1e-11, column.name
+    assert case.statics_error(find("max_tension")) > 1e-2
 
 
 # a knot that a strong wind carries along
@@ -272,11 +230,11 @@ def test_the_distance_of_ends_that_find_their_place_has_an_error():
             total += force[0] if entry["from"] == "knot" else -force[-1]
         return total
 
-    coordinates = [find_of_suspension(f"knot.{axis}") for axis in "xyz"]
+    coordinates = [find(f"knot.{axis}") for axis in "xyz"]
     knot = root(net_force, [column.compute(case)[0] for column in coordinates], tol=1e-9).x
     for name, entry in KNOT["cables"].items():
         fixed = entry["to"] if entry["from"] == "knot" else entry["from"]
-        column = find_of_suspension(f"{name}.chord")
+        column = find(f"{name}.chord")
         found = column.compute(case)
         true = abs(found / np.linalg.norm(knot - fixed) - 1)
         assert 1e-8 < true < case.statics_error(column, found) < 1e-2, name
@@ -342,16 +300,8 @@ def eye_on_bars(name, starts, near):
         step, first = of_cable / BARS, inner * cable
         inertia[first : first + inner] = mass * step
         inertia[-3:] += mass * step / 2
-        nodes = [None, *range(first, first + inner, 3), size - 3]
-        for bar, on_bar in enumerate((vectors[1:] + vectors[:-1]) / 2):
-            tension = np.linalg.norm(on_bar)
-            outer = np.outer(on_bar, on_bar) / tension**2
-            across = tension / (step * (1 + tension / stiffness))
-            of_bar = stiffness / step * outer + across * (np.eye(3) - outer)
-            held = [node for node in nodes[bar : bar + 2] if node is not None]
-            for row, column in itertools.product(held, held):
-                block = of_bar if row == column else -of_bar
-                matrix[row : row + 3, column : column + 3] += block
+        nodes = np.r_[first : first + inner, size - 3 : size]
+        matrix[np.ix_(nodes, nodes)] += cable_in_wind.chain_stiffness(vectors, stiffness, of_cable)[3:, 3:]
     squares, shapes = eigh(matrix / np.sqrt(inertia[:, None] * inertia))
     compliance = np.linalg.inv(matrix)[-3:, -3:]
     of_modes = (shapes[-3:] ** 2 / inertia[-3:, None] / squares / np.diag(compliance)[:, None]).max(axis=1)
@@ -366,9 +316,9 @@ def test_stiffness_links_and_shares_state_what_the_drag_changes_of_them(name):
     """Small entries of a stiffness, a spring between large forces, a mode beside others: more than of any tension."""
     case = SuspensionCase(eye_of(name))
     expected = eye_on_bars(name, case.equilibrium.end_forces[:-1, 0], case.equilibrium.position[0])
-    of_tension, of_bars = case.group.drag_error(0), 3 * (np.pi / BARS) ** 2 / 24
+    of_tension, of_bars = case.group.errors.drag[0], 3 * (np.pi / BARS) ** 2 / 24
     for column, true_value in expected.items():
-        found, stated = value_and_error(find_of_suspension(column), case)
+        found, stated = value_and_error(find(column), case)
         true = abs(found / true_value - 1)
         assert true < stated + of_bars, column
         if column in WRONG[name]:

@@ -111,13 +111,13 @@ def dense_pole(gain, law, amount, number, viscous=0.0):
     end_stiffness, K, M, elastic = paper_bars()
     free = np.array([3 * node + axis for node in range(1, 40) for axis in (0, 2)] + [120])
     mass = M[free] + 50.0 * (free == 120)
-    w1, w2 = np.sqrt(end_stiffness / 50.0), 2 * np.pi * 10
+    notch = np.sqrt(end_stiffness / 50.0), 0.05, 2 * np.pi * 10, 1.0
 
     def matrix(s):
         stiff = K + (s if law == "kelvin_voigt" else 1j) * amount * elastic
         own = mass - 50.0 * (free == 120)
         whole = stiff[np.ix_(free, free)] + np.diag(mass * s**2 + viscous / MASS * own * s)
-        winch = gain / s * (s**2 + 0.1 * w1 * s + w1**2) / w1**2 * w2**2 / (s**2 + 2 * w2 * s + w2**2)
+        winch = gain / s * loop_matrix.notch(s, *notch)
         whole[:, -1] -= winch * stiff[free, 0]
         return whole
 
@@ -201,9 +201,8 @@ def loop_gain(loop, omega):
     driven = direct[column] + cable.residual_inertia[3, column] * square - receptance @ (p_end * p_winch)
     control = loop.gain / (1j * omega)
     if loop.notch is not None:
-        w1, w2 = loop.notch.omega, loop.notch.rolloff_omega
-        control = control * (square + 2j * loop.notch.damping_ratio * w1 * omega + w1**2) / w1**2
-        control = control * w2**2 / (square + 2j * loop.notch.rolloff_damping_ratio * w2 * omega + w2**2)
+        names = "omega", "damping_ratio", "rolloff_omega", "rolloff_damping_ratio"
+        control = control * loop_matrix.notch(1j * omega, *(getattr(loop.notch, name) for name in names))
     return control * sign * driven / (loop.mass * square + own)
 
 
@@ -232,25 +231,26 @@ def test_an_automatic_gain_is_the_largest_that_bounds_the_sensitivity_and_has_th
     assert all(largest(gain) > peak for gain in above)
 
 
+GONDOLA, SPRING, TIME = 50.0, 1025.0, 0.002  # [kg], [N/m], of Kelvin and Voigt's law [s]
+
+
 @pytest.mark.parametrize("location", ["ground", "gondola"])
 def test_an_integrator_on_a_damped_spring_by_algebra(location):
     # M s^3 + k t s^2 + (k + g k t) s + g k: Routh gives t (k + g k t) > M g, so g < t k/(M - k t^2)
-    mass, stiffness, time = 50.0, 1025.0, 0.002
-    gains = spring_loop(mass, stiffness, location, time=time)
+    gains = spring_loop(GONDOLA, SPRING, location, time=TIME)
     limit = gains.limits[0].factor
-    assert limit == pytest.approx(time * stiffness / (mass - stiffness * time**2), rel=1e-9)
+    assert limit == pytest.approx(TIME * SPRING / (GONDOLA - SPRING * TIME**2), rel=1e-9)
     assert [gains.unstable(limit * (1 + sign * 1e-6)) for sign in (-1, 1)] == [0, 2]
 
 
 @pytest.mark.parametrize("ratio", [0.9, 1.0, 1.1])
 def test_a_notch_on_a_damped_spring_by_the_roots_of_its_polynomial(ratio):
-    mass, stiffness, time = 50.0, 1025.0, 0.002
-    notch = Notch(ratio * np.sqrt(stiffness / mass), 0.05, 20 * np.pi, 1.0)
-    gains = spring_loop(mass, stiffness, time=time, notch=notch)
-    spring = stiffness * np.array([time, 1.0])
+    notch = Notch(ratio * np.sqrt(SPRING / GONDOLA), 0.05, 20 * np.pi, 1.0)
+    gains = spring_loop(GONDOLA, SPRING, time=TIME, notch=notch)
+    spring = SPRING * np.array([TIME, 1.0])
     zero = np.array([1, 2 * 0.05 * notch.omega, notch.omega**2]) / notch.omega**2
     pole = np.array([1, 40 * np.pi, (20 * np.pi) ** 2]) / (20 * np.pi) ** 2
-    plant = np.polyadd([mass, 0, 0], spring)
+    plant = np.polyadd([GONDOLA, 0, 0], spring)
 
     def right(gain):
         roots = np.roots(np.polyadd(np.polymul([1, 0], np.polymul(pole, plant)), gain * np.polymul(zero, spring)))
@@ -264,11 +264,10 @@ def test_a_notch_on_a_damped_spring_by_the_roots_of_its_polynomial(ratio):
 
 def test_a_notch_that_takes_the_spring_away_leaves_the_roll_off():
     # the notch on the spring's own pole: s^3 + 2 z w s^2 + w^2 (1 + g t) s + g w^2, Routh: g < 2 z w/(1 - 2 z w t)
-    mass, stiffness, time = 50.0, 1025.0, 0.002
-    natural, roll = np.sqrt(stiffness / mass), 2 * 0.7 * 20 * np.pi
-    notch = Notch(natural, time * natural / 2, 20 * np.pi, 0.7)
-    gains = spring_loop(mass, stiffness, time=time, notch=notch)
-    assert gains.limits[0].factor == pytest.approx(roll / (1 - roll * time), rel=1e-9)
+    natural, roll = np.sqrt(SPRING / GONDOLA), 2 * 0.7 * 20 * np.pi
+    notch = Notch(natural, TIME * natural / 2, 20 * np.pi, 0.7)
+    gains = spring_loop(GONDOLA, SPRING, time=TIME, notch=notch)
+    assert gains.limits[0].factor == pytest.approx(roll / (1 - roll * TIME), rel=1e-9)
 
 
 @pytest.mark.parametrize("seed", [110040, 501006, 501046, 501048])

@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from random_twins import random_scene
+from references.dense import state_matrix
 from scipy.integrate import quad
 
 from cablestudy.scene.scene import CableScene
@@ -47,7 +48,7 @@ def test_two_oscillators_with_complex_stiffness_in_coloured_noise(loss):
     """Against quadrature of |C (K (1 + i loss) - w^2 + i w c)^-1 B + D|^2, which holds for positive frequencies."""
     stiffness = np.array([[5.0, -1.2], [-1.2, 4.0]]) + 1j * loss * np.array([[5.0, -1.0], [-1.0, 0.5]])
     damping, b, c, d = np.array([[0.03, 0.01], [0.01, 0.02]]), np.array([[1.0], [0.4]]), np.array([[1.0, 0.5]]), 0.01
-    a = np.block([[np.zeros((2, 2)), np.eye(2)], [-stiffness, -damping]])
+    a = state_matrix(np.eye(2), damping, stiffness)
     whole = residues(eigen(a), np.concatenate([0 * b, b]), np.concatenate([c, 0 * c], axis=1), np.array([[d]]))
     panels = panels_of()
 
@@ -98,14 +99,6 @@ def test_coloured_noise_in_two_inputs_with_a_direct_part():
             for row in (0, 1)
         ]  # fmt: skip
         assert found[place] == pytest.approx(expected, rel=1e-6)
-
-
-def test_a_matrix_without_eigenvectors():
-    """Three equal filters one after the other, 1/(s + 1)^3."""
-    a = np.diag([-1.0, -1, -1]) + np.diag([1.0, 1], -1)
-    s = np.array([0.3j, 2j])
-    found = system(a, [[1], [0], [0]], [[0, 0, 1]]).response(s)[:, 0, 0]
-    assert found == pytest.approx(1 / (s + 1) ** 3, rel=1e-6)
 
 
 @pytest.mark.parametrize("count", [24, 64, 100])

@@ -12,7 +12,7 @@ from cables import along_x
 from campaign import campaign
 from command import CARLINA, rows_of, run, study_file, table_of
 from references import loop_matrix
-from scenes import case_of, cells, scene
+from scenes import case_of, cells, scene, scene_of
 
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.one_cable.case import CableCase
@@ -107,20 +107,27 @@ def white(monkeypatch):
     )
 
 
-# a massless cable, which is a spring
-LIGHT = ("gravity=0", "cable.density=1e-6", "cable.unstretched_length=184.4883 m", "model={elements: 1, order: 2}")
+AIR_DAMPS = "wind.aerodynamic_damping=true"
+# a massless cable, which is a spring of EA/L
+LIGHT = ("gravity=0", "cable.density=1e-6", "cable.unstretched_length=184.4883 m", "gondola.mass=50 kg")
+SPRING = 70.3e9 * 2.69e-6 / 184.4883
 
 
 @pytest.mark.usefixtures("white")
-def test_white_noise_on_a_spring_without_modes_is_the_textbook_s():
-    # one degree of freedom: variance S/(8 zeta w^3 M^2) of a one-sided spectrum S
-    mass, time = 50.0, 0.002
-    damping = f"cable.damping={{model: kelvin_voigt, time: {time}}}"
-    case = CableCase(scene(*LIGHT, damping, WHITE, "winch.controller.gain=0"))
-    natural = np.sqrt(70.3e9 * 2.69e-6 / 184.4883 / mass)
-    closed, at_rest = rms_of(case, "value")
-    assert at_rest == pytest.approx(np.sqrt(3.0 / (8 * (time * natural / 2) * natural**3 * mass**2)), rel=1e-6)
-    assert closed == pytest.approx(at_rest, rel=1e-14)
+@pytest.mark.parametrize(("time", "drag"), [(0.002, None), (0.0, 1.17), (0.0, 10.0), (0.0, 40.0)])
+def test_a_gondola_on_a_light_cable_in_white_noise_is_the_textbook_s_oscillator(time, drag):
+    """Variances S/(4 c k) and S/(4 c M) of a one-sided spectrum S, which grows with the square of the drag.
+
+    Damped by the strain of the cable, or by the air.
+    """
+    sets = (*LIGHT, WHITE, f"cable.damping={{model: kelvin_voigt, time: {time}}}", "model={elements: 1, order: 2}",
+            "winch.controller.gain=0", *([AIR_DAMPS, f"gondola.drag_coefficient={drag}"] if drag else []))  # fmt: skip
+    level, damping = 3.0 * ((drag or DRAG) / DRAG) ** 2, PUSHED * drag / DRAG if drag else time * SPRING
+    *closed, displacement, velocity = rms_of(CableCase(scene(*sets)))
+    assert displacement == pytest.approx(np.sqrt(level / (4 * damping * SPRING)), rel=1e-6)
+    # of the velocity the range of frequencies lacks a little
+    assert velocity == pytest.approx(np.sqrt(level / (4 * damping * 50.0)), rel=1e-3)
+    assert closed == pytest.approx([displacement, velocity], rel=1e-14)
 
 
 # what follows from linearity, and what the record of the integration says
@@ -186,11 +193,13 @@ def damping_ratios(model, elements):
 
 
 def test_modal_damping_of_the_gondola_grows_with_the_bars():
+    """With modes along the cable the sum grows like 1 + 1/2 + 1/3 + ..."""
     ratios = damping_ratios("{model: modal, ratio: 0.01}", (10, 20, 40, 80, 160))
     # DESIGN.md, section 6: 0.16, 0.27, 0.37 % at 10, 40, 160 bars
     assert [round(100 * ratio, 2) for ratio in ratios[::2]] == [0.16, 0.27, 0.37]
     growth = np.diff(ratios)
     assert growth == pytest.approx(np.full(4, growth.mean()), rel=0.15)  # like the logarithm
+    assert growth[2] / growth[1] == pytest.approx(1, abs=0.1)
 
 
 @pytest.mark.parametrize(
@@ -272,10 +281,8 @@ def test_an_extreme_scene_has_an_answer_or_says_why_not(sets):
     if outcome.code == 3:
         assert len([line for line in outcome.lines if not line.startswith("warning: tensions or sag of")]) == 1
         assert row["status"] in outcome.err
-        assert None in (
-            row["gondola_rms_mm"],
-            row["gondola_rms_open_loop_mm"],
-        )  # a loop may damp what nothing else does
+        # a loop may damp what nothing else does
+        assert None in (row["gondola_rms_mm"], row["gondola_rms_open_loop_mm"])
         assert "unstable" not in row["status"] or " grows by " in row["status"]
     else:
         assert outcome.code == 0
@@ -384,35 +391,29 @@ def test_accuracy_and_damped_strain_give_what_many_bars_give():
         assert accurate[name] == pytest.approx(bars[name], rel=1e-3), name
 
 
-def test_nothing_but_the_message_reaches_standard_error():
-    (line,) = run("windrms", CARLINA, "--set", "cable.damping.ratio=0", "--format", "json", code=3).lines
-    assert "undamped" in line
+@pytest.mark.parametrize(("change", "words"), [
+    ("cable.damping.ratio=0", "undamped"),
+    ("model.accuracy=1e-4", "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed"),
+])  # fmt: skip
+def test_nothing_but_the_message_reaches_standard_error(change, words):
+    (line,) = run("windrms", CARLINA, "--set", change, "--format", "json", code=3).lines
+    assert words in line
 
 
 def test_the_rms_by_modal_damping_has_no_known_error():
-    """More elements damp more: with modes along the cable the sum grows like 1 + 1/2 + 1/3 + ..."""
-    tables = [table_of("windrms", CARLINA, "--set", f"model.elements={count}") for count in (20, 40, 80)]
-    first, second, third = (table[0]["gondola_damping_ratio"] for table in tables)
-    assert (third - second) / (second - first) == pytest.approx(1, abs=0.1)
     told = "note: the error of the RMS is not known: modal damping grows with the number of modes, here those of 40"
     assert any(line.startswith(told) for line in run("windrms", CARLINA).lines)
     strain = "cable.damping={model: kelvin_voigt, time: 1 ms, viscous: 0.01}"
     assert not any("modal damping" in line for line in run("windrms", CARLINA, "--set", strain).lines)
 
 
-def test_accuracy_and_modal_damping_do_not_go_together():
-    (line,) = run("windrms", CARLINA, "--set", "model.accuracy=1e-4", code=3).lines
-    assert "modal damping grows with the number of modes: take hysteretic or kelvin_voigt, or fixed" in line
-
-
-def test_a_cable_that_hangs_folded_says_so_once(folder):
+@pytest.mark.usefixtures("folder")
+def test_a_cable_that_hangs_folded_says_so_once():
     """A vertical cable longer than its chord: neither columns of its motion nor its frequency have a value."""
-    path = folder / "folded.yaml"
-    path.write_text(
+    scene_of(
         "cable: {ends: [[0, 0, 0], [0, 0, -50]], unstretched_length: 80, axial_stiffness: 1 MN, mass_per_length: 0.5,\n"
         "  diameter: 8 mm}\n"
-        "wind: {speed: 10 m/s, turbulence_intensity: 0.15, length_scale: 50 m}\n",
-        encoding="utf-8",
+        "wind: {speed: 10 m/s, turbulence_intensity: 0.15, length_scale: 50 m}\n"
     )
-    done = run("windrms", path, code=3)
+    done = run("windrms", "s.yaml", code=3)
     assert done.err.count("hangs folded") == done.out.count("hangs folded") == 1

@@ -4,32 +4,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import twins
 from solved import columns_with_keys, end_force, response, solve, solve_all
-from twins import (
-    BARE_CABLE,
-    BOTH,
-    CABLE_WIND,
-    CORRECTED,
-    COUPLED,
-    GROUND,
-    IMAGED,
-    LINEAR,
-    LOADED,
-    LOOP,
-    OPEN_WIND,
-    PEAK,
-    SECTION,
-    STATICS,
-    STIFFNESS,
-    STRENGTH,
-    WIND,
-    blown,
-    chosen_case,
-    held,
-    number,
-    swinging,
-    without,
-)
+from twins import blown, chosen_case, held, number, swinging, without
 
 # of a suspension of a cable `cable` and a body `gondola`
 BY_NAME = (
@@ -47,7 +24,7 @@ BY_NAME_IN_WIND = (
 ROUNDING = 1e-9  # relative difference that is none
 INTEGRATED = 5e-7  # that of a root of a variance: one cable integrates variances to 1e-6
 PLACE_OF_PEAK = 1e-7  # that of the frequency of a maximum: about the root of rounding
-VARIANCES = {*WIND, *OPEN_WIND, *PEAK, *IMAGED, *CORRECTED, *BOTH, *CABLE_WIND, *BARE_CABLE, *BY_NAME_IN_WIND}
+VARIANCES = {*twins.VARIANCES, *BY_NAME_IN_WIND}
 MODES = 8
 KINDS = {"inplane": MODES, "outofplane": MODES, "axial": 2}
 OF_MODES = [f"{kind}_frequency_{number + 1}" for kind, count in KINDS.items() for number in range(count)]
@@ -134,20 +111,18 @@ def difference(name, scene, column, numbers, errors, scale=0.0):
     return None if agrees else Difference(name, is_lossy(scene), column, one, twin, size, stated)
 
 
-def compare(scenes, twins, columns):
-    """Yield the `Difference` of each column that differs.
+def compare(scenes, columns):
+    """Yield the `Difference` to the twin whose body is held of each column that differs.
 
     Parameters
     ----------
     scenes : dict
         Name -> scene of one cable.
-    twins : dict
-        Name -> its twin.
     columns : dict
         Column of one cable -> that of the twin.
     """
-    one = solve_all(list(scenes.values()), list(columns), estimate=not columns.keys().isdisjoint(LOADED))
-    many = solve_all(list(twins.values()), list(columns.values()))
+    one = solve_all(list(scenes.values()), list(columns), estimate=not columns.keys().isdisjoint(twins.LOADED))
+    many = solve_all([held(scene) for scene in scenes.values()], list(columns.values()))
     for (name, scene), own, other in zip(scenes.items(), one, many, strict=True):
         yield from _differences(name, scene, own, other, columns)
 
@@ -171,20 +146,18 @@ def compare_statics(scenes):
     for name, scene in scenes.items():
         groups.setdefault(tuple(static_columns(scene)), {})[name] = scene
     for group in groups.values():
-        columns = static_columns(next(iter(group.values())))
-        yield from compare(group, {name: held(scene) for name, scene in group.items()}, columns)
+        yield from compare(group, static_columns(next(iter(group.values()))))
 
 
 def static_columns(scene):
     """The static columns that a scene has, and those of its twin: dict."""
-    twins = STATICS | STIFFNESS | SECTION | STRENGTH | GROUND | LOADED
-    twins = {one: twin for one, twin in twins.items() if not (is_one_bar(scene) and one in OF_FORM)}
-    return {one: twins[one] for one in columns_with_keys(scene, twins)}
+    names = [name for name in twins.STATIC if not (is_one_bar(scene) and name in OF_FORM)]
+    return {name: twins.STATIC[name] for name in columns_with_keys(scene, names)}
 
 
 def compare_linear_ranges(scenes):
     """The movement up to which the cable restores the gondola linearly, by static forces over distances."""
-    yield from compare(scenes, {name: held(scene) for name, scene in scenes.items()}, LINEAR)
+    yield from compare(scenes, twins.LINEAR)
 
 
 def compare_modes(scenes):
@@ -208,18 +181,18 @@ def compare_modes(scenes):
 def compare_gondola(scenes):
     """The gondola's mode: its frequency, its share, and its damping ratio, with the air on the gondola."""
     for name, scene in scenes.items():
-        own, other = solve(scene, *COUPLED), solve(swinging(scene), *COUPLED.values())
-        yield from _differences(name, scene, own, other, COUPLED)
+        own, other = solve(scene, *twins.COUPLED), solve(swinging(scene), *twins.COUPLED.values())
+        yield from _differences(name, scene, own, other, twins.COUPLED)
 
 
 def wind_columns(scene):
     """Columns of the loop and of the gondola in the wind on it, and those of the twin: dict."""
-    found = LOOP | OPEN_WIND | WIND
+    found = twins.LOOP | twins.OPEN_WIND | twins.WIND
     steady = "wind" in chosen_case(scene)  # whose force is in the mean displacement of one cable alone
-    found |= PEAK if scene["wind"].get("mean") is False and not steady else {}
-    found |= IMAGED if "exposure" in scene else {}
-    found |= CORRECTED if "correction" in scene else {}
-    return found | BOTH if {"exposure", "correction"} <= set(scene) else found
+    found |= twins.PEAK if scene["wind"].get("mean") is False and not steady else {}
+    found |= twins.IMAGED if "exposure" in scene else {}
+    found |= twins.CORRECTED if "correction" in scene else {}
+    return found | twins.BOTH if {"exposure", "correction"} <= set(scene) else found
 
 
 def compare_loop(scenes, by_name=()):
@@ -238,11 +211,9 @@ def compare_loop(scenes, by_name=()):
 
 def compare_open_wind(scenes):
     """The gondola in the wind on it, of scenes without a winch."""
+    columns = {one: twin.removesuffix("_open_loop") for one, twin in twins.OPEN_WIND.items()}
     for name, whole in scenes.items():
-        scene, columns = (
-            without(whole, "winch"),
-            {one: twin.removesuffix("_open_loop") for one, twin in OPEN_WIND.items()},
-        )
+        scene = without(whole, "winch")
         own, other = solve(scene, *columns), solve(swinging(scene), *columns.values())
         yield from _differences(name, scene, own, other, columns)
 
@@ -254,7 +225,7 @@ def compare_cable_wind(scenes):
     """
     for name, whole in scenes.items():
         scene = whole | {"wind": whole["wind"] | {"aerodynamic_damping": False}}
-        columns = CABLE_WIND if "gondola" in scene else BARE_CABLE
+        columns = twins.CABLE_WIND if "gondola" in scene else twins.BARE_CABLE
         own = solve(scene, *columns)
         sides = [solve(blown(scene, across), *columns.values()) for across in (True, False)]
         for column, twin in columns.items():

@@ -81,6 +81,9 @@ CABLE_WIND = {
 }
 BARE_CABLE = {"tension_rms": "cable.rms_tension", "midspan_rms": "cable.midspan_rms"}
 
+STATIC = STATICS | STIFFNESS | SECTION | STRENGTH | GROUND | LOADED
+VARIANCES = OPEN_WIND | WIND | PEAK | IMAGED | CORRECTED | BOTH | CABLE_WIND | BARE_CABLE
+
 # Columns of one cable that have no twin, and why.
 NO_TWIN = {
     "gondola_frequency_static": "frequency_static_K counts a third of the cable's mass",

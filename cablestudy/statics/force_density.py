@@ -13,8 +13,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from cablestudy.cable.matrices import solved
 from cablestudy.errors import NoSolutionError
 from cablestudy.statics.tangent import GROUND
+from cablestudy.statics.tolerances import STATICS
 
 
 def find_form(suspension):
@@ -97,8 +99,6 @@ def _coordinates(suspension, moving, cables, density, load, ends):
     NoSolutionError
         The force densities do not hold the points.
     """
-    from scipy.sparse import coo_array
-
     if not moving.any():
         return np.zeros(0)
     row = np.append(np.where(moving, np.cumsum(moving) - 1, -1), -1)  # equation of each point; last of the ground: none
@@ -112,18 +112,30 @@ def _coordinates(suspension, moving, cables, density, load, ends):
         columns += [node[moves, end], node[between, other_end]]
         entries += [q[moves], -q[between]]
         np.add.at(right, node[to_fixed, end], (q * ends[cables, other_end])[to_fixed])
-    matrix = coo_array((np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns))), shape=(count, count))
-    return _solved(matrix.tocsc(), right, [suspension.body_names[i] for i in np.flatnonzero(moving)])
+    places = np.concatenate(rows), np.concatenate(columns)
+    solution = (_solved if count <= STATICS.dense_freedoms else _solved_sparse)(np.concatenate(entries), places, right)
+    if not np.isfinite(solution).all():
+        names = [suspension.body_names[i] for i in np.flatnonzero(moving)]
+        raise NoSolutionError(f"the force densities do not hold {', '.join(names[:5])}: no form balances them")
+    return solution
 
 
-def _solved(matrix, right, names):
-    """Solution of the equations of balance; NoSolutionError, which names points, where the matrix is singular."""
+def _solved(entries, places, right):
+    """Solution of the equations of balance, not a number where they are singular, shape (m,).
+
+    The entries of their matrix are at `places`, rows and columns; those at one place are added.
+    """
+    matrix = np.zeros((len(right), len(right)))
+    np.add.at(matrix, places, entries)
+    return solved(matrix[None], right[None, :, None])[0, :, 0]
+
+
+def _solved_sparse(entries, places, right):
+    """`_solved` of many equations."""
+    from scipy.sparse import coo_array
     from scipy.sparse.linalg import splu
 
     try:
-        solution = splu(matrix).solve(right)
+        return splu(coo_array((entries, places), shape=(len(right), len(right))).tocsc()).solve(right)
     except RuntimeError:
-        solution = np.full(len(right), np.nan)
-    if not np.all(np.isfinite(solution)):
-        raise NoSolutionError(f"the force densities do not hold {', '.join(names[:5])}: no form balances them")
-    return solution
+        return np.full(len(right), np.nan)

@@ -12,14 +12,17 @@ A dead load F at an arm r beside the reference point adds -[F x][r x] = (r.F) I 
 
 import itertools
 from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
+from cablestudy.cable.matrices import of_each
 from cablestudy.cable.vectors import cross, dot, size, times
 from cablestudy.statics.links import joined
 from cablestudy.statics.rigid import point_movement
+from cablestudy.statics.tolerances import STATICS
 
 GROUND = -1  # owner of a cable end that is fixed to the ground
 
@@ -451,6 +454,39 @@ def factorised(matrix):
     return factors if np.all(factors.U.diagonal() > 0) else None
 
 
+def displacements(blocks, suspension, forces):
+    """Static displacements K^-1 f of the free degrees of freedom by forces on them; infinite where K is singular.
+
+    Parameters
+    ----------
+    blocks : Blocks
+        K, the tangent stiffness of n cases, of d free degrees of freedom.
+    suspension : SuspendedSystem
+    forces : ndarray, shape (n, d, k)
+        f: k sets of forces [N] and moments [N m] in each case.
+
+    Returns
+    -------
+    ndarray, shape (n, d, k)
+        [m], [rad]
+    """
+    scales = np.sqrt(np.maximum(magnitudes(blocks, suspension), STATICS.tiny))
+    right = forces / scales[..., None]
+    solution = np.full(right.shape, np.inf)
+    if scales.shape[-1] <= STATICS.dense_freedoms:
+        matrices = scaled_dense(blocks, suspension, scales)
+        usable = np.isfinite(matrices).all(axis=(-1, -2)) & np.isfinite(right).all(axis=(-1, -2))
+        solution[usable] = of_each(np.linalg.solve, np.inf, matrices[usable], right[usable])
+    else:
+        from scipy.sparse.linalg import splu
+
+        for case in np.ndindex(scales.shape[:-1]):
+            matrix = scaled_sparse(blocks.of(case), suspension, scales[case])
+            with suppress(RuntimeError):  # singular: nothing holds some motion
+                solution[case] = splu(matrix).solve(right[case])
+    return solution / scales[..., None]
+
+
 def body_stiffness(blocks, suspension):
     """Stiffness of each body on its cables: other bodies at rest, the junctions (free points) of cables following.
 
@@ -466,28 +502,38 @@ def body_stiffness(blocks, suspension):
     Returns
     -------
     ndarray, shape (..., number of bodies, 6, 6)
-        At the reference point; rows x y z rx ry rz. [N/m, N/rad; N, N m/rad]
+        At the reference point; rows x y z rx ry rz. Not a number where K_jj is singular. [N/m, N/rad; N, N m/rad]
     """
     count, shape = suspension.bodies, blocks.matrices.shape[:-3]
     following = suspension.free.copy()
     following[:count] = False
-    stiffness = np.empty((*shape, count, 6, 6))
+    stiffness = np.full((*shape, count, 6, 6), np.nan)
     if not following.any():
         for body in range(count):
             of_body = (blocks.rows == body) & (blocks.columns == body)
             stiffness[..., body, :, :] = blocks.matrices[..., of_body, :, :].sum(axis=-3)
         return stiffness
+    dense_case = following.size <= STATICS.dense_freedoms
     for case in np.ndindex(shape):
-        stiffness[case] = _condensed(blocks.of(case), suspension, count, following)
+        with suppress(np.linalg.LinAlgError, RuntimeError):  # singular, where there is no stable equilibrium
+            condensed = (_condensed if dense_case else _condensed_sparse)(blocks.of(case), suspension, count, following)
+            stiffness[case] = [condensed[6 * body : 6 * body + 6, 6 * body : 6 * body + 6] for body in range(count)]
     return stiffness
 
 
 def _condensed(blocks, suspension, count, following):
-    """`body_stiffness` of one case by static condensation, shape (count, 6, 6).
+    """K_bb - K_bj K_jj^-1 K_jb of `body_stiffness` in one case, shape (6 count, 6 count).
 
     `count` is the number of bodies, which come before the junctions; `following`, bool of shape (b, 6), is True for the
     free degrees of freedom of the junctions, j of `body_stiffness`.
     """
+    matrix, size, junctions = full(blocks, len(following)), 6 * count, np.flatnonzero(following)
+    junction_motion = np.linalg.solve(matrix[junctions][:, junctions], matrix[junctions, :size])  # K_jj^-1 K_jb
+    return matrix[:size, :size] - matrix[:size, junctions] @ junction_motion
+
+
+def _condensed_sparse(blocks, suspension, count, following):
+    """`_condensed` of a suspension with many junctions."""
     from scipy.sparse.linalg import splu
 
     used = following.copy()
@@ -495,5 +541,4 @@ def _condensed(blocks, suspension, count, following):
     matrix = sparse(blocks, suspension, used)  # bodies first
     size = 6 * count
     junction_motion = splu(matrix[size:, size:].tocsc()).solve(matrix[size:, :size].toarray())  # K_jj^-1 K_jb
-    condensed = matrix[:size, :size].toarray() - matrix[:size, size:] @ junction_motion
-    return np.array([condensed[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] for i in range(count)]).reshape(count, 6, 6)
+    return matrix[:size, :size].toarray() - matrix[:size, size:] @ junction_motion

@@ -11,13 +11,11 @@ Bodies may be in equilibrium exactly where the description puts them. The cables
 these places: their uncertainty is that at known lengths, even where the stated tensions balance elsewhere too.
 """
 
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from cablestudy.cable.matrices import of_each
 from cablestudy.cable.vectors import cross, largest, size
 from cablestudy.statics import rounding, stated, tangent
 from cablestudy.statics.links import joined
@@ -137,7 +135,9 @@ def _sampled(equilibrium):
         of_all = displacement.reshape(*displacement.shape[:-3], -1, displacement.shape[-1])  # a view
         freedoms = np.flatnonzero(free)
         free_forces = forces.reshape(of_all.shape).take(freedoms, axis=-2)
-        of_all[..., freedoms, :] = _solved(suspension, _blocks(equilibrium, stiffness, length_known), free_forces)
+        of_all[..., freedoms, :] = tangent.displacements(
+            _blocks(equilibrium, stiffness, length_known), suspension, free_forces
+        )
         by_end = np.where(end == 1, 1.0, -1.0)[:, None, None] * stiffness[..., cable, 1, :, :]
         by_body = np.concatenate([by_end, cross(arm[..., None, :], by_end)], axis=-1)  # K [I, -[r x]]
         _add_by_displacements(tension, by_body, displacement, cable, ends_of_bodies)
@@ -285,22 +285,3 @@ def _blocks(equilibrium, end_stiffness, length_known):
     between, sizes = tangent.between_bodies(suspension, stiffness, equilibrium.arms)
     matrices = np.concatenate([between, blocks.matrices[..., between.shape[-3] :, :, :]], axis=-3)
     return replace(blocks, matrices=matrices, by_ends=sizes)
-
-
-def _solved(suspension, blocks, forces):
-    """Displacements of the free degrees of freedom by forces on them, both of shape (..., d, samples)."""
-    scales = np.sqrt(np.maximum(tangent.magnitudes(blocks, suspension), STATICS.tiny))
-    right = forces / scales[..., None]
-    solution = np.full(right.shape, np.inf)
-    if scales.shape[-1] <= STATICS.dense_freedoms:
-        matrices = tangent.scaled_dense(blocks, suspension, scales)
-        usable = np.isfinite(matrices).all(axis=(-1, -2)) & np.isfinite(right).all(axis=(-1, -2))
-        solution[usable] = of_each(np.linalg.solve, np.inf, matrices[usable], right[usable])
-    else:
-        from scipy.sparse.linalg import splu
-
-        for case in np.ndindex(scales.shape[:-1]):
-            matrix = tangent.scaled_sparse(blocks.of(case), suspension, scales[case])
-            with suppress(RuntimeError):  # singular: nothing holds some motion
-                solution[case] = splu(matrix).solve(right[case])
-    return solution / scales[..., None]

@@ -9,6 +9,7 @@ the end node of a cable, along the tangent there: its row of M, C and K times al
 import numpy as np
 
 from . import bar_suspension
+from .dense import state_matrix
 
 POINTS = 0.5 - np.sqrt(1 / 12), 0.5 + np.sqrt(1 / 12)  # of Gauss's rule, shares of a bar
 
@@ -117,7 +118,7 @@ class BarsInWind:
     def spectra(self, frequency):
         """Name of each output -> one-sided spectrum at frequencies [Hz]."""
         n, wind = len(self.K), self.wind
-        A = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(self.M, np.hstack([self.K, self.C]))]])
+        A = state_matrix(self.M, self.C, self.K)
         eigenvalues, vectors = np.linalg.eig(A)
         place, speed, acceleration, direct = self.rows
         inverse = np.linalg.inv(self.M)

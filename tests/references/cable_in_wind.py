@@ -75,3 +75,40 @@ def solve(end_1, end_2, stiffness, length, load, start, pieces=400, point_loads=
             return whole[:, 0, :, 0], whole[:, 1, :, 0]
         force = force - np.linalg.solve((gap[:, 1:] - gap[:, :1]) / small, gap[:, 0])
     raise AssertionError(gap)
+
+
+def statics(place, force, loaded=()):
+    """Columns of a cable from places and tension vectors at the ends of its pieces, as `solve` gives them: dict.
+
+    `loaded` are the numbers of pieces before its point loads, for `load_sag`.
+    """
+    end, moved = place[-1] - place[0], place - place[0]
+    run = np.hypot(end[0], end[1])
+    along, across = moved[:, :2] @ end[:2] / run, moved[:, :2] @ [-end[1], end[0]] / run
+    below = along * end[2] / run - moved[:, 2]
+    sag, aside = (np.interp(run / 2, along, values) for values in (below, across))
+    found = {"sag": sag, "swing": np.degrees(np.arctan2(abs(aside), abs(sag))), "lowest_point": place[:, 2].min()}
+    for number, on_cable in ((1, -force[0]), (2, force[-1])):
+        level = np.hypot(*on_cable[:2])
+        found[f"reaction_{number}_horizontal"], found[f"reaction_{number}_vertical"] = level, on_cable[2]
+        found[f"angle_{number}"] = np.degrees(np.arctan2(on_cable[2], level))
+        found[f"tension_{number}"] = np.linalg.norm(on_cable)
+    return found | ({"load_sag": below[list(loaded)].max()} if loaded else {})
+
+
+def chain_stiffness(force, stiffness, length):
+    """Stiffness of a chain of equal bars with tension vectors at its nodes, shape (3 n + 3, 3 n + 3). [N/m]"""
+    count = len(force) - 1
+    matrix = np.zeros((3 * count + 3, 3 * count + 3))
+    for bar, on_bar in enumerate((force[1:] + force[:-1]) / 2):
+        place = np.s_[3 * bar : 3 * bar + 6]
+        matrix[place, place] += np.kron([[1, -1], [-1, 1]], bar_stiffness(on_bar, stiffness, length / count))
+    return matrix
+
+
+def bar_stiffness(force, stiffness, length, loss=0.0):
+    """Stiffness of a bar with a tension vector, an unstretched length and a loss factor of its strain, (3, 3). [N/m]"""
+    tension = np.linalg.norm(force)
+    along = np.outer(force, force) / tension**2
+    across = tension / (length * (1 + tension / stiffness))
+    return (1 + 1j * loss if loss else 1.0) * stiffness / length * along + across * (np.eye(3) - along)

@@ -19,6 +19,12 @@ def feedthrough(cable):
     return cable.stiffness + scaled.T @ scaled
 
 
+def notch(s, omega, ratio, rolloff_omega, rolloff_ratio):
+    """N(s)."""
+    zero, pole = s / omega, s / rolloff_omega
+    return (zero**2 + 2 * ratio * zero + 1) / (pole**2 + 2 * rolloff_ratio * pole + 1)
+
+
 def matrices(loop, gain):
     """A of the closed loop of modal damping, and the column of a force on the gondola; gain in rad/s.
 

@@ -2,14 +2,15 @@
 
 import math
 
+import cables
 import numpy as np
 import pytest
 from cables import EA, MASS, PAPER_CHORD, Exact, G, chord_span, graded_error, paper_span
 from references import continuous_cable
 
-from cablestudy.cable import catenary, equilibrium
+from cablestudy.cable import catenary
 from cablestudy.cable.dynamics import Dynamics
-from cablestudy.cable.element import basis, mesh_segments
+from cablestudy.cable.element import basis
 from cablestudy.cable.state import sag
 
 CABLES = {
@@ -22,8 +23,7 @@ each_cable = pytest.mark.parametrize("span", CABLES.values(), ids=CABLES)
 
 
 def solved(span, elements=1, order=16, mass="lumped"):
-    start = catenary.solve(span)
-    state, _ = equilibrium.solve(start, mesh_segments(start.segments.fraction, elements, order, mass))
+    start, state = cables.solved(span, elements, order, mass)
     return start, state, Dynamics(state)
 
 

@@ -1,6 +1,7 @@
 """Columns of a table by the computation they need; those of statics, in closed form or by stated elements."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from math import isnan
 
 import numpy as np
 
@@ -30,8 +31,6 @@ class ColumnRequirements(TableColumns):
         True if no column needs more than the keys of the scene.
     gondola, damped, driven : bool
         True if any column is of the gondola's mode; its damping ratio; of the loop or the wind.
-    least_errors : dict
-        Header -> relative error of a closed form, by rounding. [-]
     asked_modes : AskedModes
         Those whose frequencies are columns.
     """
@@ -46,7 +45,6 @@ class ColumnRequirements(TableColumns):
         self.gondola = bool(_columns_needing(self.system, "gondola"))
         self.damped = any(column.name == DAMPING_RATIO for column in self.system)
         self.driven = self.in_wind or bool(_columns_needing(self.system, "loop"))
-        self.least_errors = {c.header: c.least_error for c in self.physical if c.least_error is not None}
         self.computed = [*self.single, *self.system, *self.modes]
         self.asked_modes = AskedModes(column.mode for column in self.modes)
 
@@ -66,56 +64,76 @@ def _columns_needing(columns, *needs):
 
 @dataclass(frozen=True)
 class ClosedForm:
-    """Values of closed-form columns of n cases; a case is an index from 0 to n - 1."""
+    """Statics of n cases, by closed forms or by elements; a case is an index from 0 to n - 1.
 
-    count: int  # n
-    numbers: dict  # header -> ndarray of shape (n,)
-    failures: dict = field(default_factory=dict)  # case -> {header: CablestudyError} of a column without a value
-    over_strength: frozenset = frozenset()  # cases whose stress is above the strength
-    errors: dict = field(default_factory=dict)  # case -> {header: relative error}, where it exceeds `rounding`
-    least_errors: dict = field(default_factory=dict)  # header -> estimated relative error of all other cases
+    Attributes
+    ----------
+    numbers : dict
+        Header of a column -> ndarray, shape (n,); without meaning in a case in which the column has failed.
+    errors : dict
+        Header of a column with an error -> estimated relative error, shape (n,), not a number where it is unknown. [-]
+    failures : dict
+        Case -> {header: CablestudyError} of each column without a value.
+    over_strength : ndarray of bool, shape (n,)
+        True for cases whose stress is above the strength.
+    """
+
+    numbers: dict
+    errors: dict
+    failures: dict
+    over_strength: np.ndarray
 
     def rows(self, headers):
         """Numbers of each case in the order of some headers, None where there is none: list of list."""
-        if not headers:
-            return [[] for _ in range(self.count)]
-        none = [None] * self.count
+        none = [None] * len(self.over_strength)
         columns = (self.numbers[header].tolist() if header in self.numbers else none for header in headers)
-        rows = list(map(list, zip(*columns, strict=True)))
+        rows = list(map(list, zip(*columns, strict=True))) if headers else [[] for _ in none]
         for case, failed in self.failures.items():
             for place, header in enumerate(headers):
                 if header in failed:
                     rows[case][place] = None
         return rows
 
-    def cells(self, headers):
-        """List of dict: each header -> number of each case, None where there is none."""
-        return [dict(zip(headers, row, strict=True)) for row in self.rows(headers)]
+    def cells(self):
+        """Header -> number of each case, None where there is none: list of dict."""
+        return [dict(zip(self.numbers, row, strict=True)) for row in self.rows(list(self.numbers))]
 
     def errors_of(self, case):
-        """Header -> estimated relative error, of one case."""
-        return self.errors.get(case, self.least_errors)
+        """Header -> estimated relative error of one case, None where it is unknown. [-]"""
+        errors = {header: float(error[case]) for header, error in self.errors.items()}
+        return {header: None if isnan(error) else error for header, error in errors.items()}
 
     def status(self, case):
         """Status of one case."""
-        if case not in self.failures and case not in self.over_strength:
-            return OK
-        return status_of(self.failures.get(case, {}), OVER_STRENGTH if case in self.over_strength else "")
+        return status_of(self.failures.get(case, {}), OVER_STRENGTH if self.over_strength[case] else "")
+
+    @property
+    def notable(self):
+        """Indices of cases whose status is not ok, or some error of which is above `STUDY.rounding` or unknown."""
+        notable = self.over_strength.copy()
+        notable[list(self.failures)] = True
+        for error in self.errors.values():
+            notable |= ~(error <= STUDY.rounding)
+        return np.flatnonzero(notable)
 
 
 def closed_form(results, required):
     """`ClosedForm` of the cases of `Results`."""
-    numbers, failures, over_strength_cases = {}, _unsolvable(results, required), frozenset()
+    numbers, failures, errors = {}, _unsolvable(results, required), {}
+    over_strength_cases = np.zeros(len(results.values), dtype=bool)
     if not required.scene_only:
-        over_strength_cases = frozenset(np.flatnonzero(over_strength(results)).tolist()) - results.failures.keys()
+        over_strength_cases = over_strength(results)
+        over_strength_cases[list(results.failures)] = False
     for column in required.closed:
         numbers[column.header] = _compute(column, results)
         if column.determined_by:
             for case in np.flatnonzero(results.catenary.slack).tolist():
                 _add_failure(failures, case, column.header, shapeless_error(column, results.limp[case]))
         _refuse_infinite(failures, column, numbers[column.header], results.failures if column.name == "chord" else {})
-    errors = {} if required.scene_only else _coarse_errors(results, required, numbers)
-    return ClosedForm(len(results.values), numbers, failures, over_strength_cases, errors, required.least_errors)
+    for column in required.physical:
+        if column.least_error is not None:
+            errors[column.header] = _error(column, results, required, numbers.get(column.header))
+    return ClosedForm(numbers, errors, failures, over_strength_cases)
 
 
 def by_elements(results, required, closed):
@@ -142,7 +160,7 @@ def by_elements(results, required, closed):
     """
     columns = [column for column in required.closed if column.needs != "scene"]
     numbers = {name: np.array(values) for name, values in closed.numbers.items()}
-    failures, over_strength_cases = _unsolvable(results, required), set()
+    failures, over_strength_cases = _unsolvable(results, required), np.zeros(len(results.values), dtype=bool)
     for column in required.closed:
         for case, error in _errors_of_column(closed.failures, column).items() if column.needs == "scene" else ():
             _add_failure(failures, case, column.header, error)
@@ -151,32 +169,28 @@ def by_elements(results, required, closed):
         for header in required.of_equilibrium:
             _add_failure(failures, case, header, error)
     for cases, elements in groups:
-        over_strength_cases.update(cases[over_strength(elements)].tolist())
+        over_strength_cases[cases] = over_strength(elements)
         for column in columns:
             column_numbers = _compute(column, elements)
             numbers[column.header][cases] = column_numbers
             _refuse_infinite(failures, column, column_numbers, {}, cases)
-    errors = _against_closed_form(columns, numbers, failures, closed)
-    least_errors = {column.header: 0.0 for column in required.physical if column.needs == "scene"}
-    errors = {case: least_errors | {name: errors[name][case] for name in errors} for case in range(closed.count)}
-    return ClosedForm(closed.count, numbers, failures, frozenset(over_strength_cases), errors, least_errors), groups
+    of_scene = {c.header: np.zeros(len(results.values)) for c in required.physical if c.needs == "scene"}
+    errors = of_scene | _against_closed_form(columns, numbers, closed)
+    return ClosedForm(numbers, errors, failures, over_strength_cases), groups
 
 
-def _against_closed_form(columns, numbers, failures, closed):
-    """Header -> relative error of each case against the closed form, None where this has no number: dict of list."""
+def _against_closed_form(columns, numbers, closed):
+    """Header -> relative error of each case against the closed form, not a number where it has none: dict."""
     errors = {}
     for column in columns:
         if column.least_error is None:
             continue
-        header = column.header
-        value, reference = (np.asarray(array, dtype=float) for array in (numbers[header], closed.numbers[header]))
+        value, reference = (np.asarray(array[column.header], dtype=float) for array in (numbers, closed.numbers))
         size = np.abs(reference)
         with np.errstate(invalid="ignore"):  # of cases without a number
             relative = np.abs(value - reference) / np.where(size > 0, size, 1.0)
-            relative = np.where(size > 0, relative, 1.0 * (value != reference))
-        errors[header] = relative.tolist()
-        for case in _errors_of_column(closed.failures, column):
-            errors[header][case] = None
+            errors[column.header] = np.where(size > 0, relative, 1.0 * (value != reference))
+        errors[column.header][list(_errors_of_column(closed.failures, column))] = np.nan
     return errors
 
 
@@ -219,10 +233,10 @@ def _errors_of_column(failures, column):
     return {case: errors[column.header] for case, errors in failures.items() if column.header in errors}
 
 
-def _coarse_errors(results, required, numbers):
-    """Estimated relative errors of closed forms, of the cases in which any is above that by rounding, `STUDY.rounding`.
+def _error(column, results, required, numbers):
+    """Estimated relative error of a column in closed form, shape (n,). [-]
 
-    The error of a column is the largest of those that apply to it:
+    It is the largest of those that apply to it:
 
     * of the statics: by rounding, by the drag of a steady wind that is taken as uniform along the cable, and by the
       linear cable that stands for a conductor. It applies to all columns but those of the scene alone; to columns of
@@ -233,42 +247,28 @@ def _coarse_errors(results, required, numbers):
 
     Parameters
     ----------
+    column : Column
+        With a `least_error`, by rounding.
     results : Results
         Closed form of n cases.
     required : ColumnRequirements
         The columns of the table.
-    numbers : dict
-        Header of a column -> ndarray of its numbers, shape (n,).
-
-    Returns
-    -------
-    dict
-        Index of a case -> {header: error}. [-]
+    numbers : ndarray, shape (n,), or None
+        Of the column; None of one that is computed case by case, which finds its own error there.
     """
-    statics_error = np.maximum(results.statics_rounding, results.model_error)
-    reference_error = np.maximum(results.statics_rounding, results.model_error - results.drag_error)
-    sag_headers = [column.header for column in required.closed if column.determined_by == "sag"]
-    reference_headers = [column.header for column in required.closed if column.of_reference]
-    pushed_headers = [column.header for column in required.closed if column.name == "force_displacement"]
-    none = np.zeros(len(statics_error))
-    sag_error = results.sag_rounding if sag_headers else none
-    push_error = results.pushed[1] if pushed_headers else none
-    errors = {}
-    largest = np.maximum(np.maximum(statics_error, sag_error), push_error)
-    for case in np.flatnonzero(largest > STUDY.rounding).tolist():
-        by_statics = float(statics_error[case])
-        errors[case] = {name: max(least, by_statics if least else 0.0) for name, least in required.least_errors.items()}
-        of_reference = dict.fromkeys(reference_headers, max(STUDY.rounding, float(reference_error[case])))
-        errors[case].update(of_reference)
-        for headers, error in ((sag_headers, sag_error), (pushed_headers, push_error)):
-            errors[case].update((header, max(errors[case][header], float(error[case]))) for header in headers)
-    for column in required.closed if results.drag_errors is not None else ():
-        if column.by_drag is None:
-            continue
-        by_drag = relative_change(results.change_by_drag(column), numbers[column.header])
-        for case in errors:
-            errors[case][column.header] = max(errors[case][column.header], float(by_drag[case]))
-    return errors
+    error = np.full(len(results.values), column.least_error)
+    if required.scene_only:
+        return error
+    if column.least_error:
+        model_error = results.model_error - (results.drag_error if column.of_reference else 0.0)
+        error = np.maximum(error, np.maximum(results.statics_rounding, model_error))
+    if column.determined_by == "sag":
+        error = np.maximum(error, results.sag_rounding)
+    if column.name == "force_displacement":
+        error = np.maximum(error, results.pushed[1])
+    if column.by_drag is not None and numbers is not None and results.drag_errors is not None:
+        error = np.maximum(error, relative_change(results.change_by_drag(column), numbers))
+    return error
 
 
 def evaluate_table(table, columns):
@@ -302,11 +302,11 @@ def evaluate_table(table, columns):
     if table.scene.model.elements is not None and not required.scene_only:
         closed, _ = by_elements(results, required, closed)
     rows = [(cells, OK, {}) for cells in closed.rows([column.header for column in required.closed])]
-    for case in {*closed.errors, *closed.failures, *closed.over_strength}:
+    for case in closed.notable.tolist():
         failed = closed.failures.get(case, ())
         errors = {
             name: error
-            for name, error in closed.errors.get(case, {}).items()
+            for name, error in closed.errors_of(case).items()
             if name not in failed and (error is None or error > STUDY.rounding)
         }
         rows[case] = rows[case][0], closed.status(case), errors

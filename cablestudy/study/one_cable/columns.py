@@ -20,8 +20,9 @@ from cablestudy.study.refinement import reference_scene
 from cablestudy.study.suspension import columns as of_suspensions
 from cablestudy.study.suspension import part_columns
 from cablestudy.study.suspension.case import SuspensionCase
+from cablestudy.study.suspension.equilibrium_errors import EquilibriumErrors
 from cablestudy.study.suspension.group import Group
-from cablestudy.study.suspension.load_cases import DragChange
+from cablestudy.study.tolerances import STUDY
 from cablestudy.system.coupled_modes import coupled_modes
 
 # name of a column in a suspension -> its name in a scene of one cable
@@ -152,11 +153,9 @@ class OneCableGroup(Group):
         self._case, self.reference, self._loaded, self._coordinates = case, equilibria_of([case]), None, {}
         self._conductors = None  # their errors are in those of the case
         self.cable_indices, self.body_indices = {CABLE: 0}, {GONDOLA: 0}
-        self._rounding_errors = [case.statics_error]
-        self._rounding_movement = np.zeros((1, 1, 6))
-        zero, no_links = np.zeros(1), np.zeros((1, 0))
-        none = DragChange(zero, self._rounding_movement, zero, zero, no_links)
-        self._drag_change = self._drag_change_in_wind = none
+        self.errors = EquilibriumErrors(self.reference, self.reference, None, lambda: (self.reference, None), None)
+        self.errors.rounding = np.array([max(STUDY.rounding, case.statics_error)])
+        self.errors.rounding_movement = np.zeros((1, 1, 6))
 
     def failure(self, _):
         """None, since the case has an equilibrium."""

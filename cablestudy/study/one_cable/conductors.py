@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cablestudy.cable.catenary import solve
+from cablestudy.cable.newton import UNDETERMINED
 from cablestudy.study import load_cases
 from cablestudy.study.conductors import (
     Conductors,
@@ -13,6 +14,7 @@ from cablestudy.study.conductors import (
     tensions_along,
     uneven_errors,
 )
+from cablestudy.study.one_cable.loaded_cables import loaded_cables
 from cablestudy.study.one_cable.reference_length import chord_strain
 from cablestudy.study.scene_values import SceneValues
 
@@ -77,7 +79,7 @@ class EquivalentCables:
         return labels
 
 
-def equivalent_cables(values, results_class):
+def equivalent_cables(values):
     """Find linear cables that hang, in their load cases, as the conductors with permanent elongation of n scenes do.
 
     A conductor has a curved stress-strain law and stays longer after creep or a high load. About its equilibrium it is
@@ -87,8 +89,6 @@ def equivalent_cables(values, results_class):
     ----------
     values : SceneValues or CaseTable
         Values of n scenes of one cable; a `CaseTable` never has such conductors.
-    results_class : type
-        The class `Results`, which solves load cases; an argument, since its module imports this one.
 
     Returns
     -------
@@ -110,10 +110,11 @@ def equivalent_cables(values, results_class):
         """Tensions in load cases, as `Conductors` asks for them; the mean is not a number without an equilibrium."""
         cables = LinearCables(*linear, condition=None, strain=None, earlier_errors=None, labels=None)
         equivalent = EquivalentCables(np.arange(len(chosen)), cables, reference[2][chosen], {})
-        loaded = results_class(SceneValues(cases), equivalent)
-        tension = np.array(loaded.catenary.mean_tension)
-        tension[list(loaded.failures)] = np.nan
-        return tension, tensions_along(loaded.catenary)
+        loaded = loaded_cables(SceneValues(cases), equivalent, lengths_known=True)
+        catenary = solve(loaded.span)
+        exists = catenary.record.converged | (catenary.record.reason == UNDETERMINED)
+        exists[list(loaded.reasons)] = False
+        return np.where(exists, catenary.mean_tension, np.nan), tensions_along(catenary)
 
     conductors = Conductors(different, (len(different),), solve_reference, solve_cases, independent=True)
     cables = conductors.equivalent_cables(indices, scenes)

@@ -14,6 +14,7 @@ from cablestudy.cable.steady_drag import uneven_drag
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.column import LIMP
+from cablestudy.study.one_cable.loaded_cables import LoadedCables
 from cablestudy.study.one_cable.results import NO_MOTION, Results, along
 from cablestudy.study.statics import ElementStatics
 from cablestudy.study.tolerances import STUDY
@@ -309,10 +310,9 @@ class ElementResults(Results):
     def __init__(self, closed, indices, models):
         super().__init__(closed.values.take(indices))
         self.models = models
-        references = closed.reference_length[indices], closed.drag.take(indices)
-        self._span_and_reasons = models.span, {}, *references
+        arrays = (array[indices] for array in (closed.reference_length, *closed.pushed))
+        self.loaded = LoadedCables(models.span, closed.drag.take(indices), *arrays, {})
         self.catenary = closed.catenary.take(indices)
-        self.pushed = tuple(array[indices] for array in closed.pushed)
         self.statics = ElementStatics(models.state, models.record, self.catenary.middle)
 
     @property

@@ -1,6 +1,5 @@
 """Results of many cases in closed form, as arrays with an axis of cases."""
 
-from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -13,16 +12,13 @@ from cablestudy.cable.taut import lambda_squared
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.cable.vectors import row_keys
 from cablestudy.errors import ConvergenceError, NoSolutionError
-from cablestudy.study import load_cases
 from cablestudy.study.column import LIMP
-from cablestudy.study.load_cases import pushed_ends
 from cablestudy.study.one_cable import conductors
-from cablestudy.study.one_cable.reference_length import chord_strain
+from cablestudy.study.one_cable.loaded_cables import loaded_cables
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.tolerances import STUDY
 from cablestudy.study.uneven_drag import bounded_errors, errors_of_modes, largest_ratio, uneven_drag_errors
 
-UNPUSHED = "the force of the load case on end 2 leads to no equilibrium"
 NO_MOTION = "the cable hangs folded: somewhere it has no tension, and no stiffness about it"
 
 
@@ -35,72 +31,24 @@ class Results:
     ----------
     values : SceneValues or CaseTable
         Values of the n scenes.
-    equivalent_cables : EquivalentCables, optional
-        Equivalent cables of all cases, where the caller has them; else they are computed.
     """
 
-    def __init__(self, values, equivalent_cables=None):
-        self.values, self._along, self._changes, self._equivalent_cables = values, {}, {}, equivalent_cables
+    def __init__(self, values):
+        self.values, self._along, self._changes = values, {}, {}
 
     def given(self, path):
         """A number that each scene states, shape (n,); see `SceneValues.given`."""
         return self.values.given(path)
 
     @cached_property
-    def _span_and_reasons(self):
-        """Find the n cables under the loads of their load cases, and the drag of the steady wind on them.
-
-        Sets `_push` too: displacements of end 2 by the force of the load case on it, None without such forces; and
-        `_unpushed`, a function that returns cables and drag without these displacements.
-
-        Returns
-        -------
-        span : Span
-            The loaded cables, fields of shape (n,); a taut one in place of a cable that does not exist.
-        reasons : dict
-            Index of a case -> why its cable does not exist.
-        length : ndarray, shape (n,)
-            Unstretched lengths in the reference state, without the load case. [m]
-        drag : SteadyDrag
-            Shape (n,); zero without a steady wind.
-        """
-        span, changed = load_cases.bare_spans(self.values), None
-        none = np.zeros(len(self.values)), {}  # `replace_in` fills in those of equivalent cables
-        strain, reasons = none if self._equivalent_cables else chord_strain(span, self.values)
-        if self.equivalent_cables is not None:
-            span, changed = self.equivalent_cables.replace_in(span, self.values, strain, reasons)
-        for case in np.flatnonzero(load_cases.shrunk(self.values)).tolist():
-            reasons[case] = "at the temperature of the case next to nothing is left of the cable's length"
-        length = span.with_chord_strain(strain).unstretched_length
-
-        def loaded_with(shift, drag=None):
-            """Cables with end 2 displaced along x [m], with the mean pressures of a drag, and their drag."""
-            spans, drag = load_cases.loaded_spans(span, self.values, strain, shift, changed, drag)
-            return _loads_on_cable(spans, reasons), drag
-
-        def loaded_at(shift):
-            """Cables with end 2 displaced along x [m], and their drag, by the mean pressure where they hang."""
-            spans, drag = loaded_with(shift)
-            for _ in range(0 if drag.profile is None else STUDY.pressure_passes):
-                pressure = drag.profile.mean_pressure(solve(spans), drag.end_1)
-                changing = np.abs(pressure - drag.mean) > STUDY.pressure_change * np.abs(drag.mean)
-                if not changing.any():
-                    break
-                spans, drag = loaded_with(shift, replace(drag, mean=np.where(changing, pressure, drag.mean)))
-            return spans, drag
-
-        push = self.values.push
-        self._push = pushed_ends(lambda shift: loaded_at(shift)[0], push) if push.any() else None
-        self._unpushed = lambda: loaded_at(None)
-        loaded, drag = loaded_at(self._push and self._push.shift)
-        for case in np.flatnonzero(~self._push.converged).tolist() if self._push else ():
-            reasons.setdefault(case, f"{UNPUSHED} ({self._push.describe(case)})")
-        return loaded, reasons, length, drag
+    def loaded(self):
+        """`LoadedCables`: the n cables in their load cases."""
+        return loaded_cables(self.values, self.equivalent_cables)
 
     @cached_property
     def equivalent_cables(self):
         """`EquivalentCables` of conductors with permanent elongation; None where there is none."""
-        return self._equivalent_cables or conductors.equivalent_cables(self.values, Results)
+        return conductors.equivalent_cables(self.values)
 
     @cached_property
     def state(self):
@@ -111,12 +59,12 @@ class Results:
     @property
     def span(self):
         """The cables under the loads of their cases, fields of shape (n,), their unstretched lengths found."""
-        return self._span_and_reasons[0]
+        return self.loaded.span
 
     @property
     def reference_length(self):
         """Unstretched lengths in the reference state, shape (n,). [m]"""
-        return self._span_and_reasons[2]
+        return self.loaded.reference_length
 
     @cached_property
     def catenary(self):
@@ -126,8 +74,7 @@ class Results:
     @cached_property
     def failures(self):
         """Case -> NoSolutionError or ConvergenceError of a case without an equilibrium."""
-        reasons = self._span_and_reasons[1]
-        record = self.catenary.record
+        reasons, record = self.loaded.reasons, self.catenary.record
         failures = {}
         for case in np.flatnonzero(~record.converged & ~self.limp).tolist():
             steps = int(record.steps[case])
@@ -164,12 +111,10 @@ class Results:
         chord[list(self.failures)] = np.nan
         return chord
 
-    @cached_property
+    @property
     def pushed(self):
         """Displacement of end 2 along x by the forces of the load cases, shape (n,) [m], and its relative error."""
-        self._span_and_reasons  # noqa: B018, sets `_push`
-        none = np.zeros(len(self.values))
-        return (none, none) if self._push is None else (self._push.shift, self._push.error)
+        return self.loaded.shift, self.loaded.shift_error
 
     def check(self, case):
         """Raise the NoSolutionError or ConvergenceError of a case that has no equilibrium."""
@@ -237,7 +182,7 @@ class Results:
     @cached_property
     def drag(self):
         """`SteadyDrag` on the cables, shape (n,)."""
-        return self._span_and_reasons[3]
+        return self.loaded.drag
 
     @property
     def pressure_on_gondola(self):
@@ -284,10 +229,10 @@ class Results:
         if not self.drag.normal_drag.any():
             return None
         errors = uneven_drag_errors(self.drag, self.catenary)
-        if self._push is None:
+        if self.loaded.without_push is None:
             return errors
         # what holds end 2 along x holds against the force that the actual drag leaves there without the push
-        span, drag = self._unpushed()
+        span, drag = self.loaded.without_push()
         held = uneven_drag_errors(drag, solve(span)).end_forces[:, 1, 0]
         change, stiffness, ends = errors.end_forces[:, 1, 0] - held, self.end_stiffness_along(0), 0 * errors.ends
         np.divide(change, stiffness, out=ends[:, 1, 0], where=stiffness > 0)
@@ -387,22 +332,6 @@ class Results:
     def travel_shares(self, case, edges):
         """Travel time of a transverse wave along each piece over the longest one, see `catenary.travel_shares`."""
         return travel_shares(self.catenary.take(case), edges)
-
-
-def _loads_on_cable(span, reasons):
-    """Spans whose loads are all on the cable; adds to the reasons the cables that end before a load.
-
-    In cables that do not exist the loads are moved onto the taut cable in their place.
-    """
-    if not span.load_positions.shape[-1]:
-        return span
-    length, last_position = span.unstretched_length, span.load_positions[:, -1]
-    for case in np.flatnonzero(last_position >= length).tolist():
-        position, end = last_position[case], length[case]
-        reasons.setdefault(case, f"the load at {position:.6g} m is beyond the cable's end, at {end:.6g} m")
-    if not reasons:
-        return span
-    return replace(span, load_positions=np.sort(load_cases.placed_on_cable(span.load_positions, length)))
 
 
 def along(span, stiffness, axis, moved=None):

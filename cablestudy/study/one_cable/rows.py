@@ -126,7 +126,7 @@ class CableBatch(RowBatch):
     def blocks(self, width):
         """Yield the rows with all numbers of their closed forms."""
         width = width or self.required.rows_at_once
-        cells = self.closed.cells(self.closed.numbers)
+        cells = self.closed.cells()
         for indices in batched(range(len(self.scenes)), width):
             cases = self.cases(indices)
             yield [self._row_of_closed_form(case, cells[case.index]) for case in cases]
@@ -148,10 +148,10 @@ class CableBatch(RowBatch):
         failures = dict(closed.failures.get(case.index, {}))
         values = {header: number for header, number in cells.items() if header not in failures}
         note = notes.NOTHING if scene_only else notes.STATIC
-        over_strength = case.index in closed.over_strength
+        over_strength = bool(closed.over_strength[case.index])
         warnings = notes.of_closed_form(case, over_strength) if case.exact_statics and not scene_only else ()
         doubts = (OVER_STRENGTH,) if over_strength else ()
-        return UnfinishedRow(case, values, failures, dict(closed.errors_of(case.index)), note, warnings, doubts)
+        return UnfinishedRow(case, values, failures, closed.errors_of(case.index), note, warnings, doubts)
 
     def prepare_systems(self, cases):
         """Compute in one call the first modes of gondola, loop and wind of cases that lack no key for them."""

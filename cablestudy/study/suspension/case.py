@@ -1,4 +1,4 @@
-"""One suspension: its equilibrium, tensions and coupled modes, each computed when it is needed."""
+"""One suspension in motion: its coupled modes, its loop and its response to the wind, each computed when needed."""
 
 from copy import copy
 from dataclasses import replace
@@ -8,119 +8,50 @@ from math import isnan
 import numpy as np
 
 from cablestudy.cable.damping import any_grows_with_modes
-from cablestudy.cable.linear_range import linear_range
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.motion.model_sizes import MODAL
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.words import counted
 from cablestudy.statics.failure import explain
-from cablestudy.statics.rigid import cross_matrix, point_movement
-from cablestudy.statics.suspension import AXES, GROUND
+from cablestudy.statics.rigid import cross_matrix
+from cablestudy.statics.suspension import AXES
 from cablestudy.study.column import DISCRETE
 from cablestudy.study.compared_case import ComparedCase
 from cablestudy.study.refinement import reference_scene
-from cablestudy.study.scene_values import merged_loads
-from cablestudy.study.statics import ClosedStatics
-from cablestudy.study.suspension.group import Group, HangingCable
-from cablestudy.study.suspension.numbers import CableValues
+from cablestudy.study.suspension.at_rest import SuspensionAtRest
 from cablestudy.study.tolerances import STUDY
 
 
-class SuspensionCase(ComparedCase):
-    """One suspension in one load case, and its numbers, for the columns of tables.
+class SuspensionCase(SuspensionAtRest, ComparedCase):
+    """One suspension in one load case, and its numbers at rest and in motion, for the columns of tables.
 
     Parameters
     ----------
-    scene : SuspensionScene
-        With all cables.
-    group : Group or CablestudyError, optional
-        With the statics of this case, computed with those of other cases, or the error in their place; by default a
-        group of this case alone.
-    index : int
-        Of the case in the group.
+    scene, group, index
+        As of `SuspensionAtRest`.
     estimate : bool
         Whether errors of the motion are to be estimated, see `ComparedCase`, where the scene states the elements.
 
     Attributes
     ----------
-    scene : SuspensionScene
-        With the cables that its load case leaves.
-    lost : tuple of str
-        Names of the cables that the load case lacks.
     together : sequence of SuspensionCase
         Cases, this one among them, whose damping ratios are computed in one call; empty if it is alone.
     """
 
     def __init__(self, scene, group=None, index=0, estimate=False):
-        self.scene, self.with_all_cables, self._group = scene.without_lost(), scene, group
-        self.index, self._modes, self._modes_of_bodies, self.lost = index, {}, {}, scene.load_case.lost
+        super().__init__(scene, group, index)
+        self._modes, self._modes_of_bodies, self.together = {}, {}, ()
         self.estimate = estimate and self.model is not None
-        self.together = ()
 
     @cached_property
     def finer(self):
         """`SuspensionCase` of the scene with a model to the accuracy `reference_accuracy`, for comparison."""
         return SuspensionCase(reference_scene(self.with_all_cables))
 
-    @cached_property
-    def unbroken(self):
-        """`SuspensionCase` of the load case with none of its cables lost, for comparison."""
-        name = self.scene.case
-        without_loss = self.with_all_cables.cases[name].model_copy(update={"lost": ()})
-        cases = {**self.scene.cases, name: without_loss}
-        return SuspensionCase(self.with_all_cables.model_copy(update={"cases": cases}))
-
-    def refuse_lost(self, name, words="{0} is lost in the load case {1}"):
-        """Raise the NoSolutionError of a cable that the load case lacks, in words with the names of both."""
-        if name in self.lost:
-            raise NoSolutionError(words.format(name, self.scene.case))
-
     @property
     def damped_by_modes(self):
         """True if some cable has modal damping, whose effect grows with the number of modes."""
         return any_grows_with_modes(self.scene.cables.values())
-
-    @cached_property
-    def group(self):
-        """The `Group` of this case, which has a stable equilibrium.
-
-        Raises
-        ------
-        NoSolutionError, ConvergenceError
-            There is none, or it is not stable.
-        """
-        group = self._solved_group
-        if failure := group.failure(self.index):
-            raise failure
-        return group
-
-    @cached_property
-    def _solved_group(self):
-        """The `Group`, also of a case without a stable equilibrium, whose numbers then mean nothing."""
-        group = Group([self.with_all_cables]) if self._group is None else self._group
-        if isinstance(group, Exception):
-            raise group
-        return group
-
-    @cached_property
-    def equilibrium(self):
-        """`Equilibrium` of this case; raises as `group`."""
-        return self.group.take(self.index)
-
-    @property
-    def form(self):
-        """The cables where they hang, shape (c,): what `cable.geometry` takes; raises as `group`."""
-        return self.equilibrium.catenary
-
-    @property
-    def statics(self):
-        """`ClosedStatics` of all cables, fields of shape (c,); raises as `group`."""
-        return ClosedStatics(self.form)
-
-    @property
-    def without_wind(self):
-        """`Equilibrium` without the steady wind of the load case; raises as `group`."""
-        return self.group.without_wind.take(self.index)
 
     @cached_property
     def analysis(self):
@@ -159,11 +90,6 @@ class SuspensionCase(ComparedCase):
         return "analysis" in self.__dict__ and self.analysis.solved
 
     @property
-    def solved(self):
-        """True if its equilibrium was computed and is stable."""
-        return "group" in self.__dict__
-
-    @property
     def largest_modes(self):
         """The computed `CoupledModes` with most modes: a list of at most one."""
         return [self._modes[max(self._modes)]] if self._modes else []
@@ -174,142 +100,13 @@ class SuspensionCase(ComparedCase):
         other._modes = {}
         return other
 
-    @property
-    def over_strength(self):
-        """Name of each cable whose largest tension is above its breaking force -> their ratio: dict. [-]"""
-        cables = self.group.cables
-        if not cables.overloaded[self.index]:
-            return {}
-        utilisations = zip(self.group.cable_indices, cables.utilisation[self.index].tolist(), strict=True)
-        return {name: utilisation for name, utilisation in utilisations if utilisation > 1}
-
-    def cable(self, name):
-        """Index of a cable among those of the case, which need no equilibrium."""
-        return self._solved_group.cable_indices[name]
-
-    def body(self, name):
-        """Index of a body or free point among all."""
-        return self.group.body_indices[name]
-
-    def stated_of_cable(self, column, name):
-        """Number of one cable in a column that needs no statics, also where there is no equilibrium.
-
-        The distance of its ends needs an equilibrium unless both are held.
-        """
-        cable = list(self.scene.cables).index(name)
-        if column.name != "chord":
-            return column.compute(CableValues([self.scene]))[0, cable]
-        return (self._solved_group if self._ends_held(cable) else self.group).cables.chord[self.index, cable]
-
-    def _ends_held(self, cable):
-        """True of a cable, by its index, whose ends are both where the scene says."""
-        suspension = self._solved_group.equilibrium.suspension
-        return not any(end != GROUND and suspension.free[end].any() for end in suspension.owner[cable])
-
     @cached_property
     def cable_modes(self):
         """Modes of single cables with both ends held where they are in the equilibrium: `CableModes`; as `group`."""
         from cablestudy.study.suspension.cable_modes import CableModes
 
-        about = self.equilibrium.catenary, self.group.steady_drag(self.index), self.group.mode_error(self.index)
+        about = self.equilibrium.catenary, self.group.steady_drag(self.index), self.group.errors.modes[self.index]
         return CableModes(self.scene, *about, finer=lambda: self.finer.cable_modes)
-
-    def hanging(self, name):
-        """`HangingCable` of a name, with the loads that it carries; raises as `group`.
-
-        The arrays of a batch have entries for as many loads as the cable with most: those without a load are left out.
-        """
-        cable = self.cable(name)
-        catenary, length = self.equilibrium.catenary.take(cable), self.group.cables.reference_length[self.index, cable]
-        loaded = np.zeros(len(catenary.span.load_positions), dtype=bool)
-        fractions = catenary.span.load_positions / catenary.span.unstretched_length
-        for position, fraction, _, _ in merged_loads(self.scene.loads_on(name)):
-            loaded[np.argmin(np.abs(fractions - (fraction if np.isnan(position) else position / length)))] = True
-        catenary = replace(catenary, span=catenary.span.with_some_loads(loaded))
-        return HangingCable(self.scene, self.equilibrium.ends[cable, 0], catenary, self.statics_error(None))
-
-    def of_cables(self, column):
-        """Numbers of all cables in a `Column` of single cables, shape (c,)."""
-        return self.group.cables.column(column.name, column.compute)[self.index]
-
-    def link(self, name):
-        """Force along a link, positive in tension, 0 where it is rounding [N], its relative error, its length [m]."""
-        equilibrium, link = self.group.equilibrium, list(self.scene.links).index(name)
-        arrays = equilibrium.links.force, equilibrium.uncertainty.force, equilibrium.links.distance
-        force, rounding, length = (float(array[self.index, link]) for array in arrays)
-        zero, error = abs(force) <= rounding, self.statics_error(None)
-        uncertainty = float(self.group.link_uncertainty(self.index)[link])
-        return 0.0 if zero else force, error if zero else max(error, uncertainty / abs(force)), length
-
-    def body_stiffness(self, name):
-        """Stiffness of a body, shape (6, 6), zero where it is rounding; see `Equilibrium.body_stiffness`."""
-        matrix, size = self._body_stiffness(name)
-        is_rounding = np.abs(matrix) <= STUDY.stiffness_rounding * size
-        np.fill_diagonal(is_rounding, np.diagonal(matrix) == 0)
-        return np.where(is_rounding, 0.0, matrix)
-
-    def stiffness_entry(self, name, row, column):
-        """An entry of `body_stiffness`, and its estimated relative error: that beside the diagonal by its own size."""
-        entry, size = self.body_stiffness(name)[row, column], self._body_stiffness(name)[1][row, column]
-        error = self.statics_error(None)
-        return entry, max(error, self.group.stiffness_error(self.index) * size / abs(entry)) if entry else error
-
-    def _body_stiffness(self, name):
-        """Stiffness of a body, and the geometric means of the two entries on its diagonal, shape (6, 6) each.
-
-        An entry on the diagonal that arms of rounded length make is set to zero; the largest one that a body as large
-        as its cables are long could have takes its place in the means.
-        """
-        matrix = self.group.equilibrium.body_stiffness[self.index, self.body(name)].copy()
-        diagonal = np.abs(np.diagonal(matrix))
-        largest = diagonal[:3].max() * np.repeat([1.0, float(self.equilibrium.longest) ** 2], 3)
-        is_rounding = diagonal <= STUDY.stiffness_rounding**2 * largest
-        np.fill_diagonal(matrix, np.where(is_rounding, 0.0, np.diagonal(matrix)))
-        size = np.sqrt(np.where(is_rounding, largest, diagonal))
-        return matrix, np.outer(size, size)
-
-    def linear_range(self, name, axis):
-        """Movement of a body or free point along x, y or z (0, 1, 2) up to which its cables restore it linearly. [m]
-
-        None where there is no such limit; and its relative error, see `cable.linear_range`.
-        """
-        suspension = self.equilibrium.suspension
-        ends = (suspension.owner[suspension.of_cables] == self.body(name)).astype(float)
-        moves = (ends[:, 1] - ends[:, 0])[:, None] * np.eye(3)[axis]
-        return linear_range(self.equilibrium.catenary.span, moves)
-
-    def static_frequencies(self, name):
-        """Estimate the frequencies of one body on its static stiffness, other bodies at rest: ndarray, shape (f,). [Hz]
-
-        For the f free displacements and rotations of the body it solves, ascending,
-
-            K phi = w^2 (M + sum of B^T B m/3) phi
-
-        with the stiffness K and mass M of the body, and for each end of a cable on it the mass m of cable and point
-        loads, and the displacement B of the end per movement of the body. Free points follow without mass. The estimate
-        is good for light and taut cables.
-
-        Parameters
-        ----------
-        name : str
-            Name of the body.
-        """
-        from scipy.linalg import eigvalsh
-
-        from cablestudy.system.coupled import Layout
-
-        body, equilibrium = self.body(name), self.equilibrium
-        suspension, mass = equilibrium.suspension, Layout(equilibrium).mass[body]
-        cable, end = np.nonzero(suspension.owner[suspension.of_cables] == body)
-        ends = point_movement(equilibrium.arms[cable, end])
-        span = equilibrium.catenary.span
-        load_mass = 0.0 if span.load_masses is None else span.load_masses.sum(axis=-1)
-        third_of_mass = (span.mass * equilibrium.lengths + load_mass)[cable, None, None] / 3
-        mass = mass + (np.swapaxes(ends, -1, -2) @ ends * third_of_mass).sum(axis=0)
-        free = np.ix_(suspension.free[body], suspension.free[body])
-        stiffness = self.body_stiffness(name)[free]
-        squared = eigvalsh((stiffness + stiffness.T) / 2, mass[free])
-        return np.sqrt(np.maximum(squared, 0.0)) / (2 * np.pi)
 
     def frequency(self, number):
         """Frequency of a mode by its number (from 1) [Hz], and its estimated relative error.
@@ -325,25 +122,7 @@ class SuspensionCase(ComparedCase):
 
     def mode_errors(self, modes):
         """Estimated relative errors of the frequencies of `CoupledModes`, with that by the drag, shape (k,). [-]"""
-        return modes.error + self.group.mode_error(self.index)
-
-    def statics_error(self, column, number=None):
-        """Estimated relative error of a column that needs no motion; zero of one that the scene states. [-]
-
-        `number` is that of the column, where it may state an error of its own by the drag of a steady wind.
-        """
-        if column is None:
-            return self.group.statics_errors[self.index]
-        cable = column.by_drag and self.cable(column.name.rpartition(".")[0])
-        if column.needs == "scene" and (cable is None or self._ends_held(cable)):
-            return 0.0
-        within_reference = column.of_reference or column.needs == "scene"
-        least = (self.group.reference_errors if within_reference else self.group.statics_errors)[self.index]
-        return least if cable is None else max(least, self.group.error_by_drag(self.index, cable, column, number))
-
-    def check(self, column):
-        """Raise the NoSolutionError of a column of a cable that the load case lacks."""
-        self.refuse_lost(column.name.partition(".")[0])
+        return modes.error + self.group.errors.modes[self.index]
 
     def error_of(self, column, number, error=None):
         """Estimated relative error of a number in a column; not a number where it is not known. [-]
@@ -354,7 +133,7 @@ class SuspensionCase(ComparedCase):
         if error is None:
             error = self.statics_error(column, number)
         if column.needs in ("loop", "wind") and error and not column.follows_drag:
-            error += self.group.drag_error(self.index, in_wind=True)
+            error += self.group.errors.drag_in_wind[self.index]
         if self.estimate and column.needs in DISCRETE:
             error = self.difference_from_finer(column, number)
         stated = not error and (column.needs not in ("loop", "wind") or column.name == "gain")
@@ -367,24 +146,13 @@ class SuspensionCase(ComparedCase):
         self.differences[column.header], self.reason = None, MODAL.partition(",")[0]
         return np.nan
 
-    def coordinate(self, name, axis):
-        """A coordinate of a body or free point, 0 where it is rounding, and its estimated relative error.
-
-        Parameters
-        ----------
-        name : str
-        axis : int
-            0 to 2: x, y, z [m]; 3 to 5: roll, pitch, yaw [rad].
-        """
-        return self.group.coordinates(self.body(name), axis)[self.index]
-
     def mean_displacement(self, name, axis):
         """Displacement of a body or marker by the mean wind along x, y or z (0, 1, 2) [m], and its relative error."""
         displacement, uncertainty = (part[axis] for part in self._displacement_by_mean_wind(name))
         least = self.statics_error(None)
         error = max(least, uncertainty / abs(displacement)) if displacement else least
         followed = not displacement or self.group.poses_in_mean_wind.followed[self.index]
-        return displacement, error if followed else error + self.group.drag_error(self.index, in_wind=True)
+        return displacement, error if followed else error + self.group.errors.drag_in_wind[self.index]
 
     def _displacement_by_mean_wind(self, name):
         """Displacement of a body, or of a marker BODY.MARKER, by the mean wind, winches at rest, and its error. [m]"""
@@ -394,7 +162,7 @@ class SuspensionCase(ComparedCase):
         owner, _, marker = name.partition(".")
         body, poses = self.body(owner), self.group.poses_in_mean_wind
         arm = np.array(self.scene.bodies[owner].markers[marker] if marker else (0.0, 0.0, 0.0))
-        rotation, uncertainty = poses.rotation[self.index, body], self.group.mean_wind_uncertainty(self.index)[body]
+        rotation, uncertainty = poses.rotation[self.index, body], self.group.mean_wind_uncertainty[self.index, body]
         displacement = (
             poses.position[self.index, body] - before.position[body] + (rotation - before.rotation[body]) @ arm
         )
@@ -402,21 +170,6 @@ class SuspensionCase(ComparedCase):
         return np.where(
             np.abs(displacement) > MOTION.mean_wind_rounding * before.longest, displacement, 0.0
         ), uncertainty
-
-    def force_displacement(self, name, axis):
-        """Displacement of a body or free point along x, y or z (0, 1, 2) by the forces of the load case [m].
-
-        Returned with its estimated relative error. Raises as `group`, and where the load case has no forces.
-        """
-        if not self.scene.load_case.forces:
-            raise NoSolutionError(
-                f"{name}.force_displacement needs the key cases.*.forces, which this case does not have"
-            )
-        of_all = self.group.force_displacement(self.index)
-        displacement, by_rounding, by_drag = (array[self.body(name), axis] for array in of_all)
-        if abs(displacement) <= by_rounding:
-            return 0.0, self.statics_error(None)
-        return displacement, max(self.statics_error(None), (by_rounding + by_drag) / abs(displacement))
 
     @property
     def size(self):

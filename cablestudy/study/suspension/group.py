@@ -17,6 +17,7 @@ from cablestudy.statics.rigid import to_angles
 from cablestudy.study.cable_columns import utilisation_of
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.suspension.conductors import conductors_of
+from cablestudy.study.suspension.equilibrium_errors import EquilibriumErrors
 from cablestudy.study.suspension.following_drag import Poses, poses_in_following_drag
 from cablestudy.study.suspension.load_cases import (
     cables_left,
@@ -28,7 +29,7 @@ from cablestudy.study.suspension.load_cases import (
 )
 from cablestudy.study.suspension.numbers import CableValues, distribution_of, loads_of
 from cablestudy.study.tolerances import STUDY
-from cablestudy.study.uneven_drag import bounded_errors, errors_of_modes, relative_change
+from cablestudy.study.uneven_drag import bounded_errors, relative_change
 from cablestudy.wind.mean import equilibrium_in_wind
 
 # zero but for rounding where the load is along the chord
@@ -183,6 +184,7 @@ class Group:
         Why each case has no reference state; empty where it has one.
     cables : CableResults
         Statics of the cables that the load cases leave.
+    errors : EquilibriumErrors
     cable_indices, body_indices : dict
         Name -> index among those cables, and among bodies and free points.
     linear_models, modes_in_wind : list of dict
@@ -213,7 +215,10 @@ class Group:
         unstretched = self.reference.lengths if self._of_case is None else self._of_case.lengths
         present = cables_left(self.reference, self._scenes[0])
         lengths_of_case = unstretched[:, present]
-        self.cables = CableResults(self._scenes, self.equilibrium, lengths_of_case, lambda: self._drag_change.cables)
+        drag, conductors = self._loaded and self._loaded.drag, self._conductors
+        states = self.reference, self.equilibrium
+        self.errors = errors = EquilibriumErrors(*states, drag, lambda: self.in_mean_wind, conductors)
+        self.cables = CableResults(self._scenes, states[1], lengths_of_case, lambda: errors.drag_change.cables)
         self.cable_indices = {name: index for index, name in enumerate(self._scenes[0].cables)}
         self.body_indices = {name: index for index, name in enumerate(self.reference.suspension.body_names)}
 
@@ -275,7 +280,7 @@ class Group:
                 raise failure
         unforced = self._unforced.equilibrium
         uncertainty = self.equilibrium.uncertainty.place[index] + unforced.uncertainty.place[index]
-        change = self._drag_change.displacement[index] - self._drag_change_unforced.displacement[index]
+        change = self.errors.drag_change.displacement[index] - self._drag_change_unforced.displacement[index]
         by_drag = bounded_errors(STUDY.second_order * np.abs(change[:, :3]))
         return self.equilibrium.position[index] - unforced.position[index], uncertainty[:, :3], by_drag
 
@@ -301,54 +306,9 @@ class Group:
         return self._mean_drag and self._mean_drag.take(index)
 
     @cached_property
-    def _drag_change(self):
-        """`drag_change` of the steady wind of load cases."""
-        return drag_change(self.equilibrium, self._loaded and self._loaded.drag)
-
-    @cached_property
     def _drag_change_unforced(self):
         """`drag_change` of the load cases without their forces."""
         return drag_change(self._unforced.equilibrium, self._unforced.drag)
-
-    @cached_property
-    def _drag_change_in_wind(self):
-        """`drag_change` of the equilibrium about which a suspension moves in the wind."""
-        equilibrium, drag = self.in_mean_wind
-        return self._drag_change if equilibrium is self.equilibrium else drag_change(equilibrium, drag)
-
-    def drag_error(self, index, in_wind=False):
-        """Estimated relative error of a case by drag that is taken as uniform along each cable. [-]
-
-        The error by conductors whose stress-strain relation is taken as linear along each cable is added. With
-        `in_wind` about the equilibrium in the mean wind, else about that in the steady wind of its load case.
-        """
-        change = self._drag_change_in_wind if in_wind else self._drag_change
-        return float(change.error[index]) + self._stretch_error(index)
-
-    def stiffness_error(self, index):
-        """Relative error of the energy of static displacements of a case, by rounding, conductors and drag. [-]"""
-        rounding = max(STUDY.rounding, self._rounding_errors[index])
-        return rounding + self._stretch_error(index) + float(self._drag_change.stiffness_error[index])
-
-    def link_uncertainty(self, index):
-        """Errors of the forces of links by rounding and by drag as of `drag_error`, shape (l,). [N]"""
-        by_drag = STUDY.second_order * self._drag_change.links[index]
-        return self.equilibrium.uncertainty.force[index] + by_drag
-
-    def mode_error(self, index):
-        """Relative error of the frequencies of a case by drag, see `drag_error`. [-]"""
-        change, stretch = self._drag_change, self._stretch_error(index)
-        of_modes = errors_of_modes(change.error[index], change.form_error[index], change.stiffness_error[index])
-        return float(of_modes) + stretch
-
-    def _stretch_error(self, index):
-        """Relative error of a case by conductors taken as linear along each cable. [-]"""
-        return 0.0 if self._conductors is None else float(self._stretch_errors[index])
-
-    @cached_property
-    def _stretch_errors(self):
-        """Relative errors by conductors taken as linear along each cable, shape (n,). [-]"""
-        return self._conductors.uneven_errors(self.equilibrium)
 
     @cached_property
     def poses_in_mean_wind(self):
@@ -356,17 +316,17 @@ class Group:
 
         Where no mean wind acts, they are those of `equilibrium`.
         """
-        (equilibrium, drag), uncertainty = self.in_mean_wind, self._drag_change_in_wind.uncertainty
+        (equilibrium, drag), uncertainty = self.in_mean_wind, self.errors.drag_change_in_wind.uncertainty
         if equilibrium is self.equilibrium:
             not_followed = np.zeros(len(uncertainty), dtype=bool)
             return Poses(equilibrium.position, equilibrium.rotation, uncertainty, not_followed)
         return poses_in_following_drag(self.equilibrium, equilibrium, drag, uncertainty)
 
-    def mean_wind_uncertainty(self, index):
-        """Errors of movements by the mean wind [m], [rad], by drag and by rounding, shape (b, 6)."""
-        states = self.without_wind, self.in_mean_wind[0]
-        by_rounding = sum(state.uncertainty.place[index] for state in states)
-        return self.poses_in_mean_wind.uncertainty[index] + by_rounding
+    @cached_property
+    def mean_wind_uncertainty(self):
+        """Errors of movements by the mean wind [m], [rad], by drag and by rounding, shape (n, b, 6)."""
+        by_rounding = self.without_wind.uncertainty.place + self.in_mean_wind[0].uncertainty.place
+        return self.poses_in_mean_wind.uncertainty + by_rounding
 
     def error_by_drag(self, index, cable, column, number):
         """Relative error of a number of a cable by drag that is taken as uniform, of a `Column` that states its own.
@@ -378,35 +338,6 @@ class Group:
         quantity = column.name.rpartition(".")[2]
         change = self.cables.column(f"{quantity} by drag", column.by_drag)[index, cable]
         return float(relative_change(change, number))
-
-    @cached_property
-    def statics_errors(self):
-        """Estimated relative errors of all cases by rounding, by the search, and by drag: list of float. [-]"""
-        return [
-            max(STUDY.rounding, by_rounding, self.drag_error(index))
-            for index, by_rounding in enumerate(self._rounding_errors)
-        ]
-
-    @cached_property
-    def reference_errors(self):
-        """`statics_errors` of what the reference state determines, in which no steady wind blows: list of float. [-]"""
-        stretch = np.zeros(len(self._scenes)) if self._conductors is None else self._stretch_errors
-        return [max(STUDY.rounding, *both) for both in zip(self._rounding_errors, stretch.tolist(), strict=True)]
-
-    @cached_property
-    def _rounding_errors(self):
-        """Estimated relative errors of tensions, positions and attitudes by rounding and the search: list of float."""
-        errors = [self.reference.record.correction] if None in self.reference.suspension.stated else []
-        for state in {id(state): state for state in (self.reference, self.equilibrium)}.values():
-            uncertainty = state.uncertainty
-            errors.append(uncertainty.tension.max(axis=-1, initial=0.0))
-            errors.append(uncertainty.relative.max(axis=(-1, -2), initial=0.0))
-        return np.max(errors, axis=0).tolist()
-
-    @cached_property
-    def _rounding_movement(self):
-        """Estimated errors of positions [m] and attitudes [rad] of bodies and points by rounding, shape (n, b, 6)."""
-        return np.maximum(self.reference.uncertainty.place, self.equilibrium.uncertainty.place)
 
     def coordinates(self, body, axis):
         """A coordinate of a body or free point in all cases, 0 where it is rounding, and its estimated relative error.
@@ -429,8 +360,8 @@ class Group:
 
     def _coordinate(self, body, axis):
         """A coordinate in all cases and its estimated relative error, as of `coordinates`."""
-        rotation, by_drag_change = self.equilibrium.rotation[:, body], self._drag_change.uncertainty[:, body]
-        by_rounding = self._rounding_movement[:, body, axis]
+        rotation, by_drag_change = self.equilibrium.rotation[:, body], self.errors.drag_change.uncertainty[:, body]
+        by_rounding = self.errors.rounding_movement[:, body, axis]
         if axis < 3:
             value, by_drag = self.equilibrium.position[:, body, axis], by_drag_change[:, axis]
             least = STUDY.rounding * self.equilibrium.longest
@@ -440,7 +371,7 @@ class Group:
             by_drag = by_drag_change[:, 3:].sum(axis=-1) / cos_pitch
         zero = np.abs(value) <= np.maximum(by_rounding, least)
         error = (by_rounding + by_drag) / np.where(zero, 1.0, np.abs(value))
-        error = np.where(zero, np.maximum(self._rounding_errors, self._drag_change.error), error)
+        error = np.where(zero, np.maximum(self.errors.rounding, self.errors.drag_change.error), error)
         return list(zip(np.where(zero, 0.0, value).tolist(), np.maximum(STUDY.rounding, error).tolist(), strict=True))
 
     @cached_property

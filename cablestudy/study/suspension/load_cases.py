@@ -11,7 +11,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from cablestudy.cable.steady_drag import Profile, SteadyDrag
-from cablestudy.cable.vectors import size
+from cablestudy.cable.vectors import size, times
 from cablestudy.motion.airflow import drag_areas_of_bodies
 from cablestudy.statics import stated, tangent
 from cablestudy.statics.equilibria import pose
@@ -151,24 +151,29 @@ def drag_change(equilibrium, drag):
     calm = np.nonzero(windy.any(axis=1)[:, None] & ~windy)
     if len(calm[0]):
         assign_rows(cables, calm, DragErrors.none(equilibrium.catenary.take(calm)))
+    rows = np.unique(case)
+    displacement[rows], ends = _movement_of_bodies(equilibrium, rows, cables.end_forces[rows])
+    ends, ends_of_links = ends[:, : shape[1]], ends[:, shape[1] :]
+    stiffness_of_links = equilibrium.end_stiffness[rows, shape[1] :]
+    links[rows] = size(times(stiffness_of_links, ends_of_links[:, :, 1] - ends_of_links[:, :, 0]))
+    of_rows = np.repeat(rows, shape[1]), np.tile(np.arange(shape[1]), len(rows))  # all cables of these cases
+    held, catenary = cables.take(of_rows), equilibrium.catenary.take(of_rows)
+    moved_ends = ends.reshape(-1, 2, 3), equilibrium.end_stiffness[of_rows], equilibrium.end_forces[of_rows]
+    moved = held.with_moved_ends(*moved_ends)
+    assign_rows(cables, of_rows, moved)
     form_error, stiffness_error = np.zeros((2, shape[0]))
-    for row in np.unique(case).tolist():
-        displacement[row], ends = _movement_of_bodies(equilibrium, row, cables.end_forces[row])
-        ends, of_links = ends[: shape[1]], ends[shape[1] :]
-        stiffness_of_links = equilibrium.end_stiffness[row, shape[1] :]
-        links[row] = size((stiffness_of_links @ (of_links[:, 1] - of_links[:, 0])[..., None])[..., 0])
-        of_cables = row, equilibrium.suspension.of_cables
-        moved = ends, equilibrium.end_stiffness[of_cables], equilibrium.end_forces[of_cables]
-        assign_rows(cables, row, cables.take(row).with_moved_ends(*moved))
-        form_error[row] = cables.take(row).form_error(equilibrium.catenary.take(row)).max()
-        change = stiffness_change(equilibrium, row, displacement[row], cables.take(row))
-        stiffness_error[row] = STUDY.second_order * change
+    form_error[rows] = moved.form_error(catenary).reshape(len(rows), -1).max(axis=-1)
+    changes = (
+        array.reshape(ends.shape[:2] + array.shape[1:])
+        for array in (moved.stiffness_change(catenary), moved.end_forces)
+    )
+    stiffness_error[rows] = STUDY.second_order * stiffness_change(equilibrium, rows, displacement[rows], *changes)
     stiffness_error = bounded_errors(stiffness_error)
     return DragChange(cables.error.max(axis=-1), displacement, form_error, stiffness_error, links, cables)
 
 
-def stiffness_change(equilibrium, row, displacement, cables):
-    """Largest relative change of the stiffness of one suspension if drag is not taken as uniform along each cable. [-]
+def stiffness_change(equilibrium, rows, displacement, of_cables, end_forces):
+    """Largest relative change of the stiffness of suspensions if drag is not taken as uniform along each cable.
 
     It is the largest |u^T dK u| / u^T K u of all static displacements u, with the tangent stiffness K in uniform drag.
     Its change dK has, to first order, the cables' stiffness and forces and the attitudes of the bodies in the actual
@@ -179,34 +184,35 @@ def stiffness_change(equilibrium, row, displacement, cables):
     ----------
     equilibrium : Equilibrium
         Of several cases, in uniform drag.
-    row : int
-        Index of the case.
-    displacement : ndarray, shape (b, 6)
+    rows : ndarray of int, shape (n,)
+        Indices of n of them.
+    displacement : ndarray, shape (n, b, 6)
         Change of the positions [m] and attitudes [rad] of the b bodies and points by the actual drag.
-    cables : DragErrors
-        Changes of the c cables by the actual drag, with those by the movement of their ends.
+    of_cables : ndarray, shape (n, c, 3, 3)
+        Change of the stiffness of end 2 of each cable by the actual drag, global axes. [N/m]
+    end_forces : ndarray, shape (n, c, 2, 3)
+        Change of the forces of each cable on what holds its ends. [N]
 
     Returns
     -------
-    float
+    ndarray, shape (n,)
+        [-]
     """
-    suspension, of_cables = equilibrium.suspension.take(row), equilibrium.suspension.of_cables
-    change = cables.stiffness_change(equilibrium.catenary.take(row))
-    count = int(suspension.free.sum())
-    if not 0 < count <= STUDY.dense_stiffness:
-        return largest_ratio(change, equilibrium.end_stiffness[row][of_cables]).max()
-    stiffness, forces = (np.array(array[row]) for array in (equilibrium.end_stiffness, equilibrium.end_forces))
-    stiffness[of_cables] += change
-    forces[of_cables] += cables.end_forces
-    rotation = equilibrium.rotation[row]
-    rotation = rotation + turn(displacement[:, 3:]) @ rotation
+    suspension, stiffness = equilibrium.suspension.take(rows), np.array(equilibrium.end_stiffness[rows])
+    cables = suspension.of_cables
+    if not 0 < suspension.free.sum() <= STUDY.dense_stiffness:
+        return largest_ratio(of_cables, stiffness[:, cables]).max(axis=-1)
+    forces, rotation = np.array(equilibrium.end_forces[rows]), equilibrium.rotation[rows]
+    stiffness[:, cables] += of_cables
+    forces[:, cables] += end_forces
+    rotation = rotation + turn(displacement[..., 3:]) @ rotation
     blocks = tangent.stiffness_blocks(suspension, rotation, suspension.arms(rotation), forces, stiffness)
-    before = tangent.dense(equilibrium.blocks.of(row), suspension)
+    before = tangent.dense(equilibrium.blocks.of(rows), suspension)
     return largest_ratio(tangent.dense(blocks, suspension) - before, before)
 
 
-def _movement_of_bodies(equilibrium, row, forces):
-    """Compute the movement of the bodies of one case, and of all ends, by changed forces of its cables.
+def _movement_of_bodies(equilibrium, rows, forces):
+    """Compute the movements of the bodies of some cases, and of all ends, by changed forces of the cables.
 
     The bodies move by u = K^-1 f, with the tangent stiffness K and the changes f of the forces on them.
 
@@ -214,29 +220,28 @@ def _movement_of_bodies(equilibrium, row, forces):
     ----------
     equilibrium : Equilibrium
         Of several cases.
-    row : int
-        Index of the case.
-    forces : ndarray, shape (c, 2, 3)
+    rows : ndarray of int, shape (n,)
+        Indices of n of them.
+    forces : ndarray, shape (n, c, 2, 3)
         Changes of the forces of the cables on what holds their ends. [N]
 
     Returns
     -------
-    movement : ndarray, shape (b, 6)
-        Displacements [m] and rotations [rad].
-    ends : ndarray, shape (c + l, 2, 3)
+    movement : ndarray, shape (n, b, 6)
+        Displacements [m] and rotations [rad]; zero where nothing holds a body, and there is no answer.
+    ends : ndarray, shape (n, c + l, 2, 3)
         Displacements of the ends of cables and links. [m]
     """
-    suspension, arms = equilibrium.suspension.take(row), equilibrium.arms[row]
-    owner = suspension.owner  # body that holds each end, shape (c + l, 2)
-    cables, movement = np.arange(len(forces)), np.zeros((len(suspension.body_names), 6))
-    factors = None
-    if suspension.free.any():
-        factors = tangent.factorised(tangent.sparse(equilibrium.blocks.of(row), suspension))
-    if factors is None:  # nothing moves, or the equilibrium is not stable and no answer
+    suspension, arms = equilibrium.suspension.take(rows), equilibrium.arms[rows]
+    movement = np.zeros((len(rows), len(suspension.body_names), 6))
+    if not suspension.free.any():
         return movement, np.zeros(arms.shape)
-    wrenches = tangent.wrenches(arms[suspension.of_cables], forces)[None]
-    movement[suspension.free] = factors.solve(tangent.by_body(suspension, cables, wrenches)[0].sum(axis=0))
-    end_movements = movement[owner, :3] + np.cross(movement[owner, 3:], arms)
+    wrenches, cables = tangent.wrenches(arms[:, suspension.of_cables], forces), np.arange(forces.shape[1])
+    on_bodies = tangent.by_body(suspension, cables, wrenches).sum(axis=1)
+    moved = tangent.displacements(equilibrium.blocks.of(rows), suspension, on_bodies[..., None])[..., 0]
+    movement[:, suspension.free] = np.where(np.isfinite(moved), moved, 0.0)
+    owner = suspension.owner  # body that holds each end, shape (c + l, 2)
+    end_movements = movement[:, owner, :3] + np.cross(movement[:, owner, 3:], arms)
     return movement, np.where((owner == tangent.GROUND)[..., None], 0.0, end_movements)
 
 

@@ -71,7 +71,7 @@ def warnings_of(case):
     chord = np.asarray(reference.catenary.span.chord)[index]
     names, stated = reference.suspension.cable_names, reference.suspension.stated
     notes_on_length = long_cables(names, np.asarray(reference.lengths)[index].tolist(), chord.tolist(), stated)
-    averaged = averaged_wind(case.scene.load_case, case.group.drag_error(case.index))
+    averaged = averaged_wind(case.scene.load_case, case.group.errors.drag[case.index])
     notes_on_state = *notes_on_lost_cables(case), *moved_note(case), *reference_without_loads(case.scene)
     return (*strength_warning(case), *averaged, *notes_on_state, *notes_on_length)
 
@@ -143,7 +143,7 @@ def _of_load_case(case):
     scene = case.scene
     if scene.case is None:
         return
-    error = case.group.drag_error(case.index)
+    error = case.group.errors.drag[case.index]
     drag = f"; drag is uniform along each cable: estimated error {error:.1e}" if error else ""
     yield f"load case {scene.case}: on the unstretched lengths of the reference state{drag}"
 

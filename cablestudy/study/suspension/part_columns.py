@@ -218,7 +218,7 @@ def _mode_along(name, axis):
 
         `mixed` numbers are those of the shape of the mode, which that drag mixes with others.
         """
-        (number, error), by_drag = number_and_error, case.group.mode_error(case.index)
+        (number, error), by_drag = number_and_error, case.group.errors.modes[case.index]
         if mixed and by_drag:
             by_drag += case.mode_along(name, axis_index).error_by_mixing(by_drag)
         return number, error + by_drag

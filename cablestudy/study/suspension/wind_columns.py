@@ -150,7 +150,7 @@ def tension_at_peak(case, name, sign):
 
     The largest one of both ends with a `sign` of 1, the least one with -1.
     """
-    tensions, by_statics = [], case.statics_error(None) + case.group.drag_error(case.index, in_wind=True)
+    tensions, by_statics = [], case.statics_error(None) + case.group.errors.drag_in_wind[case.index]
     for mean, end in zip(case.analysis.mean_tensions(name), ENDS, strict=True):
         change, error = peaks.peak(case.analysis, [f"{name}.{end}"], crossings=MOTION.crossings)
         tension = mean + sign * change

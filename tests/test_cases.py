@@ -1,17 +1,18 @@
-"""Cases as tables: the same scenes, and the same refusals, as each case read as a document."""
+"""Cases as tables: the scenes and the refusals of each case read as a document; a case computes what is asked for."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
 from campaign import campaign
-from command import CONFIGS
+from command import CONFIGS, SLACK, write
+from scenes import CHORD, LENGTH, scene
 
-from cablestudy.errors import SceneError
+from cablestudy.errors import NoSolutionError, SceneError
 from cablestudy.scene.scene import load_scene
 from cablestudy.scene.study import read_study
 from cablestudy.study.columns import find
+from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.results import Results
 from cablestudy.study.scene_values import SceneValues, tables_of
 from cablestudy.study.study_rows import evaluate_tables
@@ -35,11 +36,11 @@ GRID = (
 
 @pytest.fixture(autouse=True)
 def scene_file(folder):
-    (folder / "scene.yaml").write_text(SCENE, encoding="utf-8")
+    write(folder / "scene.yaml", SCENE)
 
 
 def study_of(more):
-    Path("study.yaml").write_text("base: scene.yaml\ncolumns: [sag]\n" + more, encoding="utf-8")
+    write("study.yaml", "base: scene.yaml\ncolumns: [sag]\n" + more)
     return read_study("study.yaml")
 
 
@@ -52,6 +53,15 @@ def one_by_one(study):
         except SceneError as error:
             found[case] = str(error)
     return found
+
+
+def in_tables(study):
+    """Tables of all cases, and scene, or messages of the refusal, of each."""
+    tables, refused = tables_of(study, range(study.count))
+    found = {case: str(error) for case, error in refused.items()}
+    for table in tables:
+        found |= {int(case): table.scene_of(index) for index, case in enumerate(table.cases)}
+    return tables, found
 
 
 # what varies, and how many tables the cases make
@@ -95,12 +105,8 @@ STUDIES = {
 def test_tables_hold_what_the_documents_say(what):
     text, count = STUDIES[what]
     study = study_of(text)
-    expected = one_by_one(study)
-    tables, refused = tables_of(study, range(study.count))
-    found = {case: str(error) for case, error in refused.items()}
-    for table in tables:
-        found |= {int(case): table.scene_of(place) for place, case in enumerate(table.cases)}
-    assert found == expected
+    tables, found = in_tables(study)
+    assert found == one_by_one(study)
     assert len(tables) == count
 
 
@@ -152,16 +158,13 @@ def test_any_number_of_a_scene_may_vary(name):
     for path, value in numbers_in(load_scene(CONFIGS / name)[1].model_dump()):
         values = [value * factor for factor in (1, 1.001, 0.999, -1)] if value else [0.0, 1e-3, -1e-3]
         text = {"base": str(CONFIGS / name), "vary": [{".".join(path): values}], "columns": ["max_tension"]}
-        Path("study.yaml").write_text(json.dumps(text), encoding="utf-8")
+        write("study.yaml", json.dumps(text))
         try:
             study = read_study("study.yaml")
         except SceneError:  # no key of a file, such as what a material implies
             continue
         varied += 1
-        tables, refused = tables_of(study, range(study.count))
-        found = {case: str(error) for case, error in refused.items()}
-        for table in tables:
-            found |= {int(case): table.scene_of(index) for index, case in enumerate(table.cases)}
+        tables, found = in_tables(study)
         assert contents(found) == contents(one_by_one(study)), path
         if "suspensions" not in name:
             alone = {}
@@ -177,9 +180,9 @@ def test_cases_unlike_others_are_solved_together(monkeypatch):
     batches = []
 
     class Counted(Results):
-        def __init__(self, values, *arguments):
+        def __init__(self, values):
             batches.append(len(values))
-            super().__init__(values, *arguments)
+            super().__init__(values)
 
     monkeypatch.setattr("cablestudy.study.one_cable.rows.Results", Counted)
     monkeypatch.setattr("cablestudy.study.one_cable.closed_form.Results", Counted)
@@ -207,3 +210,40 @@ def test_a_wrong_case_leaves_the_others_in_one_table():
     assert table.scene.gravity.tolist() == [5, 4, 3, 2, 1, 0]
     assert sorted(refused) == [6, 7, 8, 9, 10]
     assert str(refused[6]).endswith("gravity: must not be negative, got -1")
+
+
+# ------------------------------------------------------------------------------------------------------------- one case
+
+
+def test_the_span_of_a_scene():
+    span = CableCase(scene()).span
+    assert (span.chord, float(span.cosine), float(span.sine)) == (CHORD, 1.0, 0.0)
+    assert span.unstretched_length == pytest.approx(LENGTH, rel=1e-15)
+    upright = CableCase(scene("cable.chord=10", "cable.inclination=-90 deg", "cable.preload=1 kN")).span
+    assert (float(upright.cosine), float(upright.sine)) == (0.0, -1.0)
+    turned = CableCase(scene("cable.ends=[[1, 2, 3], [1, 102, 3]]", "cable.preload=1 kN")).span
+    assert turned.level == pytest.approx([0, 1, 0])
+    assert turned.chord == 100
+
+
+@pytest.mark.parametrize(("wanted", "column"), [("cable.preload=500 N", "mean_tension"), ("cable.sag=2 m", "sag")])
+@pytest.mark.parametrize("model", ["model=null", "model.elements=40"])
+def test_a_wanted_tension_or_sag_is_had(wanted, column, model):
+    number = float(wanted.partition("=")[2].split()[0])
+    found = getattr(CableCase(scene(wanted, model)).statics, column)
+    # solved for the continuous cable; 40 bars are 1e-4 beside it
+    assert found == pytest.approx(number, rel=1e-10 if model == "model=null" else 2e-4)
+
+
+def test_loads_beyond_the_end_are_refused_once_the_length_is_known():
+    load = "cable.loads=[{at: 185 m, force: [0, 0, -1]}]"
+    with pytest.raises(NoSolutionError, match="ends before its last load, at 185 m"):
+        _ = CableCase(scene("cable.preload=10 kN", load, "cable.reference.loads=true")).span
+    with pytest.raises(NoSolutionError, match="the load at 185 m is beyond the cable's end, at 176"):
+        _ = CableCase(scene("cable.preload=10 kN", load)).span
+
+
+def test_a_hundred_thousand_bars_are_static_in_a_moment():
+    fine, exact = CableCase(scene("model.elements=100000", base=SLACK)), CableCase(scene(base=SLACK))
+    assert fine.statics.mean_tension == pytest.approx(exact.statics.mean_tension, rel=1e-9)
+    assert fine.statics.sag == pytest.approx(exact.statics.sag, rel=1e-9)

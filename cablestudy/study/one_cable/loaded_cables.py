@@ -1,0 +1,107 @@
+"""Cables of scenes of one cable, from the reference state, where their lengths follow, to their load cases."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cablestudy.cable.catenary import solve
+from cablestudy.cable.span import Span
+from cablestudy.cable.steady_drag import SteadyDrag
+from cablestudy.study import load_cases
+from cablestudy.study.load_cases import pushed_ends
+from cablestudy.study.one_cable.reference_length import chord_strain
+from cablestudy.study.tolerances import STUDY
+
+UNPUSHED = "the force of the load case on end 2 leads to no equilibrium"
+
+
+@dataclass(frozen=True)
+class LoadedCables:
+    """n cables under the loads of their load cases.
+
+    Attributes
+    ----------
+    span : Span
+        Fields of shape (n,); a taut one in place of a cable that does not exist.
+    drag : SteadyDrag
+        Of the steady wind on them, shape (n,); zero without wind.
+    reference_length : ndarray, shape (n,)
+        Unstretched lengths in the reference state, without the load case. [m]
+    shift, shift_error : ndarray, shape (n,)
+        Displacement of end 2 along x by the force of the load case on it [m], and its relative error [-].
+    reasons : dict
+        Index of a cable -> why it does not exist.
+    without_push : callable or None
+        Function without arguments -> `Span` and `SteadyDrag` without these displacements; None where no case has a
+        force on end 2.
+    """
+
+    span: Span
+    drag: SteadyDrag
+    reference_length: np.ndarray
+    shift: np.ndarray
+    shift_error: np.ndarray
+    reasons: dict
+    without_push: Callable | None = None
+
+
+def loaded_cables(values, equivalent=None, lengths_known=False):
+    """Find the unstretched lengths of n cables by what their scenes state, and load the cables: `LoadedCables`.
+
+    Parameters
+    ----------
+    values : SceneValues or CaseTable
+        Values of the n scenes.
+    equivalent : EquivalentCables, optional
+        Linear cables in place of conductors with permanent elongation.
+    lengths_known : bool
+        True if all n cables are among them, so that no length need be searched for.
+    """
+    span, changed = load_cases.bare_spans(values), None
+    strain, reasons = (np.zeros(len(values)), {}) if lengths_known else chord_strain(span, values)
+    if equivalent is not None:
+        span, changed = equivalent.replace_in(span, values, strain, reasons)
+    for case in np.flatnonzero(load_cases.shrunk(values)).tolist():
+        reasons[case] = "at the temperature of the case next to nothing is left of the cable's length"
+    length = span.with_chord_strain(strain).unstretched_length
+
+    def loaded_with(shift, drag=None):
+        """Cables with end 2 displaced along x [m], with the mean pressures of a drag, and their drag."""
+        spans, drag = load_cases.loaded_spans(span, values, strain, shift, changed, drag)
+        return _with_loads_on_cable(spans, reasons), drag
+
+    def loaded_at(shift):
+        """Cables with end 2 displaced along x [m], and their drag, by the mean pressure where they hang."""
+        spans, drag = loaded_with(shift)
+        for _ in range(0 if drag.profile is None else STUDY.pressure_passes):
+            pressure = drag.profile.mean_pressure(solve(spans), drag.end_1)
+            changing = np.abs(pressure - drag.mean) > STUDY.pressure_change * np.abs(drag.mean)
+            if not changing.any():
+                break
+            spans, drag = loaded_with(shift, replace(drag, mean=np.where(changing, pressure, drag.mean)))
+        return spans, drag
+
+    if not values.push.any():
+        return LoadedCables(*loaded_at(None), length, *np.zeros((2, len(values))), reasons)
+    push = pushed_ends(lambda shift: loaded_at(shift)[0], values.push)
+    loaded = loaded_at(push.shift)
+    for case in np.flatnonzero(~push.converged).tolist():
+        reasons.setdefault(case, f"{UNPUSHED} ({push.describe(case)})")
+    return LoadedCables(*loaded, length, push.shift, push.error, reasons, lambda: loaded_at(None))
+
+
+def _with_loads_on_cable(span, reasons):
+    """Spans whose loads are all on the cable; adds to the reasons the cables that end before a load.
+
+    In cables that do not exist the loads are moved onto the taut cable in their place.
+    """
+    if not span.load_positions.shape[-1]:
+        return span
+    length, last_position = span.unstretched_length, span.load_positions[:, -1]
+    for case in np.flatnonzero(last_position >= length).tolist():
+        position, end = last_position[case], length[case]
+        reasons.setdefault(case, f"the load at {position:.6g} m is beyond the cable's end, at {end:.6g} m")
+    if not reasons:
+        return span
+    return replace(span, load_positions=np.sort(load_cases.placed_on_cable(span.load_positions, length)))

@@ -1,0 +1,96 @@
+"""Estimated errors of the equilibria of suspensions: by rounding, and by drag and conductors taken as uniform."""
+
+from functools import cached_property
+
+import numpy as np
+
+from cablestudy.study.suspension.load_cases import drag_change
+from cablestudy.study.tolerances import STUDY
+from cablestudy.study.uneven_drag import errors_of_modes
+
+
+class EquilibriumErrors:
+    """Estimated errors of n equilibria, and of what follows from them; relative ones unless a unit is given.
+
+    Parameters
+    ----------
+    reference, equilibrium : Equilibrium
+        In the reference state, from which the unstretched lengths follow, and in the load cases; shape (n,).
+    drag : Drag or None
+        Steady wind of the load cases.
+    in_wind : callable
+        Function without arguments -> `Equilibrium` about which the suspensions move, in the mean wind, and its `Drag`.
+    conductors : SuspendedConductors or None
+    """
+
+    def __init__(self, reference, equilibrium, drag, in_wind, conductors):
+        self._reference, self._equilibrium, self._drag = reference, equilibrium, drag
+        self._in_wind, self._conductors = in_wind, conductors
+
+    @cached_property
+    def drag_change(self):
+        """`drag_change` of the steady wind of the load cases."""
+        return drag_change(self._equilibrium, self._drag)
+
+    @cached_property
+    def drag_change_in_wind(self):
+        """`drag_change` of the equilibrium about which the suspensions move in the wind."""
+        equilibrium, drag = self._in_wind()
+        return self.drag_change if equilibrium is self._equilibrium else drag_change(equilibrium, drag)
+
+    @cached_property
+    def drag(self):
+        """Errors of all results by drag and conductors taken as uniform along each cable, shape (n,). [-]"""
+        return self.drag_change.error + self._conductor
+
+    @cached_property
+    def drag_in_wind(self):
+        """`drag` of what moves about the equilibrium in the mean wind, shape (n,). [-]"""
+        return self.drag_change_in_wind.error + self._conductor
+
+    @cached_property
+    def modes(self):
+        """Errors of all frequencies by drag and conductors, shape (n,). [-]"""
+        change = self.drag_change
+        return errors_of_modes(change.error, change.form_error, change.stiffness_error) + self._conductor
+
+    @cached_property
+    def stiffness(self):
+        """Errors of the energy of static displacements by rounding, conductors and drag, shape (n,). [-]"""
+        return self.rounding + self._conductor + self.drag_change.stiffness_error
+
+    @cached_property
+    def links(self):
+        """Errors of the forces of links by rounding and drag, shape (n, l). [N]"""
+        return self._equilibrium.uncertainty.force + STUDY.second_order * self.drag_change.links
+
+    @cached_property
+    def statics(self):
+        """Errors of tensions, lengths and the like by rounding, by the search, and by drag, shape (n,). [-]"""
+        return np.maximum(self.rounding, self.drag)
+
+    @cached_property
+    def reference(self):
+        """`statics` of what the reference state determines, in which no steady wind blows, shape (n,). [-]"""
+        return np.maximum(self.rounding, self._conductor)
+
+    @cached_property
+    def rounding(self):
+        """Errors of tensions, positions and attitudes by rounding and the search, shape (n,). [-]"""
+        errors = [self._reference.record.correction] if None in self._reference.suspension.stated else []
+        for state in {id(state): state for state in (self._reference, self._equilibrium)}.values():
+            uncertainty = state.uncertainty
+            errors.append(uncertainty.tension.max(axis=-1, initial=0.0))
+            errors.append(uncertainty.relative.max(axis=(-1, -2), initial=0.0))
+        return np.maximum(STUDY.rounding, np.max(errors, axis=0))
+
+    @cached_property
+    def rounding_movement(self):
+        """Errors of positions [m] and attitudes [rad] of bodies and points by rounding, shape (n, b, 6)."""
+        return np.maximum(self._reference.uncertainty.place, self._equilibrium.uncertainty.place)
+
+    @cached_property
+    def _conductor(self):
+        """Errors by conductors that are taken as linear along each cable, shape (n,). [-]"""
+        none = np.zeros(len(self._equilibrium.lengths))
+        return none if self._conductors is None else self._conductors.uneven_errors(self._equilibrium)
