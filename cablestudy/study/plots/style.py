@@ -263,10 +263,9 @@ def log_ticks(axis, low, high, count=8, own=()):
 
 
 def own_ticks(values, most, apart):
-    """The ticks of a logarithmic axis that are its values, distinct and ascending, themselves; else none.
+    """Values, distinct and ascending, as ticks of a logarithmic axis where they are few and not too close; else none.
 
-    They are so if they are at most so many, and their neighbours' least ratio, as its logarithm of base 10, is as far
-    `apart`.
+    `most`: largest number of such ticks; `apart`: least ratio of neighbouring values, as its logarithm of base 10.
     """
     return values if 1 < len(values) <= most and np.diff(np.log10(values)).min() >= apart else []
 
