@@ -267,3 +267,10 @@ def pole_of_mass(element, mass, damping, omega):
         return complex(mass * s**2 + damping * s + own)
 
     return newton(balance, 1j * omega, x1=(0.001 + 1j) * omega, tol=1e-12 * omega, maxiter=100)
+
+
+def check_damping_ratio(case, rel):
+    """The gondola's damping ratio is that of the pole of a mass, damped by the air, on end 2 of the cable of a case."""
+    omega = 2 * np.pi * case.gondola_mode.frequency[0]
+    pole = pole_of_mass(along_x(case), case.scene.gondola.mass, case.gondola_air_damping, omega)
+    assert abs(-pole.real / abs(pole) / case.gondola_mode.damping_ratio[0] - 1) < rel

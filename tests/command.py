@@ -185,6 +185,11 @@ def write(path, text):
     return str(path)
 
 
+def written(text, name="scene.yaml"):
+    """A file in the working directory; its name."""
+    return write(name, text)
+
+
 def study_file(folder, text, base=CARLINA):
     """A study upon a scene of configs/, written to a folder; its name."""
     return write(Path(folder) / "study.yaml", f"base: {base}\n{text}")

@@ -141,6 +141,12 @@ class OneLoop:
         return self.with_gain(float(gain)).analysis.closed_loop_of(EVERY).loop.poles
 
 
+def moved_by_winch(cable, mass, location, s):
+    """Displacement of a gondola that the winch corrects over that of the winch, by the stiffness of the ends, (f,)."""
+    own, ground = cable.dynamic_stiffness(s, [3], [3, 0])[:, 0].T
+    return (own if location == "gondola" else -ground) / (mass * s**2 + own)
+
+
 def encirclements(loop, gain):
     """Number of unstable poles by the argument principle.
 

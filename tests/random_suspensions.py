@@ -9,10 +9,9 @@ import warnings
 import numpy as np
 from random_scenes import Cell, TooLong, limited
 from references.suspension_truth import Cable, Holder, Statics, Unknown, double, rotated
+from suspension_cases import case_of
 
 from cablestudy.errors import CablestudyError
-from cablestudy.scene.suspension import SuspensionScene
-from cablestudy.study.suspension.case import SuspensionCase
 
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")
 STATED = ("unstretched_length", "preload", "sag", "tension_to")
@@ -130,7 +129,7 @@ def _for_lengths(data, rng, force):
 def _stating(data, kinds, rng):
     """The same suspension, whose cables state what they have in its equilibrium; the search begins elsewhere."""
     try:
-        case = SuspensionCase(SuspensionScene.model_validate(data))
+        case = case_of(data)
         truth = truth_of(data, case.equilibrium)
         mean, _, to, _ = truth.tensions()
         cables = {name: dict(cable) for name, cable in data["cables"].items()}
@@ -231,15 +230,15 @@ def examine(seed, every=False, limit=60):
     accuracies = ACCURACIES if every else (float(rng.choice(ACCURACIES)),)
     cells, begin, spent = [], time.process_time(), 0.0
 
-    def cell(column, value, estimate, error, doubt, note="", size=0):
-        cells.append(Cell(seed, accuracies[0], column, True, value, estimate, error, doubt, note, size, spent))
+    def cell(column, value=None, estimate=None, error=None, doubt=0.0, note=""):
+        cells.append(Cell(seed, accuracies[0], column, True, value, estimate, error, doubt, note, 0, spent))
 
     try:
         with limited(limit), warnings.catch_warnings():
             warnings.simplefilter("error")
             data = scene_data(seed)
             begin = time.process_time()
-            case = SuspensionCase(SuspensionScene.model_validate(data))
+            case = case_of(data)
             found = case.equilibrium
             estimate = case.statics_error(None)
             spent = time.process_time() - begin
@@ -248,29 +247,22 @@ def examine(seed, every=False, limit=60):
                 cell(name, value, estimate, error, doubt)
             cells += [one for accuracy in accuracies for one in _modes(seed, data, truth, accuracy)]
     except (CablestudyError, Unknown) as why:
-        refused = isinstance(why, CablestudyError)
+        said = "refused" if isinstance(why, CablestudyError) else "no truth"
         spent = time.process_time() - begin
-        cell(
-            "place" if not cells else "frequency",
-            None,
-            None,
-            None,
-            0.0,
-            f"{'refused' if refused else 'no truth'}: {why}",
-        )
+        cell("frequency" if cells else "place", note=f"{said}: {why}")
     except TooLong as stop:
         files = [frame.filename for frame in traceback.extract_tb(stop.__traceback__)]
         place = "the truth" if any("references" in file for file in files) else "the program"
-        cell("place", None, None, None, 0.0, f"slow: {limit} s of CPU, the last of them in {place}")
+        cell("place", note=f"slow: {limit} s of CPU, the last of them in {place}")
     except Exception as failure:
         last = traceback.extract_tb(failure.__traceback__)[-1]
-        cell("place", None, None, None, 0.0, f"crash: {failure!r} at {last.filename.split('/')[-1]}:{last.lineno}")
+        cell("place", note=f"crash: {failure!r} at {last.filename.split('/')[-1]}:{last.lineno}")
     return cells
 
 
 def _modes(seed, data, truth, accuracy):
     """Cells of the lowest frequencies."""
-    case = SuspensionCase(SuspensionScene.model_validate({**data, "model": {"accuracy": accuracy}}))
+    case = case_of({**data, "model": {"accuracy": accuracy}})
     begin = time.process_time()
     modes = case.modes(MODES)
     spent = time.process_time() - begin

@@ -4,16 +4,16 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+import command
 import numpy as np
 import pytest
-from command import CARLINA
+from command import CARLINA, run
 from references import bars, continuous_cable
+from solved import solve
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.scene import load_scene
-from cablestudy.study.columns import find
 from cablestudy.study.one_cable.case import CableCase
-from cablestudy.study.one_cable.rows import evaluate
 from cablestudy.study.one_cable.ssm import choose
 from cablestudy.study.prepare import prepare
 from cablestudy.study.ssm import StateSpaceOptions
@@ -53,6 +53,14 @@ def scene_of(text, *sets):
     return load_scene("s.yaml", sets)[1]
 
 
+def replaced(text, *pairs):
+    """A text with the first place of each old part new; pairs (old, new)."""
+    for old, new in pairs:
+        assert old in text, old
+        text = text.replace(old, new, 1)
+    return text
+
+
 def mistakes_of(text, *sets):
     """Lines of all mistakes of such a scene."""
     with pytest.raises(SceneError) as caught:
@@ -63,10 +71,16 @@ def mistakes_of(text, *sets):
 
 def cells(scene, *names):
     """Values of columns, by the names given."""
-    columns = [find(name) for name in names]
-    row = evaluate(scene, columns)
-    assert row.cells["status"] == "ok", row.cells["status"]
-    return {name: row.cells[column.header] for name, column in zip(names, columns, strict=True)}
+    row = solve(scene, *names)
+    assert row.status == "ok", row.status
+    return row.values
+
+
+def tables_of_new(template, names, *options):
+    """Tables that `static` prints of a scene of `cablestudy new`: for each its rows by their names, list of dict."""
+    run("new", template, "--quiet")
+    tables = (command.table_of("static", f"{template}.yaml", "--table", name, *options) for name in names)
+    return [{row["name"]: row for row in rows} for rows in tables]
 
 
 @dataclass(frozen=True)

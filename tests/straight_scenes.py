@@ -1,11 +1,9 @@
-"""Suspensions on nearly massless cables as plain mappings: for `references.straight_suspension`, and as cases."""
+"""Suspensions on nearly massless cables as plain mappings, for `references.straight_suspension`."""
 
 from copy import deepcopy
 
 import numpy as np
-
-from cablestudy.scene.suspension import SuspensionScene
-from cablestudy.study.suspension.case import SuspensionCase
+from suspension_cases import case_of
 
 NOTCH = {"frequency": 1.1, "damping_ratio": 0.05, "rolloff_frequency": 10.0, "rolloff_damping_ratio": 1.0}
 WIND = {
@@ -23,11 +21,6 @@ def with_changes(text, **changes):
             place = place.setdefault(table, {})
         place[key] = deepcopy(value)
     return text
-
-
-def case_of(text):
-    """A `SuspensionCase`."""
-    return SuspensionCase(SuspensionScene.model_validate(deepcopy(text)))
 
 
 def closed_loop_of(text):

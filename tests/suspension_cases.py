@@ -4,6 +4,7 @@ from copy import deepcopy
 
 from command import CONFIGS
 
+from cablestudy.motion.gust_response import GustResponse
 from cablestudy.scene.scene import load_scene
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.columns import find
@@ -33,10 +34,15 @@ def case_of(text):
     return SuspensionCase(scene_from(text))
 
 
-def number(case, column):
+def value(case, column):
     """The number in a column of a case."""
     found = find(column).compute(case)
     return found[0] if isinstance(found, tuple) else found
+
+
+def variances_of(analysis, count):
+    """`Variances` of all outputs in the wind with so many modes."""
+    return GustResponse(analysis.closed_loop_of(count), analysis.scene).variances
 
 
 def row(scene, *names):

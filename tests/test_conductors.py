@@ -6,12 +6,11 @@ computation is two springs side by side that only pull, on a catenary, by scipy'
 """
 
 import itertools
-from pathlib import Path
 
 import numpy as np
 import pytest
 from campaign import campaign
-from command import CONFIGS, run, table_of
+from command import CONFIGS, run, table_of, written
 from scenes import mistakes_of, scene_of
 from scipy.optimize import brentq, fsolve
 from test_sag_tension import FOOT, POUND, TABLE_700, TABLE_1000, WEIGHT
@@ -342,9 +341,9 @@ def test_conductors_of_suspensions_are_those_of_one_cable():
     cases = {"one": ", storm: {temperature: 5 degC, wind: {speed: 30 m/s, direction: 90 deg}}}\n", "two": "}\n"}
     texts = {"one": "cables: {left: {from: [0, 0, 0], to: [300 m, 0, 0]}}\n", "two": TWO_SPANS.format(end=600)}
     for name, text in texts.items():
-        path, alone = Path("spans.yaml"), Path("alone.yaml")
-        path.write_text(f"cable: {{{shared}}}\n{text}{still}{cases[name]}")
-        alone.write_text(f"cable: {{ends: [[0, 0, 0], [300 m, 0, 0]], {shared}}}\n{still}{cases[name]}")
+        path = written(f"cable: {{{shared}}}\n{text}{still}{cases[name]}")
+        alone = f"cable: {{ends: [[0, 0, 0], [300 m, 0, 0]], {shared}}}\n{still}{cases[name]}"
+        alone = written(alone, "alone.yaml")
         for state in ("initial", "final")[name == "two" :]:
             given = "--case", "all", "--set", f"cable.state={state}"
             expected = {row["case"]: row for row in table_of("static", alone, *given)}
@@ -358,8 +357,7 @@ def test_conductors_of_suspensions_are_those_of_one_cable():
 
 def test_cases_of_a_suspension_together_are_as_each_alone(monkeypatch):
     """With no more searches than one of them needs: what creep and the heaviest load leave is computed once for all."""
-    path = Path("two.yaml")
-    path.write_text(
+    path = written(
         "cable: {material: acsr-drake, tension: {at: horizontal, value: 20 %}, state: final}\n"
         f"{TWO_SPANS.format(end=500)}"
         "cases:\n  hot: {temperature: 100 degC}\n  ice: {temperature: -5 degC, ice: {thickness: 25 mm}}\n"
@@ -393,8 +391,7 @@ def test_stiffness_is_that_of_the_final_moduli_of_the_parts_that_are_tight():
 
 
 def test_modes_and_elements_have_an_answer():
-    Path("line.yaml").write_text(line(700, 6294.17, {(212, WEIGHT): None}))
-    given = "line.yaml", "--case", "c0", "--set", "cable.state=final"
+    given = written(line(700, 6294.17, {(212, WEIGHT): None})), "--case", "c0", "--set", "cable.state=final"
     exact, fixed = (table_of("modes", *given, *more) for more in ((), ("--set", "model={elements: 8, order: 4}")))
     for one, other in zip(exact, fixed, strict=False):
         assert one["frequency_Hz"] == pytest.approx(other["frequency_Hz"], rel=1e-3)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from references import dense
 from scipy.linalg import eigh
-from straight_scenes import case_of, with_changes
+from straight_scenes import with_changes
+from suspension_cases import case_of
 
 from cablestudy.motion.gust_response import GustResponse
 from cablestudy.motion.tolerances import MOTION

@@ -3,12 +3,14 @@
 The law over frequency: `test_statespace`; encirclements by the loops of suspensions: `test_suspension_control_law`.
 """
 
+import re
+
 import control
 import numpy as np
 import pytest
 from cables import along_x
 from command import CARLINA, refused_in_one_line, run, table_of
-from one_loop import OneLoop, encirclements, spring_loop
+from one_loop import OneLoop, encirclements, moved_by_winch, spring_loop
 from scenes import cells, scene
 from test_stability import random_scene
 
@@ -110,18 +112,6 @@ def test_mistakes_are_one_line(sets, folder):
     refused_in_one_line(folder, MISTAKES[sets], "loop", CARLINA, *(part for one in sets for part in ("--set", one)))
 
 
-def test_a_delay_that_is_too_long_to_be_judged_is_refused():
-    done = run("loop", CARLINA, "--set", "winch.delay=30 s", code=3)
-    assert "stability with a delay of 30 s is not judged" in done.err
-
-
-def test_an_unstable_pid_loop_names_its_gains():
-    sets = "winch.bandwidth=20 Hz", "winch.controller.proportional_gain=0.5"
-    done = run("loop", CARLINA, *(part for text in sets for part in ("--set", text)), code=3)
-    assert "the loop is unstable at gains of 0.325 rad/s (integral), 0.5 (proportional)" in done.err
-    assert "stable below 0.4948 times these gains" in done.err
-
-
 class Finer:
     """The loop with a finer model of its cable, for the count of encirclements."""
 
@@ -131,10 +121,9 @@ class Finer:
         self.open_poles = system.eigen.poles
 
     def unit_gain(self, s):
-        own, ground = self.cable.dynamic_stiffness(s, [3], [3, 0])[:, 0].T
-        driven = own if self._loop.location == "gondola" else -ground
         passed = 1.0 if self.notch is None else self.notch(s)
-        return self._loop.closed_loop.untuned_loop.law(s) * passed * driven / (self._loop.mass * s**2 + own)
+        moved = moved_by_winch(self.cable, self._loop.mass, self._loop.location, s)
+        return self._loop.closed_loop.untuned_loop.law(s) * passed * moved
 
 
 # seed of a scene -> viscous damping per length [N s/m^2], proportional and derivative gain over the integral one [s],
@@ -149,7 +138,7 @@ LAWS = {
 
 @pytest.mark.parametrize("seed", LAWS)
 def test_no_verdict_contradicts_encirclements_with_a_finer_model(seed):
-    """Random cables; 31: damped axial waves, which were left out; 66: more poles of the delay than of modes."""
+    """Random cables; 31: damped axial waves, which were left out, and now are refused; 66: poles of the delay."""
     drawn, (viscous, *law) = random_scene(seed), LAWS[seed]
     damping = drawn.cable.damping.model_copy(update={"viscous": viscous})
     drawn = drawn.model_copy(update={"cable": drawn.cable.model_copy(update={"damping": damping})})
@@ -160,7 +149,8 @@ def test_no_verdict_contradicts_encirclements_with_a_finer_model(seed):
         gain = part * begin
         try:
             stable = with_law(drawn, gain, *law).stable
-        except NoSolutionError:  # refused: more modes than are resolved
+        except NoSolutionError as refused:  # more modes than are resolved, or more poles of the delay
+            assert re.search("which could drive about|is not judged", str(refused))  # noqa: PT017
             continue
         judged += 1
         assert stable == (encirclements(finer, gain) == 0), part

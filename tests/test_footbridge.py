@@ -3,19 +3,15 @@
 import math
 
 import pytest
-from command import run, table_of
-from scenes import G
+from command import table_of
+from scenes import G, tables_of_new
 
 pytestmark = pytest.mark.usefixtures("folder")
 HORIZONTAL, SPACING, BEAM, CLAMP = 35240.0, 6.0, 900.0, 5.0
 
 
 def tables(*options):
-    run("new", "footbridge", "--quiet")
-    found = (
-        table_of("static", "footbridge.yaml", "--table", name, *options) for name in ("bodies", "points", "cables")
-    )
-    return tuple({row["name"]: row for row in rows} for rows in found)
+    return tables_of_new("footbridge", ("bodies", "points", "cables"), *options)
 
 
 def test_the_horizontal_tension_times_the_sag_is_the_moment_of_the_dead_load():

@@ -8,8 +8,9 @@ from references import catenary_mp
 from scenes import cells, scene
 from scipy.optimize import brentq
 from solved import solve, solve_all
-from straight_scenes import case_of, one_axis, with_changes
-from test_suspension_wind import hung, value
+from straight_scenes import one_axis, with_changes
+from suspension_cases import case_of, value
+from test_suspension_wind import hung
 
 from cablestudy.cable.linear_range import linear_range
 from cablestudy.cable.span import Span

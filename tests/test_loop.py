@@ -10,6 +10,7 @@ import pytest
 import scipy.linalg
 from cables import along_x
 from command import CARLINA, ROOT, refused_in_one_line, rows_of, run, table_of
+from one_loop import moved_by_winch
 from references import loop_matrix
 from scenes import AREA, DENSITY, MODULUS, case_of, cells, scene
 
@@ -82,11 +83,9 @@ def bar_loop(case):
 def loop_gain(case, omega):
     """L over frequency [rad/s] by the stiffness of the cable at its ends."""
     loop, s = bar_loop(case), 1j * omega
-    own, ground = loop.cable.dynamic_stiffness(s, [3], [3, 0])[:, 0].T
-    moved = -(own if loop.location == "gondola" else ground) / (loop.mass * s**2 + own)
-    sign = -1 if loop.location == "gondola" else 1
+    moved = moved_by_winch(loop.cable, loop.mass, loop.location, s)
     filtered = loop_matrix.notch(s, *vars(loop.notch).values()) if loop.notch else 1.0
-    return sign * case.analysis.gain[0] * filtered / s * moved
+    return case.analysis.gain[0] * filtered / s * moved
 
 
 @pytest.mark.crossed
@@ -293,24 +292,27 @@ def test_mistakes_are_one_line(given, folder):
     refused_in_one_line(folder, MISTAKES[given], "loop", CARLINA, *given)
 
 
-@pytest.mark.parametrize("given", [(), ("--time", "10s")])
-def test_an_unstable_loop_says_why(given):
-    done = run("loop", CARLINA, "--set", "winch.controller.gain=80", *given, code=3)
-    assert "the loop is unstable at 80 rad/s" in done.err
-    assert "stable below" in done.err
-    if not given:
-        assert "gain margin" in done.out
+UNSTABLE, TO_ACCURACY = "winch.controller.gain=80", "model={accuracy: 1e-4}"  # refused before anything is refined
+PROPORTIONAL = "winch.bandwidth=20 Hz", "winch.controller.proportional_gain=0.5"
+
+
+@pytest.mark.parametrize(("sets", "given", "words"), [
+    *(([UNSTABLE], given, ["the loop is unstable at 80 rad/s", "stable below"]) for given in ((), ("--time", "10s"))),
+    *(([TO_ACCURACY], given, ["modal damping grows with the number of modes"])
+      for given in ((), ("--response", "0.1Hz:1Hz:3"), ("--time", "1 s:3"))),
+    (PROPORTIONAL, (), ["the loop is unstable at gains of 0.325 rad/s (integral), 0.5 (proportional)",
+                        "stable below 0.4948 times these gains"]),
+    (["winch.delay=30 s"], (), ["stability with a delay of 30 s is not judged"]),
+    (["winch.controller.gain=0"], ("--plot", "none.png"), ["the gain of the loop is zero"]),
+])  # fmt: skip
+def test_a_loop_without_an_answer_says_why(sets, given, words):
+    done = run("loop", CARLINA, *(part for one in sets for part in ("--set", one)), *given, code=3)
+    assert all(word in done.err for word in words)
+    assert "gain margin" in done.out or sets != [UNSTABLE] or given
 
 
 PID = ("winch.delay=5 ms", "winch.bandwidth=10 Hz", "winch.controller.proportional_gain=0.02",
        "winch.controller.derivative_gain=1 ms", "winch.controller.derivative_filter=5 Hz")  # fmt: skip
-
-
-@pytest.mark.parametrize("given", [(), ("--response", "0.1Hz:1Hz:3"), ("--time", "1 s:3")])
-def test_a_loop_that_no_model_is_made_for_says_why(given):
-    """Modal damping to an accuracy: refused before anything is refined."""
-    done = run("loop", CARLINA, "--set", "model={accuracy: 1e-4}", *given, code=3)
-    assert "modal damping grows with the number of modes" in done.err
 
 
 @pytest.mark.parametrize("sets", [(), ("winch.controller.gain=80",), ("winch.controller.gain={auto: 6 dB}",), PID])
@@ -329,11 +331,6 @@ def test_pictures_show_the_margins_within_the_figure(sets):
     limit, _ = case_of(*sets).analysis.largest_gain
     assert f"{limit:.4g} rad/s" in said
     assert ("unstable" in said) == ("80" in str(sets))
-
-
-def test_a_gain_of_zero_has_no_picture():
-    done = run("loop", CARLINA, "--set", "winch.controller.gain=0", "--plot", "none.png", code=3)
-    assert "the gain of the loop is zero" in done.err
 
 
 def test_the_example_for_python_control_agrees_with_the_loop(monkeypatch, capsys):

@@ -38,9 +38,8 @@ def mast(*sets):
 def without(*lost):
     """The mast on the cables that are left, whose lengths are those of the reference state."""
     lengths, _ = row(mast(), *(f"{name}.unstretched_length" for name in CABLES))
-    points = {"north": "north", "east": "east", "west": "west"}
     left = {
-        name: f"{{from: {points[name.partition('-')[0]]}, to: mast.{'top' if name.endswith('high') else 'middle'}, "
+        name: f"{{from: {name.partition('-')[0]}, to: mast.{'top' if name.endswith('high') else 'middle'}, "
         f"unstretched_length: {lengths[f'{name}.unstretched_length']!r}}}"
         for name in CABLES
         if name not in lost

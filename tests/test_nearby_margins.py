@@ -30,31 +30,19 @@ def changed(loop, change, seed):
 @SEEDS
 @LOOPS
 def test_the_changes_of_all_margins_are_those_of_a_search_over_all_frequencies(seed, k):
-    """To first order in 1e-6: next to modes of a damping ratio of 1e-5 that is not exact."""
+    """To first order in 1e-6: next to modes of a damping ratio of 1e-5 that is not exact; of 1 %, where not refused."""
     loop = Chain(seed, k)
-    other, known = changed(loop, 1e-6, seed), loop.margins
-    found, expected = nearby_margins(known, other), other.margins
-    if found is None:  # a mode as narrow as the change
-        assert loop.ratio.min() < 1e-3
-        return
-    for name in NAMES:
-        before, after, estimate = (getattr(margins, name) for margins in (known, expected, found))
-        assert estimate == pytest.approx(after, rel=1e-9, abs=0.4 * abs(after - before)), name
-
-
-@pytest.mark.crossed
-@SEEDS
-@LOOPS
-def test_what_differs_much_is_refused_or_right(seed, k):
-    """Nearly always refused: modes with damping ratios down to 1e-5 are shifted by 1 %."""
-    loop = Chain(seed, k)
-    other, known = changed(loop, 1e-2, seed), loop.margins
-    found = nearby_margins(known, other)
-    if found is not None:
+    known = loop.margins
+    for change, rel in ((1e-6, 1e-9), (1e-2, 1e-8)):
+        other = changed(loop, change, seed)
+        found = nearby_margins(known, other)
+        if found is None:  # a mode as narrow as the change
+            assert change == 1e-2 or loop.ratio.min() < 1e-3
+            continue
         expected = other.margins
         for name in NAMES:
             before, after, estimate = (getattr(margins, name) for margins in (known, expected, found))
-            assert estimate == pytest.approx(after, rel=1e-8, abs=0.4 * abs(after - before)), name
+            assert estimate == pytest.approx(after, rel=rel, abs=0.4 * abs(after - before)), name
 
 
 @pytest.mark.crossed

@@ -26,12 +26,8 @@ from cablestudy.sweeps.sensitivity import Sensitivity
 SUSPENSIONS = CONFIGS / "suspensions"
 
 
-def case_of(name, *sets):
-    return CableCase(load_scene(str(CONFIGS / f"{name}.yaml"), sets)[1])
-
-
-def suspension_of(name, *sets):
-    return SuspensionCase(load_scene(str(SUSPENSIONS / f"{name}.yaml"), sets)[1])
+def case_of(name, *sets, kind=CableCase):
+    return kind(load_scene(CONFIGS / f"{name}.yaml", sets)[1])
 
 
 # ------------------------------------------------------------------------------------------------------ the check
@@ -66,7 +62,7 @@ def test_a_good_picture_has_no_faults():
 # ------------------------------------------------------------------------------------------------------- one cable
 
 LOADS = "[{at: 40 m, force: [3, 0, 0]}, {at: 90 m, force: [0, 2, -1]}, {at: 100 m, force: [0, 0, -1234.5678]}]"
-VERTICAL = "cable.ends=[[0, 0, 0], [0, 0, 100]]"
+VERTICAL, DEEP = "cable.ends=[[0, 0, 0], [0, 0, 100]]", "cable.unstretched_length=557.4 m"
 STATIC = {
     "taut": ("carlina", []),
     "slack": ("slack", []),
@@ -79,12 +75,8 @@ STATIC = {
         "point-load", [VERTICAL, "cable.unstretched_length=99 m", "cable.loads=[{at: 40 m, force: [3, 0, 0]}]"],
     ),
     "folded": ("slack", [VERTICAL, "cable.unstretched_length=300 m"]),
-    "deep": ("slack", ["cable.unstretched_length=557.4 m"]),
-    "deep, loaded": (
-        "slack",
-        ["cable.unstretched_length=557.4 m",
-         "cable.loads=[{at: 99 m, force: [2, 5, 0]}, {at: 300 m, force: [0, 0, 9]}]"],
-    ),
+    "deep": ("slack", [DEEP]),
+    "deep, loaded": ("slack", [DEEP, "cable.loads=[{at: 99 m, force: [2, 5, 0]}, {at: 300 m, force: [0, 0, 9]}]"]),
     "high above the sea": ("guy", ["cable.ends=[[0, 0, 4321.5], [60, 0, 4400]]"]),
     "steep": ("slack", ["cable.ends=[[0, 0, 0], [1, 0, 100]]", "cable.unstretched_length=110 m"]),
     "floating": ("carlina", ["gravity=0"]),
@@ -134,9 +126,6 @@ def test_wind_response():
 
 # ----------------------------------------------------------------------------------------------------- suspensions
 
-LONG = "a-cabin-with-a-name-that-is-much-too-long"
-
-
 VIEWS = [
     *((name, []) for name in ("fast", "carlina-net", "mast-guys", "net-2x2")),
     ("fast", ["bodies.cabin.at=[54.72 m, 0, 149.65 m]"]),
@@ -146,7 +135,7 @@ VIEWS = [
 
 @pytest.mark.parametrize(("name", "sets"), campaign(VIEWS, VIEWS[:5]))
 def test_views_of_suspensions(name, sets):
-    assert faults(plots.static_form(suspension_of(name, *sets))) == []
+    assert faults(plots.static_form(case_of(f"suspensions/{name}", *sets, kind=SuspensionCase))) == []
 
 
 NAMES = """
@@ -165,21 +154,17 @@ cables:
 
 
 def test_long_names_in_other_alphabets(tmp_path):
-    path = tmp_path / "scene.yaml"
-    write(path, NAMES)
-    case = SuspensionCase(load_scene(str(path))[1])
-    assert faults(plots.static_form(case)) == []
-    assert faults(load(path).plot("modes")) == []
+    scene = load(write(tmp_path / "scene.yaml", NAMES))
+    assert [faults(scene.plot(kind)) for kind in ("static", "modes")] == [[], []]
 
 
 @pytest.mark.parametrize("name", ["carlina-balloon", "mast-guys", "net-2x2"])
 def test_modes_of_suspensions(name):
-    figure = load(str(SUSPENSIONS / f"{name}.yaml")).plot("modes")
-    assert faults(figure) == []
+    assert faults(load(SUSPENSIONS / f"{name}.yaml").plot("modes")) == []
 
 
 def test_an_enlarged_body_stands_clear_of_the_suspension():
-    figure = load(str(SUSPENSIONS / "cable-robot.yaml")).plot("modes")
+    figure = load(SUSPENSIONS / "cable-robot.yaml").plot("modes")
     assert faults(figure) == []
     (panel,) = [axes for axes in figure.axes if axes.child_axes]
     (inset,) = panel.child_axes
@@ -353,13 +338,19 @@ COMMANDS = {
 }
 
 
-@pytest.mark.parametrize("arguments", COMMANDS.values(), ids=COMMANDS)
-def test_pictures_of_commands(monkeypatch, arguments):
+def figure_of(monkeypatch, *arguments):
+    """The picture that a command draws, without faults, and what it says."""
     figures = []
     monkeypatch.setattr(plots, "save", lambda figure, path: figures.append(figure))
-    command, name, *options = arguments
-    run(command, CONFIGS / name, *options, "--plot", "picture.png", "--quiet")
+    said = run(*arguments, "--plot", "picture.png").lines
     assert [faults(figure) for figure in figures] == [[]]
+    return figures[0], said
+
+
+@pytest.mark.parametrize("arguments", COMMANDS.values(), ids=COMMANDS)
+def test_pictures_of_commands(monkeypatch, arguments):
+    command, name, *options = arguments
+    figure_of(monkeypatch, command, CONFIGS / name, *options, "--quiet")
 
 
 # -------------------------------------------------------------------------------------- what a picture of a study shows
@@ -370,11 +361,8 @@ VARIED = "vary: [{cable.preload: {from: 500 N, to: 3 kN, count: 3}}]\n"
 
 def labels_of(monkeypatch, path, *options):
     """Labels along y of the picture that `sweep` draws, and what it says."""
-    figures = []
-    monkeypatch.setattr(plots, "save", lambda figure, path: figures.append(figure))
-    said = run("sweep", path, "--no-write", "--plot", "picture.png", *options).lines
-    assert [faults(figure) for figure in figures] == [[]]
-    return [axes.get_ylabel().replace("\n", " ") for axes in figures[0].axes], said
+    figure, said = figure_of(monkeypatch, "sweep", path, "--no-write", *options)
+    return [axes.get_ylabel().replace("\n", " ") for axes in figure.axes], said
 
 
 def test_columns_that_are_not_drawn_are_named(tmp_path, monkeypatch):

@@ -1,15 +1,14 @@
 """The section of `cablestudy new section`, against a computation of its own: spans and strings as elastic catenaries.
 
 Unknown are the tension vector at the upper end of each cable and the places of the clamps; the equations are those of
-each catenary between its ends, and the balance of each clamp, solved together by Newton's method with differences.
+each catenary between its ends, and the balance of each clamp, solved together by scipy.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from command import run, table_of
-from scenes import G
+from scenes import G, tables_of_new
 from scipy.optimize import root
 
 pytestmark = pytest.mark.usefixtures("folder")
@@ -54,18 +53,10 @@ class Line:
         return np.concatenate([*gaps, *balance])
 
     def solve(self, unknown):
-        """Tension vectors [N] and places of the clamps [m], by steps that are halved while they lead away."""
-        for _ in range(100):
-            value = self.residual(unknown)
-            if np.abs(value).max() < 1e-10:
-                return unknown[:14].reshape(7, 2) * 1e3, unknown[14:].reshape(3, 2)
-            moves = 1e-6 * np.eye(len(unknown))
-            slopes = [(self.residual(unknown + move) - self.residual(unknown - move)) / 2e-6 for move in moves]
-            step = np.linalg.solve(np.array(slopes).T, -value)
-            while np.linalg.norm(self.residual(unknown + step)) > 2 * np.linalg.norm(value):
-                step = step / 2
-            unknown = unknown + step
-        raise AssertionError(np.abs(value).max())
+        """Tension vectors [N] and places of the clamps [m], from some values nearby."""
+        found = root(self.residual, unknown, tol=1e-13).x
+        assert np.abs(self.residual(found)).max() < 1e-10
+        return found[:14].reshape(7, 2) * 1e3, found[14:].reshape(3, 2)
 
 
 def span_with(horizontal, gap, weight):
@@ -90,9 +81,7 @@ def stated():
 
 
 def section(*options):
-    run("new", "section", "--quiet")
-    tables = (table_of("static", "section.yaml", "--table", name, *options) for name in ("points", "cables"))
-    return tuple({row["name"]: row for row in rows} for rows in tables)
+    return tables_of_new("section", ("points", "cables"), *options)
 
 
 def test_the_conductor_is_the_one_of_this_file():

@@ -19,7 +19,7 @@ from cablestudy.study.notes import statics_error
 from cablestudy.study.one_cable.asked_modes import AskedModes
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.case_modes import modes
-from cablestudy.study.one_cable.rows import evaluate, evaluate_cases
+from cablestudy.study.one_cable.rows import evaluate
 from cablestudy.system.residues import eigen_of_rows
 
 DEEP = Twin(CHORD, 0.0, 371.6)  # twice the chord
@@ -160,14 +160,11 @@ UNSTABLE = (["winch.controller.gain=100"], "the loop is unstable at 100 rad/s")
     ([], "modes, not 900", "inplane_frequency_900"),
 ])  # fmt: skip
 def test_a_column_that_cannot_be_had_leaves_the_others(model, sets, reason, gone):
-    whole = row_of(scene(model, HYSTERETIC), *OPEN_LOOP)
-    row = row_of(scene(model, HYSTERETIC, *sets), *OPEN_LOOP, gone)
-    assert reason in row.cells["status"]
-    assert row.cells[find(gone).header] is None
-    assert whole.cells["status"] == "ok"
-    for header in (find(name).header for name in OPEN_LOOP):
-        assert row.cells[header] == pytest.approx(whole.cells[header], rel=1e-6)
-    assert find(gone).header not in row.errors
+    whole = cells(scene(model, HYSTERETIC), *OPEN_LOOP)
+    row = solve(scene(model, HYSTERETIC, *sets), *OPEN_LOOP, gone)
+    assert reason in row.status
+    assert row.values.pop(gone) is row.errors[gone] is None
+    assert row.values == pytest.approx(whole, rel=1e-6)
 
 
 def test_a_gain_that_no_margin_gives_leaves_the_open_loop(monkeypatch):
@@ -226,22 +223,20 @@ def test_rows_of_loop_and_wind_have_the_digits_that_they_have_alone(damping, mod
               "wind.aerodynamic_damping": "true"}  # fmt: skip
     changes = campaign(CHANGED, [CHANGED[place] for place in (0, 2, 4, 6, 8, 9, 10, 12)])
     sets = [[f"{key}={value}" for key, value in (common | change).items()] for change in changes]
-    scenes, columns = [scene(*one, base=CARLINA) for one in sets], [find(name) for name in OF_MOTION]
-    alone, sizes = [(row.cells, row.errors) for row in (evaluate(one, columns) for one in scenes)], []
+    scenes, sizes = [scene(*one) for one in sets], []
+    alone = [solve(one, *OF_MOTION) for one in scenes]
 
     def counted(matrices):
         sizes.append(len(matrices))
         return eigen_of_rows(matrices)
 
     monkeypatch.setattr("cablestudy.system.state_spaces.eigen_of_rows", counted)
-    together = [(row.cells, row.errors) for row in evaluate_cases(scenes, columns)]
+    together = solve_all(scenes, OF_MOTION)
     assert together == alone
     assert max(sizes) > 1  # of the eigenvalue problems that are solved together
-    assert together[::-2] == [(row.cells, row.errors) for row in evaluate_cases(scenes[::-2], columns)]
-    failed = [cells["status"] != "ok" for cells, _ in together]
-    assert any(failed)
-    assert not all(failed)
-    assert len({cells["gondola_damping_ratio"] for cells, _ in together}) > 4
+    assert together[::-2] == solve_all(scenes[::-2], OF_MOTION)
+    assert {row.status == "ok" for row in together} == {True, False}
+    assert len({row.values["gondola_damping_ratio"] for row in together}) > 4
 
 
 DIFFERENT = [
@@ -261,8 +256,7 @@ def test_cables_that_hang_alike_share_no_more_than_they_have_in_common(gondola, 
         "cable.damping.model": "hysteretic", "cable.damping.loss_factor": "0.02", "model.accuracy": "1e-3",
         "cable.damping.viscous": "0.01 N s/m^2",
     }  # fmt: skip
-    plain, other = (scene(*(f"{key}={value}" for key, value in of.items()), base=CARLINA)
-                    for of in (sets, sets | {key: value}))  # fmt: skip
+    plain, other = (scene(*map("=".join, of.items())) for of in (sets, sets | {key: value}))
     names = "gondola_rms_open_loop_all_wind", "gondola_damping_ratio"
     if not gondola:
         plain, other = (one.model_copy(update={"gondola": None, "winch": None}) for one in (plain, other))

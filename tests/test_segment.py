@@ -87,20 +87,6 @@ def test_series_and_closed_form_meet(side):
     )
 
 
-def test_arrays_equal_single_calls():
-    columns = [np.array(column) for column in zip(*CASES, strict=True)]
-    tension = tuple(columns[0].T)
-    parts, terms = extension(tension, *columns[1:])
-    flexible = flexibility(tension, *columns[1:], terms)
-    for i, case in enumerate(CASES):
-        one, k = extension(*case)
-        assert np.allclose([p[i] for p in parts], one, rtol=1e-15, atol=0)
-        single = flexibility(*case, k)
-        d = np.sqrt([single[0], single[1], single[2]])
-        together = matrix([entry[i] for entry in flexible])
-        assert np.max(np.abs(together - matrix(single)) / np.outer(d, d)) < 1e-14
-
-
 def test_solve_symmetric():
     rng = np.random.default_rng(3)
     for _ in range(campaign(50, 15)):

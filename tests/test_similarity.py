@@ -8,11 +8,11 @@ import typing
 
 import pytest
 from command import CONFIGS
+from solved import solve_all
 
 from cablestudy.scene.fields import KeyTable
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.columns import find
-from cablestudy.study.scene_kind import kind_of
 
 FACTOR = 7.3
 # power of time in each unit that has one
@@ -51,19 +51,18 @@ def slower(value, factor, unit=None):
     return value * factor ** POWERS.get(unit, 0) if isinstance(value, float) else value
 
 
-@pytest.mark.parametrize(("name", "changes", "names"), [
+@pytest.mark.parametrize(("file", "changes", "names"), [
     ("suspensions/carlina-net-wind.yaml", [], SUSPENSION),
     ("suspensions/carlina-net-wind.yaml", ["control.gain=0"], ("largest_gain",)),
     ("suspensions/carlina-net-wind.yaml", ["control.gain={auto: 12 dB}"], SUSPENSION),
     ("carlina-pid.yaml", [], ONE_CABLE),
     ("carlina-pid.yaml", ["winch.controller.gain=0", "winch.controller.derivative_gain=0"], ("largest_gain",)),
 ], ids=["six winches", "without gain", "gain by margins", "PID with a delay", "delay without gain"])  # fmt: skip
-def test_no_number_of_a_loop_depends_on_the_unit_of_time(name, changes, names):
-    scene, columns = load_scene(CONFIGS / name, changes)[1], [find(one) for one in names]
-    rows = kind_of(scene).evaluate([scene, slower(scene, FACTOR)], columns, False)
-    own, other = rows
-    assert own.cells["status"] == other.cells["status"] == "ok"
-    for column in columns:
-        scaled = own.cells[column.header] * FACTOR ** POWERS.get(column.unit, 0)
-        assert other.cells[column.header] == pytest.approx(scaled, rel=1e-9), column.name
-        assert other.errors[column.header] == pytest.approx(own.errors[column.header], rel=1e-3), column.name
+def test_no_number_of_a_loop_depends_on_the_unit_of_time(file, changes, names):
+    scene = load_scene(CONFIGS / file, changes)[1]
+    own, other = solve_all([scene, slower(scene, FACTOR)], names)
+    assert own.status == other.status == "ok"
+    for name in names:
+        scaled = own.values[name] * FACTOR ** POWERS.get(find(name).unit, 0)
+        assert other.values[name] == pytest.approx(scaled, rel=1e-9), name
+        assert other.errors[name] == pytest.approx(own.errors[name], rel=1e-3), name

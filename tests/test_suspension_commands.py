@@ -3,18 +3,17 @@
 import csv
 import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 from campaign import campaign
-from command import CONFIGS, ROOT, edit_rows, rows_of, run, study_file, table_of
+from command import CONFIGS, ROOT, rows_of, run, study_file, table_of, written
+from scenes import scene_of
 from solved import contents
 from suspension_cases import SUSPENSIONS
 from twins import end_places, held
 
 import cablestudy
-from cablestudy.scene.scene import load_scene
 from cablestudy.statics.tolerances import STATICS
 from cablestudy.study.markdown import fitted
 from cablestudy.study.suspension.case import SuspensionCase
@@ -66,11 +65,9 @@ cables: {up: {from: [0, 0, 10], to: gondola.a}, down: {from: [0, 0, 0], to: gond
 """
 
 
-def scene(text=TRIFILAR, name="scene.yaml"):
+def scene(text=TRIFILAR):
     """A scene in the working directory; its name."""
-    with open(name, "w", encoding="utf-8") as file:
-        file.write(text)
-    return name
+    return written(text)
 
 
 def study(text, base=TRIFILAR):
@@ -412,6 +409,7 @@ def test_a_case_without_equilibrium_leaves_the_others_as_they_are():
             "disc.stiffness_xx_bar",
             "unknown column 'disc.stiffness_xx_bar' (did you mean disc.stiffness_",
         ),
+        ("disc.damping_ratio_q", "unknown column 'disc.damping_ratio_q' (did you mean disc.damping_ratio_"),
         ("disc.frequency_q", "unknown column 'disc.frequency_q' (did you mean disc.frequency_z?)"),
         ("disc.frequency_0", "unknown column 'disc.frequency_0' (frequency_K: K is a whole number from 1 to "),
         ("frequency_999999", "unknown column 'frequency_999999' (frequency_K: K is a whole number from 1 to "),
@@ -461,31 +459,6 @@ def test_rows_are_chosen_and_sorted_by_columns_by_path():
     )
     (line,) = run("sweep", name, "--no-write", "--where", "bodies.disc.mas > 1 kg", code=2).lines
     assert "did you mean bodies.disc.mass?" in line
-
-
-def test_a_sweep_goes_on_with_the_rows_it_has():
-    name = study(f"{MASSES}columns: [disc.z, w1.preload, frequency_1]\n")
-    run("sweep", name)
-    with open("results/study.csv", encoding="utf-8") as file:
-        whole = file.read()
-    edit_rows("results/study.rows.sqlite", "DELETE FROM rows WHERE row = 1")
-    outcome = run("sweep", name, "--resume")
-    assert outcome.lines[0] == "2 of 3 rows are there already"
-    with open("results/study.csv", encoding="utf-8") as file:
-        assert file.read() == whole
-    assert "written: results/study.csv" in outcome.err
-    assert run("sweep", name, "--check").err == "results/study.csv: agrees\n"
-
-
-def test_rows_of_a_batch_are_those_of_each_case_alone():
-    text = "vary:\n  - {bodies.disc.mass: [30 kg, 3 kg, 45 kg]}\n"
-    text += "  - {points.top1.2: [4, 4.2], cables.w1.diameter: [1 mm, 2 mm]}\n"
-    name = study(f"{text}columns: [disc.x, disc.z, disc.pitch, w1.preload, disc.stiffness_xx, frequency_1]\n")
-    rows = table_of("sweep", name, "--no-write")
-    assert len(rows) == 6
-    assert len({row["frequency_1_Hz"] for row in rows}) == 6
-    alone = [row for place in range(1, 7) for row in table_of("sweep", name, "--row", place)]
-    assert rows == alone
 
 
 def test_a_key_that_all_cables_share_changes_those_that_have_it_from_there():
@@ -655,11 +628,10 @@ cables:
 
 
 def test_form_finding_is_the_linear_balance_of_force_densities():
-    Path("form.yaml").write_text(FORM, encoding="utf-8")
-    load = np.array([10.0, 0.0, -2 * 9.81])
+    load = np.array([10.0, 0.0, -2 * G])
     place = (DENSITIES @ ANCHORS + load) / DENSITIES.sum()
     lengths = np.linalg.norm(place - ANCHORS, axis=1)
-    found = json.loads(run("static", "form.yaml", "--form-finding", "--format", "json").out)
+    found = json.loads(run("static", scene(FORM), "--form-finding", "--format", "json").out)
     (point,), cables = found["points"]["rows"], found["cables"]["rows"]
     assert [point[f"{axis}_m"] for axis in "xyz"] == pytest.approx(place, rel=1e-14)
     assert [cable["length_m"] for cable in cables] == pytest.approx(lengths, rel=1e-14)
@@ -667,25 +639,22 @@ def test_form_finding_is_the_linear_balance_of_force_densities():
 
 
 def test_the_exact_search_begins_at_the_form():
-    Path("form.yaml").write_text(FORM, encoding="utf-8")
-    found = SuspensionCase(load_scene("form.yaml")[1]).equilibrium
-    load = np.array([10.0, 0.0, -2 * 9.81])
+    found = SuspensionCase(scene_of(FORM)).equilibrium
+    load = np.array([10.0, 0.0, -2 * G])
     assert found.suspension.position[0] == pytest.approx((DENSITIES @ ANCHORS + load) / DENSITIES.sum(), rel=1e-14)
     assert found.record.converged
 
 
 @pytest.mark.parametrize(
-    ("scene", "options", "message"),
+    ("text", "options", "message"),
     [
-        ("knot", (), "knot.yaml: no cable has a force density"),
-        ("form", ("--table", "bodies"), "--table bodies: there are the tables points, cables"),
-        ("form", ("--format", "csv"), "--format csv: one table at a time: give --table points, cables"),
+        (KNOT, (), "scene.yaml: no cable has a force density"),
+        (FORM, ("--table", "bodies"), "--table bodies: there are the tables points, cables"),
+        (FORM, ("--format", "csv"), "--format csv: one table at a time: give --table points, cables"),
     ],
 )
-def test_form_finding_says_what_it_lacks(scene, options, message):
-    Path("knot.yaml").write_text(KNOT, encoding="utf-8")
-    Path("form.yaml").write_text(FORM, encoding="utf-8")
-    assert run("static", f"{scene}.yaml", "--form-finding", *options, code=None).err == f"{message}\n"
+def test_form_finding_says_what_it_lacks(text, options, message):
+    assert run("static", scene(text), "--form-finding", *options, code=None).err == f"{message}\n"
 
 
 @pytest.mark.parametrize("mass", [1e9, 3e14])

@@ -7,24 +7,21 @@ import numpy as np
 import pytest
 import scipy.linalg
 from campaign import campaign
-from command import CARLINA, rows_of, run
+from command import rows_of, run
 from references.modal_loop import gains_of_modes
 from references.straight_suspension import Straight
 from solved import solve
-from straight_scenes import LOOP, case_of, closed_loop_of, everything, one_axis, two_bodies
+from straight_scenes import LOOP, closed_loop_of, everything, one_axis, two_bodies
+from suspension_cases import SUSPENSIONS, case_at, case_of, value
 from test_suspension_wind import FREQUENCY, integral, von_karman
 
 from cablestudy.control.statespace import state_space_of
 from cablestudy.errors import NoSolutionError
 from cablestudy.motion.response_in_time import labelled, measured_by
-from cablestudy.scene.scene import load_scene
-from cablestudy.study.column import value_and_error
-from cablestudy.study.columns import find
 from cablestudy.study.loop_in_time import TimeOptions, time_case
-from cablestudy.study.suspension.case import SuspensionCase
 
 TURN = 2 * np.pi
-NET = CARLINA.replace("carlina.yaml", "suspensions/carlina-net-wind.yaml")
+NET = SUSPENSIONS / "carlina-net-wind.yaml"
 SPEEDS = "winch_rms_speed", "winch_peak_speed"
 
 
@@ -67,16 +64,16 @@ def encirclements(own, gain):
     def determinants(s):
         return np.linalg.det(np.eye(k) + gain * own.unit_gain(s))
 
-    value = determinants(path)
+    found = determinants(path)
     for _ in range(20):
-        coarse = np.abs(np.angle(value[1:] / value[:-1])) > 0.3
+        coarse = np.abs(np.angle(found[1:] / found[:-1])) > 0.3
         if not coarse.any():
             break
         places = np.flatnonzero(coarse)
         between = np.sqrt(path[places] * path[places + 1])
-        path, value = np.insert(path, places + 1, between), np.insert(value, places + 1, determinants(between))
+        path, found = np.insert(path, places + 1, between), np.insert(found, places + 1, determinants(between))
     assert not coarse.any()
-    turned = np.angle(value[1:] / value[:-1]).sum() / np.pi
+    turned = np.angle(found[1:] / found[:-1]).sum() / np.pi
     assert abs(turned - round(turned)) < 0.02
     return round(-turned)
 
@@ -177,26 +174,6 @@ def test_a_loop_in_time_grows_above_the_largest_gain_and_decays_below(law):
         assert (late < 0.8 * early) == (factor < 1)
 
 
-# ------------------------------------------------------------------------------------------------------ what is refused
-
-MISTAKES = {
-    ("control.proportional_gain=0.1", "control.bandwidth=5 Hz", "control.gain={auto: 6 dB}"):
-        "control.gain: auto chooses an integral gain",
-    ("control.delay=5 mm",): "control.delay",
-    ("control.max_speed=0",): "control.max_speed",
-    ("control.dealy=5 ms",): "did you mean delay?",
-    ("winches.u1.delay=5 ms",): "winches.u1.delay: unknown key in a suspension: that of all winches is under control",
-    ("winches.u1.controller={gain: 1}",): "that of all winches is under control",
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("sets", MISTAKES)
-def test_mistakes_are_one_line(sets):
-    done = run("loop", NET, *(part for text in sets for part in ("--set", text)), code=2)
-    assert len(done.lines) == 1, done.err
-    assert MISTAKES[sets] in done.err
-
-
 # ------------------------------------------------------------------------------- in the wind, and as a state space
 
 DELAYED = {"gain": 0.2, "proportional_gain": 0.02, "derivative_gain": 0.001, "derivative_filter": 4.0,
@@ -225,10 +202,10 @@ def test_the_rms_in_the_wind_is_the_integral_of_the_exact_spectrum():
     driving = driving[:, None] * own.turbulence**2
     for name, row in (("gondola.rms_x", 0), ("gondola.rms_y", 1), ("gondola.rms_z", 2), ("mass_x.rms_stroke", 6)):
         expected = np.sqrt(integral((np.abs(moved[:, row]) ** 2 * driving).sum(axis=1)))
-        assert value_and_error(find(name), case)[0] == pytest.approx(1e3 * expected, rel=1e-4), name
+        assert value(case, name) == pytest.approx(1e3 * expected, rel=1e-4), name
     speeds = ((np.abs(reeled @ moved) * np.abs(s)[:, None, None]) ** 2 * driving[:, None]).sum(axis=2)
     expected = max(np.sqrt(integral(spectrum)) for spectrum in speeds.T)
-    assert value_and_error(find("winch_rms_speed"), case)[0] == pytest.approx(1e3 * expected, rel=1e-4)
+    assert value(case, "winch_rms_speed") == pytest.approx(1e3 * expected, rel=1e-4)
 
 
 ROD = {"EA": 1e5, "mass": 0.5, "body": 200.0, "span": 40.0, "strain": 2e-3, "time": 2e-5, "viscous": 0.2}
@@ -355,7 +332,7 @@ def test_a_short_delay_changes_little(delay):
     """The limit is a real eigenvalue of L with exp(-s T): to first order its change is at most the phase w T."""
     late, at_once = with_delay(delay), with_delay(0.0)
     for name in ("largest_gain", "gondola.rms_x", "winch_peak_speed"):
-        found, expected = (value_and_error(find(name), case)[0] for case in (late, at_once))
+        found, expected = (value(case, name) for case in (late, at_once))
         assert found == pytest.approx(expected, rel=1e-5 + 100 * delay), name
     loop = late.analysis.closed_loop.loop
     assert loop.slight_delay == (delay < 1e-4)
@@ -365,7 +342,7 @@ def test_a_short_delay_changes_little(delay):
 def test_a_derivative_part_is_judged_with_the_modes_that_it_drives():
     """Waves along the cables near 19 Hz decide, above the 64 modes of the model; one of 250 has them."""
     sets = "derivative_gain=5 ms", "derivative_filter=50 Hz", "bandwidth=25 Hz", "notch=none", "gain=0.03"
-    case = SuspensionCase(load_scene(NET, [f"control.{one}" for one in sets])[1])
+    case = case_at("carlina-net-wind", *(f"control.{one}" for one in sets))
     few, many = (case.analysis.closed_loop_of(count) for count in (64, 250))
     assert few.modes.frequency[-1] < 10
     of_modes = [gains_of_modes(one).limits[0].factor for one in (few, many)]

@@ -8,12 +8,11 @@ import json
 import math
 import re
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
 from campaign import campaign
-from command import run, table_of
+from command import run, table_of, written
 from references import catenary_mp
 from scenes import cells, mistakes_of, scene_of
 from scipy.optimize import root
@@ -350,8 +349,7 @@ def test_no_digit_depends_on_the_other_cases(stated, changes):
 
 
 def test_all_cases_are_the_rows_of_each():
-    path = "s.yaml"
-    Path(path).write_text(body(), encoding="utf-8")
+    path = written(body())
 
     def tables(case):
         return json.loads(run("static", path, "--case", case, "--format", "json").out)
@@ -366,8 +364,7 @@ def test_all_cases_are_the_rows_of_each():
 
 
 def test_all_cases_go_on_beside_one_without_an_answer():
-    path = "s.yaml"
-    Path(path).write_text(body(), encoding="utf-8")
+    path = written(body())
     sets = "--set", "cables.b.expansion=1e-2", "--set", "cases.cold.temperature=100"
     done = run("static", path, *sets, "--case", "all", "--table", "bodies", "--format", "jsonl", code=3)
     rows = [json.loads(line) for line in done.out.splitlines()]
@@ -595,8 +592,7 @@ def test_what_a_case_needs_of_each_cable_is_told_once():
 
 
 def test_what_is_explained():
-    Path("s.yaml").write_text(body(), encoding="utf-8")
-    lines = run("static", "s.yaml", "--set", "case=storm", "--explain", "--table", "bodies").lines
+    lines = run("static", written(body()), "--set", "case=storm", "--explain", "--table", "bodies").lines
     expected = r"load case storm: on the unstretched lengths of the reference state; drag is uniform .* 1\.\de-02"
     assert any(re.fullmatch(expected, line) for line in lines), lines
 
@@ -868,8 +864,7 @@ def test_an_insulator_between_two_spans_swings():
 
     The spans pull back, as their clamp is above and beside the line between the dead ends.
     """
-    file = "line.yaml"
-    Path(file).write_text(TWO_SPANS, encoding="utf-8")
+    file = written(TWO_SPANS)
     spans, pressure = np.array([300.0, 200.0]), 1.2 * 1.2 / 2 * 30**2  # drag coefficient and density of the air
     weight, wind = G * 1.628 * spans.sum() / 2, pressure * 0.02814 * spans.sum() / 2
     clamp = table_of("static", file, "--case", "storm", "--table", "points")[0]

@@ -179,7 +179,15 @@ MISTAKES = {
     ("--time", "1s", "--input", "gust", "--size", "1 mm"): "--size 1 mm",
     ("--time", "1s", "--input", "gust", "--length", "1e9 s"): "--length",
     ("--table", "motion"): "Invalid value for '--table'",
-}
+    ("--set", "control.bandwidth=5 Hz", "--set", "control.proportional_gain=0.1", "--set", "control.gain={auto: 6 dB}"):
+        "control.gain: auto chooses an integral gain",
+    ("--set", "control.delay=5 mm"): "control.delay",
+    ("--set", "control.max_speed=0"): "control.max_speed",
+    ("--set", "control.dealy=5 ms"): "did you mean delay?",
+    ("--set", "winches.u1.delay=5 ms"):
+        "winches.u1.delay: unknown key in a suspension: that of all winches is under control",
+    ("--set", "winches.u1.controller={gain: 1}"): "that of all winches is under control",
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("given", MISTAKES)

@@ -7,40 +7,30 @@ import numpy as np
 import pytest
 import scipy.linalg
 from campaign import campaign
-from command import CONFIGS
+from command import run
 from references import bar_suspension, continuous_suspension
+from suspension_cases import SUSPENSIONS, case_at
 from suspension_scenes import G, hung, platform, suspension, with_lengths
-from suspensions import sagging
+from suspensions import sagging, trifilar
 
 from cablestudy.cable.damping import Damping
 from cablestudy.cable.dynamics import Dynamics
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import NoSolutionError
-from cablestudy.scene.scene import load_scene
 from cablestudy.statics import rest
-from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.system.cables import Models
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes, coupled_modes_of_cases
 from cablestudy.system.coupled_trial import Trial
+from cablestudy.system.damping import damping_ratios
 from cablestudy.system.hanging_cables import Cables, FixedModel
 from cablestudy.system.tolerances import SYSTEM
-
-
-def trifilar(lines=3, radius=0.5, height=2.0, mass=50.0, depth=0.1, inertia=(4.0, 4.0, 6.0), stiffness=1e6, **cable):
-    """A body on vertical cables without mass, on a circle; its center of mass lies `depth` below the attachments."""
-    angle = 2 * np.pi * np.arange(lines) / lines
-    ring = np.stack([radius * np.cos(angle), radius * np.sin(angle), 0 * angle], axis=-1)
-    cables = [(tuple(np.add(r, [0, 0, height])), ("plate", tuple(r)), stiffness, cable.get("mass", 0.0)) for r in ring]
-    model = suspension({"plate": {"mass": mass, "center": (0, 0, -depth), "inertia": np.diag(inertia)}}, cables)
-    weight = mass * G / lines + cable.get("mass", 0.0) * G * height / 2
-    return hung(model, np.full(lines, height / (1 + weight / stiffness)))
 
 
 @pytest.mark.parametrize("lines", [3, 4, 7])
 def test_the_trifilar_pendulum(lines):
     mass, radius, depth, inertia, stiffness = 50.0, 0.5, 0.1, (4.0, 4.0, 6.0), 1e6
-    state = trifilar(lines)
+    state = rest.pose(trifilar(lines, radius, 2.0, mass, depth, stiffness, line=0.0, inertia=inertia))
     length = float(state.lengths[0])
     height = 2.0 - state.position[0, 2]
     found = coupled_modes(state, 6)
@@ -53,7 +43,7 @@ def test_the_trifilar_pendulum(lines):
     heave = np.sqrt(lines * spring / mass)
     expected = np.array([sway, sway, yaw, heave, tilt, tilt])
     assert 2 * np.pi * found.frequency == pytest.approx(expected, rel=1e-10)
-    assert found.moves == ("plate x", "plate y", "plate yaw", "plate z", "plate roll", "plate pitch")
+    assert found.moves == ("disk x", "disk y", "disk yaw", "disk z", "disk roll", "disk pitch")
     assert found.coincident == ((1, 2), (5, 6))
     assert found.body_share == pytest.approx(np.ones(6), rel=1e-12)
 
@@ -200,7 +190,7 @@ def test_cables_between_bodies_and_junctions():
 
 def test_the_stated_error_of_modes_that_coincide_reaches_all_of_them():
     """Roll and pitch of a gondola, 9e-7 apart: which of both a mode is another model may see the other way round."""
-    case = SuspensionCase(load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml", [])[1])
+    case = case_at("carlina-net-wind")
     modes, reference = case.modes(48), continuous_suspension.Suspension(case.equilibrium, 8)
     runs = [(first, last) for first, last in modes.coincident if modes.error[first - 1] > 1e-6]
     assert runs
@@ -301,6 +291,54 @@ def test_viscous_damping_acts_on_all_motion_of_the_cables():
     found = coupled_modes(platform(), 20, 1e-6, damping=Damping(viscous=0.02))
     expected = 0.02 / 0.3 / (2 * 2 * np.pi * found.frequency) * (1 - found.body_share)
     assert found.damping_ratio == pytest.approx(expected, rel=1e-4)
+
+
+@pytest.mark.parametrize("bars", [5, 20, 80, 320])
+def test_the_damping_of_a_pendulum_grows_with_the_number_of_modes_of_its_string(bars):
+    """A string of tension T, mass m per length and speed c = sqrt(T/m) whose end moves sideways, by N lumped bars.
+
+    Each of its N - 1 modes has the frequency 2 c N/L sin a and the coupling m L/(2 N^2) cot^2 a, a = n pi/(2 N): they
+    damp the movement by 2 zeta c m/N sum cos^2 a/sin a, about 4 zeta c m/pi (1 + 1/2 + 1/3 + ...).
+    """
+    mass, line, length = 50.0, 1e-3, 10.0
+    model = suspension({"bob": {"at": (0, 0, 0), "mass": mass, "free": ("x",)}},
+                       [((0.0, 0.0, length), ("bob", (0.0, 0.0, 0.0)), 1e7, line)])  # fmt: skip
+    found = coupled_modes(hung(model, [length / (1 + mass * G / 1e7)]), 1, damping=Damping(ratio=0.01),
+                          model=FixedModel(bars))  # fmt: skip
+    angle = np.arange(1, bars) * np.pi / (2 * bars)
+    speed = np.sqrt(mass * G / line)
+    force = 2 * 0.01 * speed * line / bars * (np.cos(angle) ** 2 / np.sin(angle)).sum()  # per velocity of the bob
+    assert found.damping_ratio[0] == pytest.approx(force / (2 * mass * np.sqrt(G / length)), rel=1e-3)
+
+
+@pytest.mark.parametrize("share", [0.0, 2.0, 6.0])
+def test_modes_that_are_left_out_leave_their_damping(share):
+    """Of one mesh some modes or none are kept, up to a multiple of the highest frequency."""
+    state = platform(mass=1e-6)
+    layout, cables = Layout(state), Cables(state.catenary, Damping(ratio=0.01))
+    models = Models(cables, cables.meshes(np.full(cables.count, 24.0)))
+
+    def ratios(limit):
+        system = layout.system([one.element for one in models.coordinates(np.full(cables.count, limit)).kept])
+        omega, shapes = system.lowest(6)
+        return omega, damping_ratios(system, omega, shapes)
+
+    omega, expected = ratios(np.inf)
+    first = min(element.omega[0] for element in models.elements)
+    assert omega[-1] < 0.3 * first  # those of the body alone
+    _, found = ratios(share * first)
+    assert found == pytest.approx(expected, rel=1e-6 if share else 0.05)
+
+
+def test_notes_tell_of_how_many_modes_the_damping_is():
+    scene = SUSPENSIONS / "trifilar.yaml"
+    (line,) = [
+        line for line in run("modes", scene, "--explain", "--set", "model.elements=9").lines if "damping" in line
+    ]
+    assert line.startswith("damping ratios: modal damping grows with the number of modes, 24 of each cable here: ")
+    for damping in ("{model: hysteretic, loss_factor: 0.02}", "{model: modal, ratio: 0, viscous: 0.01}"):
+        lines = run("modes", scene, "--explain", "--set", f"cable.damping={damping}").lines
+        assert not [line for line in lines if "damping" in line]
 
 
 def test_an_unstable_equilibrium_is_refused_with_the_motion_that_runs_away():

@@ -1,23 +1,17 @@
 """Control, actuators, wind, exposure and correction in scenes: what is read, and every mistake in one line."""
 
-import re
-from pathlib import Path
-
 import numpy as np
 import pytest
 from campaign import campaign
-from command import run
+from command import run, study_file, written
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scenes import mistakes_of, scene_of
+from scenes import mistakes_of, replaced, scene_of
+from test_suspension_scene import tables_read_as_arrays
 
-from cablestudy.errors import SceneError
 from cablestudy.scene.actuator_tables import ReactionMass, ReactionWheel, actuator_relations
 from cablestudy.scene.control_tables import NotchTable
-from cablestudy.scene.scene import quantity_of
 from cablestudy.scene.schema import suspension_schema
-from cablestudy.scene.study import read_study
-from cablestudy.study.scene_values import tables_of
 
 GOOD = """\
 cable: {material: aramid, diameter: 5 mm, preload: 1 kN}
@@ -53,17 +47,11 @@ BARE = GOOD[: GOOD.index("winches")]
 ONE_CABLE = "cable: {chord: 185.8 m, material: aramid, area: 2.69 mm^2, preload: 1344.75}\n"
 
 
-@pytest.fixture(autouse=True)
-def _here(folder):
-    """In a folder of its own, so that names in messages are short."""
+pytestmark = pytest.mark.usefixtures("folder")  # so that names in messages are short
 
 
 def changed(*pairs):
-    text = GOOD
-    for old, new in pairs:
-        assert old in text, old
-        text = text.replace(old, new, 1)
-    return text
+    return replaced(GOOD, *pairs)
 
 
 # -------------------------------------------------------------------------------------------------------- what is read
@@ -162,34 +150,6 @@ def test_one_cable_has_exposure_correction_and_what_the_mean_wind_does():
 
 
 @pytest.mark.parametrize(
-    ("key", "unit"),
-    [
-        ("control.gain", "rad/s"),
-        ("control.gain.auto", "dB"),
-        ("control.notch.frequency", "Hz"),
-        ("control.measured", None),
-        ("actuators.mass_x.mass", "kg"),
-        ("actuators.mass_x.velocity_gain", "N s/m"),
-        ("actuators.wheel_z.inertia", "kg m^2"),
-        ("actuators.wheel_z.rate_gain", "N m s/rad"),
-        ("actuators.wheel_z.momentum", "N m s"),
-        ("actuators.wheel_z.axis.1", ""),
-        ("bodies.gondola.wind.drag_coefficient", ""),
-        ("bodies.gondola.wind.area.1", "m^2"),
-        ("wind.speed", "m/s"),
-        ("wind.direction", "rad"),
-        ("wind.turbulence_rms", "m/s"),
-        ("wind.turbulence_intensity.2", ""),
-        ("correction.bandwidth", "Hz"),
-        ("exposure", "s"),
-    ],
-)
-def test_keys_by_path_have_a_unit(key, unit):
-    quantity = quantity_of(key)
-    assert (quantity and quantity.unit) == unit
-
-
-@pytest.mark.parametrize(
     "vary",
     [
         "{control.gain: [0.1, 0.2], control.notch.frequency: [1, 2], control.allocation.weights.n: [2, 3]}",
@@ -201,20 +161,8 @@ def test_keys_by_path_have_a_unit(key, unit):
     ],
 )
 def test_cases_read_as_arrays_are_those_read_one_by_one(vary):
-    Path("s.yaml").write_text(GOOD, encoding="utf-8")
-    study = f"base: s.yaml\nvary: [{vary}, {{cables.n.preload: [1 kN, 2 kN]}}]\ncolumns: [n.preload]\n"
-    Path("study.yaml").write_text(study, encoding="utf-8")
-    study = read_study("study.yaml")
-    tables, refused = tables_of(study, range(study.count))
-    assert len(tables) == 1
-    found = {case: tables[0].scene_of(place) for place, case in enumerate(tables[0].cases.tolist())}
-    assert {case: scene.model_dump() for case, scene in found.items()} == {
-        case: study.case(case)[1].model_dump() for case in found
-    }
-    assert sorted([*found, *refused]) == [0, 1, 2, 3]
-    for case, error in refused.items():
-        with pytest.raises(SceneError, match=re.escape(str(error))):
-            study.case(case)
+    text = f"vary: [{vary}, {{cables.n.preload: [1 kN, 2 kN]}}]\ncolumns: [n.preload]\n"
+    assert tables_read_as_arrays(study_file("", text, base=written(GOOD))) == 1
 
 
 # ------------------------------------------------------------------------------------------------------------- mistakes
@@ -320,10 +268,9 @@ def test_each_mistake_is_one_line_at_its_place(what):
 
 
 def test_validate_takes_the_tables_and_reports_their_mistakes():
-    Path("s.yaml").write_text(GOOD, encoding="utf-8")
-    assert "ok" in run("validate", "s.yaml").out
-    Path("s.yaml").write_text(changed(("20 Hz", "0")), encoding="utf-8")
-    assert run("validate", "s.yaml", code=2).lines == ["s.yaml:26:48: correction.bandwidth: must be positive, got 0"]
+    assert "ok" in run("validate", written(GOOD)).out
+    (line,) = run("validate", written(changed(("20 Hz", "0"))), code=2).lines
+    assert line == "scene.yaml:26:48: correction.bandwidth: must be positive, got 0"
 
 
 def _point(mass, place):

@@ -1,27 +1,28 @@
 """Pictures of a suspension in the wind and of the loop of its winches: what they show."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
-from command import CONFIGS, run
+from command import run, written
 from picture import faults
+from scenes import scene_of
+from suspension_cases import SUSPENSIONS, case_at
 
 from cablestudy.errors import NoSolutionError
 from cablestudy.interface import load
-from cablestudy.scene.scene import load_scene
 from cablestudy.study import plots
 from cablestudy.study.plots.wind import ellipse
 from cablestudy.study.suspension.case import SuspensionCase
 
-CONTROLLED = f"""
-base: {CONFIGS / "suspensions" / "carlina-net.yaml"}
-bodies: {{gondola: {{wind: {{area: 0.6 m^2, drag_coefficient: 1.2}}}}}}
-wind: {{speed: 6 m/s, direction: 30 deg, turbulence_intensity: [0.15, 0.12, 0.08], length_scale: 25 m}}
-control: {{gain: 0.3 rad/s, measured: [x, y, z]}}
-"""
-DAMPED = """
-actuators:
-  damper: {axis: [1, 0, 0], mass: 1 kg, frequency: 0.1 Hz, velocity_gain: 50 N s/m, stroke: 1 m, force: 100 N}
-"""
+pytestmark = pytest.mark.usefixtures("folder")
+
+CONTROLLED = (  # changes of carlina-net
+    "bodies.gondola.wind={area: 0.6 m^2, drag_coefficient: 1.2}",
+    "wind={speed: 6 m/s, direction: 30 deg, turbulence_intensity: [0.15, 0.12, 0.08], length_scale: 25 m}",
+    "control={gain: 0.3 rad/s, measured: [x, y, z]}",
+)
+DAMPER = "{axis: [1, 0, 0], mass: 1 kg, frequency: 0.1 Hz, velocity_gain: 50 N s/m, stroke: 1 m, force: 100 N}"
 # A mass free along x only, without winches.
 SLIDER = """
 gravity: 0
@@ -34,10 +35,8 @@ wind: {speed: 6 m/s, turbulence_intensity: 0.15, length_scale: 25 m}
 """
 
 
-def case_of(folder, text, *sets):
-    path = folder / "scene.yaml"
-    path.write_text(text, encoding="utf-8")
-    return SuspensionCase(load_scene(str(path), sets)[1])
+def case_of(text, *sets):
+    return SuspensionCase(scene_of(text, *sets))
 
 
 def whole(figure):
@@ -46,13 +45,18 @@ def whole(figure):
     return figure
 
 
-def test_views_below_each_other_have_their_texts_apart(folder):
+def test_views_below_each_other_have_their_texts_apart():
     """The label below an upper view and the title above a lower one, by at least half a line, when first drawn."""
-    figure = plots.static_form(SuspensionCase(load_scene(CONFIGS / "suspensions" / "cable-robot.yaml")[1]))
+    figure = plots.static_form(case_at("cable-robot"))
     figure.draw_without_rendering()
     _, above, _, below = figure.axes[:4]
     label, title = above.xaxis.label.get_window_extent(), below._left_title.get_window_extent()
     assert label.y0 - title.y1 > 0.5 * title.height
+
+
+def words(figure):
+    """Entries of the legend of a figure."""
+    return [text.get_text() for text in figure.legends[0].get_texts()]
 
 
 def lines(axes):
@@ -64,8 +68,8 @@ def legend(axes):
 
 
 @pytest.fixture(scope="module")
-def controlled(tmp_path_factory):
-    return case_of(tmp_path_factory.mktemp("controlled"), CONTROLLED)
+def controlled():
+    return case_at("carlina-net", *CONTROLLED)
 
 
 # ---------------------------------------------------------------------------------------------------- in the wind
@@ -130,8 +134,8 @@ def test_an_ellipse_is_that_of_its_covariance():
         assert (direction @ points).max() == pytest.approx(np.sqrt(direction @ covariance @ direction), rel=1e-3)
 
 
-def test_actuators_are_drawn_with_and_without(tmp_path, controlled):
-    case = case_of(tmp_path, CONTROLLED + DAMPED)
+def test_actuators_are_drawn_with_and_without(controlled):
+    case = case_at("carlina-net", *CONTROLLED, f"actuators.damper={DAMPER}")
     figure = whole(plots.wind_response([case.analysis]))
     names = [f"gondola.{axis}" for axis in "xyz"]
 
@@ -145,8 +149,8 @@ def test_actuators_are_drawn_with_and_without(tmp_path, controlled):
     ]
 
 
-def test_a_body_with_one_motion_has_one_panel(tmp_path):
-    figure = whole(plots.wind_response([case_of(tmp_path, SLIDER).analysis]))
+def test_a_body_with_one_motion_has_one_panel():
+    figure = whole(plots.wind_response([case_of(SLIDER).analysis]))
     speed, spectra, below = figure.axes
     assert not any(tick.label1.get_visible() for tick in speed.xaxis.get_major_ticks())
     assert legend(speed)[0] == "wind speed"
@@ -154,8 +158,8 @@ def test_a_body_with_one_motion_has_one_panel(tmp_path):
     assert legend(below)[0].startswith("without control: ")
 
 
-def test_what_the_wind_does_not_move_is_not_drawn(tmp_path):
-    case = case_of(tmp_path, SLIDER, "bodies.mass.free=[]")
+def test_what_the_wind_does_not_move_is_not_drawn():
+    case = case_of(SLIDER, "bodies.mass.free=[]")
     with pytest.raises(NoSolutionError, match="nothing"):
         plots.wind_response([case.analysis])
 
@@ -193,18 +197,19 @@ def test_the_loop_over_frequency_with_its_margins(controlled):
     assert figure.get_suptitle().startswith("Loop that holds gondola (x, y, z) by 6 winches")
 
 
-def test_the_loop_of_an_unstable_gain_is_drawn_too(tmp_path):
-    case = case_of(tmp_path, CONTROLLED, "control.gain=300 rad/s", "control.notch=none")
+def test_the_loop_of_an_unstable_gain_is_drawn_too():
+    case = case_at("carlina-net", *CONTROLLED, "control.gain=300 rad/s", "control.notch=none")
     closed_loop = case.analysis.closed_loop_of(20)
     figure = whole(plots.loop_margins(closed_loop))
     assert any("gain margin −" in text for text in legend(figure.axes[-1]))
 
 
-def test_the_command_draws_a_response(folder):
+def test_the_command_draws_a_response():
     """What `ssm --with loop --plot` prints and draws without one is on the page of suspensions."""
-    (folder / "scene.yaml").write_text(CONTROLLED, encoding="utf-8")
-    run("ssm", "scene.yaml", "--with", "loop", "--response", "0.1Hz:1Hz:9", "--plot", "bode.png", "--quiet")
-    assert (folder / "bode.png").read_bytes().startswith(b"\x89PNG")
+    sets = [part for one in CONTROLLED for part in ("--set", one)]
+    response = ("--response", "0.1Hz:1Hz:9", "--plot", "bode.png")
+    run("ssm", SUSPENSIONS / "carlina-net.yaml", *sets, "--with", "loop", *response, "--quiet")
+    assert Path("bode.png").read_bytes().startswith(b"\x89PNG")
 
 
 # A section of three spans of a line, whose strings hang from fixed points.
@@ -224,19 +229,18 @@ cases: {everyday: {temperature: 15 degC}, hot: {temperature: 70 degC}}
 """
 
 
-def cases_of(folder, text, *names):
-    return {name: case_of(folder, text, f"case={name}") for name in names}
+def cases_of(text, *names):
+    return {name: case_of(text, f"case={name}") for name in names}
 
 
-def test_load_cases_are_drawn_together_over_the_ground(tmp_path):
-    cases = cases_of(tmp_path, SECTION, "everyday", "hot")
+def test_load_cases_are_drawn_together_over_the_ground():
+    cases = cases_of(SECTION, "everyday", "hot")
     figure = whole(plots.case_forms(cases))
     (axes,) = figure.axes  # all in one plane
     assert axes.get_aspect() == 5.0
     assert axes.get_title(loc="left") == "From the front, vertical scale enlarged 5 times"
-    words = [text.get_text() for text in figure.legends[0].get_texts()]
     largest = [np.linalg.norm(case.equilibrium.end_forces, axis=-1).max() for case in cases.values()]
-    assert words == [
+    assert words(figure) == [
         *(f"{name}: tension up to {most / 1e3:.2f} kN" for name, most in zip(cases, largest, strict=True)),
         "ground",
     ]
@@ -251,16 +255,16 @@ def test_load_cases_are_drawn_together_over_the_ground(tmp_path):
         assert np.gradient(slope, cable[:, 0])[30] == pytest.approx(weight / force[0], rel=0.01)
 
 
-def test_one_case_of_a_long_scene_is_drawn_over_the_ground_in_the_colours_of_its_tensions(tmp_path):
+def test_one_case_of_a_long_scene_is_drawn_over_the_ground_in_the_colours_of_its_tensions():
     """The clearance is that of its table, and where it is marked a cable and the ground are so far apart."""
-    case = case_of(tmp_path, SECTION, "case=hot")
+    case = case_of(SECTION, "case=hot")
     figure = whole(plots.static_form(case))
     axes, bar = figure.axes
     assert (axes.get_aspect(), bar.get_ylabel()) == (5.0, "mean tension of the cable [kN]")
     assert figure.get_suptitle() == "Load case hot: 5 cables"
     tensions = case.equilibrium.catenary.mean_tension / 1e3
     assert bar.get_ylim() == pytest.approx((tensions.min(), tensions.max()))
-    rows = load(str(tmp_path / "scene.yaml"), case="hot").static()["cables"]
+    rows = load("s.yaml", case="hot").static()["cables"]
     least = rows["clearance_m"].min()
     assert f"clearance {least:.4g} m" in [text.get_text() for text in axes.texts]
     arrows = [(text.xy, text.xyann) for text in axes.texts if text.arrow_patch]
@@ -274,11 +278,11 @@ def test_one_case_of_a_long_scene_is_drawn_over_the_ground_in_the_colours_of_its
     ) == pytest.approx(sorted(sags[name] for name in ("s1", "s2", "s3")), rel=1e-6)
 
 
-def test_bodies_of_load_cases_are_drawn_by_their_attachments(tmp_path):
+def test_bodies_of_load_cases_are_drawn_by_their_attachments():
     """Lines from each beam's middle to its four hangers, in the colour of the case."""
-    text = f"base: {CONFIGS / 'suspensions' / 'cable-robot.yaml'}\n"
+    text = f"base: {SUSPENSIONS / 'cable-robot.yaml'}\n"
     text += "cases: {empty: {}, loaded: {forces: {platform: [0, 0, -50 N]}}}\n"
-    figure = plots.case_forms(cases := cases_of(tmp_path, text, "empty", "loaded"))
+    figure = plots.case_forms(cases := cases_of(text, "empty", "loaded"))
     case = cases["loaded"]
     body = case.scene.bodies["platform"]
     arms = np.array(list(body.attachments.values())) @ case.equilibrium.rotation[0].T
@@ -289,16 +293,16 @@ def test_bodies_of_load_cases_are_drawn_by_their_attachments(tmp_path):
     assert any(np.shape(lines) == np.shape(expected) and np.allclose(lines, expected, rtol=1e-12) for lines in drawn)
 
 
-def test_load_cases_in_space_are_drawn_from_three_sides(tmp_path):
-    text = f"base: {CONFIGS / 'suspensions' / 'mast-guys.yaml'}\nground: 0\n"
+def test_load_cases_in_space_are_drawn_from_three_sides():
+    text = f"base: {SUSPENSIONS / 'mast-guys.yaml'}\nground: 0\n"
     text += "cases: {lean: {forces: {top: [10 kN, 0, 0]}}, settled: {moves: {ground1: [0, 0, -0.1]}}}\n"
-    figure = whole(plots.case_forms(cases_of(tmp_path, text, "lean", "settled")))
+    figure = whole(plots.case_forms(cases_of(text, "lean", "settled")))
     assert [axes.get_title(loc="left").partition(",")[0] for axes in figure.axes] == [
         "From the front", "From the side", "From above"]  # fmt: skip
     assert ["ground" in lines(axes) for axes in figure.axes] == [True, True, False]
 
 
-def test_links_have_an_entry_in_the_legend_and_of_several_load_cases_the_colour_of_each(tmp_path):
+def test_links_have_an_entry_in_the_legend_and_of_several_load_cases_the_colour_of_each():
     text = """
 cable: {axial_stiffness: 10 MN, mass_per_length: 1 kg/m, diameter: 20 mm}
 points: {knot: {at: [50, 0, 8], free: true, mass: 60}}
@@ -310,23 +314,21 @@ cases:
   calm: {forces: {knot: [0, 0, -1 kN]}}
   storm: {wind: {speed: 30 m/s, direction: 90 deg}}
 """
-    one = whole(plots.static_form(case_of(tmp_path, text)))
-    assert "link" in [entry.get_text() for entry in one.legends[0].get_texts()]
-    both = whole(plots.case_forms(cases_of(tmp_path, text, "calm", "storm")))
+    one = whole(plots.static_form(case_of(text)))
+    assert "link" in words(one)
+    both = whole(plots.case_forms(cases_of(text, "calm", "storm")))
     assert both.axes[-1].get_title(loc="left").startswith("From above, scale across enlarged ")
     lines = [line for line in both.axes[-1].collections if line.get_linestyle()[0][1] == [3.7 * 1.4, 1.6 * 1.4]]
     calm, storm = (line.get_colors()[0] for line in lines if len(line.get_segments()[0]) == 2)
     labels = {line.get_label().partition(":")[0]: line.get_colors()[0] for line in both.axes[-1].collections}
     assert (tuple(calm), tuple(storm)) == (tuple(labels["calm"]), tuple(labels["storm"]))
-    assert "link" not in [entry.get_text() for entry in both.legends[0].get_texts()]
+    assert "link" not in words(both)
 
 
-def test_the_command_draws_all_load_cases(tmp_path):
-    path, picture = tmp_path / "section.yaml", tmp_path / "cases.svg"
-    path.write_text(SECTION, encoding="utf-8")
-    done = run("static", path, "--case", "all", "--table", "points", "--plot", picture)
-    assert done.lines == [f"written: {picture}"]
-    assert "vertical scale enlarged" in picture.read_text(encoding="utf-8")
+def test_the_command_draws_all_load_cases():
+    done = run("static", written(SECTION), "--case", "all", "--table", "points", "--plot", "cases.svg")
+    assert done.lines == ["written: cases.svg"]
+    assert "vertical scale enlarged" in Path("cases.svg").read_text(encoding="utf-8")
 
 
 def dashed(axes):
@@ -334,26 +336,24 @@ def dashed(axes):
     return [curve for one in axes.collections if one.get_linestyle()[0][1] for curve in one.get_segments()]
 
 
-def test_a_lost_cable_is_drawn_pale_and_dashed_where_it_would_be(tmp_path):
+def test_a_lost_cable_is_drawn_pale_and_dashed_where_it_would_be():
     """Its curve runs between the ends that it has with all cables."""
-    text = f"base: {CONFIGS / 'suspensions' / 'mast-levels.yaml'}\ncases: {{broken: {{lost: [north-high]}}}}\n"
-    case, everyday = case_of(tmp_path, text, "case=broken"), case_of(tmp_path, text)
+    text = f"base: {SUSPENSIONS / 'mast-levels.yaml'}\ncases: {{broken: {{lost: [north-high]}}}}\n"
+    case, everyday = case_of(text, "case=broken"), case_of(text)
     ends = everyday.equilibrium.ends[everyday.equilibrium.suspension.cable_names.index("north-high")]
     figure = whole(plots.static_form(case))
-    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["lost", "ground"]
+    assert words(figure) == ["lost", "ground"]
     for axes, (x, y) in zip(figure.axes[1:4], ((0, 1), (0, 2), (1, 2)), strict=True):
         (curve,) = dashed(axes)
         assert curve[[0, -1]] == pytest.approx(ends[:, [x, y]], abs=1e-9)
-    (one,) = whole(plots.static_form(everyday)).legends
-    assert [text.get_text() for text in one.get_texts()] == ["ground"]
+    assert words(whole(plots.static_form(everyday))) == ["ground"]
 
 
-def test_load_cases_name_what_they_lose(tmp_path):
+def test_load_cases_name_what_they_lose():
     text = SECTION.replace("hot: {temperature: 70 degC}", "broken: {lost: [s2, i2]}")
-    cases = cases_of(tmp_path, text, "everyday", "broken")
+    cases = cases_of(text, "everyday", "broken")
     axes, _ = whole(figure := plots.case_forms(cases)).axes  # below it the sags, small beside the cable that fell
-    words = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert words[2:] == ["lost in broken", "ground", "chord"]
+    assert words(figure)[2:] == ["lost in broken", "ground", "chord"]
     lost = next(one for one in axes.collections if one.get_label() == "lost in broken").get_segments()
     at = cases["everyday"].equilibrium.ends[:, :, [0, 2]]  # s2 and i2, at the temperature of the reference state
     assert np.array([curve[[0, -1]] for curve in lost]) == pytest.approx(at[[1, 4]], rel=1e-3)

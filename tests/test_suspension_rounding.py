@@ -5,7 +5,6 @@ cables: what is found, or refused, must not.
 """
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -14,6 +13,7 @@ from scenes import scene_of
 from suspension_cases import scene_at, scene_from
 from suspensions import body, cable, heavy, point, sagging, stacked, suspension, trifilar, turned
 from test_suspension_extremes import EXTREMES, platform
+from test_suspension_searches import chain
 
 from cablestudy.errors import NoSolutionError
 from cablestudy.statics import lengths, rest, rounding, tangent
@@ -262,12 +262,7 @@ def test_the_tension_between_two_stiff_cables_has_the_error_of_their_lengths():
 
 def test_many_points_are_judged_as_few():
     """By sparse matrices, of a chain whose middle is a hundred times better known than by the sum of all bounds."""
-    names = [f"p{i}" for i in range(40)]
-    x = np.linspace(0, 30, 42)
-    ends = [(0.0, 0.0, 0.0), *names, (30.0, 0.0, 0.0)]
-    lines = [cable(*pair, 1e6, 0.1, value=30 * 1.01 / 41) for pair in pairwise(ends)]
-    points = [point(name, (place, 0, -1)) for name, place in zip(names, x[1:], strict=False)]
-    sparse = rest.pose(suspension([], lines, points))
+    sparse = rest.pose(chain(40, lambda x: np.stack([x, 0 * x, 0 * x - 1], axis=-1), 0.01, 1e6))
     assert sparse.suspension.free.sum() > 100
     whole = sparse.uncertainty.place[:, :3]
     assert (whole > 0).all()

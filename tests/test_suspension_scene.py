@@ -5,16 +5,16 @@ import math
 import re
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 from campaign import campaign
-from command import CONFIGS, LONGEST, calls, run, study_file
+from command import LONGEST, calls, run, study_file, written
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scenes import mistakes_of, scene_of
+from scenes import mistakes_of, replaced, scene_of
 from scipy.spatial.transform import Rotation
+from suspension_cases import SUSPENSIONS
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.document import read_document
@@ -27,7 +27,6 @@ from cablestudy.study.prepare import check_cases
 from cablestudy.study.scene_values import tables_of
 from cablestudy.study.suspension.numbers import distribution_of, numbers_of
 
-SUSPENSIONS = CONFIGS / "suspensions"
 FILES = [path for path in sorted(SUSPENSIONS.glob("*.yaml")) if "\nvary:" not in path.read_text(encoding="utf-8")]
 GOOD = """\
 cable: {material: aramid, diameter: 5 mm}
@@ -65,17 +64,13 @@ def test_a_component_of_a_vector_is_replaced_whether_it_stands_alone_or_in_a_map
         assert changed_scene.value_at((*path, index)) == scene.value_at((*path, index))
 
 
-def changed(*pairs, text=GOOD):
-    for old, new in pairs:
-        assert old in text, old
-        text = text.replace(old, new, 1)
-    return text
+def changed(*pairs):
+    return replaced(GOOD, *pairs)
 
 
 def study_on_good(text):
     """A study upon the scene GOOD; its name."""
-    Path("s.yaml").write_text(GOOD, encoding="utf-8")
-    return study_file("", text, base="s.yaml")
+    return study_file("", text, base=written(GOOD, "s.yaml"))
 
 
 # -------------------------------------------------------------------------------------------------------- what is read
@@ -153,7 +148,7 @@ def test_what_a_cable_states_itself_stays_when_the_shared_key_is_set():
 
 
 def test_a_file_upon_a_base_replaces_alternatives_of_its_cables_and_removes_them():
-    Path("base.yaml").write_text(GOOD, encoding="utf-8")
+    written(GOOD, "base.yaml")
     scene = scene_of("base: base.yaml\ncables: {n: {sag: 1 m}, w: null}\npoints: {south: {at: [0, -90, 50]}}\n")
     assert list(scene.cables) == ["n", "s", "v"]
     assert (scene.cables["n"].stated, scene.cables["n"].to) == ("sag", "knot")
@@ -180,6 +175,24 @@ def test_a_file_upon_a_base_replaces_alternatives_of_its_cables_and_removes_them
         ("points.knot.force.1", "N"),
         ("tensions.max", "N"),
         ("gravity", "m/s^2"),
+        ("control.gain", "rad/s"),
+        ("control.gain.auto", "dB"),
+        ("control.notch.frequency", "Hz"),
+        ("control.measured", None),
+        ("actuators.mass_x.mass", "kg"),
+        ("actuators.mass_x.velocity_gain", "N s/m"),
+        ("actuators.wheel_z.inertia", "kg m^2"),
+        ("actuators.wheel_z.rate_gain", "N m s/rad"),
+        ("actuators.wheel_z.momentum", "N m s"),
+        ("actuators.wheel_z.axis.1", ""),
+        ("bodies.gondola.wind.drag_coefficient", ""),
+        ("bodies.gondola.wind.area.1", "m^2"),
+        ("wind.speed", "m/s"),
+        ("wind.direction", "rad"),
+        ("wind.turbulence_rms", "m/s"),
+        ("wind.turbulence_intensity.2", ""),
+        ("correction.bandwidth", "Hz"),
+        ("exposure", "s"),
         ("cables.n1", None),
         ("cables.n1.from", None),
         ("solve_for", None),
@@ -533,8 +546,7 @@ correction: {marker: gondola.focus, bandwidth: 1}
 """
     tables = f"tensions: {{min: 1}}\nwinches: {{n: {{}}}}\nmodel: {{}}{motion}cables:"
     body = "mass: 50\n    markers: {focus: [0, 0, 1]}\n    wind: {area: 1, drag_coefficient: 1}"
-    Path("s.yaml").write_text(changed(("cables:", tables), ("mass: 50", body)))
-    document = read_document("s.yaml")
+    document = read_document(written(changed(("cables:", tables), ("mass: 50", body)), "s.yaml"))
     value = copy.deepcopy(document.value)
     for path in data.draw(st.lists(st.sampled_from(sorted(set(_paths(value)) - {()})), min_size=1, max_size=3)):
         inside = value
@@ -738,19 +750,26 @@ TABLES = {
 @pytest.mark.parametrize("what", TABLES)
 def test_cases_read_as_arrays_are_those_read_one_by_one(what):
     vary, count = TABLES[what]
-    study = read_study(study_on_good(f"vary: [{vary}]\ncolumns: [preload]\n"))
+    assert tables_read_as_arrays(study_on_good(f"vary: [{vary}]\ncolumns: [preload]\n")) == count
+
+
+def tables_read_as_arrays(name):
+    """Number of tables that the cases of a study are, each of which is as it is read alone."""
+    study, found = read_study(name), {}
     tables, refused = tables_of(study, range(study.count))
-    assert len(tables) == count
-    found = {}
     for table in tables:
-        numbers = numbers_of([table.scene_of(place) for place in range(len(table.cases))])
-        found.update((case, numbers.take(place)) for place, case in enumerate(table.cases.tolist()))
-    for case, numbers in found.items():
-        alone = numbers_of([study.case(case)[1]]).take(0)
-        for name in CORES:
-            np.testing.assert_array_equal(getattr(numbers, name), getattr(alone, name), err_msg=name)
+        scenes = [table.scene_of(place) for place in range(len(table.cases))]
+        numbers = numbers_of(scenes)
+        found |= {case: (scenes[place], numbers.take(place)) for place, case in enumerate(table.cases.tolist())}
+    for case, (scene, numbers) in found.items():
+        expected = study.case(case)[1]
+        assert scene.model_dump() == expected.model_dump()
+        alone = numbers_of([expected]).take(0)
+        for core in CORES:
+            np.testing.assert_array_equal(getattr(numbers, core), getattr(alone, core), err_msg=core)
         assert (numbers.stated, numbers.cable_names) == (alone.stated, alone.cable_names)
     for case, error in refused.items():
         with pytest.raises(SceneError, match=re.escape(str(error))):
             study.case(case)
-    assert len(found) + len(refused) == study.count
+    assert sorted([*found, *refused]) == list(range(study.count))
+    return len(tables)

@@ -3,20 +3,22 @@
 import json
 import re
 import shlex
+from pathlib import Path
 
 import numpy as np
 import pytest
 import scipy.linalg
-from command import CONFIGS, refused_in_one_line, rows_of, run
+from command import refused_in_one_line, rows_of, run, table_of, written
 from references import bar_suspension
+from scenes import scene_of
 from scipy.io import loadmat
+from suspension_cases import SUSPENSIONS, case_at
 from suspension_scenes import platform
 from test_suspension_ssm import MARKERS, WINCHES, agree, by_bars, model
 
 from cablestudy.cable.damping import Damping
 from cablestudy.control.statespace import state_space_of
 from cablestudy.control.suspension import suspension_system
-from cablestudy.scene.scene import load_scene
 from cablestudy.statics.suspension import outward
 from cablestudy.study import plots
 from cablestudy.study.suspension.case import SuspensionCase
@@ -27,9 +29,7 @@ from cablestudy.system.hanging_cables import Cables, FixedModel, fixed_meshes
 from cablestudy.system.linear import LinearSystem
 from cablestudy.system.modal_reduction import inertia_shares, keep_modes, truncate_modes
 
-BALLOON = str(CONFIGS / "suspensions" / "carlina-balloon.yaml")
-NET = str(CONFIGS / "suspensions" / "carlina-net.yaml")
-TRIFILAR = str(CONFIGS / "suspensions" / "trifilar.yaml")
+BALLOON, NET = (str(SUSPENSIONS / f"{name}.yaml") for name in ("carlina-balloon", "carlina-net"))
 GONDOLA = ["x", "y", "z", "rx", "ry", "rz"]
 LOADS = ["force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z"]
 
@@ -47,37 +47,13 @@ winches: {left: {}, right: {end: to}}
 """
 LEFT, RIGHT = 1e5 / 1.9900497512437811, 1e5 / 3.9800995024875623  # [N/m]
 
-# A small box on six long cables: its three lowest modes are rotations.
-BOX = """
-cable: {elastic_modulus: 100 GPa, density: 1440 kg/m^3, diameter: 2 mm, preload: 2 kN}
-bodies:
-  box:
-    at: [0, 0, 0]
-    mass: 500 kg
-    inertia: [800, 800, 1000]
-    attachments: {a: [0.5, 0, 0.3], b: [-0.25, 0.43, 0.3], c: [-0.25, -0.43, 0.3],
-                  d: [-0.5, 0, -0.3], e: [0.25, -0.43, -0.3], f: [0.25, 0.43, -0.3]}
-cables:
-  c1: {from: [30, 0, 20], to: box.a}
-  c2: {from: [-15, 26, 20], to: box.b}
-  c3: {from: [-15, -26, 20], to: box.c}
-  c4: {from: [-30, 0, -20], to: box.d}
-  c5: {from: [15, -26, -20], to: box.e}
-  c6: {from: [15, 26, -20], to: box.f}
-"""
-
 
 pytestmark = pytest.mark.usefixtures("folder")
 
 
-def case_of(text, folder, *sets):
-    path = folder / "scene.yaml"
-    path.write_text(text, encoding="utf-8")
-    return SuspensionCase(load_scene(str(path), sets)[1])
-
-
 def read(path):
     """Content of a file of a state space, matrices as arrays and names as lists."""
+    path = Path(path)
     if path.suffix == ".json":
         found = json.loads(path.read_text(encoding="utf-8"))
     elif path.suffix == ".npz":
@@ -97,6 +73,22 @@ def response(found, frequency):
     s = 2j * np.pi * frequency
     direct = found["D"] + s * found["D1"] + s**2 * found["D2"]
     return found["C"] @ np.linalg.solve(s * np.eye(len(found["A"])) - found["A"], found["B"]) + direct
+
+
+def same_files(*arguments):
+    """What `ssm` writes, the same in files of all kinds; and the lines of the last command."""
+    for kind in ("npz", "mat", "json"):
+        done = run("ssm", *arguments, "--out", f"m.{kind}")
+        assert done.lines[-1] == f"written: m.{kind}"
+    first, *others = (read(f"m.{kind}") for kind in ("npz", "mat", "json"))
+    for other in others:
+        assert set(other) == set(first)
+        for name, value in first.items():
+            if isinstance(value, list):
+                assert other[name] == value
+            else:
+                assert np.squeeze(other[name]) == pytest.approx(np.squeeze(value), rel=1e-15, abs=0)
+    return first, done.lines
 
 
 def table(*arguments):
@@ -248,10 +240,9 @@ def test_a_response_at_an_undamped_pole_is_no_number():
 # ---------------------------------------------------------------------------------------------------- closed forms
 
 
-def test_a_mass_between_two_springs(folder):
-    (folder / "between.yaml").write_text(BETWEEN, encoding="utf-8")
-    run("ssm", "between.yaml", "--set", "cable.damping.ratio=0", "--out", "between.json")
-    found = read(folder / "between.json")
+def test_a_mass_between_two_springs():
+    run("ssm", written(BETWEEN), "--set", "cable.damping.ratio=0", "--out", "between.json")
+    found = read("between.json")
     assert found["InputName"] == ["winch.left", "winch.right", "mass.force_x"]
     assert found["OutputName"] == ["mass.x", *(f"{c}.tension_{e}" for c in ("left", "right") for e in ("from", "to"))]
     assert found["OutputUnit"] == ["m", "N", "N", "N", "N"]
@@ -264,15 +255,15 @@ def test_a_mass_between_two_springs(folder):
         assert response(found, frequency) == pytest.approx(expected, rel=1e-6, abs=1e-9 * np.abs(expected).max())
 
 
-def test_the_static_gain_of_a_winch_is_the_change_of_the_equilibrium(folder):
+def test_the_static_gain_of_a_winch_is_the_change_of_the_equilibrium():
     """All cables of given length, one of them a little shorter or longer: pose and tensions by differences."""
-    scene = load_scene(BALLOON, ())[1]
-    lengths = dict(zip(scene.cables, SuspensionCase(scene).equilibrium.lengths.tolist(), strict=True))
+    case = case_at("carlina-balloon")
+    lengths = dict(zip(case.scene.cables, case.equilibrium.lengths.tolist(), strict=True))
     run("ssm", BALLOON, "--modes", 12, "--out", "balloon.npz")
-    found = read(folder / "balloon.npz")
+    found = read("balloon.npz")
     gain = response(found, 0.0).real
     assert found["InputName"][:3] == ["winch.lower1", "winch.lower2", "winch.lower3"]
-    text = (CONFIGS / "suspensions" / "carlina-balloon.yaml").read_text(encoding="utf-8")
+    text = Path(BALLOON).read_text(encoding="utf-8")
     for name in lengths:
         text = re.sub(rf"(\n  {name}: {{[^\n]*, )[a-z_]+: [^}}]*}}", rf"\1unstretched_length: @{name}@}}", text)
 
@@ -280,7 +271,7 @@ def test_the_static_gain_of_a_winch_is_the_change_of_the_equilibrium(folder):
         given = text
         for name, length in lengths.items():
             given = given.replace(f"@{name}@", repr(length - change * (name == "lower1")))
-        state = case_of(given, folder).equilibrium
+        state = SuspensionCase(scene_of(given)).equilibrium
         turned = state.rotation[0]
         angles = np.array([turned[2, 1] - turned[1, 2], turned[0, 2] - turned[2, 0], turned[1, 0] - turned[0, 1]]) / 2
         focus = state.position[0] + turned @ [0, 0, -0.5]
@@ -297,12 +288,9 @@ def test_the_static_gain_of_a_winch_is_the_change_of_the_equilibrium(folder):
 # ---------------------------------------------------------------------------------------------------- the command
 
 
-def test_files_of_all_kinds_hold_the_same(folder):
-    for kind in ("npz", "mat", "json"):
-        done = run("ssm", BALLOON, "--modes", 5, "--out", f"m.{kind}")
-        assert re.fullmatch(r"state space: 10 states, 12 inputs, 30 outputs; 5 of \d+ modes", done.lines[0])
-        assert done.lines[-1] == f"written: m.{kind}"
-    first, *others = (read(folder / f"m.{kind}") for kind in ("npz", "mat", "json"))
+def test_files_of_all_kinds_hold_the_same():
+    first, lines = same_files(BALLOON, "--modes", 5)
+    assert re.fullmatch(r"state space: 10 states, 12 inputs, 30 outputs; 5 of \d+ modes", lines[0])
     assert first["InputName"] == [
         *(f"winch.lower{k}" for k in (1, 2, 3)),
         *(f"gondola.{load}" for load in LOADS),
@@ -320,26 +308,20 @@ def test_files_of_all_kinds_hold_the_same(folder):
     assert not np.any(first["D1"][:12])  # displacements need no derivatives of inputs
     assert not np.any(first["D2"][:12])
     assert first["Mass"].shape == (len(first["CoordinateName"]),) * 2
-    for other in others:
-        for name, value in first.items():
-            if isinstance(value, list):
-                assert other[name] == value
-            else:
-                assert np.squeeze(other[name]) == pytest.approx(np.squeeze(value), rel=1e-15, abs=0)
 
 
-def test_the_poles_are_the_modes_with_their_damping(folder):
+def test_the_poles_are_the_modes_with_their_damping():
     run("ssm", NET, "--modes", 6, "--out", "net.npz")
-    poles = np.linalg.eigvals(read(folder / "net.npz")["A"])
+    poles = np.linalg.eigvals(read("net.npz")["A"])
     poles = poles[poles.imag > 0]
     poles = poles[np.argsort(np.abs(poles))]
-    rows = rows_of(run("modes", NET, "-n", 6, "--format", "csv").out, "csv")
+    rows = table_of("modes", NET, "-n", 6)
     assert np.abs(poles) / (2 * np.pi) == pytest.approx([row["frequency_Hz"] for row in rows], rel=1e-4)
     assert -poles.real / np.abs(poles) == pytest.approx([row["damping_ratio"] for row in rows], rel=0.02)
 
 
 def test_which_modes_are_kept():
-    rows = rows_of(run("modes", NET, "--format", "csv").out, "csv")
+    rows = table_of("modes", NET)
     assert table(NET) == [{name: row[name] for name in row if name != "lock_in_speed_m_per_s"} for row in rows]
     assert [row["number"] for row in table(NET, "--modes", 3)] == [1, 2, 3]
     assert [row["number"] for row in table(NET, "--upto", "1.2Hz")] == [1, 2, 3]
@@ -353,11 +335,11 @@ def test_which_modes_are_kept():
 
 
 @pytest.mark.parametrize("style", ["csv", "json", "jsonl"])
-def test_a_response_is_that_of_the_file(folder, style):
+def test_a_response_is_that_of_the_file(style):
     options = ("--response", "0.05Hz:0.8Hz:4", "--input", "winch.lower2", "--output", "lower1.tension_to", "--modes", 9)
     rows = rows_of(run("ssm", BALLOON, *options, "--format", style).out, style)
     run("ssm", BALLOON, "--modes", 9, "--out", "m.npz")
-    found = read(folder / "m.npz")
+    found = read("m.npz")
     place = found["OutputName"].index("lower1.tension_to"), found["InputName"].index("winch.lower2")
     assert list(rows[0]) == ["frequency_Hz", "magnitude_N_per_m", "phase_deg"]
     for row in rows:
@@ -387,9 +369,9 @@ def test_a_response_has_the_modes_up_to_its_end():
     assert run("ssm", NET, "--response", "0.1:4:2", "--modes", 3, "--quiet").err == ""
 
 
-def test_plain_truncation_warns_with_both_static_responses(folder):
+def test_plain_truncation_warns_with_both_static_responses():
     """That of all modes is the compliance of the two springs, of the lowest mode less by what the others carry."""
-    (folder / "between.yaml").write_text(BETWEEN, encoding="utf-8")
+    written(BETWEEN, "between.yaml")
     pair = "--input", "mass.force_x", "--output", "left.tension_to"
     done = run("ssm", "between.yaml", "--modes", 1, "--no-residual", *pair, "--error", 0.5, code=2)
     assert done.err == "--modes, --upto and --error exclude each other\n"
@@ -404,20 +386,20 @@ def test_plain_truncation_warns_with_both_static_responses(folder):
     assert low["magnitude"] == pytest.approx(float(found[1]), rel=1e-4)
 
 
-def test_forces_on_nodes_of_a_file_are_numbered_from_the_end_from(folder):
-    (folder / "box.yaml").write_text(BOX, encoding="utf-8")
-    run("ssm", "box.yaml", "--modes", 3, "--wind", "--out", "m.npz", "--set", "model.elements=4")
-    assert read(folder / "m.npz")["InputName"][6:] == [
-        f"c{cable}.force_node_{node}_{axis}" for cable in range(1, 7) for node in (1, 2, 3) for axis in "xyz"
+def test_forces_on_nodes_of_a_file_are_numbered_from_the_end_from():
+    net, cables = (NET, "--set", "model.elements=4"), ("u1", "u2", "u3", "d1", "d2", "d3")
+    run("ssm", *net, "--modes", 3, "--wind", "--out", "m.npz")
+    assert read("m.npz")["InputName"][12:] == [
+        f"{cable}.force_node_{node}_{axis}" for cable in cables for node in (1, 2, 3) for axis in "xyz"
     ]
-    one = "--response", "0.1:1:2", "--input", "c2.force_node_3_z", "--output", "box.z", "--set", "model.elements=4"
-    assert list(table("box.yaml", "--wind", *one)[0]) == ["frequency_Hz", "magnitude_m_per_N", "phase_deg"]
-    assert "--input c2.force_node_3_z: unknown" in run("ssm", "box.yaml", *one, code=2).err
+    one = "--response", "0.1:1:2", "--input", "u2.force_node_3_z", "--output", "gondola.z"
+    assert list(table(*net, "--wind", *one)[0]) == ["frequency_Hz", "magnitude_m_per_N", "phase_deg"]
+    assert "--input u2.force_node_3_z: unknown" in run("ssm", *net, *one, code=2).err
 
 
-def test_what_is_assumed_is_said(folder):
-    (folder / "box.yaml").write_text(BOX, encoding="utf-8")
-    done = run("ssm", "box.yaml", "--modes", 3, "--explain")
+def test_what_is_assumed_is_said():
+    nothing = "--set", "cable.damping=null", "--set", "winches={}"
+    done = run("ssm", NET, *nothing, "--modes", 3, "--explain")
     assert "damping: none is given for the scene; modal, with a ratio of 1 %, is assumed" in done.lines
     assert "winches: the scene names none, and no cable is reeled in" in done.lines
 
@@ -436,6 +418,10 @@ def test_what_is_assumed_is_said(folder):
         ),
         ("--with loop --no-residual", "--no-residual: no effect: actuators and loop act on static shapes beside"),
         ("--with loop --wind", "--wind: of a suspension without actuators and loop only"),
+        ("--with loop", "control: missing key: 'cablestudy ssm --with loop' needs it"),
+        ("--with actuators", "actuators: missing key: 'cablestudy ssm --with actuators' needs it"),
+        ("--with loop --error 0.1", "--error: no effect: with actuators or loop the lowest modes are kept"),
+        ("--with actuators --plot a.png", "--plot: needs --response, which it draws"),
         ("--modes 3 --upto 2Hz", "exclude each other"),
         ("--plot bode.png", "--response"),
         ("--out m.txt", ".npz, .mat, .json"),
@@ -445,24 +431,24 @@ def test_mistakes_are_one_line(folder, options, words):
     refused_in_one_line(folder, words, "ssm", BALLOON, *shlex.split(options))
 
 
-def test_more_modes_than_there_are(folder):
-    (folder / "between.yaml").write_text(BETWEEN, encoding="utf-8")
+def test_more_modes_than_there_are():
+    written(BETWEEN, "between.yaml")
     exact = ("--set", "model.elements=2", "--set", "model.order=1")
     # one inner node of each cable, and the mass
     assert len(table("between.yaml", *exact)) == 7
     assert run("ssm", "between.yaml", *exact, "--modes", 8, code=2).lines == ["--modes 8: the model has 7 modes"]
-    done = run("ssm", CONFIGS / "suspensions" / "net-30x30.yaml", code=3)
+    done = run("ssm", SUSPENSIONS / "net-30x30.yaml", code=3)
     assert done.lines[0].endswith("the linear model has 2700 coordinates, and a state space is made of at most 2000")
 
 
-def test_a_cable_between_fixed_ends(folder):
+def test_a_cable_between_fixed_ends():
     """The winch and the tension at its end: the modes that one cable alone keeps for a movement along it."""
     cable = "{elastic_modulus: 200 GPa, density: 7850 kg/m^3, diameter: 4 mm}"
     held = f"cable: {cable}\ncables: {{c: {{from: [0, 0, 0], to: [8, 0, 0], preload: 5 kN}}}}\n"
-    (folder / "held.yaml").write_text(held, encoding="utf-8")
-    (folder / "wound.yaml").write_text(held + "winches: {c: {}}\n", encoding="utf-8")
+    written(held, "held.yaml")
+    written(held + "winches: {c: {}}\n", "wound.yaml")
     alone = cable[:-1] + ", ends: [[0, 0, 0], [8, 0, 0]], preload: 5 kN}"
-    (folder / "alone.yaml").write_text(f"cable: {alone}\nmodel: {{elements: 8, order: 4}}\n", encoding="utf-8")
+    written(f"cable: {alone}\nmodel: {{elements: 8, order: 4}}\n", "alone.yaml")
     exact = ("--set", "model.elements=8", "--set", "model.order=4")
     found = table("wound.yaml", *exact, "--error", 0.1, "--output", "c.tension_from")
     single = table("alone.yaml", "--error", 0.1, "--input", "end_1_x", "--output", "end_1_x")
@@ -470,7 +456,7 @@ def test_a_cable_between_fixed_ends(folder):
     assert [row["frequency_Hz"] for row in found] == pytest.approx([row["frequency_Hz"] for row in single], rel=1e-9)
     # nothing to keep
     run("ssm", "wound.yaml", "--upto", "0.1Hz", "--out", "none.json")
-    assert read(folder / "none.json")["D"].shape == (2, 1)
+    assert read("none.json")["D"].shape == (2, 1)
     assert len(table("wound.yaml", "--upto", "0.1Hz", "--response", "1:2:3")) == 3
     done = run("ssm", "held.yaml", code=3)
     assert done.lines == [
@@ -481,8 +467,8 @@ def test_a_cable_between_fixed_ends(folder):
 # ---------------------------------------------------------------------------------------------- pictures of modes
 
 
-def test_the_picture_of_modes_shows_the_displaced_suspension(folder):
-    case = SuspensionCase(load_scene(TRIFILAR, ())[1])
+def test_the_picture_of_modes_shows_the_displaced_suspension():
+    case = case_at("trifilar")
     found = case.modes(8)
     figure = plots.coupled_mode_shapes(case, found)
     panels = [axes for axes in figure.axes if axes.get_title(loc="left")]
@@ -496,22 +482,22 @@ def test_the_picture_of_modes_shows_the_displaced_suspension(folder):
     assert 0.02 < np.linalg.norm(moved - grey) < 0.22
 
 
-def test_the_body_that_turns_is_enlarged(folder):
-    case = case_of(BOX, folder)
+def test_the_body_that_turns_is_enlarged():
+    case = case_at("carlina-net", "bodies.gondola.mass=500 kg", "bodies.gondola.inertia=[800, 800, 1000]")
     found = case.modes(6)
     figure = plots.coupled_mode_shapes(case, found)
     enlarged = [[child.get_title() for child in axes.child_axes] for axes in figure.axes]
     turning = [moves.split(" ")[1] in ("roll", "pitch", "yaw") for moves in found.moves]
-    assert [titles == ["box"] for titles in enlarged] == turning
+    assert [titles == ["gondola"] for titles in enlarged] == turning
     assert sum(turning) == 3
 
 
-def test_the_command_draws_modes(folder):
+def test_the_command_draws_modes():
     run("modes", NET, "-n", 2, "--plot", "modes.svg")
-    drawn = (folder / "modes.svg").read_text(encoding="utf-8")
+    drawn = Path("modes.svg").read_text(encoding="utf-8")
     assert drawn.startswith("<?xml")
     assert len(drawn) > 10_000
     assert run("modes", NET, "--upto", "0.1Hz", "--plot", "none.png").code == 0
-    case = SuspensionCase(load_scene(NET, ())[1])
+    case = case_at("carlina-net")
     figure = plots.coupled_mode_shapes(case, case.modes(3), 0)
     assert figure.get_suptitle() == "There is no mode to show"

@@ -1,16 +1,14 @@
 """State space of the closed loop of several winches and of actuators: against dense bars, and the command."""
 
-import json
 import re
-import shlex
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from command import CONFIGS, refused_in_one_line, rows_of, run
+from command import CONFIGS, run, table_of, written
 from suspension_scenes import platform
 from test_suspension_ssm import MARKERS, WINCHES, agree, by_bars, model
-from test_suspension_ssm_command import read, response
+from test_suspension_ssm_command import read, response, same_files
 
 from cablestudy.cable.damping import Damping
 from cablestudy.control.loop import Loop, allocate, moved_by_winches
@@ -77,16 +75,12 @@ def notch(one, s):
     return (s * s + 2 * z1 * w1 * s + w1 * w1) / w1**2 * w2**2 / (s * s + 2 * z2 * w2 * s + w2 * w2)
 
 
-def shares(static):
-    """Least sum of w_k v_k^2 with G v = y: W^-1 G^T (G W^-1 G^T)^-1; of three winches and x, y, z that is G^-1."""
-    return np.linalg.inv(static)
-
-
 def closed_by_bars(state, frequency):
     """Outputs, then winches, by references and forces."""
     whole, s = by_bars(state, frequency, VISCOUS, 0.0), 2j * np.pi * frequency
     static = by_bars(state, 1e-9, VISCOUS, 0.0)[:3, :3].real
-    controller = -GAIN / s * shares(static) @ np.diag([notch(one, s) for one in NOTCHES])
+    # least sum of w_k v_k^2 with G v = y: W^-1 G^T (G W^-1 G^T)^-1; of three winches and x, y, z that is G^-1
+    controller = -GAIN / s * np.linalg.inv(static) @ np.diag([notch(one, s) for one in NOTCHES])
     # v = controller (y - r), y = H v + G f
     inverse = np.linalg.inv(np.eye(3) - controller @ whole[:3, :3])
     wound = np.concatenate([-inverse @ controller, inverse @ controller @ whole[:3, 3:]], axis=1)
@@ -162,23 +156,12 @@ actuators:
 
 @pytest.fixture
 def scene(folder):
-    path = folder / "scene.yaml"
-    path.write_text(CONTROLLED.format(net=NET), encoding="utf-8")
-    return "scene.yaml"
+    return written(CONTROLLED.format(net=NET))
 
 
-def test_files_hold_the_closed_loop(folder, scene):
-    for kind in ("npz", "mat", "json"):
-        done = run("ssm", scene, "--with", "loop", "--modes", 9, "--out", f"m.{kind}")
-        assert re.match(r"state space: \d+ states, 10 inputs, 29 outputs; 9 of \d+ modes", done.lines[0])
-    found, *others = (read(folder / f"m.{kind}") for kind in ("npz", "mat", "json"))
-    for other in others:
-        assert {name for name in other if not name.startswith("_")} == set(found)
-        for name, value in found.items():
-            if isinstance(value, list):
-                assert other[name] == value
-            else:
-                assert np.squeeze(other[name]) == pytest.approx(np.squeeze(value), rel=1e-15, abs=0)
+def test_files_hold_the_closed_loop(scene):
+    found, lines = same_files(scene, "--with", "loop", "--modes", 9)
+    assert re.match(r"state space: \d+ states, 10 inputs, 29 outputs; 9 of \d+ modes", lines[0])
     assert "Mass" not in found
     assert found["InputName"][:4] == ["reference.x", "reference.y", "reference.z", "reference.pitch"]
     assert found["InputUnit"][3] == "rad"
@@ -194,11 +177,11 @@ def test_files_hold_the_closed_loop(folder, scene):
     assert static[[0, 1, 2, 4], 4:] == pytest.approx(np.zeros((4, 6)), abs=1e-12)
 
 
-def test_the_response_is_that_of_the_loop_and_of_the_file(folder, scene):
+def test_the_response_is_that_of_the_loop_and_of_the_file(scene):
     options = ("--with", "loop", "--modes", 9, "--input", "gondola.force_y", "--output", "gondola.focus.y")
-    rows = rows_of(run("ssm", scene, *options, "--response", "0.01Hz:3Hz:5", "--format", "csv").out, "csv")
+    rows = table_of("ssm", scene, *options, "--response", "0.01Hz:3Hz:5")
     run("ssm", scene, "--with", "loop", "--modes", 9, "--out", "m.npz")
-    found = read(folder / "m.npz")
+    found = read("m.npz")
     place = found["OutputName"].index("gondola.focus.y"), found["InputName"].index("gondola.force_y")
     document, described = load_scene(scene, [])
     choice = ssm.choose(document, described, StateSpaceOptions(attached="loop", count=9))
@@ -223,10 +206,7 @@ def test_fewer_modes_do_not_change_the_controller(scene):
 
 def test_which_modes_are_kept(scene):
     def kept(*options):
-        return [
-            row["number"]
-            for row in rows_of(run("ssm", scene, "--with", "loop", *options, "--format", "csv").out, "csv")
-        ]
+        return [row["number"] for row in table_of("ssm", scene, "--with", "loop", *options)]
 
     assert kept("--modes", 3) == [1, 2, 3]
     assert kept("--upto", "1.5Hz") == [1, 2, 3]
@@ -235,10 +215,10 @@ def test_which_modes_are_kept(scene):
     assert re.fullmatch(r"scene.yaml: no mode is below 0.1 Hz; the lowest is at 0.58\d+ Hz", done.lines[0])
 
 
-def test_an_unstable_loop_is_written_with_a_warning(folder, scene):
+def test_an_unstable_loop_is_written_with_a_warning(scene):
     done = run("ssm", scene, "--with", "loop", "--set", "control.gain=300 rad/s", "--modes", 20, "--out", "m.json")
     assert done.lines[0].startswith("warning: the loop is unstable at 300 rad/s: ")
-    poles = np.linalg.eigvals(json.loads((folder / "m.json").read_text(encoding="utf-8"))["A"])
+    poles = np.linalg.eigvals(read("m.json")["A"])
     assert poles.real.max() > 0.01
 
 
@@ -247,7 +227,7 @@ def test_the_loop_over_frequency_has_the_actuators(folder, scene):
     damping = "cable.damping={model: kelvin_voigt, time: 3 ms, viscous: 0.02}"
     sets = ("--set", "control={gain: 0.1, measured: [x, y, z], notch: none}", "--set", damping)
     run("ssm", scene, *sets, "--with", "actuators", "--modes", 60, "--out", "open.npz")
-    found = read(folder / "open.npz")
+    found = read("open.npz")
     rows = [found["OutputName"].index(f"gondola.{axis}") for axis in "xyz"]
     columns = [found["InputName"].index(f"winch.{cable}") for cable in ("u1", "u2", "u3", "d1", "d2", "d3")]
 
@@ -255,8 +235,7 @@ def test_the_loop_over_frequency_has_the_actuators(folder, scene):
         return response(found, frequency)[np.ix_(rows, columns)]
 
     allocation = np.linalg.pinv(plant(0.0).real)
-    done = run("loop", scene, *sets, "--response", "0.05Hz:2Hz:30", "--plot", "loop.svg", "--format", "json")
-    table = json.loads(done.out)["rows"]
+    table = table_of("loop", scene, *sets, "--response", "0.05Hz:2Hz:30", "--plot", "loop.svg")
     for row in table:
         law = 0.1 / (2j * np.pi * row["frequency_Hz"])
         values = np.linalg.svd(law * plant(row["frequency_Hz"]) @ allocation, compute_uv=False)
@@ -280,22 +259,9 @@ def test_what_is_modelled_is_said(scene):
     assert not any("(D1 and D2 of the file)" in line for line in done.lines)
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ("--with loop", "control: missing key: 'cablestudy ssm --with loop' needs it"),
-        ("--with actuators", "actuators: missing key: 'cablestudy ssm --with actuators' needs it"),
-        ("--with loop --error 0.1", "--error: no effect: with actuators or loop the lowest modes are kept"),
-        ("--with actuators --plot a.png", "--plot: needs --response, which it draws"),
-    ],
-)
-def test_mistakes_are_one_line(folder, options, words):
-    refused_in_one_line(folder, words, "ssm", NET, *shlex.split(options))
-
-
 @pytest.mark.parametrize("attached", ["loop", "actuators"])
 @pytest.mark.parametrize("sets", [[], ["control.measured=null"]])
-def test_unknown_channels_are_told_before_the_modes_that_are_kept(folder, scene, monkeypatch, attached, sets):
+def test_unknown_channels_are_told_before_the_modes_that_are_kept(scene, monkeypatch, attached, sets):
     """Before any where it is known what the loop measures; with the names that the state space has."""
     document, model = load_scene(scene, sets)
     system = ssm.choose(document, model, StateSpaceOptions(attached=attached, count=3)).system()
@@ -317,7 +283,7 @@ def named(*_):
     raise NamesKnownError
 
 
-def test_inputs_and_outputs_of_the_loop_are_named(folder, scene):
+def test_inputs_and_outputs_of_the_loop_are_named(scene):
     done = run("ssm", scene, "--with", "loop", "--response", "1:2:3", "--input", "winch.u1", code=2)
     assert done.err.startswith("--input winch.u1: unknown (allowed: reference.x, reference.y")
     done = run("ssm", CONFIGS / "carlina.yaml", "--with", "actuators", code=2)

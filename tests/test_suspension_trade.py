@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from command import CONFIGS, rows_of, run
 from references import bar_suspension, continuous_suspension
+from suspension_cases import SUSPENSIONS, scene_at
 
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import plots, trade
@@ -13,7 +14,6 @@ from cablestudy.study.columns import find
 from cablestudy.study.suspension import trade as suspension_trade
 from cablestudy.study.suspension.case import SuspensionCase
 
-SUSPENSIONS = CONFIGS / "suspensions"
 ASIDE = "bodies.cabin.at=[54.72 m, 0, 149.65 m]"  # no two modes coincide
 PENDULUM = """\
 cable: {elastic_modulus: 1 GPa, area: 100 mm^2, density: 1 kg/m^3, unstretched_length: 4 m}
@@ -35,10 +35,6 @@ def columns(*names):
     return [suspension_trade.comparable(None, find(name)) for name in names]
 
 
-def scene(name, *sets):
-    return load_scene(SUSPENSIONS / f"{name}.yaml", sets)[1]
-
-
 def compared(scene, names, *patterns, repeats=0):
     """Name -> Measurement, of the models whose names match."""
     wanted = columns(*names)
@@ -49,7 +45,7 @@ def compared(scene, names, *patterns, repeats=0):
 @pytest.mark.parametrize(("name", "sets"), [("fast", [ASIDE]), ("carlina-balloon", []), ("mast-guys", [])])
 def test_the_reference_is_the_suspension_of_continuous_cables(name, sets):
     """Modes below a frequency are counted without elements."""
-    model, numbers = scene(name, *sets), (1, 2, 8)
+    model, numbers = scene_at(name, *sets), (1, 2, 8)
     reference = trade.reference_of(model, columns(*(f"frequency_{k}" for k in numbers)))
     assert reference.failures == {}
     counted = continuous_suspension.Suspension(SuspensionCase(model).equilibrium)
@@ -60,7 +56,7 @@ def test_the_reference_is_the_suspension_of_continuous_cables(name, sets):
 
 
 def test_errors_of_bars_are_those_of_dense_bars():
-    model, names = scene("fast", ASIDE), ("frequency_1", "frequency_2", "frequency_8")
+    model, names = scene_at("fast", ASIDE), ("frequency_1", "frequency_2", "frequency_8")
     state = SuspensionCase(model).equilibrium
     exact = trade.reference_of(model, columns(*names)).values
     found = compared(model, names, "(5|10) lumped bars")
@@ -73,7 +69,7 @@ def test_errors_of_bars_are_those_of_dense_bars():
 
 @pytest.mark.parametrize("name", ["fast", "carlina-net", "mast-guys"])
 def test_accuracies_hold_and_so_do_the_errors_they_state(name):
-    found = compared(scene(name), ("max_tension", "frequency_1", "frequency_8"), "accuracy .*")
+    found = compared(scene_at(name), ("max_tension", "frequency_1", "frequency_8"), "accuracy .*")
     assert len(found) == 5
     for model, entry in found.items():
         asked = float(model.split()[1])
@@ -84,7 +80,7 @@ def test_accuracies_hold_and_so_do_the_errors_they_state(name):
 
 
 def test_an_exact_choice_states_the_error_of_its_statics_alone():
-    found = compared(scene("mast-guys"), ("max_tension", "frequency_1"), "10 blended bars", "1 x order 12")
+    found = compared(scene_at("mast-guys"), ("max_tension", "frequency_1"), "10 blended bars", "1 x order 12")
     for entry in found.values():
         assert entry.stated.keys() == {"max_tension"}
         assert entry.largest_stated is None
@@ -94,7 +90,7 @@ def test_an_exact_choice_states_the_error_of_its_statics_alone():
 
 def test_closed_forms_give_statics_or_frequencies_on_the_static_stiffness():
     names = ("max_tension", "cabin.stiffness_zz", "cabin.frequency_static_1", "frequency_1", "frequency_8")
-    found = compared(scene("fast"), names, "catenary", "static stiffness")
+    found = compared(scene_at("fast"), names, "catenary", "static stiffness")
     catenary, static = found.values()
     assert catenary.errors.keys() == set(names[:3])
     assert max(catenary.errors.values()) <= 1e-10
@@ -121,11 +117,11 @@ def test_the_static_stiffness_of_a_pendulum_is_that_of_textbooks(pendulum):
 def test_models_too_large_to_compare_are_left_out():
     """Of 6 cables with 160 bars 2,862 displacements, with 320 more than 3,000; of a sparse net many more."""
     wanted = columns("frequency_1")
-    names = {model.name for model in trade.models_of(scene("fast"), wanted)}
+    names = {model.name for model in trade.models_of(scene_at("fast"), wanted)}
     assert "160 lumped bars" in names
     assert not {"320 lumped bars", "640 lumped bars"} & names
-    assert "20 lumped bars" in {model.name for model in trade.models_of(scene("net-30x30"), wanted)}
-    assert [model.name for model in trade.models_of(scene("fast"), columns("max_tension"))] == ["catenary"]
+    assert "20 lumped bars" in {model.name for model in trade.models_of(scene_at("net-30x30"), wanted)}
+    assert [model.name for model in trade.models_of(scene_at("fast"), columns("max_tension"))] == ["catenary"]
 
 
 def test_the_columns_by_default():

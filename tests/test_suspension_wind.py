@@ -8,7 +8,7 @@ import scipy.linalg
 import scipy.signal
 import suspensions
 from campaign import campaign
-from command import CONFIGS, ROOT, rows_of
+from command import ROOT, rows_of
 from references import catenary_mp
 from references.bars_in_wind import BarsInWind, von_karman
 from references.panels import panels
@@ -20,21 +20,20 @@ from straight_scenes import (
     BODY_WIND,
     LOOP,
     WIND,
-    case_of,
     closed_loop_of,
     everything,
     one_axis,
     two_bodies,
     with_changes,
 )
+from suspension_cases import case_at, case_of, scene_at, value, variances_of
 
 from cablestudy.cable.element import mesh_segments
 from cablestudy.control.loop import Loop
-from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.errors import NoSolutionError
 from cablestudy.motion import gust_response
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.motion.turbulence import OWN
-from cablestudy.scene.scene import load_scene
 from cablestudy.statics import rest
 from cablestudy.study.columns import find
 from cablestudy.study.scene_kind import why_not
@@ -54,16 +53,19 @@ RHO = 1.2
 STRONG = WIND | {"mean": True, "direction": 0.7, "speed": 30.0}
 
 
-def value(case, column):
-    """The number in a column."""
-    found = find(column).compute(case)
-    return found[0] if isinstance(found, tuple) else found
-
-
 def variance(case, output, state=0, kind="value"):
     """Of an output; with the loop (0) or with the winches at rest (1)."""
     found = case.analysis.response_of(open_loop=bool(state)).variances
     return found.weighted[kind][found.rows[output]]
+
+
+def pendulum(place=(0.0, 0.0), free=("x", "y", "z"), length=5.0, area=0.7, **wind):
+    """A body of 3 kg below a place, on a cable of 5 m or next to it, in the wind."""
+    body = {"at": [*place, -5.0], "mass": 3.0, "free": list(free), "attachments": {"a": [0.0, 0.0, 0.0]},
+            "wind": {"area": area, "drag_coefficient": 1.1}}  # fmt: skip
+    text = one_axis(gravity=G, wind=WIND | wind) | {"bodies": {"bob": body}}
+    text["cables"] = {"c": {"from": [*place, 0.0], "to": "bob.a", "unstretched_length": length}}
+    return text
 
 
 # ------------------------------------------------------------------------------------------------------- mean wind
@@ -87,14 +89,9 @@ def test_a_body_on_straight_cables_in_the_mean_wind():
 
 def test_a_pendulum_in_the_mean_wind():
     """The cable points along the sum of weight and drag."""
-    mass, area, speed, length = 3.0, 0.7, 12.0, 5.0
-    body = {"at": [0.0, 0.0, -length], "mass": mass, "free": ["x", "y", "z"], "attachments": {"a": [0.0, 0.0, 0.0]},
-            "wind": {"area": area, "drag_coefficient": 1.1}}  # fmt: skip
-    text = one_axis(wind=WIND | {"mean": True, "speed": speed, "direction": np.pi / 2})
-    text |= {"gravity": G, "bodies": {"bob": body}}
-    text["cables"] = {"c": {"from": [0.0, 0.0, 0.0], "to": "bob.a", "unstretched_length": length}}
-    case = case_of(text)
-    drag = RHO / 2 * 1.1 * area * speed**2
+    mass, length = 3.0, 5.0
+    case = case_of(pendulum(mean=True, speed=12.0, direction=np.pi / 2))
+    drag = RHO / 2 * 1.1 * 0.7 * 12.0**2
     pull = np.hypot(drag, mass * G)
     hangs = length * (1 + pull / EA)
     aside, below = hangs * drag / pull, hangs * mass * G / pull - length * (1 + mass * G / EA)
@@ -106,16 +103,12 @@ def test_a_pendulum_in_the_mean_wind():
 @pytest.mark.parametrize("speed", [0.003, 0.01, 0.05, 0.2])
 def test_the_stated_error_of_a_small_displacement_by_the_mean_wind_counts_rounding(speed):
     """Of a pendulum that stands aside of its place by 1e-8 of its length or less, the difference of two positions."""
-    mass, area, length = 3.0, 0.7, 5.0
-    body = {"at": [2.3, 0.7, -length], "mass": mass, "free": ["x", "y", "z"], "attachments": {"a": [0.0, 0.0, 0.0]},
-            "wind": {"area": area, "drag_coefficient": 1.1}}  # fmt: skip
-    text = one_axis(gravity=G, wind=WIND | {"mean": True, "speed": speed}) | {"bodies": {"bob": body}}
-    text["cables"] = {"c": {"from": [2.3, 0.7, 0.0], "to": "bob.a", "unstretched_length": length}}
-    drag = RHO / 2 * 1.1 * area * speed**2
+    mass, length = 3.0, 5.0
+    drag = RHO / 2 * 1.1 * 0.7 * speed**2
     down = (mass + 1e-8 * length / 2) * G  # half of the cable, of 1e-8 kg/m, hangs on the bob
     pull = np.hypot(drag, down)
     expected = 1e3 * length * (1 + pull / EA) * drag / pull
-    found, error = find("bob.mean_x").compute(case_of(text))
+    found, error = find("bob.mean_x").compute(case_of(pendulum((2.3, 0.7), mean=True, speed=speed)))
     assert abs(found - expected) <= error * expected
     assert error * expected < 1e-12 * 1e3 * length
 
@@ -123,12 +116,11 @@ def test_the_stated_error_of_a_small_displacement_by_the_mean_wind_counts_roundi
 def test_a_body_on_a_pivot_in_a_steady_wind_is_a_compound_pendulum():
     """Weight and drag, the same in any attitude, pull at their places on its axis as one force aslant."""
     mass, inertia, center, below, area, speed = 3.0, 0.4, 0.6, 1.1, 0.7, 9.0
-    body = {"at": [0.0, 0.0, 0.0], "mass": mass, "center_of_mass": [0.0, 0.0, -center], "inertia": [inertia] * 3,
-            "free": ["pitch"], "attachments": {"a": [0.0, 0.0, 0.0]},
-            "wind": {"area": area, "drag_coefficient": 1.1, "center_of_pressure": [0.0, 0.0, -below]}}  # fmt: skip
-    text = one_axis(gravity=G) | {"bodies": {"bob": body}, "case": "windy"}
-    text["cables"] = {"c": {"from": [0.0, 0.0, 5.0], "to": "bob.a", "unstretched_length": 4.9}}
-    case = case_of(text | {"cases": {"windy": {"wind": {"speed": speed, "on": ["bob"]}}}})
+    text = pendulum(free=["pitch"], length=4.9, area=area)
+    del text["wind"]
+    text["bodies"]["bob"] |= {"center_of_mass": [0.0, 0.0, -center], "inertia": [inertia] * 3}
+    text["bodies"]["bob"]["wind"]["center_of_pressure"] = [0.0, 0.0, -below]
+    case = case_of(text | {"cases": {"windy": {"wind": {"speed": speed, "on": ["bob"]}}}, "case": "windy"})
     by_weight, by_drag = mass * G * center, RHO / 2 * 1.1 * area * speed**2 * below
     frequency = np.sqrt(np.hypot(by_weight, by_drag) / (inertia + mass * center**2)) / TURN
     assert value(case, "bob.pitch") == pytest.approx(-np.degrees(np.arctan2(by_drag, by_weight)), rel=1e-9)
@@ -159,20 +151,13 @@ def test_motion_in_the_mean_wind_does_not_depend_on_where_the_reference_point_of
         assert one == pytest.approx(two, rel=1e-6), name
 
 
-def test_a_mean_wind_whose_forces_do_not_settle_is_refused_without_a_force_that_is_left(monkeypatch):
-    """The last search, under forces of the wind that are fixed, leaves but rounding, which says nothing."""
-    monkeypatch.setattr(type(TOLERANCES), "mean_wind_equilibria", 1)
-    with pytest.raises(ConvergenceError, match=r"forces of the mean wind and the attitude .* do not agree$"):
-        _ = case_of(everything(wind=STRONG)).analysis
-
-
 def test_a_light_body_with_a_large_area_in_a_strong_wind():
     """Its drag is that of the attitude in which it hangs, and holds the balance; without combined forces it swings."""
     mass, areas, speed, direction = 32.8, np.array([0.8, 27.4, 0.02]), 21.35, np.radians(24)
     text = ", ".join(f"{area} m^2" for area in areas)
     sets = [f"bodies.gondola.mass={mass} kg", f"bodies.gondola.wind.area=[{text}]", f"wind.speed={speed} m/s"]
-    scene = load_scene(CONFIGS / "suspensions" / "carlina-balloon-wind.yaml", [*sets, "wind.direction=24 deg"])[1]
-    found = SuspensionCase(scene).analysis.equilibrium
+    case = case_at("carlina-balloon-wind", *sets, "wind.direction=24 deg")
+    scene, found = case.scene, case.analysis.equilibrium
     suspension = found.suspension
     turn = found.rotation[suspension.body_names.index("gondola")]
     wind = turn.T @ [speed * np.cos(direction), speed * np.sin(direction), 0.0]
@@ -300,16 +285,17 @@ def damped(text):
 
 
 def test_a_body_on_one_cable_is_damped_by_its_drag():
-    """rho U C A along the wind, half of it across; a pendulum on a cable without mass swings so in both directions."""
-    body = {"at": [0.0, 0.0, -5.0], "mass": 3.0, "free": ["x", "y"], "attachments": {"a": [0.0, 0.0, 0.0]},
-            "wind": {"area": [0.7, 0.7, 0.2], "drag_coefficient": 1.1}}  # fmt: skip
-    text = one_axis(wind=WIND | {"speed": 8.0}) | {"gravity": G, "bodies": {"bob": body}}
-    text["cables"] = {"c": {"from": [0.0, 0.0, 0.0], "to": "bob.a", "unstretched_length": 4.99}}
+    """rho U C A along the wind, half of it across: of a body that a taut cable without mass holds to both sides."""
+    text = pendulum(free=("x", "y"), length=4.99, area=[0.7, 0.7, 0.2], speed=8.0)
     rates = np.sort(damped(text)[0][:2])
     along = RHO * 8.0 * 1.1 * 0.7 / 3.0
     assert rates == pytest.approx([along / 2, along], rel=1e-7)
-    off = damped(with_changes(text, wind__aerodynamic_damping=False))[0][:2]
-    assert off == pytest.approx([0, 0], abs=1e-9)
+    columns = ["bob.damping_ratio_x", "bob.damping_ratio_y"]
+    found, omega = solve(text, *columns).values, np.sqrt(EA * 0.01 / 4.99 / (3.0 * 5.0))
+    assert [found[name] for name in columns] == pytest.approx([along / 2 / omega, along / 4 / omega], rel=1e-7)
+    still = with_changes(text, wind__aerodynamic_damping=False)
+    assert damped(still)[0][:2] == pytest.approx([0, 0], abs=1e-9)
+    assert [solve(still, *columns).values[name] for name in columns] == [0, 0]
 
 
 @pytest.mark.parametrize(
@@ -419,7 +405,7 @@ def test_the_stated_error_of_rotations_and_their_rates_is_true(count, monkeypatc
 
     Displacements do not depend on the nodes of the cables: 17 each with 64 modes, 33 with 160.
     """
-    scene, found, moved = load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml")[1], [], []
+    scene, found, moved = scene_at("carlina-net-wind"), [], []
     about = [(f"gondola.r{axis}", kind, at_rest) for axis in "xyz" for kind in gust_response.OWN for at_rest in (0, 1)]
     for modes, orders in ((count, TOLERANCES.rod_orders), (160, 150)):
         monkeypatch.setattr(type(MOTION), "model_modes", (modes,))
@@ -428,14 +414,14 @@ def test_the_stated_error_of_rotations_and_their_rates_is_true(count, monkeypatc
         found.append([wind.rms([name], kind, bool(at_rest)) for name, kind, at_rest in about])
         moved.append([wind.rms([f"gondola.{axis}"], "value", False)[0] for axis in "xyz"])
         assert len(wind.closed_loop.modes) == modes
-    for one, (value, error), (truth, _) in zip(about, *found, strict=True):
-        assert abs(value / truth - 1) <= error <= 3e-4, one
+    for one, (own, error), (truth, _) in zip(about, *found, strict=True):
+        assert abs(own / truth - 1) <= error <= 3e-4, one
     assert moved[0] == pytest.approx(moved[1], rel=5e-6)
 
 
 def test_the_rms_depends_neither_on_points_of_close_cables_nor_on_parts(monkeypatch):
     """Three cables at angles of 1.4 degrees: as many points as settle it, in small parts."""
-    scene, found = load_scene(CONFIGS / "suspensions" / "carlina-balloon-wind.yaml")[1], []
+    scene, found = scene_at("carlina-balloon-wind"), []
     for points, at_once in ((TOLERANCES.peak_points, TOLERANCES.coherence_entries), (90, 30_000)):
         monkeypatch.setattr(type(TOLERANCES), "peak_points", points)
         monkeypatch.setattr(type(TOLERANCES), "coherence_entries", at_once)
@@ -592,18 +578,6 @@ def test_a_suspension_far_away_changes_nothing(other, apart, most_modes, monkeyp
             assert together.values[name] == pytest.approx(alone.values[name], rel=error)
 
 
-def test_the_force_on_two_bodies_together_at_a_distance():
-    """2 F^2 chi S (1 + exp(-C f d/U)) for the sum of both."""
-    closed_loop = gusts_of(side_by_side())
-    frequency = np.array([1e-3, 0.05, 0.2, 1.0])
-    moved = closed_loop.layout.displaced(closed_loop.layout.bodies(closed_loop.motion.shapes))[:, 0]
-    both, *_ = np.linalg.lstsq(moved, np.ones(2), rcond=None)
-    found = force_spectra(closed_loop.gusts, frequency, np.tile(both[:, None], (4, 1, 1)).astype(complex))[:, 0]
-    admitted = 1 / (1 + (frequency * 2 * np.sqrt(0.5) / 9.0) ** (4 / 3))
-    one = (RHO * 9.0 * 0.5) ** 2 * admitted * von_karman(frequency, 9.0, 1.8, 25.0)
-    assert found == pytest.approx(2 * one * (1 + np.exp(-10 * frequency * 6.0 / 9.0)), rel=1e-5)
-
-
 # --------------------------------------------------------------------------------------------- variances by Lyapunov
 
 WINCHES = {f"f{i}": {"end": "to"} if i == 2 else {} for i in range(6)} | {"s1": {}}
@@ -661,6 +635,19 @@ def test_a_resonance_of_a_mass_that_is_hardly_damped_is_not_missed():
 # --------------------------------------------------------------------------------------------- spectra and a record
 
 
+def admitted_gusts(own, frequency):
+    """Shares of the gusts that bodies see, after Vickery, (b, f), and their coherence, after Davenport, (f, b, b)."""
+    speed, shares, places = own.wind["speed"], [], []
+    for number, body in enumerate(own.bodies):
+        at, turned = own.place(number, own.pose)
+        area = np.ones(3) * body["wind"]["area"] @ (turned.T @ own.blowing / speed) ** 2
+        shares.append(1 / np.sqrt(1 + (frequency * 2 * np.sqrt(area) / speed) ** (4 / 3)))
+        places.append(at + turned @ np.array(body["wind"].get("center_of_pressure", (0, 0, 0))))
+    apart = np.linalg.norm(np.array(places)[:, None] - np.array(places)[None], axis=-1)
+    decay = own.wind.get("coherence_decay", 10.0)
+    return np.array(shares), np.exp(-decay * frequency[:, None, None] * apart / speed)
+
+
 def by_frequencies(own, frequency):
     """Spectra of all outputs at frequencies, shape (f,) each, in turbulence with von Karman's spectrum."""
     states = own.states()
@@ -669,17 +656,8 @@ def by_frequencies(own, frequency):
     s = 2j * np.pi * frequency
     moved = vectors @ ((np.linalg.solve(vectors, B))[None] / (s[:, None, None] - eigenvalues[:, None]))
     speed, length = own.wind["speed"], own.wind["length_scale"]
-    direction = own.blowing / speed
-    shares, places = [], []
-    for number, body in enumerate(own.bodies):
-        at, turned = own.place(number, own.pose)
-        areas, center = np.ones(3) * body["wind"]["area"], body["wind"].get("center_of_pressure", (0, 0, 0))
-        area = areas @ (turned.T @ direction) ** 2
-        shares.append(1 / np.sqrt(1 + (frequency * 2 * np.sqrt(area) / speed) ** (4 / 3)))
-        places.append(at + turned @ np.array(center))
-    apart = np.linalg.norm(np.array(places)[:, None] - np.array(places)[None], axis=-1)
-    coherence = np.exp(-own.wind.get("coherence_decay", 10.0) * frequency[:, None, None] * apart / speed)
-    spectra = coherence * np.array(shares).T[:, :, None] * np.array(shares).T[:, None, :]
+    shares, coherence = admitted_gusts(own, frequency)
+    spectra = coherence * shares.T[:, :, None] * shares.T[:, None, :]
     found = {}
     for name, row in own.outputs(states).items():
         response_ = (row @ moved).reshape(len(frequency), -1, 3)
@@ -699,8 +677,7 @@ def integral(spectrum):
 @pytest.mark.parametrize("spectrum", campaign(["von_karman", "davenport", "kaimal"], ["davenport"]))
 def test_few_panels_of_frequency_resolve_gusts_on_cables(spectrum):
     """Beside eight times as many; and so does the stated error, which is larger."""
-    path = CONFIGS / "suspensions" / "carlina-net-wind.yaml"
-    response = SuspensionCase(load_scene(path, [f"wind.spectrum={spectrum}"])[1]).analysis.response
+    response = case_at("carlina-net-wind", f"wind.spectrum={spectrum}").analysis.response
     turbulence, (low, high) = response.turbulence, response.turbulence.range
     edges = np.geomspace(low, high, 1 + round(32 * np.log10(high / low)))
     expected = Integrals.on(edges, turbulence.plant.gusts, OWN, turbulence.least).variances(turbulence.residues)
@@ -743,10 +720,7 @@ def test_the_velocity_on_thick_cables_has_as_many_modes_as_the_accuracy_needs(st
     velocity, error = find("gondola.focus.rms_velocity"), 1e-4
     found = rows_of((ROOT / "results" / "carlina-diameter.csv").read_text(), "csv")[3][velocity.header]
     if not stored:
-        net = CONFIGS / "suspensions" / "carlina-net-wind.yaml"
-        found, error = velocity.compute(
-            SuspensionCase(load_scene(net, ["cable.diameter=7.4mm", "tensions.min=21.5kN"])[1])
-        )
+        found, error = velocity.compute(case_at("carlina-net-wind", "cable.diameter=7.4mm", "tensions.min=21.5kN"))
     assert error <= 1e-4
     assert found == pytest.approx(1.8423971, rel=error)
 
@@ -795,15 +769,8 @@ def synthesised(own, count, step, rng):
     """Speeds along, across and vertical at two bodies with Davenport's coherence, shape (6, count), admitted ones."""
     frequency = np.fft.rfftfreq(count, step)[1:]
     speed = own.wind["speed"]
-    places, shares = [], []
-    for number, body in enumerate(own.bodies):
-        at, turned = own.place(number, own.pose)
-        area = np.ones(3) * body["wind"]["area"] @ (turned.T @ own.blowing / speed) ** 2
-        places.append(at + turned @ np.array(body["wind"].get("center_of_pressure", (0, 0, 0))))
-        shares.append(1 / np.sqrt(1 + (frequency * 2 * np.sqrt(area) / speed) ** (4 / 3)))
-    coherence = np.exp(
-        -own.wind.get("coherence_decay", 10.0) * frequency * np.linalg.norm(places[0] - places[1]) / speed
-    )
+    shares, coherence = admitted_gusts(own, frequency)
+    coherence = coherence[:, 0, 1]
     amplitude = np.sqrt(von_karman(frequency, speed, 1.0, own.wind["length_scale"]) * count / (4 * step))
     found = np.zeros((2, 3, count))
     for component, rms in enumerate(own.turbulence):
@@ -840,29 +807,29 @@ def test_a_record_of_200000_steps_has_these_variances():
         assert abs(found - variance(case, output)) < 4 * error, output
 
 
-def body_on_bars(mean, loss, decay, **more):
-    """A body on two sagging cables of 8 bars in the wind: its case, and `BarsInWind`."""
-    n, viscous, speed, turbulence = 8, 0.05, 12.0, np.array([0.2, 0.15, 0.1])
-    text = heavy(("x", "y", "z"), cable__damping={"viscous": viscous}, bodies__gondola__wind=BODY_WIND)
-    text["cable"]["damping"] |= {"loss_factor": loss} if loss else {}
+def on_bars(text, mean, decay, damping, bodies=None, **more):
+    """A suspension on two sagging cables of 8 bars in the wind, also on its bodies: its case, and `BarsInWind`."""
+    wind = {"speed": 12.0, "direction": 0.5, "length_scale": 25.0, "coherence_decay": decay}
+    turbulence = np.array([0.2, 0.15, 0.1])
     text = with_changes(
-        text, model={"elements": n, "order": 1, "mass": "lumped"},
-        wind={"speed": speed, "direction": 0.5, "turbulence_intensity": turbulence.tolist(), "length_scale": 25.0,
-              "coherence_decay": decay, "mean": mean, "cable_drag_coefficient": 3.0},
+        text, model={"elements": 8, "order": 1, "mass": "lumped"}, cable__damping=damping,
+        wind=wind | {"turbulence_intensity": turbulence.tolist(), "mean": mean, "cable_drag_coefficient": 3.0,
+                     "on": "both" if bodies else "cables"},
     )  # fmt: skip
     for cable, longer in (("west", 1.013), ("east", 1.02)):
         text["cables"][cable]["unstretched_length"] *= longer
     case = case_of(text)
-    areas = np.array(BODY_WIND["area"])
-    return case, BarsInWind(
-        case.analysis.closed_loop.equilibrium,
-        n,
-        {"speed": speed, "direction": 0.5, "turbulence": turbulence * speed, "length_scale": 25.0,
-         "coherence_decay": decay, "density": RHO},
-        cables=[3.0 * np.sqrt(4e-4 / np.pi)] * 2,
-        bodies={"gondola": (1.17 * areas, areas, BODY_WIND["center_of_pressure"])},
-        damping={"viscous": viscous, "loss_factor": loss}, **more,
-    )  # fmt: skip
+    equilibrium, widths = case.analysis.closed_loop.equilibrium, [3.0 * np.sqrt(4e-4 / np.pi)] * 2
+    wind |= {"turbulence": turbulence * 12.0, "density": RHO}
+    return case, BarsInWind(equilibrium, 8, wind, cables=widths, bodies=bodies, damping=damping, **more)
+
+
+def body_on_bars(mean, loss, decay, **more):
+    """A body there, and a loss factor of the cables if there is one."""
+    text, areas = heavy(("x", "y", "z"), bodies__gondola__wind=BODY_WIND), np.array(BODY_WIND["area"])
+    damping = {"viscous": 0.05} | ({"loss_factor": loss} if loss else {})
+    offered = {"gondola": (1.17 * areas, areas, BODY_WIND["center_of_pressure"])}
+    return on_bars(text, mean, decay, damping, offered, **more)
 
 
 @pytest.mark.parametrize(
@@ -882,23 +849,12 @@ def test_wind_on_sagging_cables_and_a_body_against_dense_bars(mean, loss):
 
 def test_the_motion_of_a_junction_against_dense_bars():
     """Two sagging cables of 8 bars that meet at a mass, in gusts that are the same everywhere, as of mid-spans."""
-    n, turbulence, viscous = 8, np.array([0.2, 0.15, 0.1]), 0.05
-    text = heavy(cable__damping={"viscous": viscous})
+    text = heavy()
     mass = text["bodies"].pop("gondola")["mass"]
     text["points"] = {"knot": {"at": [0.0, 0.0, -4.0], "free": True, "mass": mass}}
-    text = with_changes(
-        text, model={"elements": n, "order": 1, "mass": "lumped"},
-        wind={"speed": 12.0, "direction": 0.5, "turbulence_intensity": turbulence.tolist(), "length_scale": 25.0,
-              "coherence_decay": 0.0, "mean": True, "cable_drag_coefficient": 3.0, "on": "cables"},
-    )  # fmt: skip
-    for cable, longer in (("west", 1.013), ("east", 1.02)):
-        text["cables"][cable]["to"] = "knot"
-        text["cables"][cable]["unstretched_length"] *= longer
-    case = case_of(text)
-    wind = {"speed": 12.0, "direction": 0.5, "turbulence": turbulence * 12.0, "length_scale": 25.0,
-            "coherence_decay": 0.0, "density": RHO}  # fmt: skip
-    equilibrium, widths = case.analysis.closed_loop.equilibrium, [3.0 * np.sqrt(4e-4 / np.pi)] * 2
-    bars = BarsInWind(equilibrium, n, wind, cables=widths, damping={"viscous": viscous})
+    for cable in text["cables"].values():
+        cable["to"] = "knot"
+    case, bars = on_bars(text, True, 0.0, {"viscous": 0.05})
     both = bars.variances(np.geomspace(1e-5, 60.0, 6000))
     variances, rates = (np.array([both[f"knot.{axis}"][kind] for axis in "xyz"]) for kind in (0, 1))
     for axis, expected in zip("xyz", variances, strict=True):
@@ -1035,12 +991,23 @@ def test_the_stated_error_of_a_tension_is_true(seed):
     text = hung(seed)
     text["wind"] |= gusty
     in_wind = case_of(text).analysis
-    few, many = (
-        gust_response.GustResponse(in_wind.closed_loop_of(count), in_wind.scene).variances for count in (64, 160)
-    )
+    few, many = (variances_of(in_wind, count) for count in (64, 160))
     rows = [row for name, row in few.rows.items() if "tension" in name]
     assert (np.abs(few.weighted["value"] - many.weighted["value"])[rows] <= few.error["value"][rows]).all()
     assert (few.error["value"][rows] < 0.01 * few.weighted["value"][rows]).all()
+
+
+def one_cable(length, to, damping, wind, area=1.5e-5, **model):
+    """A steel cable from the origin, with fixed ends, in gusts."""
+    gusts_ = {"length_scale": 25.0, "turbulence_intensity": [0.15, 0.12, 0.08], "mean": False, "on": "cables"}
+    return {
+        "gravity": G,
+        "cable": {"elastic_modulus": 7e10, "density": 7850.0, "area": area, "damping": damping},
+        "points": {"a": [0.0, 0.0, 0.0], "b": list(to)},
+        "cables": {"c": {"from": "a", "to": "b", "unstretched_length": length}},
+        "wind": gusts_ | wind,
+        "model": model,
+    }
 
 
 ONE_CABLE = [
@@ -1053,16 +1020,9 @@ ONE_CABLE = [
 @pytest.mark.parametrize(("length", "to", "damping", "wind", "most"), campaign(ONE_CABLE, ONE_CABLE[::2]))
 def test_the_stated_error_of_the_tension_of_one_cable_is_true_and_small(length, to, damping, wind, most):
     """Of 64 modes against all of 8 elements of order 12; of the last one most of it is by waves along the cable."""
-    gusts = {"length_scale": 25.0, "turbulence_intensity": [0.15, 0.12, 0.08], "mean": False, "on": "cables"}
-    text = {
-        "cable": {"elastic_modulus": 7e10, "density": 7850.0, "area": 1.5e-5, "damping": damping},
-        "points": {"a": [0.0, 0.0, 0.0], "b": list(to)},
-        "cables": {"c": {"from": "a", "to": "b", "unstretched_length": length}},
-        "wind": gusts | wind,
-    }
-    in_wind = case_of(text | {"model": {"accuracy": 1e-6}}).analysis
-    every = case_of(text | {"model": {"elements": 8, "order": 12}}).analysis.closed_loop_of(1000)
-    found, true = in_wind.response.variances, gust_response.GustResponse(every, in_wind.scene).variances
+    in_wind = case_of(one_cable(length, to, damping, wind, accuracy=1e-6)).analysis
+    every = case_of(one_cable(length, to, damping, wind, elements=8, order=12)).analysis
+    found, true = in_wind.response.variances, variances_of(every, 1000)
     for kind in ("value", "rate"):
         own, other, error = (part[kind] for part in (found.weighted, true.weighted, found.error))
         assert (np.abs(own - other) <= error).all()
@@ -1079,17 +1039,10 @@ FAST_WAVES = [
 @pytest.mark.parametrize(("length", "to", "area", "viscous", "wind"), campaign(FAST_WAVES, FAST_WAVES[:1]))
 def test_the_stated_error_of_the_least_tension_is_true_where_fast_waves_cross_it(length, to, area, viscous, wind):
     """Of 64 modes against all of 12 elements of order 12: waves along the cable make the rate of crossings larger."""
-    text = {
-        "gravity": G,
-        "cable": {"elastic_modulus": 7e10, "density": 7850.0, "area": area, "damping": {"viscous": viscous}},
-        "points": {"a": [0.0, 0.0, 0.0], "b": list(to)},
-        "cables": {"c": {"from": "a", "to": "b", "unstretched_length": length}},
-        "wind": {"turbulence_intensity": [0.15, 0.12, 0.08], "mean": False, "on": "cables", "duration": 600.0} | wind,
-    }
-    case = case_of(text)
+    arguments = length, to, {"viscous": viscous}, wind | {"duration": 600.0}, area
+    case = case_of(one_cable(*arguments))
     found, error = find("c.least_tension").compute(case)
-    every = case_of(text | {"model": {"elements": 12, "order": 12}}).analysis.closed_loop_of(1000)
-    true, least = gust_response.GustResponse(every, case.scene).variances, []
+    true, least = variances_of(case_of(one_cable(*arguments, elements=12, order=12)).analysis, 1000), []
     for end, mean in zip(TENSIONS, case.analysis.mean_tensions("c"), strict=True):
         own, rate = (np.sqrt(true.weighted[kind][true.rows[f"c.{end}"]]) for kind in ("value", "rate"))
         least.append(mean - factor(rate / own / TURN, 600.0) * own)
@@ -1104,15 +1057,8 @@ def test_the_stated_error_of_the_least_tension_is_true_where_fast_waves_cross_it
 
 def along_the_wind(to=(40.0, 0.0, 0.0), direction=0.0, **model):
     """One sagging cable with fixed ends, 40.3 m long, in wind along its plane or nearly so."""
-    return {
-        "gravity": G,
-        "cable": {"elastic_modulus": 7e10, "density": 7850.0, "area": 1.5e-5, "damping": {"viscous": 0.05}},
-        "points": {"a": [0.0, 0.0, 0.0], "b": list(to)},
-        "cables": {"c": {"from": "a", "to": "b", "unstretched_length": 40.3}},
-        "wind": {"length_scale": 25.0, "turbulence_intensity": [0.15, 0.12, 0.08], "mean": False, "on": "cables",
-                 "speed": 9.0, "direction": direction, "air_density": RHO, "cable_drag_coefficient": 1.2},
-        "model": model,
-    }  # fmt: skip
+    wind = {"speed": 9.0, "direction": direction, "air_density": RHO, "cable_drag_coefficient": 1.2}
+    return one_cable(40.3, to, {"viscous": 0.05}, wind, **model)
 
 
 def drag_by_hand(to, direction, points=400):
@@ -1158,10 +1104,9 @@ def test_the_drag_of_a_cable_whose_lowest_point_lies_along_the_wind(to, directio
 def test_the_stated_error_in_wind_along_a_level_cable_is_true():
     """Of 100 modes on 3 elements against all of 8 elements, two of which meet at the lowest point."""
     in_wind = case_of(along_the_wind(accuracy=1e-6)).analysis.with_midspans
-    every = case_of(along_the_wind(elements=8, order=12)).analysis.with_midspans.closed_loop_of(1000)
-    closed_loop = in_wind.closed_loop_of(100)
-    assert closed_loop.gusts.strips[0].mesh.elements == 3
-    found, true = (gust_response.GustResponse(one, in_wind.scene).variances for one in (closed_loop, every))
+    every = case_of(along_the_wind(elements=8, order=12)).analysis.with_midspans
+    assert in_wind.closed_loop_of(100).gusts.strips[0].mesh.elements == 3
+    found, true = (variances_of(one, count) for one, count in ((in_wind, 100), (every, 1000)))
     own, other, error = (part["value"] for part in (found.weighted, true.weighted, found.error))
     assert (np.abs(own - other) <= error).all()
     assert (error < 5e-5 * own).all()
@@ -1273,8 +1218,7 @@ def test_peaks_and_least_tensions_by_hand():
 
 @pytest.mark.parametrize("intensity", [0.0, 0.1])
 def test_the_error_of_a_peak_is_at_least_that_of_the_mean_displacement(intensity):
-    sets = [f"wind.turbulence_intensity={intensity}", "model.accuracy=1e-3"]
-    case = SuspensionCase(load_scene(CONFIGS / "suspensions" / "carlina-net-wind.yaml", sets)[1])
+    case = case_at("carlina-net-wind", f"wind.turbulence_intensity={intensity}", "model.accuracy=1e-3")
     means, errors = np.transpose([find(f"gondola.mean_{axis}").compute(case) for axis in "xyz"])
     peak, error = find("gondola.peak").compute(case)
     _, rms_error = find("gondola.rms").compute(case)

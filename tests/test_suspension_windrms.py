@@ -1,23 +1,21 @@
 """The command `windrms` on suspensions: tables, messages, columns in sweeps; the physics is in test_suspension_wind."""
 
-import csv
 import json
 import math
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
 from campaign import campaign
-from command import CONFIGS, rows_of, run, study_file, table_of
+from command import rows_of, run, study_file, table_of, written
+from scenes import scene_of
+from suspension_cases import SUSPENSIONS, case_at, row, variances_of
 
 import cablestudy as cs
 from cablestudy.errors import ConvergenceError
-from cablestudy.motion.gust_response import GustResponse
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.columns import find
-from cablestudy.study.columns import find as find_of_many
 from cablestudy.study.suspension import rows
 from cablestudy.study.suspension.case import SuspensionCase
 
@@ -59,10 +57,8 @@ def without(wires):
 
 @pytest.fixture
 def scene(folder):
-    """The scene with winches and a loop."""
-    path = folder / "box.yaml"
-    path.write_text(SCENE + WINCHES)
-    return path
+    """The file of the scene with winches and a loop."""
+    return written(SCENE + WINCHES)
 
 
 def test_mean_displacement_by_drag_over_stiffness(scene):
@@ -99,14 +95,6 @@ def test_a_loop_that_makes_the_motion_larger_is_told(scene):
     assert "the loop" not in run("windrms", scene).err
 
 
-def test_peak_from_rms_and_velocity(scene):
-    found = table_of("windrms", scene, "--table", "motion")[0]
-    crossings = 600 * found["rms_velocity_mm_per_s"] / (2 * math.pi * found["rms_mm"])
-    factor = math.sqrt(2 * math.log(crossings))
-    factor += 0.5772156649 / factor
-    assert found["peak_mm"] == pytest.approx(found["mean_x_mm"] + factor * found["rms_mm"], rel=1e-6)
-
-
 def test_tables_of_a_scene_with_loop(scene):
     tables = json.loads(run("windrms", scene, "--format", "json").out)
     assert list(tables) == ["motion", "rotations", "open_loop", "cables", "loop", "coordinates"]
@@ -118,18 +106,16 @@ def test_tables_of_a_scene_with_loop(scene):
 
 
 @pytest.mark.parametrize("axis", "xyz")
-def test_the_gain_margin_of_the_only_coordinate_is_that_of_the_loop(folder, axis):
+def test_the_gain_margin_of_the_only_coordinate_is_that_of_the_loop(axis):
     """Across the wind rounding alone lets the loop drive a rotation that nothing damps: no limit of either."""
-    (folder / "b.yaml").write_text(SCENE + WINCHES.replace("[x, y, z]", f"[{axis}]"))
-    tables = cs.load(folder / "b.yaml").compute("windrms").tables
+    tables = cs.load(written(SCENE + WINCHES.replace("[x, y, z]", f"[{axis}]"))).compute("windrms").tables
     alone, loop = tables["coordinates"].rows[0], tables["loop"].rows[0]
     assert alone["gain_margin_dB"] == pytest.approx(loop["gain_margin_dB"], abs=1e-6)
 
 
-def test_what_grows_is_counted_beside_a_mode_that_never_does(folder):
+def test_what_grows_is_counted_beside_a_mode_that_never_does():
     """Far above the largest gain the undamped rotation crosses back: as many poles grow as of the model itself."""
-    (folder / "b.yaml").write_text(SCENE + WINCHES.replace("[x, y, z]", "[y]"))
-    closed_loop = cs.load(folder / "b.yaml").case.analysis.loop_for_margins
+    closed_loop = SuspensionCase(scene_of(SCENE + WINCHES.replace("[x, y, z]", "[y]"))).analysis.loop_for_margins
     for gain in 100.0, 200.0, 3e5:
         growing = np.count_nonzero(closed_loop.loop.poles_with(gain).real > 1e-6)
         assert closed_loop.stability.gains.unstable(gain) == growing == (0 if gain < 150 else 2)
@@ -168,11 +154,11 @@ def test_gain_beyond_the_largest_is_refused_with_the_motion_that_grows(scene):
     run("windrms", scene, "--set", below, "--table", "loop")
 
 
-def test_an_unstable_loop_has_its_limits_and_the_motion_with_the_winches_at_rest(scene, folder):
+def test_an_unstable_loop_has_its_limits_and_the_motion_with_the_winches_at_rest(scene):
     """The limits are those of a gain below them; the motion is that of the scene without winches."""
-    known = cs.load(str(scene)).compute("windrms").tables["loop"].rows[0]
+    known = cs.load(scene).compute("windrms").tables["loop"].rows[0]
     limit = known["largest_gain_rad_per_s"]
-    found = cs.load(str(scene), set=[f"control.gain={2 * limit!r}", "control.max_speed=1 m/s"]).compute("windrms")
+    found = cs.load(scene, set=[f"control.gain={2 * limit!r}", "control.max_speed=1 m/s"]).compute("windrms")
     row = found.tables["loop"].rows[0]
     assert row["gain_rad_per_s"] == 2 * limit
     assert row["gain_margin_dB"] == pytest.approx(20 * math.log10(0.5), rel=1e-9)
@@ -180,8 +166,7 @@ def test_an_unstable_loop_has_its_limits_and_the_motion_with_the_winches_at_rest
         assert row[name] == pytest.approx(known[name], rel=1e-9)
     numbers = [name for name, cell in row.items() if cell is not None]
     assert numbers == ["gain_rad_per_s", "largest_gain_rad_per_s", "gain_margin_dB", "phase_crossover_Hz"]
-    (folder / "rest.yaml").write_text(SCENE)
-    at_rest = cs.load("rest.yaml").compute("windrms").tables
+    at_rest = cs.load(written(SCENE, "rest.yaml")).compute("windrms").tables
     for table in ("motion", "rotations"):
         for open_, closed, alone in zip(found.tables["open_loop"].rows, found.tables[table].rows,
                                         at_rest[table].rows, strict=False):  # fmt: skip
@@ -197,7 +182,7 @@ def test_an_unstable_loop_has_its_limits_and_the_motion_with_the_winches_at_rest
     ("largest_gain", "gain_margin"), ("box.rms_x_open_loop",), ("gain", "box.rms", "phase_margin"), ("winch_rms_speed",)
 ])  # fmt: skip
 def test_the_row_of_an_unstable_loop_says_so_whatever_it_shows(scene, columns):
-    columns = [find_of_many(name) for name in columns]
+    columns = [find(name) for name in columns]
     model = load_scene(scene, ["control.gain=5000"])[1]
     row = rows.evaluate_suspensions([model], columns)[0]
     refused = {"box.rms_mm", "phase_margin_deg", "winch_rms_speed_mm_per_s"}
@@ -206,26 +191,18 @@ def test_the_row_of_an_unstable_loop_says_so_whatever_it_shows(scene, columns):
     assert row.cells["status"].count("unstable") == 1
 
 
-def test_what_nothing_damps_refuses_the_motion_that_it_is_and_no_other(folder):
+def test_what_nothing_damps_refuses_the_motion_that_it_is_and_no_other():
     """No strain of straight wires is damped here but that of two: along x alone a motion is bounded."""
-    (folder / "one.yaml").write_text(
-        SCENE.replace("on: bodies", "on: bodies, aerodynamic_damping: false").replace(
-            "intensity: 0.2", "intensity: [0.2, 0.2, 0.2]"
-        )
-    )
+    wind = "wind.aerodynamic_damping=false", "wind.turbulence_intensity=[0.2, 0.2, 0.2]"
     own = [f"cables.{name}.damping={{model: kelvin_voigt, time: 2 ms}}" for name in ("px", "nx")]
-    model, full = (load_scene("one.yaml", sets)[1] for sets in (["cable.damping.time=0", *own], []))
-    columns = [find(name) for name in ("box.rms_x", "box.rms_y", "box.rms_z")]
-    found, whole = (rows.evaluate_suspensions([one], columns)[0].cells for one in (model, full))
-    assert found["box.rms_x_mm"] == pytest.approx(whole["box.rms_x_mm"], rel=1e-4)
-    assert (found["box.rms_y_mm"], found["box.rms_z_mm"]) == (None, None)
-    assert found["status"].startswith("undamped: mode ")
+    sets, columns = (*wind, "cable.damping.time=0", *own), ("box.rms_x", "box.rms_y", "box.rms_z")
+    (found, status), (whole, _) = (row(scene_of(SCENE, *some), *columns) for some in (sets, wind))
+    assert found == {"box.rms_x": pytest.approx(whole["box.rms_x"], rel=1e-4), "box.rms_y": None, "box.rms_z": None}
+    assert status.startswith("undamped: mode ")
 
 
 def test_a_load_case_without_an_answer_has_a_row_that_says_why(scene):
-    scene.write_text(
-        SCENE + GENTLE + "cases: {calm: {}, lost: {lost: [px]}, pushed: {forces: {box: [1.2 kN, 0, 0]}}}\n"
-    )
+    written(SCENE + GENTLE + "cases: {calm: {}, lost: {lost: [px]}, pushed: {forces: {box: [1.2 kN, 0, 0]}}}\n")
     sets = "--set", "cable.breaking_force=1.5 kN"
     done = run("windrms", scene, *sets, "--case", "all", "--table", "motion", "--format", "csv", code=3)
     rows = rows_of(done.out, "csv")
@@ -255,49 +232,38 @@ def test_a_load_case_without_an_answer_has_a_row_that_says_why(scene):
         (SCENE + WINCHES.replace("[x, y, z]", "[x, z, yaw]"), "no winch moves yaw of box", ()),
     ],
 )  # fmt: skip
-def test_what_is_refused(folder, text, words, options):
-    (folder / "wrong.yaml").write_text(text)
-    result = run("windrms", folder / "wrong.yaml", *options, code=None)
+def test_what_is_refused(text, words, options):
+    result = run("windrms", written(text), *options, code=None)
     assert result.code in (2, 3)
     assert words in result.err
     assert len(result.err.strip().splitlines()) == 1
 
 
-def test_limit_that_is_passed_is_told_and_is_the_status_of_a_row(folder, scene):
-    scene.write_text(SCENE + GENTLE + f"actuators: {{{MASS_X}}}\n")
+def test_limits_and_strengths_that_are_passed_are_told_and_are_the_status_of_a_row():
+    """Wires of 10 mm^2 under 1 kN: 100 MPa. How large a stroke may be: `test_suspension_wind`."""
+    strong = SCENE.replace("preload: 1 kN", "preload: 1 kN, strength: 99 MPa")
+    scene = written(strong + GENTLE + f"actuators: {{{MASS_X}}}\n")
     result = run("windrms", scene, "--table", "actuators")
     assert "warning: mass_x: its stroke reaches" in result.err
     assert "above its limit of 0.001" in result.err
-    study = study_file(folder, "columns: [mass_x.peak_stroke, box.rms]\nvary: [{wind.speed: [8 m/s]}]\n", scene)
-    row = next(csv.DictReader(run("sweep", study, "--format", "csv", code=None).out.splitlines()))
-    assert float(row["mass_x.peak_stroke_mm"]) > 0.001
-    assert row["status"].startswith("mass_x: its stroke reaches")
-
-
-def test_limits_and_strengths_share_a_status(folder, scene):
-    """Wires of 10 mm^2 under 1 kN: 100 MPa."""
-    scene.write_text(SCENE.replace("preload: 1 kN", "preload: 1 kN, strength: 99 MPa") + GENTLE
-                     + f"actuators: {{{MASS_X}}}\n")  # fmt: skip
-    result = run("windrms", scene, "--table", "actuators")
     assert "warning: the stress is above the strength: px (utilisation 1.01), nx (utilisation 1.01)" in result.err
-    (row,) = table_of("sweep", study_file(folder, "columns: [mass_x.peak_stroke]\n", scene), "--no-write", code=3)
+    study = study_file(".", "columns: [mass_x.peak_stroke]\n", scene)
+    (row,) = table_of("sweep", study, "--no-write", code=3)
+    assert row["mass_x.peak_stroke_mm"] > 0.001
     reason, _, last = row["status"].rpartition("; ")
     assert reason.startswith("mass_x: its stroke reaches")
     assert last == "over strength: px, nx, py, ny, pz, nz"
 
 
-def test_cable_that_would_go_slack_is_told(folder):
-    path = folder / "slack.yaml"
-    path.write_text(SCENE.replace("preload: 1 kN", "preload: 20 N"))
-    result = run("windrms", path, "--table", "cables")
+def test_cable_that_would_go_slack_is_told():
+    result = run("windrms", written(SCENE), "--set", "cable.preload=20 N", "--table", "cables")
     assert "warning: a cable goes slack in the wind: " in result.err
     assert result.err.splitlines()[0].endswith(": the linear numbers do not hold")
 
 
-def test_limits_that_cannot_be_known_fail_their_own_row(scene, monkeypatch):
+def test_limits_that_cannot_be_known_fail_their_own_row(monkeypatch):
     text = SCENE + GENTLE + f"actuators: {{{MASS_X}}}\n"
-    scene.write_text(text)
-    scenes = [load_scene(scene)[1], load_scene(scene, ["wind.speed=5 m/s"])[1]]
+    scenes = [scene_of(text), scene_of(text, "wind.speed=5 m/s")]
     limits = rows.exceeded_limits
 
     def once(case):
@@ -311,29 +277,22 @@ def test_limits_that_cannot_be_known_fail_their_own_row(scene, monkeypatch):
     assert "no spectrum" not in other.cells["status"]
 
 
-def test_columns_that_a_scene_cannot_have(folder):
+def test_columns_that_a_scene_cannot_have():
     for column, words in (
         ("box.exposure", "needs the key exposure"),
         ("gain_margin", "needs the key control"),
         ("box.rms_speed", "did you mean"),
         ("box.ear.rms", "no column"),
     ):
-        study = study_file(folder, f"columns: [{column}]\nvary: [{{wind.speed: [8 m/s]}}]\n", _plain(folder))
+        study = study_file(".", f"columns: [{column}]\nvary: [{{wind.speed: [8 m/s]}}]\n", written(SCENE))
         done = run("sweep", study, code=2)
         assert len(done.lines) == 1
         assert words in done.err
 
 
-def _plain(folder):
-    path = folder / "plain.yaml"
-    path.write_text(SCENE)
-    return path
-
-
-def test_stated_errors_of_bars_in_the_wind(folder):
+def test_stated_errors_of_bars_in_the_wind():
     """Wires with a mass of their own, two bars each, against the same to five digits."""
-    path = folder / "heavy.yaml"
-    path.write_text(without("[np]z").replace("density: 1e-3", "density: 1400") + "model: {elements: 2}\n")
+    path = written(without("[np]z").replace("density: 1e-3", "density: 1400") + "model: {elements: 2}\n")
     motion = ("windrms", path, "--table", "motion")
     done = run(*motion, "--format", "json", "--explain")
     found = json.loads(done.out)
@@ -347,7 +306,7 @@ def test_stated_errors_of_bars_in_the_wind(folder):
     assert re.search(said, done.err)
     said = "motion: the error of box.mean_x_mm, .* is not known: modal damping grows"
     assert re.search(said, run(*motion, "--explain", "--set", "cable.damping={model: modal, ratio: 0.01}").err)
-    study = study_file(folder, "columns: [box.rms, error_estimate]\n", path)
+    study = study_file(".", "columns: [box.rms, error_estimate]\n", path)
     (row,) = table_of("sweep", study, "--no-write")
     assert row["error_estimate"] == pytest.approx(stated["rms_mm"], rel=1e-6)
 
@@ -356,14 +315,19 @@ def test_with_modal_damping_the_rms_has_no_error_that_could_be_stated():
     """It falls with each mode that is added: by 2 % from 64 to 160 modes of the six cables."""
     sets = ("bodies.gondola.wind={area: 0.6 m^2, drag_coefficient: 1.2}",
             "wind={speed: 6 m/s, turbulence_intensity: 0.15, length_scale: 25 m}")  # fmt: skip
-    modal = CONFIGS / "suspensions" / "carlina-net.yaml"
-    in_wind = SuspensionCase(load_scene(str(modal), sets)[1]).analysis
-    few, many = (GustResponse(in_wind.closed_loop_of(count), in_wind.scene).variances for count in (64, 160))
+    in_wind = case_at("carlina-net", *sets).analysis
+    few, many = (variances_of(in_wind, count) for count in (64, 160))
     rows = [few.rows[f"gondola.{axis}"] for axis in "xyz"]
     sizes = [math.sqrt(one.weighted["value"][rows].sum()) for one in (few, many)]
     assert sizes[1] < 0.985 * sizes[0]
     assert math.isnan(in_wind.rms(["gondola.x"], "value", False)[1])
-    done = run("windrms", modal, *(part for key in sets for part in ("--set", key)), "--format", "json")
+    done = run(
+        "windrms",
+        SUSPENSIONS / "carlina-net.yaml",
+        *(part for key in sets for part in ("--set", key)),
+        "--format",
+        "json",
+    )
     found = json.loads(done.out)["motion"]
     assert "rms_x_mm" in found["rows"][0]
     assert "rms_x_mm" not in found["errors"][0]
@@ -377,13 +341,13 @@ def test_explain_says_what_was_modelled(scene):
     assert "loop of 6 cables for x, y, z" in notes
 
 
-def test_errors_above_the_accuracy_are_told_once(folder, monkeypatch):
+def test_errors_above_the_accuracy_are_told_once(monkeypatch):
     """A body of a gram on heavy cables moves as they do: each of their modes counts, of which 100 are tried at most."""
     monkeypatch.setattr(type(MOTION), "model_modes", (64,))
     monkeypatch.setattr(type(MOTION), "more_modes", (100,))
     text = without("[np][yz]").replace(f"mass: {MASS}", "mass: 1 g").replace("[4, 4, 4]", "[1e-6, 1e-6, 1e-6]")
     text = text.replace("density: 1e-3", "density: 8000").replace("on: bodies", "on: both")
-    (folder / "gram.yaml").write_text(text.replace("gravity: 0", "gravity: 9.81"))
+    written(text.replace("gravity: 0", "gravity: 9.81"), "gram.yaml")
     done = run("windrms", "gram.yaml", "--table", "motion", "--format", "json")
     errors, (note,) = json.loads(done.out)["errors"], done.lines
     above = {name: [row[name] for row in errors if row[name] > 1e-4] for name in errors[0]}
@@ -400,8 +364,7 @@ def test_errors_above_the_accuracy_are_told_once(folder, monkeypatch):
 def test_a_sweep_tells_errors_above_the_accuracy_of_each_row():
     """Tensions of heavy wires have larger errors than the motion; each row is held against its own accuracy."""
     text = "columns: [nx.rms_tension, box.rms]\nvary: [{model.accuracy: [1e-2, 1e-5, 1e-6]}]\n"
-    Path("heavy.yaml").write_text(SCENE.replace("density: 1e-3", "density: 3e4"), encoding="utf-8")
-    study = study_file(".", text, "heavy.yaml")
+    study = study_file(".", text, written(SCENE.replace("density: 1e-3", "density: 3e4")))
     done = run("sweep", study, "--no-write", "--format", "json")
     found = json.loads(done.out)
     errors = [row["nx.rms_tension_N"] for row in found["errors"]]
@@ -418,5 +381,5 @@ def test_a_sweep_tells_errors_above_the_accuracy_of_each_row():
 
 def test_a_coherence_that_hardly_decays_is_refused():
     slow = ("--set", "wind.coherence_decay=5e-324")
-    done = run("windrms", CONFIGS / "suspensions" / "carlina-net-wind.yaml", *slow, code=2)
+    done = run("windrms", SUSPENSIONS / "carlina-net-wind.yaml", *slow, code=2)
     assert done.lines == ["--set wind.coherence_decay: must be 0, or from 1e-30 to 1e+06, got 5e-324"]

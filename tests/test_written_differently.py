@@ -9,15 +9,14 @@ from functools import partial
 import numpy as np
 import pytest
 from command import CONFIGS
+from solved import solve
 
 from cablestudy.cable.geometry import points_along
 from cablestudy.scene.control_tables import AllocationTable
 from cablestudy.scene.load_tables import Load
 from cablestudy.scene.scene import load_scene
 from cablestudy.scene.suspension import SuspensionScene
-from cablestudy.study.columns import find
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.study.suspension.rows import evaluate_suspensions
 
 NAMES = (
     "gondola.z", "gondola.frequency_x", "gondola.share_z", "gondola.damping_ratio_y", "gondola.rms_x", "gondola.rms_rz",
@@ -99,13 +98,18 @@ def mirrored(scene):
     return changed(scene, points=points, bodies=bodies, wind=wind)
 
 
-COLUMNS = [find(name) for name in NAMES]
-
-
 @pytest.fixture(scope="module")
 def own(scene):
     """The row of the scene itself."""
-    return evaluate_suspensions([scene], COLUMNS)[0]
+    return solve(scene, *NAMES)
+
+
+def check_equal(first, second, rounding=0.0):
+    """Numbers of two rows are the same within the errors that both state."""
+    assert first.status == second.status == "ok"
+    for name, value in first.values.items():
+        error = (first.errors[name] or 0.0) + (second.errors[name] or 0.0) + rounding
+        assert second.values[name] == pytest.approx(value, rel=error), name
 
 
 @pytest.mark.parametrize(("one", "other"), [
@@ -116,12 +120,7 @@ def own(scene):
     (None, mirrored),
 ], ids=[*(f"cut {one}" for one in CUTS), "a mass", "side by side", "reverse order", "mirror image"])  # fmt: skip
 def test_what_is_written_differently_is_the_same(scene, own, one, other):
-    first = evaluate_suspensions([one(scene)], COLUMNS)[0] if one else own
-    (second,) = evaluate_suspensions([other(scene)], COLUMNS)
-    assert first.cells["status"] == second.cells["status"] == "ok"
-    for header in (column.header for column in COLUMNS):
-        error = first.errors.get(header, 0.0) + second.errors.get(header, 0.0) + 1e-9
-        assert second.cells[header] == pytest.approx(first.cells[header], rel=error), header
+    check_equal(solve(one(scene), *NAMES) if one else own, solve(other(scene), *NAMES), rounding=1e-9)
 
 
 def test_the_motion_of_a_junction_takes_modes_only_where_it_is_asked_for(scene):
@@ -155,9 +154,7 @@ def hung(strands):
 
 def test_gusts_along_a_cable_that_sags_are_those_between_two_at_the_same_place():
     """The coherence is that of the distance of two places, along a cable and between two."""
-    columns = [find(f"eye.{name}") for name in ("rms_x", "rms_y", "rms_z", "rms", "rms_velocity")]
-    one, two = evaluate_suspensions([hung(1)], columns) + evaluate_suspensions([hung(2)], columns)
-    for header in (column.header for column in columns):
-        error = one.errors[header] + two.errors[header]
-        assert error < 3e-4
-        assert two.cells[header] == pytest.approx(one.cells[header], rel=error), header
+    names = [f"eye.{name}" for name in ("rms_x", "rms_y", "rms_z", "rms", "rms_velocity")]
+    one, two = (solve(hung(strands), *names) for strands in (1, 2))
+    assert all(one.errors[name] + two.errors[name] < 3e-4 for name in names)
+    check_equal(one, two)

@@ -232,19 +232,20 @@ class System:
         return np.linalg.eigh(gradient.swapaxes(-1, -2) @ (stiffness * gradient))[1]
 
     def tension_vectors(self, forces, shapes):
-        """Changes N = c - S f of the tension vectors at the Gauss points by displacement shapes u, which forces f hold.
+        """Changes N of the tension vectors along a cable, to first order, in displacement shapes u such as its modes.
 
-        S f sums the forces from end 1 on (`static_force_transfer`). The vector c is constant along the cable:
+        With the forces f = K u on the inner nodes, K being the stiffness of the cable,
 
-            c = k (u_end2 - u_end1 + sum of w A S f)
+            N = c - S f,    c = k (u_end2 - u_end1 + sum of w A S f)
 
-        with the stiffness k of the ends, the local compliance A, and the weights w of the Gauss points. EA times the
-        strain would be equal in exact arithmetic, but of an almost inextensible cable only rounding would be left.
+        S f is the sum of the forces from end 1 to a Gauss point. c is constant along the cable; k is the stiffness of
+        its ends, A the change of the gradient r' per tension vector, w the weight of a Gauss point. (EA times the
+        strain is as much in exact arithmetic, but for an almost inextensible cable only rounding would be left.)
 
         Parameters
         ----------
         forces : ndarray, shape (..., nodes, d, r)
-            f = K u of r shapes, over the reference force; only the values at the inner nodes are used. [-]
+            f of r shapes, over the reference force `State.force`; only those on the inner nodes are used. [-]
         shapes : ndarray, shape (..., nodes, d, r)
             Displacements u of all nodes, both ends included, in d directions, over the unstretched length. [-]
 
@@ -253,11 +254,11 @@ class System:
         ndarray, shape (..., n q, d, r)
             N over the reference force, at the q Gauss points of each of n elements. [-]
         """
-        inner = flatten_components(forces[..., 1:-1, :, :])
-        accumulated = static_force_transfer_of_axes(self.state.mesh, len(self.axes), inner)  # S f
-        by_forces = self._compliance_rows @ flatten_components(accumulated)
+        inner_forces = flatten_components(forces[..., 1:-1, :, :])
+        accumulated = static_force_transfer_of_axes(self.state.mesh, len(self.axes), inner_forces)  # S f
+        gap_by_forces = self._compliance_rows @ flatten_components(accumulated)
         between_ends = shapes[..., -1, :, :] - shapes[..., 0, :, :]
-        return (self.end_stiffness @ (between_ends + by_forces))[..., None, :, :] - accumulated
+        return (self.end_stiffness @ (between_ends + gap_by_forces))[..., None, :, :] - accumulated
 
     def highest_energy(self, shapes, tensions):
         """Energy of the two highest polynomials of each element in displacement shapes, for error estimates.
@@ -362,7 +363,7 @@ def add_elements(mesh, axes, blocks):
     Parameters
     ----------
     mesh : Mesh
-        Of n elements.
+        n elements with order + 1 nodes each; neighbours share a node.
     axes : int
         Number of components at a node, d.
     blocks : ndarray, shape (n, (order + 1) d, (order + 1) d)
@@ -375,9 +376,9 @@ def add_elements(mesh, axes, blocks):
     """
     from scipy.sparse import coo_array
 
-    index = np.arange(mesh.elements)[:, None] * mesh.order * axes + np.arange((mesh.order + 1) * axes)
-    rows = np.repeat(index, index.shape[1], axis=1).ravel()
-    columns = np.tile(index, (1, index.shape[1])).ravel()
+    dof_of_elements = np.arange(mesh.elements)[:, None] * mesh.order * axes + np.arange((mesh.order + 1) * axes)
+    rows = np.repeat(dof_of_elements, dof_of_elements.shape[1], axis=1).ravel()
+    columns = np.tile(dof_of_elements, (1, dof_of_elements.shape[1])).ravel()
     dof = mesh.nodes * axes
     matrix = coo_array((blocks.ravel(), (rows, columns)), shape=(dof, dof)).tocsr()
     matrix.eliminate_zeros()

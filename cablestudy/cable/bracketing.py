@@ -143,7 +143,8 @@ def minima_between(function, low, middle, high, index, width=TINY, rtol=MINIMUM_
     index : ndarray of int, shape (n,)
         Indices of the n functions, which `function` is called with.
     width, rtol : float
-        Accuracy of the argument, absolute and relative: half the width of intervals that are not divided again.
+        Absolute and relative accuracy of the argument x: a search ends where both intervals beside it are at most
+        2 (width + rtol |x|) wide.
     settled : float
         Relative difference of values that count as equal.
     steps : int

@@ -192,14 +192,16 @@ class Catenary(SegmentedCable):
         return self.min_tension <= CABLE.folded * self.max_tension
 
     def at(self, position):
-        """Displacement and tension vector at positions along the cable, chord frame.
+        """Displacement and tension vector at positions along the cable.
 
-        The displacement d is that from the straight chord, over the unstretched length L. From end 1 a point of the
-        cable is at
+        Vectors are in the chord frame: along the chord, across it in the vertical plane, and out of that plane.
+
+        The displacement d is that from the straight chord, over the unstretched length L. The vector from end 1 to a
+        point of the cable is
 
             r = L ((1 + chord strain) position e + d)
 
-        with the unit vector e along the chord.
+        with the unit vector e along the chord; the chord strain is the length of the chord over L, less 1.
 
         Parameters
         ----------
@@ -211,7 +213,7 @@ class Catenary(SegmentedCable):
         displacement : ndarray, shape (..., j, 3)
             d. [-]
         tension : ndarray, shape (..., j, 3)
-            [N]
+            Tension vector. [N]
         """
         (cosine, sine), stiffness = self._angles, self._axial_stiffness
         piece, middle, half_weight, in_segment = self._pieces(position)
@@ -234,7 +236,10 @@ class Catenary(SegmentedCable):
         return np.stack([m + half_weight * u for m, u in zip(middle, up, strict=True)], axis=-1)
 
     def _pieces(self, position):
-        """Pieces of a cable that end at given positions, each from end 1 of the segment (between point loads) there.
+        """Parts of a cable from which `at` finds the form and tension at given positions.
+
+        A position is in one of the k + 1 segments between the k point loads. Its piece is the part of the cable from
+        the beginning of this segment, on the side of end 1, to the position.
 
         Parameters
         ----------
@@ -250,7 +255,7 @@ class Catenary(SegmentedCable):
         half_weight : ndarray, shape (..., j)
             Half of the weight of the piece. [N]
         in_segment : callable
-            Values of the k + 1 segments, shape (..., k + 1) -> those of the segment of each position, shape (..., j).
+            Values of all segments, shape (..., k + 1) -> values of the segment of each position, shape (..., j).
         """
         cosine, sine = self._angles
         # in rows, whatever the batch: products of matrices round by the order in which their entries are stored
@@ -311,10 +316,10 @@ class Catenary(SegmentedCable):
 
 
 def travel_shares(catenary, edges):
-    """Time that a transverse wave takes along each piece of one cable, over the longest of these times.
+    """Relative times that a transverse wave takes along the pieces of one cable, by which elements are distributed.
 
-    The wave speed is sqrt(T/m), so that the time is the integral of sqrt(m/T) ds. By these times the finite elements of
-    a cable are distributed over its pieces (`element.counts_of_pieces`).
+    The wave speed is sqrt(T/m) with the tension T and the mass per length m, so that the time is the integral of
+    sqrt(m/T) ds. A piece gets as many elements as its time demands (`element.counts_of_pieces`).
 
     Parameters
     ----------
@@ -326,7 +331,7 @@ def travel_shares(catenary, edges):
     Returns
     -------
     list of float
-        n numbers, the largest of which is 1; by Gauss's rule on each piece. [-]
+        Time of each of the n pieces over the longest of these times, by Gauss's rule. [-]
     """
     nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
     low, high = np.array(edges[:-1]), np.array(edges[1:])
@@ -356,8 +361,8 @@ def solve(span, tension=None):
     Notes
     -----
     Newton's method for the tension vector at mid-length, which minimises the complementary energy (`newton`). Without
-    weight this energy has a kink where a segment loses its tension. Either the kink is the minimum, and the segment
-    slack, or the iteration starts again next to it.
+    weight this energy has a kink where a segment between point loads loses its tension. Either the kink is the minimum,
+    and the segment slack, or the iteration starts again next to it.
     """
     span = span.broadcast()
     problem = EquilibriumResidual(span, split(span))
@@ -388,15 +393,16 @@ def solve_each_once(span):
 
 
 def _pass_kinks(problem, unknown, change, record, weightless):
-    """Solve the cables without weight that Newton's method left at or near a kink of their complementary energy.
+    """Finish the equilibria of cables without weight for which Newton's method may have ended at a kink of the energy.
 
-    A kink is where a segment has no tension (`EquilibriumResidual.kink`). Where the energy is least there, the kink is
-    the solution, and that segment is slack. Elsewhere Newton's method begins again from a point of less energy beside
-    it.
+    The complementary energy, which is least in equilibrium, has a kink where a segment between two point loads has no
+    tension. Where the energy is least at the kink, that segment hangs slack. Elsewhere Newton's method begins again
+    from a point of less energy beside the kink.
 
     Parameters
     ----------
     problem : EquilibriumResidual
+        Of all cables; its `kink` finds the kink of the segment with the least tension.
     unknown : ndarray, shape (3, ...)
         Tension vectors at mid-length of all cables, where the iteration ended. [N]
     change : ndarray, shape (...)
@@ -409,7 +415,7 @@ def _pass_kinks(problem, unknown, change, record, weightless):
     Returns
     -------
     unknown, change, record
-        After the further iterations; a slack cable has a change of zero.
+        The arguments after the further iterations; a cable with a slack segment has a change of zero.
     """
     pending = weightless
     for _ in range(problem.segments.fraction.shape[-1]):

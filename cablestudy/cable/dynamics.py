@@ -208,22 +208,23 @@ class Dynamics:
         return Modes(CombinedModes(planes, self), min(count, self.dof), count >= self.dof)
 
     def _solve(self, system, count):
-        """At least the `count` lowest modes of one system, a plane of motion or all three directions.
+        """Compute at least the `count` lowest modes of cables in one plane, or in all directions if these are coupled.
 
-        A small system, or a larger one of which many modes are wanted, is solved in each symmetry subspace (shapes
-        symmetric or antisymmetric about mid-length, if the cable is its own mirror image). Others are solved by Lanczos
-        iteration.
+        Small systems, and larger ones of which many modes are wanted, have dense matrices. These are solved apart for
+        shapes that are symmetric and antisymmetric about mid-length, if the cable is its own mirror image. Other
+        systems are solved by Lanczos iteration.
 
         Parameters
         ----------
         system : System
-            Of all cables of the batch.
+            Linear model of all cables of the batch in these directions.
         count : int
+            Number of modes.
 
         Returns
         -------
         list of PlaneModes
-            One for each symmetry subspace; a single one by Lanczos iteration.
+            One for each kind of symmetry; a single one where modes are not separated by symmetry.
 
         Raises
         ------

@@ -191,7 +191,7 @@ def mesh_segments(fractions, elements, order=1, mass="lumped", point_masses=()):
     order : int
         Polynomial order of the elements.
     mass : {"lumped", "consistent", "blended"}
-        Mass matrix.
+        Mass matrix: diagonal, by exact integration, or the mean of both.
     point_masses : tuple of (float, float)
         For each point mass its place as a share of the unstretched length, and its mass over that of the cable; it is
         put on the nearest edge of an element. [-]

@@ -206,12 +206,14 @@ def _solve_loads(catenary, mesh, nodal=None):
     catenary : Catenary
         Exact equilibrium of the continuous cables under weight and point loads, the start.
     mesh : Mesh
+        Elements of all cables.
     nodal : ndarray, shape (..., nodes, 3), optional
         The further loads, chord frame. [N]
 
     Returns
     -------
     state : State
+        Tensions and directions of the elements, and displacements of the nodes.
     record : Record
         Of the Newton iteration; its `reason` tells whether each cable is in equilibrium.
     """

@@ -136,12 +136,12 @@ class EquilibriumResidual:
         Returns
         -------
         minimum : ndarray of bool, shape (...)
-            True if the energy is least at the kink. The segment is slack then: it is at least as long as the distance
-            that the other segments leave to it.
+            True if the energy is least at the kink. Then the segment is slack: it is at least as long as the gap that
+            the other segments leave for it.
         kink : ndarray, shape (3, ...)
             Tension vector at mid-length for which that segment has no tension, chord frame. [N]
         beyond_kink : ndarray, shape (3, ...)
-            One with less energy, to go on from where the kink is no minimum. [N]
+            Tension vector with less energy, where Newton's method goes on if the kink is no minimum. [N]
         """
         loosest = sizes.argmin(axis=-1)[..., None]
         kink = np.stack([-np.take_along_axis(offset, loosest, axis=-1)[..., 0] for offset in self.segments.offset])
@@ -168,13 +168,13 @@ class EquilibriumResidual:
 def _first_tension(span):
     """Approximate tension vector at mid-length of a cable, where Newton's method begins.
 
-    Weight and point loads are distributed uniformly over the cable: a parabola, or an inextensible catenary where the
-    cable is more than 1.2 times as long as its chord.
+    Weight and point loads are taken as distributed uniformly over the cable. Its form is then a parabola, or an
+    inextensible catenary where it is more than 1.2 times as long as its chord.
 
     Parameters
     ----------
     span : Span
-        Fields of shape (...).
+        Ends, length, properties and loads of the cables, fields of shape (...).
 
     Returns
     -------

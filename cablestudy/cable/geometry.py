@@ -51,16 +51,17 @@ def _extreme_candidates(cable, normal):
 
 
 def midspan(cable):
-    """Arc length at mid-span, halfway along the horizontal between the ends of a cable, over the unstretched length.
+    """Place of mid-span along a cable: the point halfway, horizontally, between its ends, where sag is measured.
 
     Parameters
     ----------
     cable : Catenary or State
+        Equilibrium in closed form, or by finite elements.
 
     Returns
     -------
     ndarray, shape (...)
-        1/2 where the chord is vertical. [-]
+        Arc length of this point over the unstretched length; 1/2 where the chord is vertical. [-]
 
     Notes
     -----
@@ -69,11 +70,11 @@ def midspan(cable):
     """
     chord = cable.span.frame[..., 0, :2] * np.asarray(cable.span.chord)[..., None]
     run = np.hypot(chord[..., 0], chord[..., 1])  # horizontal distance of the ends
-    level = chord / np.where(run > 0, run, 1.0)[..., None]
+    along_run = chord / np.where(run > 0, run, 1.0)[..., None]
 
     def beyond_half(position):
         """Horizontal distance from mid-span to the cable at an arc length, positive towards end 2, shape (...). [m]"""
-        return (points_along(cable, position[..., None])[..., 0, :2] * level).sum(axis=-1) - run / 2
+        return (points_along(cable, position[..., None])[..., 0, :2] * along_run).sum(axis=-1) - run / 2
 
     upright = run <= 1e-9 * np.asarray(cable.span.chord)
     position, done = np.full(run.shape, 0.5), upright
@@ -101,7 +102,7 @@ def sag_and_swing(cable, position):
     Parameters
     ----------
     cable : Catenary or State
-        Of one cable or, with leading axes `...`, of several.
+        Equilibrium in closed form, or by finite elements; of one cable or, with leading axes `...`, of several.
     position : ndarray, shape (...)
         Arc length at mid-span over unstretched length, see `midspan`. [-]
 
@@ -184,13 +185,14 @@ def tensions_at_point_loads(cable, shares):
     Parameters
     ----------
     cable : Catenary or State
+        Equilibrium in closed form, or by finite elements.
     shares : ndarray, shape (k,)
         Arc lengths of the point loads over the unstretched length. [-]
 
     Returns
     -------
     ndarray, shape (k, 2, 3)
-        On the side of end 1 and on that of end 2, global axes. [N]
+        On the side of end 1 and on that of end 2 of each load, global axes. [N]
     """
     edges = np.asarray(cable.edges)[1:-1]  # between segments, a point load at each
     segment_before = np.searchsorted(edges, shares - CABLE.same_place)  # the segment that ends at the load
@@ -222,7 +224,7 @@ def clearance(cable, end_1, ground):
     Parameters
     ----------
     cable : Catenary or State
-        Of one cable.
+        Equilibrium of one cable, in closed form or by finite elements.
     end_1 : sequence of 3 floats
         Place of end 1. [m]
     ground : float or sequence of (float, float)

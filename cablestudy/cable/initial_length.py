@@ -42,14 +42,14 @@ def shorter_strain_for_tension(span, tension, at="mean"):
     span : Span
         One cable; its own chord strain is not used.
     tension : float
-        > 0. [N]
+        Stated tension, above 0. [N]
     at : {"mean", "horizontal", "max", "end_1", "end_2"}
         Which tension of the cable is stated: its mean, its horizontal part, the largest one, or that at an end.
 
     Returns
     -------
     float
-        [-]
+        Chord strain of the shorter cable. [-]
 
     Raises
     ------
@@ -85,23 +85,23 @@ def shorter_strain_for_tension(span, tension, at="mean"):
 def strains_for_tension(span, tension, at="mean"):
     """Find the chord strains, and so the unstretched lengths, with which n taut cables have stated tensions.
 
-    The chord strain is chord over unstretched length, less 1. Each search begins with that of a parabola. Above the
-    least tension over all lengths, two lengths have the same tension: the shorter one is meant.
+    The chord strain is chord over unstretched length, less 1. Each search begins with that of a parabolic cable. Above
+    the least tension over all lengths, two lengths have the same tension: the shorter one is meant.
 
     Parameters
     ----------
     span : Span
         Of shape (n,); its own chord strains are not used.
     tension : ndarray, shape (n,)
-        [N]
+        Stated tensions. [N]
     at : {"mean", "horizontal", "max", "end_1", "end_2"}
         Which tension of the cables is stated: mean, horizontal or largest one, or that at an end.
 
     Returns
     -------
     ndarray, shape (n,)
-        Not a number where no length was found, or the longer one though a shorter one exists: there
-        `shorter_strain_for_tension` finds the shorter one, or says why there is none. [-]
+        Chord strains. Not a number where no length was found, or only the longer of two: `shorter_strain_for_tension`
+        then finds the shorter one, or says why there is none. [-]
     """
     highest = _highest_strain(span, tension, at)
     # strain of the tension, less what the sag of a parabola adds to the length of its chord
@@ -169,12 +169,15 @@ def _tension(span, strain, at="mean"):
 
 
 def _rising_zeros(function, guess, highest):
-    """Zeros of n functions of the chord strain, near guesses if possible, and which functions surely rise there.
+    """Find the chord strains with which n cables have stated tensions or sags: zeros of n functions of the strain.
+
+    Each search begins near a guess: first the secant method, then brackets near the guess, then in all of the range. A
+    function with two zeros rises at that of the shorter cable, which is the wanted one.
 
     Parameters
     ----------
     function : callable
-        Chord strains, shape (k,), and indices of the functions they belong to, shape (k,) -> values, shape (k,).
+        Chord strains, shape (k,), and indices of the cables, shape (k,) -> relative errors of the stated values, (k,).
     guess, highest : ndarray, shape (n,)
         Estimates of the zeros, and upper limits of the search. [-]
 
@@ -183,8 +186,8 @@ def _rising_zeros(function, guess, highest):
     zeros : ndarray, shape (n,)
         Not a number where none was found. [-]
     known_to_rise : ndarray of bool, shape (n,)
-        True where the secant method found the zero, as it accepts only one at which the function rises. The others are
-        from brackets: the function may fall there.
+        True where the secant method found the zero: it accepts none at which the function falls. False where a zero
+        is from a bracket, or none was found.
     """
     step = np.minimum(np.maximum(1e-3 * np.abs(guess), 1e-15), (highest - CABLE.loosest_strain) / 8)
     guess = np.clip(guess, CABLE.loosest_strain + 2 * step, highest - 2 * step)
@@ -208,7 +211,7 @@ def _rising_zeros(function, guess, highest):
 
 
 def _zeros_by_secant(function, guess, highest):
-    """Zeros of n functions of the chord strain near good guesses, by the secant method.
+    """Find zeros of n functions of the chord strain near good guesses, each where its function rises: secant method.
 
     Parameters
     ----------
@@ -220,7 +223,8 @@ def _zeros_by_secant(function, guess, highest):
     Returns
     -------
     ndarray, shape (n,)
-        Not a number where the steps do not become small or leave the limits, or the function was not seen to rise. [-]
+        Not a number where the steps do not become small, where they leave the limits, or where the function was not
+        seen to rise. [-]
     """
     zeros, index = np.full(len(guess), np.nan), np.arange(len(guess))
     previous, x = guess, guess * (1 + CABLE.length_first_secant)

@@ -63,14 +63,14 @@ def linear_range(span, moves):
     span : Span
         The cables, of shape (c,).
     moves : ndarray, shape (c, 3)
-        Movement of end 2 of each cable relative to end 1, per movement of the point, global axes; cables with zeros do
-        not count. [-]
+        Movement of end 2 of each cable relative to end 1, per movement of the point, global axes; zero for cables that
+        the point does not move. [-]
 
     Returns
     -------
     movement : float or None
-        None where the force is linear up to `CABLE.largest_movement` of the shortest chord, where no cable is moved,
-        and where there is no stiffness, or no equilibrium even at `CABLE.least_movement`. [m]
+        Size of this movement [m]. None where the force is linear up to `CABLE.largest_movement` of the shortest chord,
+        where no cable is moved, and where there is no stiffness, or no equilibrium even at `CABLE.least_movement`.
     error : float
         Relative error of the movement: by the width of the last interval of the search, and by rounding of the force
         and of the places of the ends. [-]

@@ -9,20 +9,23 @@ EPSILON = float(np.finfo(float).eps)
 
 
 def arc_length_at_midspan(catenary):
-    """Arc length at mid-span of each cable of a `Catenary`, over the unstretched length, shape (...). [-]
+    """Place of mid-span along each cable of a `Catenary`: the point halfway, horizontally, between its ends.
 
-    1/2 for a vertical cable with horizontal loads, where mid-span has no meaning.
+    Returns
+    -------
+    ndarray, shape (...)
+        Arc length of this point over the unstretched length; 1/2 for a vertical cable with horizontal loads, where
+        mid-span has no meaning. [-]
 
     Notes
     -----
-    On a segment between point loads, a piece from its end 1 of arc length x spans the horizontal distance
+    The first part of a segment (between two point loads), of arc length x, spans the horizontal distance
 
         H x (1/EA + 2 (1 + excess)/S)
 
-    H is the horizontal tension, S the sum of the tensions at both ends of the piece, and 2 (1 + excess)/S the mean of
-    1/T along it (`segment`). Where no load acts horizontally H is a common factor of all segments and cancels, so that
-    a vertical cable has the limit of an inclined one. The root finders of scipy.optimize.elementwise give the same
-    digits in four times the time.
+    H is the horizontal tension, S the sum of the tensions at both ends of this part, and 2 (1 + excess)/S the mean of
+    1/T along it (`segment_terms`). Without horizontal loads H is common to all segments and cancels: a vertical cable
+    has the limit of an inclined one. (The root finders of scipy.optimize.elementwise take four times as long.)
     """
     span, terms, fraction = catenary.span, catenary.terms, catenary.segments.fraction
     stiffness = np.asarray(span.axial_stiffness, dtype=float)[..., None]
@@ -45,18 +48,19 @@ def arc_length_at_midspan(catenary):
 
 
 def _arc_length_at(target, rounding, length, *segment):
-    """Arc length x on a segment at which the horizontal distance from its end 1 is `target`: a root of
+    """Arc length x along a segment at which the cable is at a given horizontal distance from the segment's end 1.
+
+    x is found by Newton's method within a bracket, from
 
         h x (1/EA + 2 (1 + excess)/S) = target
 
-    h is the horizontal tension over a scale, S the sum of the tensions at both ends of the piece up to x, and
-    2 (1 + excess)/S the mean of 1/T along it. Newton steps, kept in a bracket, go on until the distance is right to
-    `rounding`.
+    h is the horizontal tension over a scale of forces, the same as in `target`. S is the sum of the tensions at both
+    ends of the part up to x, and 2 (1 + excess)/S the mean of 1/T along it (`segment_terms`).
 
     Parameters
     ----------
     target, rounding : ndarray, shape (..., 1)
-        Horizontal distance and its accuracy, over the length of the cable and the scale of forces. [1/N]
+        Horizontal distance, and the accuracy to find it to, over the length of the cable and the scale. [1/N]
     length : ndarray, shape (..., 1)
         Length of the segment over that of the cable. [-]
     *segment : ndarray

@@ -46,10 +46,10 @@ class SegmentTerms:
 
 
 def segment_terms(tension, weight, cosine, sine):
-    """Terms that the extension and the flexibility of a segment of a catenary share: `SegmentTerms`.
+    """Quantities of one catenary segment that both its form and its flexibility are computed from: `SegmentTerms`.
 
     P = (q, n, y) is the tension vector at mid-segment, with the vertical part V = q sine + n cosine and the horizontal
-    part H = (q cosine - n sine, y); W is the weight. Then
+    part H = (q cosine - n sine, y). W is the weight, T0 and T1 the tensions at the ends:
 
         T0, T1 = |(H, V - W/2)|, |(H, V + W/2)|,    S = T0 + T1,    beta = W/S,    excess = atanh(beta)/beta - 1
 
@@ -129,9 +129,9 @@ def _less_component(tension, q, n, y):
 
 
 def flexibility(tension, weight, axial_stiffness, cosine, sine, terms):
-    """Derivative of the `extension` of a segment with respect to its tension vector, per unstretched length.
+    """Flexibility of a catenary segment: movement of its end 2 per force there, end 1 fixed, per unstretched length.
 
-    With T the tension and t the unit tangent along the segment, and the unit matrix I, it is the matrix
+    With the tension T and the unit tangent t along the segment, and the unit matrix I, it is the matrix
 
         I/EA + mean of (I - t t^T)/T
 
@@ -173,11 +173,14 @@ def flexibility(tension, weight, axial_stiffness, cosine, sine, terms):
 
 
 def _flexibility_of_small_beta(tension, weight, cosine, sine, terms):
-    """Mean of (I - t t^T)/T over segments of small beta = weight/S, written with small deviations from the chord.
+    """Flexibility of light segments by change of direction alone, from small deviations from the chord.
 
-    It is the part of `flexibility` by change of direction alone, without I/EA. The mean of (T^2 I - P P^T)/T^3 is
-    equal. Along the segment the tension vector is P = (q, n, y) + w tau with w = W (sine, cosine, 0) and tau from -1/2
-    to 1/2. The integrals i0, i1 and i2 are the means of tau^k/T^3 for k = 0, 1 and 2, the last one by quadrature.
+    Light is a segment of small beta = W/S. The result is `flexibility` without I/EA, with the unit tangent t = P/T:
+
+        mean of (I - t t^T)/T = mean of (T^2 I - P P^T)/T^3
+
+    Along the segment the tension vector is P = (q, n, y) + w tau with w = W (sine, cosine, 0) and tau from -1/2 to 1/2.
+    The numbers i0, i1 and i2 are the means of tau^k/T^3 for k = 0, 1 and 2, the last one by quadrature.
 
     Parameters
     ----------
@@ -230,12 +233,14 @@ def _gauss_rule(dimensions):
 
 
 def _flexibility_of_large_beta(tension, cosine, sine, terms):
-    """Mean of (I - t t^T)/T over segments of large beta = weight/S, written with horizontal and vertical components.
+    """Flexibility of heavy segments by change of direction alone, from horizontal and vertical components.
 
-    It is the part of `flexibility` by change of direction alone, without I/EA. The mean of (T^2 I - P P^T)/T^3 is
-    equal, with the tension vector P along the segment. It is found for components (h, V, y) of P and then rotated into
-    the chord frame (q, n, y). The integrals i0, i1 and i2 are the means of V^k/T^3 for k = 0, 1 and 2, V being the
-    vertical component.
+    Heavy is a segment of large beta = W/S, with the weight W. The result is `flexibility` without I/EA, with t = P/T:
+
+        mean of (I - t t^T)/T = mean of (T^2 I - P P^T)/T^3
+
+    It is found for horizontal, vertical and lateral components (h, V, y) of the tension vector P and then rotated into
+    the chord frame (q, n, y). The numbers i0, i1 and i2 are the means of V^k/T^3 for k = 0, 1 and 2.
 
     Parameters
     ----------

@@ -86,7 +86,7 @@ class Span:
         axial_stiffness, mass, gravity : float or ndarray, shape (...)
             EA [N], mass per unstretched length [kg/m], uniform load over mass [m/s^2].
         unstretched_length : float or ndarray, shape (...), optional
-            By default that of the chord; `with_chord_strain` changes it. [m]
+            By default the distance of the ends; `with_chord_strain` changes it. [m]
         load_positions : ndarray, shape (..., k), optional
             Arc length of point loads from end 1 along the unstretched cable, ascending. [m]
         load_forces : ndarray, shape (..., k, 3), optional
@@ -191,18 +191,18 @@ class Span:
         Parameters
         ----------
         vectors : ndarray, shape (..., k, 3)
-            Components along e, n and y, the axes of the chord frame.
+            Components along the chord, across it in the vertical plane, and out of that plane.
         frame : {"chord", "global"}
 
         Returns
         -------
         ndarray, shape (..., k, 3)
-            Components along the axes of `frame`; the digits of a cable do not depend on its batch.
+            Components along the axes of `frame`.
 
         Raises
         ------
         ValueError
-            `frame` is neither.
+            Another frame.
         """
         if frame not in ("chord", "global"):
             raise ValueError(f"frame is {frame!r}, not 'chord' or 'global'")
@@ -241,14 +241,14 @@ class Span:
         return replace(self, **full)
 
     def with_chord_strain(self, chord_strain):
-        """Copy of the cable with another unstretched length, chord/(1 + chord_strain).
+        """Copy of the cable with another unstretched length, stated as chord strain: chord/(unstretched length) - 1.
 
         Point loads stay at their arc lengths; those whose place is stated as a share of the length stay at that share.
 
         Parameters
         ----------
         chord_strain : float or ndarray, shape (...)
-            [-]
+            The new one. [-]
         """
         span = replace(self, chord_strain=chord_strain)
         if self.load_fractions is None:

@@ -84,7 +84,7 @@ def interpolate(state, positions):
     Parameters
     ----------
     state : State
-        In equilibrium, fields of shape (...).
+        Elements in equilibrium, fields of shape (...).
     positions : ndarray, shape (..., j)
         Unstretched arc length over unstretched length; at a point load it means the side of end 1. [-]
 
@@ -117,15 +117,15 @@ def _displacement(mesh, displacement, element, local):
 def sag(state, start):
     """Vertical distance from the chord down to each cable of elements at mid-span, halfway along the horizontal.
 
-    The mid-span of the elements is searched for, unless it is that of the continuous cable, `start`, to rounding. A
-    vertical cable has no mid-span: its sag is taken at `start`.
+    Mid-span is searched for along the elements, unless `start` is there already to rounding. A vertical cable has no
+    mid-span: its sag is taken at `start`.
 
     Parameters
     ----------
     state : State
-        Fields of shape (n,), or of one cable.
+        Elements in equilibrium; fields of shape (n,), or of one cable.
     start : ndarray, shape (n,) or ()
-        Arc length at mid-span of the continuous cable, over unstretched length. [-]
+        Mid-span of the same cable in closed form: arc length over unstretched length (`Catenary.middle`). [-]
 
     Returns
     -------

@@ -40,12 +40,12 @@ class Profile:
 
     @classmethod
     def of(cls, exponent, height, grounds):
-        """Wind profile of n load cases, by a power law for each; None if in no case the wind grows with the height.
+        """Wind profile of n load cases, speed ~ (height above ground)^exponent; None if no wind grows with the height.
 
         Parameters
         ----------
         exponent : ndarray, shape (n,)
-            Of the wind speed over the height; not a number where the wind is uniform. [-]
+            Exponent of each case; not a number where the wind is uniform. [-]
         height : ndarray, shape (n,)
             Height above the ground at which the wind is stated; not a number where the wind is uniform. [m]
         grounds : sequence of (float, tuple or None)
@@ -183,10 +183,10 @@ def across(direction, tangent):
 
 
 def uneven_drag(drag):
-    """Function that computes the uneven part of the drag: that on the curved cable less the uniform drag on its chord.
+    """Make the function that computes the uneven part of the drag: that on the curved cable less that on its chord.
 
-    `equilibrium.solve_many` adds it to the uniform load. With the unit vector u of the wind and its part u_n across a
-    direction t or e, the force per unstretched length is
+    The drag on the chord is part of the uniform load; `equilibrium.solve_many` adds the uneven part. With the unit
+    vector u of the wind and its part u_n across a direction, this force per unstretched length is
 
         C_d q D ((1 + strain) p |u_n| u_n across the tangent t - (mean of p) |u_n| u_n across the chord e)
 
@@ -195,7 +195,7 @@ def uneven_drag(drag):
     Parameters
     ----------
     drag : SteadyDrag
-        Of shape (n,).
+        Of the wind on n cables.
 
     Returns
     -------

@@ -34,8 +34,8 @@ def state_at(span, mesh, positions):
         One cable.
     mesh : Mesh
     positions : ndarray, shape (nodes, 3)
-        Of the nodes, ends included, in the chord frame of `span` with end 1 at rest in the origin (global positions r:
-        `(r - end_1) @ span.frame.T`). Complex numbers are allowed, for derivatives by a complex step. [m]
+        Of the nodes, ends included, from the place of end 1 at rest, in the axes of `span.frame`. For global positions
+        r they are `(r - end_1) @ span.frame.T`. Complex numbers are allowed, for derivatives by a complex step. [m]
 
     Returns
     -------

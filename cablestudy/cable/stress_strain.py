@@ -148,17 +148,19 @@ class Condition:
         return self.settle(lambda strain, value, slope: tension, start)
 
     def settle(self, tension_at, start, alone=True, accuracy=CABLE.curve_tension):
-        """Find the strains at which the tension by the curves is that which equilibrium demands, by Newton's method.
+        """Find the strains of conductors in equilibrium: where stress-strain curve and equilibrium give equal tensions.
+
+        Newton's method; the tension by the curve rises with the strain, that of equilibrium falls or stays.
 
         Parameters
         ----------
         tension_at : callable
             Strain [-], tension by the curves [N] and its slope with the strain [N], each of shape (...) -> tension in
-            equilibrium at that strain [N]. It falls as the strain grows, or stays; not a number where there is none.
+            equilibrium at that strain [N], not a number where there is none.
         start : ndarray, shape (...)
             Strain of each conductor at which the iteration begins. [-]
         alone : bool
-            True if `tension_at` of a conductor depends on its own strain only, so that each step narrows a bracket.
+            True if `tension_at` of a conductor depends on its own strain only: each step then narrows a bracket.
         accuracy : float
             Largest relative difference of the two tensions. [-]
 
@@ -243,12 +245,12 @@ def linear_cable(strain, tension, slope):
 
 
 def uneven_strain(condition, strain, tensions, weights):
-    """Error in mean strain of the tangent `linear_cable`, where the tension varies along a conductor.
+    """Error in mean strain of the linear cable that replaces a conductor, as the tension varies along the conductor.
 
-    The stress-strain curve e(T) is not straight; a `linear_cable` follows its tangent, of slope K = dT/de, at the mean
-    tension T0. The error, to be added to the mean strain of the linear cable, is the mean along the cable
+    The stress-strain curve e(T) of a conductor is not straight. The linear cable follows its tangent, of slope
+    K = dT/de, at the mean tension T0. What has to be added to its mean strain is
 
-        sum of w_k (e(T_k) - e(T0) - (T_k - T0)/K)
+        sum over points k of w_k (e(T_k) - e(T0) - (T_k - T0)/K)
 
     Tensions T_k below the fraction `CABLE.curve_rounding` of T0 are raised to it.
 
@@ -259,19 +261,19 @@ def uneven_strain(condition, strain, tensions, weights):
     strain : ndarray, shape (...)
         e(T0), at the mean tension. [-]
     tensions : ndarray, shape (..., k)
-        At k points along the cables. [N]
+        T_k at k points along the cables. [N]
     weights : ndarray, shape (k,)
-        Of the points in the mean; their sum is 1. [-]
+        w_k, whose sum is 1. [-]
 
     Returns
     -------
     ndarray, shape (...)
-        [-]
+        The error. [-]
     """
     mean_tension, slope = condition.tension_and_slope(strain)
-    excess = np.zeros(strain.shape)
+    error = np.zeros(strain.shape)
     for tension, weight in zip(np.moveaxis(tensions, -1, 0), weights.tolist(), strict=True):
         tension = np.maximum(tension, CABLE.curve_rounding * mean_tension)
         along_tangent = (tension - mean_tension) / slope
-        excess = excess + weight * (condition.strain_at(tension) - strain - along_tangent)
-    return excess
+        error = error + weight * (condition.strain_at(tension) - strain - along_tangent)
+    return error

@@ -58,7 +58,7 @@ def string_frequencies(count, length, tension, mass):
 
 
 def symmetric_roots(count, lambda_2):
-    """Symmetric in-plane frequencies of a taut cable, normalised: Omega = omega l / sqrt(F/m), shape (..., count). [-]
+    """Frequencies of the symmetric in-plane modes of a taut cable, as Omega = omega l / sqrt(F/m): (..., count). [-]
 
     Parameters
     ----------

@@ -73,14 +73,15 @@ class SearchRecord:
 
 
 def newton_step(suspension, state, evaluation):
-    """Newton step of all free degrees of freedom towards equilibrium: K^-1 times the net forces and moments.
+    """Newton step of all bodies towards equilibrium: K^-1 times the net forces and moments on them.
 
-    Where the stiffness K is not positive definite, the net forces do positive work along the step, so that the energy
-    falls. Degrees of freedom that are held have a step of zero.
+    Where the tangent stiffness K is not positive definite, another step is taken, along which the net forces do
+    positive work so that the energy falls. Degrees of freedom that are held have a step of zero.
 
     Parameters
     ----------
     suspension : SuspendedSystem
+        Bodies on cables and links (springs).
     state : PoseState
         Pose from which the step starts, of n cases.
     evaluation : Evaluation
@@ -117,14 +118,14 @@ def newton_step(suspension, state, evaluation):
 
 
 def _dense_step(matrix, force, largest):
-    """Newton steps K^-1 g of n cases; descending steps where K is not positive definite or K^-1 g is too long.
+    """Steps of n cases that lower the potential energy, with dense matrices: Newton steps K^-1 g where these do.
 
-    The descending steps use the sizes of the eigenvalues k_j of the symmetric part of K, with eigenvectors q_j:
+    Where the stiffness K is not positive definite, or K^-1 g is too long, the step is
 
         sum over j of q_j (q_j^T g)/|k_j|
 
-    Each term is shortened by itself to the largest step allowed, so that a motion that nothing holds does not leave the
-    others without a step.
+    with the eigenvalues k_j and eigenvectors q_j of the symmetric part of K. Each term is shortened by itself to the
+    largest step allowed: a motion that nothing holds does not shorten the others.
 
     Parameters
     ----------
@@ -191,14 +192,14 @@ def _with_predicted_tensions(trial, state, evaluation):
 def line_search(suspension, state, evaluation, step):
     """Line search: shorten the steps of n cases until each lowers the potential energy enough (Armijo rule).
 
-    A share x of a step is accepted where the energy falls by at least c x w. Here w is the work of the net forces along
-    the whole step, as if they stayed constant, and c is `STATICS.sufficient_descent`. Where the change of energy is no
-    more than rounding, the share is accepted if the energy does not rise too steeply at its end (Hager and Zhang).
+    A share x of a step is accepted where the energy falls by at least c x w. Here w is the work that constant net
+    forces would do along the whole step, and c is `STATICS.sufficient_descent`. Where the change of energy is no more
+    than rounding, the share is accepted if the energy does not rise too steeply at its end (Hager and Zhang).
 
     Parameters
     ----------
     suspension : SuspendedSystem
-        With cases of shape (n,).
+        Bodies on cables, with cases of shape (n,).
     state : PoseState
         Pose before the step.
     evaluation : Evaluation
@@ -213,8 +214,7 @@ def line_search(suspension, state, evaluation, step):
     evaluation : Evaluation
         In that state.
     share : ndarray, shape (n,)
-        Share x of the step that is taken. Zero where none was accepted; state and evaluation are those before, then.
-        [-]
+        Share x of the step that is taken; zero where none was accepted, and state and evaluation are unchanged. [-]
     """
     descent = (evaluation.net * step).sum(axis=(-1, -2))  # of the energy, by the share of the step: the forces' work
     share, accepted = np.ones(len(descent)), np.zeros(len(descent), dtype=bool)
@@ -348,16 +348,16 @@ def _softened_links(suspension, state, strain):
 
 
 def least_energy_poses(suspension, state):
-    """Find poses of least potential energy: straight from the start, or by way of softer cables where steps are many.
+    """Find equilibria, poses of least potential energy: straight from the start or, where this fails, by softer cables.
 
     Stiff cables make a narrow, curved valley of the energy, in which Newton steps are short. Cables so soft that the
     loads strain them by a third make it wide. Their equilibrium is the start of the search with stiffer ones, and so on
-    (`SOFTENED`). The stiffness of links is limited alike.
+    (`SOFTENED`). The stiffness of links (springs) is limited alike.
 
     Parameters
     ----------
     suspension : SuspendedSystem
-        With cases of shape (n,).
+        Bodies on cables, with cases of shape (n,).
     state : PoseState
         Where the searches begin, with the unstretched lengths of the cables.
 

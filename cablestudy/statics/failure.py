@@ -33,10 +33,10 @@ def explain(equilibrium):
 
 
 def _describe_net_force(equilibrium):
-    """Text that names the largest unbalanced force or moment on a body, or a dead moment that cables may not hold.
+    """Text for an error message: the largest force or moment on a body that the failed search has left unbalanced.
 
-    A dead moment is a constant one that the scene prescribes. A body that turns on and on under it has no equilibrium:
-    the moment left depends on where the search was given up. So the dead moment is named instead.
+    Under a dead moment, a constant one that the scene prescribes, a body may turn on and on. The moment left then
+    depends on where the search was given up, so that the dead moment is named instead.
 
     Parameters
     ----------

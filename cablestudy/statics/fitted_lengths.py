@@ -11,10 +11,10 @@ EXACT = STATICS.sum_rounding * STATICS.rounding  # relative error of a stated va
 
 
 def first_strains(span, quantities, value):
-    """First estimates of the chord strains with which cables have the values that are stated for them.
+    """Estimate the unstretched lengths with which cables have a stated tension or sag, as the start of a search.
 
-    The chord strain is chord over unstretched length, less 1. The search for the lengths begins there. Any stated
-    tension is taken as the mean tension of the cable.
+    A length is given as chord strain: chord over unstretched length, less 1. Any stated tension is taken as the mean
+    tension of the cable.
 
     Parameters
     ----------
@@ -42,9 +42,9 @@ def first_strains(span, quantities, value):
 
 
 def fit_strains(span, quantities, value, strain):
-    """Find the chord strains with which cables between ends at rest have the values that are stated for them.
+    """Find the unstretched lengths L with which cables between ends at rest have their stated tensions or sags.
 
-    The chord strain is chord over unstretched length L, less 1.
+    A length is given as chord strain: chord over L, less 1.
 
     Parameters
     ----------
@@ -68,10 +68,10 @@ def fit_strains(span, quantities, value, strain):
 
     Notes
     -----
-    Newton's method for ln L. The tension is a convex function of L unless a cable is very slack. So the steps of a
-    cable that begins too short approach the solution from one side. The iteration of a cable ends with an error below
-    `EXACT`, with one near rounding that no longer halves, or after `stalled_steps` steps without progress. The cable is
-    then left as it is, so that its digits do not depend on the others.
+    Newton's method for ln L. The tension is a convex function of L unless a cable is very slack: the steps of a cable
+    that begins too short then approach the solution from one side. The iteration of a cable ends with an error below
+    `EXACT`, with one near rounding that no longer halves, or after `STATICS.stalled_steps` steps without progress. It
+    is then left as it is, so that its digits do not depend on the other cables.
     """
     kinds = np.asarray(quantities, dtype=object)
     stated, of_force = np.array([kind is not None for kind in quantities]), np.isin(kinds, FORCES)

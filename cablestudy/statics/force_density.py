@@ -27,12 +27,13 @@ def find_form(suspension):
     Parameters
     ----------
     suspension : SuspendedSystem
-        With cases of any shape, and a force density of every cable that ends at a free junction.
+        Cables, bodies and points, in cases of any shape; with a force density of every cable that ends at a free
+        junction.
 
     Returns
     -------
     SuspendedSystem
-        With its junctions at these places.
+        The same with its junctions at these places.
     tension : ndarray, shape (..., c)
         Force density times length of each of the c cables; not a number for cables without a force density. [N]
 
@@ -68,7 +69,7 @@ def find_form(suspension):
 
 
 def _coordinates(suspension, moving, cables, density, load, ends):
-    """Coordinates along one axis at which the points that can move along it are in balance, in one case.
+    """Coordinates along x, y or z at which force densities hold the free points of a cable net in balance, in one case.
 
     With the force densities q of its cables and the load p along the axis, the balance of a point at x is
 
@@ -92,7 +93,7 @@ def _coordinates(suspension, moving, cables, density, load, ends):
     Returns
     -------
     ndarray, shape (m,)
-        [m]
+        Coordinates of the points that can move. [m]
 
     Raises
     ------

@@ -141,18 +141,20 @@ class Iterates:
 
 
 def search(problem, least_ratio):
-    """Find tensions of the open cables, and lengths for them, that hold the bodies at given places: `LengthsFound`.
+    """Find lengths of the open cables, those with nothing stated, that hold bodies at given places: `LengthsFound`.
 
-    Each iteration linearises the net forces F on the bodies in the mean tensions t of the open cables and the motions y
-    that are not given, and solves within the bounds of the tensions
+    Some degrees of freedom y of the bodies may not be given: they follow from equilibrium. Each iteration linearises
+    the net forces F on the bodies in the mean tensions t of the open cables and in y, and solves for t_new and y
 
         A (t_new - t) + E y + F = 0,    A = dF/dt,  E = dF/dy
 
-    Then the bodies move by y, and the open cables get the lengths with which they have the tensions t_new there.
+    within the bounds of the tensions. Then the bodies move by y, and the open cables get the lengths with which they
+    have the tensions t_new there.
 
     Parameters
     ----------
     problem : TensionProblem
+        Bodies, cables, bounds, and how to choose among several solutions; n cases.
     least_ratio : float
         Lower bound of the mean tension of each open cable, over the least that it can have by its own weight. [-]
 
@@ -265,15 +267,15 @@ class LinearForces:
 
 
 def linearised(problem, state):
-    """Net forces F on the bodies in a state, and their derivatives A by tensions and E by motions: `LinearForces`.
+    """Net forces F on the bodies, linear in the tensions and motions that a step of `search` changes: `LinearForces`.
 
-    A = dF/dt is by the mean tensions t of the open cables, and E = dF/dy by the motions y that come from equilibrium,
-    while all cables keep what they state.
+    The derivatives are A = dF/dt by the mean tensions t of the open cables, and E = dF/dy by the motions y of bodies
+    that are not given. Along y each cable keeps its stated length, tension or sag.
 
     Parameters
     ----------
     problem : TensionProblem
-        Its open cables state their mean tensions (`TensionProblem.with_preloads`).
+        For its open cables the current mean tensions are stated (`TensionProblem.with_preloads`).
     state : PoseState
         Pose of the bodies, and lengths of the cables, of n cases.
     """
@@ -300,17 +302,21 @@ def linearised(problem, state):
 
 
 def at_stated_values(suspension, arms, rates, stiffness):
-    """Derivatives of the net forces F while cables keep their stated values v, to which their lengths L adjust.
+    """Stiffness of a suspension while each cable keeps its stated tension, sag or length v, and dF/dv.
 
-    Along a motion u of the bodies, dF = -(K + (dF/dv) (dv/du)) du. K is the stiffness at constant lengths, and dv/du is
-    at constant lengths too.
+    The length L of a cable adjusts to v. Along a motion u of the bodies the net forces F on them change by
+
+        dF = -(K + (dF/dv) (dv/du)) du
+
+    with the stiffness K and the derivative dv/du at constant lengths.
 
     Parameters
     ----------
     suspension : SuspendedSystem
+        Bodies on cables and links (springs).
     arms : ndarray, shape (n, c + l, 2, 3)
-        Vector from the reference point of the body that holds it to each end of the c cables and l links, global axes.
-        [m]
+        Vector to each end of the c cables and l links, from the reference point of the body that holds the end, global
+        axes. [m]
     rates : stated.Rates
         Derivatives of end forces and stated values of all cables, by length and by the place of end 2.
     stiffness : ndarray, shape (n, d, d)
@@ -333,15 +339,16 @@ def at_stated_values(suspension, arms, rates, stiffness):
 
 
 def limited_steps(problem, state, iterates, solutions):
-    """Steps of k cases towards the solutions of their linear problems, shortened where they are too long.
+    """Steps of bodies and tensions in `search`, shortened to where its linear equations are still about right; k cases.
 
-    The displacements are limited to `STATICS.farthest_step` times the extent of the suspension, and rotations to
-    `STATICS.widest_turn`. The change of the tensions is shortened by the same factor. No tension falls below the
-    share `STATICS.least_tension_share` of its value.
+    Displacements are limited to `STATICS.farthest_step` times the extent of the suspension, rotations to
+    `STATICS.widest_turn`. The change of the tensions is shortened by the same factor. No tension falls below the share
+    `STATICS.least_tension_share` of its value.
 
     Parameters
     ----------
     problem : TensionProblem
+        Bodies, cables, and which degrees of freedom are not given.
     state : PoseState
         Pose before the step.
     iterates : Iterates

@@ -117,27 +117,29 @@ def refuse_overdetermined(suspension, moving, lengths):
 
 
 def at_wanted_tensions(problem, suspension):
-    """Equilibrium with prescribed tensions, of suspensions whose free parts find a balance under any tensions.
+    """Equilibrium where all free bodies and points may move, so that they find a balance under any tensions.
 
-    As the balance does not restrict the tensions, the method alone decides on them, within the bounds: `closest` takes
-    the reference tensions, the other methods the lower bound. The places of the bodies and points follow.
+    The balance does not restrict the tensions of the open cables, those for which nothing is stated. The method
+    `closest` takes the reference tensions, other methods the lower bounds. The places of bodies and points follow.
 
     Parameters
     ----------
     problem : TensionProblem
+        Suspensions with n cases in a row, the method, and bounds and reference of the tensions.
     suspension : SuspendedSystem
         That of the problem, with its cases in their own shape.
 
     Returns
     -------
     Equilibrium
-    problems : ndarray of str
-        As of `solve`.
+        Of all cases, in their own shape.
+    reasons : ndarray of str
+        Why each case has no equilibrium; empty where it has one.
 
     Raises
     ------
     NoSolutionError
-        A cable with neither a lower bound nor a reference.
+        A cable gets no tension: it has neither a lower bound nor a reference.
     """
     lowest = problem.low.max(axis=-1, keepdims=True)
     wanted = {"balanced": lowest, "least": problem.low, "closest": problem.reference}[problem.method]
@@ -149,33 +151,33 @@ def at_wanted_tensions(problem, suspension):
             f"nothing decides the tensions of {names}: what is free is in balance somewhere for any tensions; "
             "state tensions.min, or the method closest with a reference"
         )
-    found = rest.pose(problem.with_preloads(tension).broadcast(suspension.shape))
-    texts = np.full(suspension.shape, "", dtype=object)
+    solution = rest.pose(problem.with_preloads(tension).broadcast(suspension.shape))
+    reasons = np.full(suspension.shape, "", dtype=object)
     for case in np.ndindex(suspension.shape):
-        if not found.record.converged[case]:
-            texts[case] = explain(found.take(case))
-    as_described = replace(found.suspension, stated=suspension.stated, value=suspension.broadcast().value)
-    return replace(found, suspension=as_described), texts
+        if not solution.record.converged[case]:
+            reasons[case] = explain(solution.take(case))
+    as_described = replace(solution.suspension, stated=suspension.stated, value=suspension.broadcast().value)
+    return replace(solution, suspension=as_described), reasons
 
 
 def with_stable_attitudes(problem, result):
     """Replace unstable equilibria by stable ones with other attitudes (rotations) of the bodies, where such are found.
 
     With the lengths of an unstable equilibrium, the bodies are let go a little beside it, along its unstable motion.
-    From the attitudes in which they come to rest, the search for lengths is repeated, with the bodies back at their
-    given places.
+    The search for lengths is then repeated with the attitudes in which they come to rest, at their given places.
 
     Parameters
     ----------
     problem : TensionProblem
+        Bodies, cables, and bounds of the tensions, of all cases.
     result : LengthsFound
         Lengths and poses that the search found, of all cases.
 
     Returns
     -------
     LengthsFound
-        A case is unchanged where it was stable or where the repeated searches failed. One that was replaced in the last
-        try may still be unstable.
+        A case is unchanged where it was stable or where the repeated searches failed. One that the last of the tries
+        (`STATICS.off_saddle`) replaced may still be unstable.
     """
     for size_of_step in STATICS.off_saddle:
         state, record = result.state, result.record
@@ -194,13 +196,14 @@ def with_stable_attitudes(problem, result):
 
 
 def describe_failure(problem, result, case):
-    """Reason, for an error message, why no lengths were found for a case.
+    """Reason, for an error message, why no lengths were found that hold the bodies at their given places in a case.
 
     Either no tensions hold the loads, or only tensions outside the bounds do, or the search did not settle.
 
     Parameters
     ----------
     problem : TensionProblem
+        Suspensions, and the bounds of the tensions, of all cases.
     result : LengthsFound
         Where the searches of all cases ended.
     case : int

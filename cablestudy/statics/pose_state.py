@@ -140,7 +140,7 @@ def displaced_with_work(suspension, state, step):
     Returns
     -------
     state : PoseState
-        After the step, the unstretched lengths unchanged; the tensions are not a number.
+        After the step, with the same unstretched lengths; its tensions are not known and not a number.
     work : ndarray, shape (n,)
         [J]
     """
@@ -204,18 +204,19 @@ def end_forces_and_stiffness(suspension, state, cables, stiffness):
 
 
 def evaluate(suspension, state, solved_cables=None):
-    """Forces, stiffness and energy of a suspension in a given pose: `Evaluation`.
+    """Forces, stiffness and energy of a suspension whose bodies are in a given pose: `Evaluation`.
 
-    The energy is the sum of that of the links and, for each cable, of
+    The energy is that of the links (springs), and for each cable
 
         W = N.d - L (T_mean + mean of |N(s)|^2/(2 EA))
 
-    with its mean tension vector N, vector d from end 1 to end 2, unstretched length L, mean tension T_mean, and tension
-    vector N(s) along the cable.
+    N(s) is the tension vector along the cable, N the mean of that at both ends, d the vector from end 1 to end 2, L the
+    unstretched length and T_mean the mean tension.
 
     Parameters
     ----------
     suspension : SuspendedSystem
+        Bodies on cables and links (springs).
     state : PoseState
         Pose and unstretched lengths, of n cases.
     solved_cables : Catenary, shape (n, c), optional
@@ -268,6 +269,7 @@ def _work(suspension, state, step, rotation_change, shift):
     Parameters
     ----------
     suspension : SuspendedSystem
+        Bodies on cables and links (springs).
     state : PoseState
         Before the step.
     step : ndarray, shape (n, b, 6)

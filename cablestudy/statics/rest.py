@@ -32,7 +32,7 @@ def pose(suspension):
     Parameters
     ----------
     suspension : SuspendedSystem
-        With cases of any shape. For each cable its unstretched length is stated or, instead, a tension or the sag.
+        Bodies on cables, in cases of any shape. For each cable its length is stated or, instead, a tension or the sag.
 
     Returns
     -------
@@ -58,8 +58,8 @@ def pose(suspension):
     flat = suspension.broadcast((int(np.prod(shape)),))
     state, record = search_all(flat, start(flat))
     weightless = (flat.cable_mass == 0).any(axis=-1) & (flat.gravity != 0)
-    for search, cases in ((search_with_softer_cables, True), (search_with_heavier_cables, weightless)):
-        unmet = np.flatnonzero((record.reason == UNMET) & cases)
+    for search, suited in ((search_with_softer_cables, True), (search_with_heavier_cables, weightless)):
+        unmet = np.flatnonzero((record.reason == UNMET) & suited)
         if len(unmet):
             record = copy_record(record)
             # where this search fails too, the state and record of the first one are kept: they are nearer to the scene
@@ -78,16 +78,17 @@ def leave_saddle_points(suspension, flat, state, record):
     """Replace unstable equilibria by those to which the suspension falls from there: `Equilibrium` of all cases.
 
     At a saddle point of the energy the forces balance, so that a search that begins there stays there. Another search
-    begins a step away, along the unstable motion. Cases that stay unstable try the other steps of `STATICS.off_saddle`.
+    begins a step away, along the unstable motion. Where its result is unstable too, other sizes of this step are tried
+    (`STATICS.off_saddle`).
 
     Parameters
     ----------
     suspension : SuspendedSystem
         Cases in their own shape, which the result has.
     flat : SuspendedSystem
-        The same n cases in a row, as in `state` and `record`.
+        The same n cases along one axis, as in `state` and `record`.
     state : PoseState
-        The equilibria found. Replaced cases are written into its arrays.
+        The equilibria found. Those that are replaced are written over.
     record : SearchRecord
         Of the searches that led to them.
     """
@@ -132,16 +133,16 @@ def search_all(suspension, state):
 
 
 def search_with_softer_cables(suspension):
-    """Find the equilibrium by way of softer cables, in steps of stiffness up to the actual one.
+    """Find equilibria with stated tensions where a direct search fails: with softer cables first, then stiffer ones.
 
-    For stated tensions the pose hardly depends on the stiffness EA of the cables. But the search for it does:
-    between stiff cables a small movement makes large tensions. Each search begins at the pose of the one before. The
-    stiffness is limited to tension/strain for the strains `STATICS.softened`, except of cables whose length is stated.
+    The pose hardly depends on the stiffness EA of the cables, but the search does: between stiff cables a small step
+    makes large tensions. Each search begins at the pose of the one before. EA is limited to (mean tension)/strain, for
+    one strain of `STATICS.softened` after the other, except of cables whose length is stated.
 
     Parameters
     ----------
     suspension : SuspendedSystem
-        With cases of shape (n,).
+        Bodies on cables, with cases of shape (n,).
 
     Returns
     -------
@@ -196,7 +197,7 @@ def start(suspension):
     Parameters
     ----------
     suspension : SuspendedSystem
-        With cases of shape (n,).
+        Bodies on cables, with cases of shape (n,).
 
     Returns
     -------

@@ -41,10 +41,10 @@ class Bounds:
 
 
 def bounds(suspension, rotation, arms, ends, strain, cables, tension, links=None):
-    """Bounds on the rounding of the net force and moment on each body, which tell where a search can end: `Bounds`.
+    """Size of the net force and moment on each body that is mere rounding, so that a search can end: `Bounds`.
 
-    A search for the equilibrium ends where the net forces are below `Bounds.least`, or can fall no further and are
-    below `Bounds.most`. With eps the relative rounding of a number, a cable contributes to them
+    A search for the equilibrium ends where the net forces are below `Bounds.least`, or where they are below
+    `Bounds.most` and fall no further. With eps the relative rounding of a number, a cable contributes to these bounds
 
         least = eps (T (1 + P/chord) + K L |e|),    most = least + eps K (L + P)
 
@@ -55,6 +55,7 @@ def bounds(suspension, rotation, arms, ends, strain, cables, tension, links=None
     Parameters
     ----------
     suspension : SuspendedSystem
+        Bodies on cables and links (springs).
     rotation : ndarray, shape (..., b, 3, 3)
         Rotation matrices of the b bodies.
     arms : ndarray, shape (..., c + l, 2, 3)
@@ -64,10 +65,11 @@ def bounds(suspension, rotation, arms, ends, strain, cables, tension, links=None
     strain : ndarray, shape (..., c)
         Distance of the ends over the unstretched length less 1. [-]
     cables : Catenary
-        Of shape (..., c).
+        Equilibria of the c cables, shape (..., c).
     tension : ndarray, shape (..., c)
         Largest tension in each cable, or an upper bound of it. [N]
     links : Links, optional
+        Forces and stiffness of the links (springs); by default there are none.
     """
     of_cables = _of_tensions(ends[..., suspension.of_cables, :, :], strain, cables, tension)
     of_links = (None, None) if links is None else of_link_forces(ends[..., len(suspension.cable_names) :, :, :], links)
@@ -88,14 +90,14 @@ def bounds(suspension, rotation, arms, ends, strain, cables, tension, links=None
 
 
 def of_stated(ends, strain, cables, quantities, value):
-    """Relative rounding of the tensions and sags that are stated for cables: `Bounds` of shape (..., c).
+    """Relative error of a stated tension or sag that is mere rounding, so that a search can end: `Bounds` of (..., c).
 
     With eps the relative rounding of a number, the bounds are
 
         STATICS.sum_rounding (r/T + eps chord/sag)
 
-    where r is the rounding of the force of the cable and T its tension. The second term is there only if a sag is
-    stated.
+    where r is the rounding of the force of the cable (the formulas of `bounds`, without this factor) and T its tension.
+    The second term is there only if a sag is stated.
 
     Parameters
     ----------
@@ -104,7 +106,7 @@ def of_stated(ends, strain, cables, quantities, value):
     strain : ndarray, shape (..., c)
         Distance of the ends over the unstretched length less 1. [-]
     cables : Catenary
-        Of shape (..., c).
+        Equilibria of the c cables, shape (..., c).
     quantities : sequence of (str or None), one per cable
         Name of the stated quantity; the result has no meaning where it is neither a tension nor a sag.
     value : ndarray, shape (..., c)

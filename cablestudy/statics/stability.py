@@ -58,10 +58,11 @@ class Stability:
 
 
 def stability_of(equilibrium):
-    """Stability of equilibria by the least eigenvalue of the scaled tangent stiffness: `Stability`.
+    """Tell whether equilibria are stable, by the least eigenvalue of the scaled tangent stiffness: `Stability`.
 
-    An equilibrium is STABLE if the eigenvalue is above a tolerance, UNSTABLE if it is below minus the tolerance, else a
-    MECHANISM. The tolerance is the larger one of `STATICS.zero_eigenvalue` and the relative net force that is left.
+    It is STABLE if the eigenvalue is above a tolerance, UNSTABLE if it is below minus the tolerance, else a MECHANISM,
+    a motion that nothing holds. The tolerance is the larger one of `STATICS.zero_eigenvalue` and the relative net force
+    that the search has left. Cables without weight, loads and tension are left out.
 
     Parameters
     ----------

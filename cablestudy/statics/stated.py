@@ -55,7 +55,7 @@ def actual_values(cables, quantities):
     Parameters
     ----------
     cables : Catenary
-        Of shape (..., c).
+        Equilibria of the c cables, shape (..., c).
     quantities : sequence of (str or None)
         Name of the stated quantity of each cable, one of `suspension.STATED`; None where nothing is stated.
 
@@ -85,19 +85,19 @@ def actual_values(cables, quantities):
 
 
 def rates(cables, quantities):
-    """Derivatives of the end forces and of the stated values of cables, by length and by the place of end 2: `Rates`.
+    """Change of the end forces and of the stated tension or sag of cables, by length L and place of end 2: `Rates`.
 
-    The derivatives by length are at ends at rest, with N the tension vector at mid-length:
+    With ends at rest the tension vector N at mid-length changes by
 
         dN/dL = -K m,    m = (P_1/T_1 + P_2/T_2)/2 + N/EA
 
-    K is the stiffness of end 2; P_1, P_2 are the tension vectors at the ends and T_1, T_2 their sizes. Sags, and cables
-    with point loads, have central differences instead.
+    K is the stiffness of end 2, and m the movement of end 2 per dL at constant N. P_1, P_2 are the tension vectors at
+    the ends and T_1, T_2 their sizes. Sags, and cables with point loads, have central differences instead.
 
     Parameters
     ----------
     cables : Catenary
-        Of shape (..., c).
+        Equilibria of the c cables, shape (..., c).
     quantities : sequence of (str or None)
         Name of the stated quantity of each of the c cables, one of `suspension.STATED`; None where nothing is stated.
     """
@@ -111,10 +111,10 @@ def rates(cables, quantities):
     gradients = _gradients(cables, kinds) if np.isin(kinds, FORCES).any() else {}
     by_length = np.where(kinds == "unstretched_length", length, np.nan)
     by_end = np.zeros_like(middle_tension)
-    for kind, (by_middle, at_given_middle) in gradients.items():
+    for kind, (by_middle_tension, at_fixed_tension) in gradients.items():
         of_kind = kinds == kind
-        by_length = np.where(of_kind, (by_middle * middle_by_length).sum(axis=-1) + at_given_middle, by_length)
-        by_end = np.where(of_kind[..., None], (stiffness @ by_middle[..., None])[..., 0], by_end)
+        by_length = np.where(of_kind, (by_middle_tension * middle_by_length).sum(axis=-1) + at_fixed_tension, by_length)
+        by_end = np.where(of_kind[..., None], (stiffness @ by_middle_tension[..., None])[..., 0], by_end)
     if (kinds == "sag").any():
         step = STATICS.sag_difference * np.maximum(np.abs(span.chord_strain), 1e-8)  # a share of the slack or stretch
         sag = _differences(span, lambda varied: varied.sag[..., None], step)[..., 0, :]
@@ -151,21 +151,24 @@ def _end_movement_by_length(cables):
 
 
 def _gradients(cables, kinds):
-    """Derivatives of the tensions that may be stated, of cables without point loads.
+    """Derivatives of the tensions that may be stated, by the tension vector N at mid-length and by the length L.
+
+    For the mean tension T_m ("preload") they are, with the vector d from end 1 to end 2 and the end tensions T_1, T_2,
+
+        dT_m/dN = d/L - N/EA,    L dT_m/dL = (T_1 + T_2)/2 - T_m at constant N
 
     Parameters
     ----------
     cables : Catenary
-        Of shape (..., c).
+        Equilibria of c cables without point loads, shape (..., c).
     kinds : ndarray of object, shape (c,)
         Name of the stated quantity of each cable.
 
     Returns
     -------
     dict of str to (ndarray, ndarray)
-        For each kind of tension its derivative by the tension vector N at mid-length, shape (..., c, 3) [-], and by the
-        relative change of length dL/L at a fixed N, shape (..., c) [N]. For the mean tension T_m ("preload") they are
-        d/L - N/EA and (T_1 + T_2)/2 - T_m, with d the vector from end 1 to end 2 and T_1, T_2 the tensions there.
+        Name of a tension -> its derivatives by N, shape (..., c, 3) [-], and by dL/L at constant N, shape (..., c) [N].
+        Horizontal and largest tension are there only if one of the cables states them.
     """
     span, mean = cables.span, cables.mean_tension
     axial_stiffness = np.asarray(span.axial_stiffness)[..., None]
@@ -181,39 +184,39 @@ def _gradients(cables, kinds):
         gradients["horizontal_tension"] = horizontal / np.maximum(size(horizontal)[..., None], STATICS.tiny), 0.0 * mean
     if (kinds == "max_tension").any():
         at_end_2 = t2 > t1
-        by_middle, at_given_middle = zip(gradients["tension_to"], gradients["tension_from"], strict=True)
-        gradients["max_tension"] = np.where(at_end_2, *by_middle), np.where(at_end_2[..., 0], *at_given_middle)
+        by_middle_tension, at_fixed_tension = zip(gradients["tension_to"], gradients["tension_from"], strict=True)
+        gradients["max_tension"] = np.where(at_end_2, *by_middle_tension), np.where(at_end_2[..., 0], *at_fixed_tension)
     return gradients
 
 
 def force_changes_at_stated_values(cables, quantities):
-    """Changes of the end forces of cables that keep their stated values, by the place of end 2, and by these values.
+    """Change of the end forces of cables that keep a stated tension, sag or length v, per movement of end 2 and per v.
 
-    The lengths L adjust so that the values v stay. The changes tell how far rounding of v, or of net forces, moves the
+    The length L of a cable adjusts so that v stays. The changes tell how far rounding of v, or of net forces, moves an
     equilibrium (`uncertainty`).
 
     Parameters
     ----------
     cables : Catenary
-        Of shape (..., c).
+        Equilibria of the c cables, shape (..., c).
     quantities : sequence of str
         Name of the stated quantity of each cable, one of `suspension.STATED`.
 
     Returns
     -------
     ndarray, shape (..., c, 2, 3, 4)
-        Change of the force on each end (axis -3), along x, y, z (axis -2): per movement of end 2 along x, y, z [N/m],
-        and per relative change dv/v of the stated value [N].
+        Force on each end (axis -3) along x, y, z (axis -2); last axis: per movement of end 2 along x, y, z [N/m], then
+        per relative change dv/v of the stated value [N].
 
     Notes
     -----
     The stiffness along a cable that keeps a stated tension all but vanishes. As a difference (stiffness at fixed length
-    less the effect of dL) it would be rounding. With all its digits it is the solution of
+    less the effect of dL) it would be rounding. It is found instead from
 
         [F, m; g, c] [dN; dL/L] = [dd; dv]
 
-    where N is the tension vector at mid-length, F the flexibility, m the movement of end 2 per dL/L at fixed N, dd the
-    movement of end 2 in all, and g and c the derivatives of v by N and by dL/L.
+    with the tension vector N at mid-length, the flexibility F, the movement dd of end 2, its part m per dL/L at fixed
+    N, and the derivatives g and c of v by N and by dL/L (`_changes_at_stated_tension`).
     """
     derivatives, value = rates(cables, quantities), actual_values(cables, quantities)
     force_1, force_2 = (derivatives.end_forces[..., end, :] for end in (0, 1))  # on each end, per dL/L
@@ -223,30 +226,30 @@ def force_changes_at_stated_values(cables, quantities):
     lengthening = np.concatenate([-derivatives.by_end, value[..., None]], axis=-1) / by_length[..., None]
     at_given_length = np.zeros((*value.shape, 3, 4))
     at_given_length[..., :3] = derivatives.stiffness
-    middle = at_given_length + ((force_1 - force_2) / 2)[..., None] * lengthening[..., None, :]
+    tension_changes = at_given_length + ((force_1 - force_2) / 2)[..., None] * lengthening[..., None, :]
     exact = np.isin(np.asarray(quantities, dtype=object), FORCES) & ~cables.slack & ~cables.folded
     if exact.any() and not cables.span.load_positions.shape[-1]:
         changes = _changes_at_stated_tension(cables, quantities, value, exact)
-        middle = np.where(exact[..., None, None], changes[..., :3, :], middle)
+        tension_changes = np.where(exact[..., None, None], changes[..., :3, :], tension_changes)
         lengthening = np.where(exact[..., None], changes[..., 3, :], lengthening)
     half_weight = ((force_1 + force_2) / 2)[..., None] * lengthening[..., None, :]  # a longer cable is heavier
-    return np.stack([half_weight + middle, half_weight - middle], axis=-3)
+    return np.stack([half_weight + tension_changes, half_weight - tension_changes], axis=-3)
 
 
 def _changes_at_stated_tension(cables, quantities, value, chosen):
-    """Changes dN of the tension vector at mid-length, and dL/L of the length, of cables that keep a stated tension v.
+    """Change of tension and length of cables that keep a stated tension v, per movement of end 2 and per v.
 
-    They solve, with forces over the tension and lengths over L so that all entries are of like size,
+    The changes dN of the tension vector N at mid-length, and dL/L of the unstretched length, solve
 
         [F, m; g, c] [dN; dL/L] = [dd; dv]
 
     F is the flexibility, dd the movement of end 2, m this movement per dL/L at fixed N, and g and c are the derivatives
-    of v by N and by dL/L.
+    of v by N and by dL/L. Forces are divided by the tension, and lengths by L: all entries are of like size.
 
     Parameters
     ----------
     cables : Catenary
-        Of shape (..., c).
+        Equilibria of the c cables, shape (..., c).
     quantities : sequence of str
         Name of the stated quantity of each cable.
     value : ndarray, shape (..., c)
@@ -258,7 +261,7 @@ def _changes_at_stated_tension(cables, quantities, value, chosen):
     -------
     ndarray, shape (..., c, 4, 4)
         Rows: dN along x, y, z [N], then dL/L [-]. Columns: per movement of end 2 along x, y, z [m], then per relative
-        change dv/v of the stated value [-].
+        change dv/v of the stated tension [-].
     """
     span, kinds = cables.span, np.asarray(quantities, dtype=object)
     length, tension = span.unstretched_length[..., None], np.where(chosen, cables.max_tension, 1.0)[..., None]
@@ -268,10 +271,10 @@ def _changes_at_stated_tension(cables, quantities, value, chosen):
     matrix, right = (np.zeros((*value.shape, 4, 4)) for _ in range(2))
     matrix[..., :3, :3] = compliance * (tension / length)[..., None]
     matrix[..., :3, 3] = _end_movement_by_length(cables) / length
-    for kind, (by_middle, at_given_middle) in _gradients(cables, kinds).items():
+    for kind, (by_middle_tension, at_fixed_tension) in _gradients(cables, kinds).items():
         of_kind = (kinds == kind)[..., None]
-        matrix[..., 3, :3] = np.where(of_kind, by_middle, matrix[..., 3, :3])
-        matrix[..., 3, 3:] = np.where(of_kind, at_given_middle[..., None] / tension, matrix[..., 3, 3:])
+        matrix[..., 3, :3] = np.where(of_kind, by_middle_tension, matrix[..., 3, :3])
+        matrix[..., 3, 3:] = np.where(of_kind, at_fixed_tension[..., None] / tension, matrix[..., 3, 3:])
     right[..., :3, :3], right[..., 3, 3] = np.eye(3) / length[..., None], value / tension[..., 0]
     matrix = np.where(chosen[..., None, None] & np.isfinite(matrix), matrix, np.eye(4))
     try:
@@ -300,14 +303,14 @@ def _rates_with_loads(cables, quantities):
 
 
 def _differences(span, function, step):
-    """Derivatives of any m quantities of cables by length and by the place of end 2, by central differences.
+    """Derivatives of m quantities of cables, such as the sag, by length and place of end 2, by central differences.
 
     Parameters
     ----------
     span : Span
         Cables of shape (...).
     function : callable
-        `Catenary` of the varied cables, shape (8, ...) -> their quantities, ndarray, shape (8, ..., m).
+        `Catenary` of the cables in 8 variations, shape (8, ...) -> their quantities, ndarray, shape (8, ..., m).
     step : ndarray, shape (...)
         Relative change of the unstretched length L, and change of the place of end 2 over L. [-]
 

@@ -39,7 +39,7 @@ def satisfy_stated(suspension, state, record):
     Parameters
     ----------
     suspension : SuspendedSystem
-        With cases of shape (n,).
+        Bodies on cables, and what is stated for these; with cases of shape (n,).
     state : PoseState
         In equilibrium with the first lengths.
     record : SearchRecord
@@ -50,9 +50,9 @@ def satisfy_stated(suspension, state, record):
     PoseState
         Where the search ended, with its lengths.
     SearchRecord
-        Its reason is that of the last search for an equilibrium, where the values are met to the rounding of sums
-        (`Bounds.least`) or this search failed. It is ROUNDED where the errors fall no further and are within the
-        rounding of lengths and places (`Bounds.most`), else UNMET.
+        Why the search ended. UNMET: some value is not met. ROUNDED: the errors fall no further, and are within the
+        rounding of lengths and places (`Bounds.most`). Else the reason of the last search for an equilibrium: it
+        failed, or all values are met to the rounding of sums (`Bounds.least`).
     """
     sought = np.flatnonzero([kind != "unstretched_length" for kind in suspension.stated])
     final, final_record = copy_record(state), copy_record(record)
@@ -84,23 +84,27 @@ def satisfy_stated(suspension, state, record):
 
 
 def backtrack(suspension, state, step, length_change, sought, error):
-    """Line search: shorten a step of bodies and cable lengths until it lowers the errors of stated values.
+    """Line search: shorten a step of bodies and cable lengths until it lowers the errors of stated tensions and sags.
 
     After each trial step the bodies are brought to equilibrium, and only then are the errors compared. The trials of a
     case, until one is better:
 
-    1. The whole step, with lengths that change linearly.
-    2. The whole step, where each cable gets the length by which it has its stated value at the new place of the bodies.
-       Where bodies move far, linear changes are wrong by more than a stiff cable stretches.
-    3. A quarter of the step with linear lengths, then a sixteenth, and so on. The last trial is returned even if it is
-       no better.
+    1. The whole step, with the given changes of length.
+    2. The whole step of the bodies, where each cable gets the length with which it has its stated value at their new
+       place. (Where bodies move far, linear changes of length are wrong by more than a stiff cable stretches.)
+    3. A quarter of the step and of the changes of length, then a sixteenth, and so on. The last trial is returned even
+       if it is no better.
 
     Parameters
     ----------
-    suspension, state, sought
-        As of `stated_errors`, of n cases.
+    suspension : SuspendedSystem
+        Bodies on cables, with the stated values.
+    state : PoseState
+        Pose and unstretched lengths before the step, of n cases.
+    sought : ndarray of int, shape (s,)
+        Indices of the cables for which a tension or sag is stated in place of the length.
     error : ndarray, shape (n, s)
-        Relative errors of the stated values of s cables in `state`, from `stated_errors`. [-]
+        Relative errors of their stated values in `state`, from `stated_errors`. [-]
     step : ndarray, shape (n, b, 6)
         Displacement and rotation of each of the b bodies, from `coupled_step`. [m], [rad]
     length_change : ndarray, shape (n, c)
@@ -110,8 +114,12 @@ def backtrack(suspension, state, step, length_change, sought, error):
     -------
     state : PoseState
         The last trial, after the search for its equilibrium.
-    error, rounding, cables
-        As of `stated_errors`, in this state.
+    error : ndarray, shape (n, s)
+        Relative errors in this state. [-]
+    rounding : Bounds
+        Of these errors.
+    cables : Catenary
+        Equilibria of all cables in this state.
     record : SearchRecord
         Of the search for the equilibrium.
     """
@@ -149,7 +157,7 @@ def stated_errors(suspension, state, sought):
     Parameters
     ----------
     suspension : SuspendedSystem
-        With the stated values.
+        Bodies on cables, with the stated values.
     state : PoseState
         Pose and unstretched lengths, of n cases.
     sought : ndarray of int, shape (s,)
@@ -307,15 +315,16 @@ class CoupledEquations:
         return matrix
 
     def _sparse(self, suspension):
-        """Yield the sparse matrix of the equations of each case: [K, -G; M, D], scaled.
+        """Yield for each case the sparse matrix [K, -G; M, D] of the equations for bodies and lengths together.
 
-        K is the stiffness of the d free degrees of freedom. G has their net forces by dL/L of the s cables with sought
-        lengths; M and D have the relative stated values by motions and by dL/L. Rows and columns of motions are divided
-        by `scales`.
+        K is the stiffness of the d free degrees of freedom of the bodies, and G the derivative of their net forces by
+        dL/L of the s cables whose lengths are sought. M and D are the derivatives of the relative stated values of
+        these cables by motions and by dL/L. Rows and columns of degrees of freedom are divided by `scales`.
 
         Parameters
         ----------
         suspension : SuspendedSystem
+            Bodies on cables and links (springs).
 
         Yields
         ------
@@ -325,17 +334,17 @@ class CoupledEquations:
 
         d, s, free = self.scales.shape[-1], len(self.sought), suspension.free
         owner = suspension.owner[self.sought]
-        number = np.where(free.ravel(), np.cumsum(free) - 1, -1).reshape(free.shape)
+        dof_number = np.where(free.ravel(), np.cumsum(free) - 1, -1).reshape(free.shape)
         cable, end = np.nonzero(owner != GROUND)
-        column = number[owner[cable, end]]  # shape (ends, 6), -1 where held
+        column = dof_number[owner[cable, end]]  # shape (ends, 6), -1 where held
         is_free = column >= 0
         position = np.broadcast_to(cable[:, None], column.shape)[is_free], column[is_free]
         for case, scales in enumerate(self.scales):
-            columns, rows = (
+            force_by_length, value_by_motion = (
                 coo_array((entries[case, cable, end][is_free], position), shape=(s, d)) @ diags_array(1 / scales)
                 for entries in (self.force_by_length, self.value_by_motion)
             )
             stiffness = tangent.scaled_sparse(self.blocks.of(case), suspension, scales)
             stiffness = stiffness + STATICS.added_stiffness * eye_array(d)
             by_length = diags_array(self.value_by_length[case] + STATICS.added_stiffness)
-            yield block_array([[stiffness, -columns.T], [rows, by_length]]).tocsc()
+            yield block_array([[stiffness, -force_by_length.T], [value_by_motion, by_length]]).tocsc()

@@ -101,20 +101,20 @@ def pairs(suspension):
 
 
 def between_bodies(suspension, stiffness, arms):
-    """Stiffness blocks of bodies by the cables and links on them: sums of B_1^T K B_2, one for each pair of bodies.
+    """Stiffness of bodies by the cables and links (springs) that hold them, as a 6x6 block for each pair of bodies.
 
-    B = [I, -[r x]] gives the movement of a cable end by the displacement and rotation of the body that holds it; r is
-    the arm of the end. A pair of ends is two ends of one cable or link, or one end twice; both are held by bodies.
+    A block is the sum of B_1^T K B_2 over pairs of ends. Such a pair is both ends of one cable or link, or one end
+    twice, held by the two bodies. K is the force at the first end per displacement of the second one. B = [I, -[r x]]
+    is the movement of an end per displacement and rotation of its body, r its vector from the body's reference point.
 
     Parameters
     ----------
     suspension : SuspendedSystem
         With b bodies and points, c cables and l links.
     stiffness : ndarray, shape (..., p, 3, 3)
-        K of each of the p pairs of ends, in the order of `pairs`: force at the first end of the pair per displacement
-        of the second one. [N/m]
+        K of each of the p pairs of ends, in the order of `pairs`. [N/m]
     arms : ndarray, shape (..., c + l, 2, 3)
-        Vectors r from the reference point of the body to the ends of cables and links, global axes. [m]
+        r of both ends of all cables and links, global axes. [m]
 
     Returns
     -------
@@ -124,19 +124,21 @@ def between_bodies(suspension, stiffness, arms):
         For each body the sums of the sizes of the terms on its diagonal. [N/m], [N m/rad]
     """
     ends, count = pairs(suspension), len(suspension.body_names)
-    first = point_movement(arms[..., ends.line, ends.row, :])
-    same = np.array_equal(ends.row, ends.column)
-    second = stiffness @ (first if same else point_movement(arms[..., ends.line, ends.column, :]))  # K B_2
-    lead, sums = first.shape[:-3], []
+    movement_1 = point_movement(arms[..., ends.line, ends.row, :])
+    one_end_twice = np.array_equal(ends.row, ends.column)
+    force_by_2 = stiffness @ (
+        movement_1 if one_end_twice else point_movement(arms[..., ends.line, ends.column, :])
+    )  # K B_2
+    lead, sums = movement_1.shape[:-3], []
     for run, body_pairs, per_pair in ends.runs:
         shape = *lead, body_pairs, 3 * per_pair, 6  # all of the same two bodies one below the other
-        left, right = (moved[..., run, :, :].reshape(shape) for moved in (first, second))
+        left, right = (moved[..., run, :, :].reshape(shape) for moved in (movement_1, force_by_2))
         sums.append(np.swapaxes(left, -1, -2) @ right)
     matrices = np.concatenate(sums, axis=-3) if sums else np.zeros((*lead, 0, 6, 6))
     owner = suspension.owner[ends.line, ends.row]
     same_body = np.flatnonzero(owner == suspension.owner[ends.line, ends.column])
     same_body = same_body[np.argsort(owner[same_body], kind="stable")]
-    products = first * second
+    products = movement_1 * force_by_2
     diagonal = np.abs(products[..., 0, :] + products[..., 1, :] + products[..., 2, :])
     return matrices, on_bodies(diagonal.take(same_body, axis=-2), owner[same_body], count)
 
@@ -208,7 +210,7 @@ def _solved_or_nearest(matrix, vector):
 
 
 def by_body(suspension, cables, values):
-    """Collect forces and moments at both ends of cables on the free degrees of freedom of the bodies at the ends.
+    """Forces of each of some cables on the free degrees of freedom of all bodies, from those at its two ends.
 
     Parameters
     ----------
@@ -217,13 +219,14 @@ def by_body(suspension, cables, values):
     cables : ndarray of int, shape (s,)
         Indices of the cables.
     values : ndarray, shape (n, s, 2, 6)
-        Force and moment at each end of each of them in n cases, about the reference point of the body that holds the
-        end; or derivatives of these, or of a value by displacement and rotation. Ends at the ground are left out.
+        Force and moment of each of them at each end in n cases, about the reference point of the body that holds the
+        end. Derivatives are collected alike: of these forces, or of a quantity of the cable by displacement and
+        rotation of that body. Ends at the ground are left out.
 
     Returns
     -------
     ndarray, shape (n, s, d)
-        For each cable by itself, the sum over its ends.
+        For each cable by itself; zero for bodies that it does not join.
     """
     owner = suspension.owner[cables]
     cable, end = np.nonzero(owner != GROUND)
@@ -294,7 +297,7 @@ def stiffness_blocks(suspension, rotation, arms, end_forces, end_stiffness):
     With B = [I, -[r x]], r being the arm of a cable end, the blocks are
 
         +-B_1^T K B_2 of the cables and links, for each pair of bodies (minus between their two ends),
-        [0, 0; 0, sum of (r.F) I - r F^T] for each body, over its loads F: cable ends, weight and dead loads.
+        [0, 0; 0, sum of (r.F) I - r F^T] for each body, over its loads F: forces of cables, weight and dead loads.
 
     Parameters
     ----------
@@ -364,12 +367,12 @@ def dense(blocks, suspension):
 
 
 def sparse(blocks, suspension, free=None):
-    """Sparse matrix of the free degrees of freedom, such as a stiffness, from 6x6 blocks of pairs of bodies.
+    """Sparse stiffness matrix of the free degrees of freedom of all bodies, from 6x6 blocks of pairs of bodies.
 
     Parameters
     ----------
     blocks : Blocks
-        Of one case.
+        Stiffness, of one case.
     suspension : SuspendedSystem
         With b bodies and points.
     free : ndarray of bool, shape (b, 6), optional
@@ -430,16 +433,16 @@ def scaled_sparse(blocks, suspension, scales):
 
 
 def factorised(matrix):
-    """L U factors of a sparse symmetric matrix, or None where it is not positive definite.
+    """Factorise a sparse symmetric matrix, and test whether it is positive definite, as is a stable stiffness.
 
     Parameters
     ----------
     matrix : scipy.sparse.csc_array
-        Such as a stiffness, which is positive definite where the equilibrium is stable.
 
     Returns
     -------
     scipy.sparse.linalg.SuperLU or None
+        L U factors; None where the matrix is not positive definite.
 
     Notes
     -----
@@ -462,6 +465,7 @@ def displacements(blocks, suspension, forces):
     blocks : Blocks
         K, the tangent stiffness of n cases, of d free degrees of freedom.
     suspension : SuspendedSystem
+        Bodies on cables and links (springs).
     forces : ndarray, shape (n, d, k)
         f: k sets of forces [N] and moments [N m] in each case.
 
@@ -488,7 +492,7 @@ def displacements(blocks, suspension, forces):
 
 
 def body_stiffness(blocks, suspension):
-    """Stiffness of each body on its cables: other bodies at rest, the junctions (free points) of cables following.
+    """Stiffness of each body on its cables while other bodies are at rest and the junctions (free points) follow.
 
     By static condensation it is K_bb - K_bj K_jj^-1 K_jb; b are the degrees of freedom of the body, held ones too, and
     j the free ones of all junctions.
@@ -498,6 +502,7 @@ def body_stiffness(blocks, suspension):
     blocks : Blocks
         Tangent stiffness K of all bodies and junctions.
     suspension : SuspendedSystem
+        Bodies on cables and links (springs).
 
     Returns
     -------

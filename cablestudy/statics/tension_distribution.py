@@ -43,10 +43,11 @@ class Distribution:
 
 
 def distribute(by_tension, by_unbounded, right, method, reference, low, high, damping, current):
-    """Tensions within bounds that balance given loads, chosen by a method, for n problems: `Distribution`.
+    """Find cable tensions within bounds that balance given loads, the best ones by a method: `Distribution`.
 
-    They minimise an objective with A t + E y = b and low <= t <= high, where t are the m tensions and y are f other
-    unknowns without bounds. Where no tensions are within the bounds, those with the least excess are returned.
+    For each of n problems an objective is minimised with A t + E y = b and low <= t <= high. t are the m tensions, and
+    y are f other unknowns without bounds, such as displacements. Where no tensions are within the bounds, those that
+    exceed them by the least sum are returned.
 
     Parameters
     ----------
@@ -61,10 +62,10 @@ def distribute(by_tension, by_unbounded, right, method, reference, low, high, da
     low, high : ndarray, shape (n, m)
         Bounds of t; infinite where there is none. [N]
     damping : ndarray, shape (n,)
-        Weight of the damping, for the steps of an iteration: the forces E y and the changes of tensions are added to
-        the objective. The changes of small tensions weigh more, as their forces are the least linear. [-]
+        Weight by which y and the changes of the tensions are kept small, in an iteration that calls this: they are
+        added to the objective. The changes of small tensions weigh more, as their forces are the least linear. [-]
     current : ndarray, shape (n, m)
-        Present tensions, above zero, changes from which are damped. [N]
+        Tensions before the change, above zero. [N]
     """
     count = by_tension.shape[-1]
     matrix = np.concatenate([by_tension, by_unbounded], axis=-1)
@@ -120,21 +121,20 @@ def _solutions(matrix, scales, right):
 
 
 def _objective(method, count, weights, reference, current):
-    """Matrix O and vector d of the objective |O (t, y) - d|^2 of tensions t and other unknowns y, of n problems.
+    """Objective by which tensions t and other unknowns y are chosen, as least squares: O and d of |O (t, y) - d|^2.
 
-    Above are the rows of the method: t - mean(t), t, or t - reference. Below are those of the damping: w t - w current,
-    and w y.
+    The first rows are those of the method. The rows below damp changes: w (t - current), and w y.
 
     Parameters
     ----------
     method : {"balanced", "least", "closest"}
-        For the first rows: deviations from the mean (and, with a small weight, t), t, or t less the reference.
+        For the first rows: t - mean(t) and, with a small weight, t; or t; or t - reference.
     count : int
         Number m of the tensions.
     weights : ndarray, shape (n, m + f)
-        Weights w of the damping, of the m tensions and f other unknowns.
+        Weights w of the m tensions and f other unknowns, in each of n problems.
     reference, current : ndarray, shape (n, m)
-        Tensions of the method `closest`, and present tensions, changes from which are damped. [N]
+        Tensions of the method `closest`, and tensions before the change. [N]
 
     Returns
     -------
@@ -181,14 +181,16 @@ def _least_squares(particular, null_space, objective, target):
 
 
 def _smallest_shift_into_bounds(tension, slopes, low, high, unit):
-    """Shift w of least size that brings tensions t + D w into their bounds, in one case; None where there is none.
+    """Find the best tensions t + D w within their bounds, from the best ones without bounds, t, in one case.
+
+    The objective grows with |w|^2, so that the w of least size is wanted.
 
     Parameters
     ----------
     tension : ndarray, shape (m,)
         t, of which at least one is outside of its bounds. [N]
     slopes : ndarray, shape (m, q)
-        D, the changes of the tensions with w; columns may be zero.
+        D, the changes of the tensions per w; columns may be zero.
     low, high : ndarray, shape (m,)
         Bounds; infinite where there is none. [N]
     unit : float
@@ -197,14 +199,15 @@ def _smallest_shift_into_bounds(tension, slopes, low, high, unit):
     Returns
     -------
     ndarray, shape (q,), or None
+        w; None where no tensions are within the bounds.
 
     Notes
     -----
     Least |w|^2 with G w >= h, where G = [D; -D] and h = [low - t; t - high]/unit, without bounds that are infinite.
-    Mostly the bound farthest from w = 0 alone decides, and `scipy.optimize` need not be imported. Else w is found from
-    non-negative least squares [G^T; h^T] u ~ [0; 1] (Lawson and Hanson, Solving Least Squares Problems, algorithm LDP):
-    with the residual r, w = -r_w/r_1, r_1 being its last entry and r_w the others. r_1 = 0 where no w is within the
-    bounds. The bounds with u > 0 are then met as equations, which is more accurate.
+    Mostly the bound farthest from w = 0 alone decides, and `scipy.optimize` need not be imported. Else non-negative
+    least squares, [G^T; h^T] u ~ [0; 1] with u >= 0, have the residual [r_w; r_1], and w = -r_w/r_1; r_1 = 0 where no w
+    is within the bounds (Lawson and Hanson, Solving Least Squares Problems, algorithm LDP). The bounds with u > 0 are
+    then met as equations, which is more accurate.
     """
     lower, upper = np.isfinite(low), np.isfinite(high)
     moving = slopes.any(axis=0)

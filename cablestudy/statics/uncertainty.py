@@ -90,11 +90,12 @@ def uncertainty_of(equilibrium):
 
 
 def _sampled(equilibrium):
-    """Changes of places, tensions and link forces by rounding: root mean square of random samples, see `_rms`.
+    """Estimate how far rounding moves an equilibrium: places of bodies, tensions, and forces of links (springs).
 
-    Each sample has rounding errors of full size and random sign, which change the net forces on the bodies by b. The
-    displacements are K^-1 b, with K the stiffness at constant stated values. One more sample, the last, has the net
-    forces and errors of stated values that the search has left; `STATICS.curved` times its size is added.
+    Random samples have rounding errors of full size and random sign, which change the net forces on the bodies by b.
+    The displacements are K^-1 b, with the stiffness K of cables that keep their stated tensions, sags or lengths. The
+    result is the root mean square of the samples. One more sample, the last, has the net forces and errors of stated
+    values that the search has left: `STATICS.curved` times its size is added.
 
     Parameters
     ----------
@@ -132,10 +133,10 @@ def _sampled(equilibrium):
     tension = end_forces[..., 1, :, None] * changes[..., None, :]  # (..., c + l, 3, samples + 1)
     displacement = np.zeros(forces.shape)
     if free.any():
-        of_all = displacement.reshape(*displacement.shape[:-3], -1, displacement.shape[-1])  # a view
+        all_displacements = displacement.reshape(*displacement.shape[:-3], -1, displacement.shape[-1])  # a view
         freedoms = np.flatnonzero(free)
-        free_forces = forces.reshape(of_all.shape).take(freedoms, axis=-2)
-        of_all[..., freedoms, :] = tangent.displacements(
+        free_forces = forces.reshape(all_displacements.shape).take(freedoms, axis=-2)
+        all_displacements[..., freedoms, :] = tangent.displacements(
             _blocks(equilibrium, stiffness, length_known), suspension, free_forces
         )
         by_end = np.where(end == 1, 1.0, -1.0)[:, None, None] * stiffness[..., cable, 1, :, :]
@@ -193,7 +194,7 @@ def _force_changes(equilibrium, kinds):
 
 
 def _with_links(equilibrium, stiffness, end_forces, changes, generator):
-    """Append the links to arrays of the cables: stiffness, changes of the end forces, and random samples of rounding.
+    """Append the links (springs) to the arrays of cables from which `_sampled` finds the effect of rounding.
 
     Parameters
     ----------
@@ -214,7 +215,7 @@ def _with_links(equilibrium, stiffness, end_forces, changes, generator):
     stiffness : ndarray, shape (..., c + l, 2, 3, 3)
         Of the cables and then the links. [N/m]
     end_forces : ndarray, shape (..., c + l, 2, 3)
-        Of the cables and then the links, of these by a relative change of lengths and places. [N]
+        Of the cables and then the links; for links by a relative change of their lengths and places. [N]
     changes : ndarray, shape (..., c + l, samples + 1)
         Of the cables and then the links; zero for links in the last sample. [-]
     """
@@ -244,7 +245,7 @@ def _stayed(equilibrium):
 
 
 def _residuals(equilibrium, quantities, length_known):
-    """Forces and errors of stated values that the search for an equilibrium has left, and the rounding of both.
+    """Net forces on bodies and errors of stated values that the search for an equilibrium has left, and their rounding.
 
     Parameters
     ----------

@@ -113,6 +113,11 @@ def written_key(key):
     return f"{table}.{WRITTEN[name]}".strip(".") if name in WRITTEN else key
 
 
+def without_key(column, key):
+    """Reason why a scene without a key has no such column; empty for no key."""
+    return f"{column.name} needs the key {key}, which the scene does not have" if key else ""
+
+
 def lacking_error(scene, column):
     """The error of a column that needs a key which its case lacks."""
     return NoSolutionError(f"{column.name} needs the key {lacks(scene, column)}, which this case does not have")

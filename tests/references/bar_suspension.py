@@ -63,6 +63,21 @@ def cable_damping(damping, k, mass, elastic, per_length):
     return found
 
 
+def body_matrices(equilibrium, body):
+    """Mass and geometric stiffness of one body with the end forces of the continuous cables, shape (6, 6) each."""
+    model = equilibrium.suspension
+    places, forces = model.ends(equilibrium.position, equilibrium.rotation), equilibrium.catenary.end_forces("global")
+    R, m = equilibrium.rotation[body], float(model.mass[body])
+    r = R @ model.center[body]
+    mass = np.block(
+        [[m * np.eye(3), -m * cross(r)], [m * cross(r), R @ model.inertia[body] @ R.T - m * cross(r) @ cross(r)]]
+    )
+    turning = -cross([0, 0, -m * float(model.gravity)]) @ cross(r)
+    for cable, end in np.argwhere(model.owner[: len(model.cable_names)] == body):
+        turning -= cross(forces[cable, end]) @ cross(places[cable, end] - equilibrium.position[body])
+    return mass, np.pad((turning + turning.T) / 2, (3, 0))
+
+
 def dense(equilibrium, n):
     """The suspension in its equilibrium with n bars for each cable.
 
@@ -100,18 +115,10 @@ def dense(equilibrium, n):
         found.append((k, np.diag(mass), stretched))
         maps.append(turn)
         chains.append(chain)
-    forces = equilibrium.catenary.end_forces("global")
     for body in range(bodies):
         place = slice(cables * inner + 6 * body, cables * inner + 6 * body + 6)
-        R, m = equilibrium.rotation[body], float(model.mass[body])
-        r = R @ model.center[body]
-        M[place, place] += np.block(
-            [[m * np.eye(3), -m * cross(r)], [m * cross(r), R @ model.inertia[body] @ R.T - m * cross(r) @ cross(r)]]
-        )
-        geometric = -cross([0, 0, -m * float(model.gravity)]) @ cross(r)
-        for cable, end in np.argwhere(model.owner[:cables] == body):
-            geometric -= cross(forces[cable, end]) @ cross(places[cable, end] - equilibrium.position[body])
-        K[place, place][3:, 3:] += (geometric + geometric.T) / 2
+        for whole, own in zip((M, K), body_matrices(equilibrium, body), strict=True):
+            whole[place, place] += own
     if model.link_names:
         own = slice(cables * inner, None)
         spring, by_links[own, own] = links.matrices(equilibrium)

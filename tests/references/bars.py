@@ -15,6 +15,7 @@ from mpmath import mp
 from . import catenary_mp
 
 _WORK = 80
+ENDS = np.array([[1, -1], [-1, 1]])  # forces on both ends of a bar by their displacements
 
 
 def _chain(force0, weights, length, inverse_EA):
@@ -89,19 +90,11 @@ def matrices(chain, L, EA, m):
     K_e = EA/L0e n n^T + F/|r| (I - n n^T) with +- signs to the two nodes; mass m L0e/2 on each (the paper's section
     2).
     """
-    n = len(chain.tensions)
-    K, M = np.zeros((3 * n + 3, 3 * n + 3)), np.zeros(3 * n + 3)
-    for i in range(n):
-        r = chain.vectors[i]
-        length = np.sqrt(r @ r)
-        axis = np.outer(r, r) / length**2
-        k = EA / (L / n) * axis + chain.tensions[i] / length * (np.eye(3) - axis)
-        left, right = slice(3 * i, 3 * i + 3), slice(3 * i + 3, 3 * i + 6)
-        K[left, left] += k
-        K[right, right] += k
-        K[left, right] -= k
-        K[right, left] -= k
-        M[3 * i : 3 * i + 6] += m * (L / n) / 2
+    n, K = len(chain.tensions), elastic_matrix(chain, L, EA)
+    M = np.repeat(m * L / n * np.array([0.5, *np.ones(n - 1), 0.5]), 3)
+    for i, (r, tension) in enumerate(zip(chain.vectors, chain.tensions, strict=True)):
+        length, place = np.sqrt(r @ r), np.s_[3 * i : 3 * i + 6]
+        K[place, place] += np.kron(ENDS, tension / length * (np.eye(3) - np.outer(r, r) / length**2))
     return K, M
 
 
@@ -203,5 +196,5 @@ def elastic_matrix(chain, L, EA):
     elastic = np.zeros((3 * n + 3, 3 * n + 3))
     for bar, along in enumerate(chain.vectors / np.linalg.norm(chain.vectors, axis=1)[:, None]):
         place = np.s_[3 * bar : 3 * bar + 6]
-        elastic[place, place] += np.kron([[1, -1], [-1, 1]], EA / (L / n) * np.outer(along, along))
+        elastic[place, place] += np.kron(ENDS, EA / (L / n) * np.outer(along, along))
     return elastic

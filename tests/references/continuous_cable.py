@@ -151,15 +151,20 @@ def _solved(a, b, L, EA, m, w, loads):
     return catenary_mp.solve_loaded((a, 0, b), L, EA, w, loads), a, b, L, EA, m, w, loads
 
 
+def _compliance(mesh):
+    """G of fixed ends, shape (d N, d N), 1^T C J, shape (d, d, N), and 1^T C 1, shape (d, d)."""
+    N, d = len(mesh.s), len(mesh.scale)
+    WC = mesh.weights[:, None, None] * mesh.C
+    row, total = np.moveaxis(WC, 0, 2) @ mesh.J, WC.sum(axis=0)
+    G = np.block([[mesh.J.T @ (WC[:, j, k, None] * mesh.J) for k in range(d)] for j in range(d)])
+    flat = row.reshape(d, d * N)
+    return G - flat.T @ scipy.linalg.cho_solve(scipy.linalg.cho_factor(total), flat), row, total
+
+
 def _fixed_modes(mesh, count):
     """Frequencies [Hz], mass-normalised end forces (count, 2, 3) [N/(m sqrt(kg))], and shapes (count, N, 3)."""
     N, d = len(mesh.s), len(mesh.scale)
-    WC = mesh.weights[:, None, None] * mesh.C
-    row = np.moveaxis(WC, 0, 2) @ mesh.J  # 1^T C J
-    total = scipy.linalg.cho_factor(WC.sum(axis=0))
-    G = np.block([[mesh.J.T @ (WC[:, j, k, None] * mesh.J) for k in range(d)] for j in range(d)])
-    flat = row.reshape(d, d * N)
-    G -= flat.T @ scipy.linalg.cho_solve(total, flat)
+    G, row, total = _compliance(mesh)
     half = np.outer(mesh.scale, 1 / np.sqrt(mesh.weights)).ravel()
     half_G = half[:, None] * G * half
     count = min(count, d * N)
@@ -168,7 +173,7 @@ def _fixed_modes(mesh, count):
     spectrum = 1 / values
     u = vectors.T.reshape(count, d, N) / np.sqrt(mesh.weights)  # in units of L
     loads = spectrum[:, None, None] * u * mesh.scale[:, None]
-    c = scipy.linalg.cho_solve(total, np.einsum("jkn,pkn->jp", row, loads)).T
+    c = np.linalg.solve(total, np.einsum("jkn,pkn->jp", row, loads)).T
     N1 = np.stack([-c, c - loads @ mesh.weights], axis=1) / mesh.scale
     amplitude = 1 / np.sqrt(mesh.mass * mesh.length)
     ends = N1 @ mesh.axes.T * mesh.tension * amplitude / mesh.length

@@ -7,7 +7,7 @@ cables with fixed ends below it, and the number of negative eigenvalues of the d
 import numpy as np
 
 from . import continuous_cable
-from .bar_suspension import cross
+from .bar_suspension import body_matrices, cross
 
 
 class Suspension:
@@ -50,22 +50,9 @@ class Suspension:
                     )
             stiffness = continuous_cable.dynamic_stiffness_both_ends(*data, omega)
             whole += moved.T @ turn @ stiffness @ turn.T @ moved
-        forces = state.catenary.end_forces("global")
         for body in range(len(model.body_names)):
-            place = slice(6 * body, 6 * body + 6)
-            R, m = state.rotation[body], float(model.mass[body])
-            r = R @ model.center[body]
-            mass = np.block(
-                [
-                    [m * np.eye(3), -m * cross(r)],
-                    [m * cross(r), R @ model.inertia[body] @ R.T - m * cross(r) @ cross(r)],
-                ]
-            )
-            geometric = -cross([0, 0, -m * float(model.gravity)]) @ cross(r)
-            for cable, end in np.argwhere(model.owner == body):
-                geometric -= cross(forces[cable, end]) @ cross(self.places[cable, end] - state.position[body])
-            whole[place, place] -= omega**2 * mass
-            whole[place, place][3:, 3:] += (geometric + geometric.T) / 2
+            place, (mass, geometric) = slice(6 * body, 6 * body + 6), body_matrices(state, body)
+            whole[place, place] += geometric - omega**2 * mass
         free = model.free.ravel()
         return whole[np.ix_(free, free)]
 

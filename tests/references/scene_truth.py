@@ -260,12 +260,7 @@ class Truth:
         """Frequencies of all coupled modes, ascending, shares in the static compliance, in modal mass."""
         mesh = continuous_cable._mesh(self._data, self._gondola_plane, points)
         count, d = len(mesh.s), len(mesh.scale)
-        WC = mesh.weights[:, None, None] * mesh.C
-        row = np.moveaxis(WC, 0, 2) @ mesh.J
-        total = WC.sum(axis=0)
-        G = np.block([[mesh.J.T @ (WC[:, j, k, None] * mesh.J) for k in range(d)] for j in range(d)])
-        flat = row.reshape(d, d * count)
-        G -= flat.T @ scipy.linalg.cho_solve(scipy.linalg.cho_factor(total), flat)
+        G, _, total = continuous_cable._compliance(mesh)
         move = mesh.axes[0] / mesh.scale  # unit movement of end 2 along x
         pull = np.linalg.solve(total, move)
         k = float(move @ pull)

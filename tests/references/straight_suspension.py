@@ -19,11 +19,6 @@ AXES = ("x", "y", "z", "roll", "pitch", "yaw")
 TURN = 2 * np.pi
 
 
-def both(square, other):
-    """Block diagonal."""
-    return scipy.linalg.block_diag(square, other)
-
-
 class Straight:
     """A suspension about its equilibrium in the mean wind.
 
@@ -178,7 +173,7 @@ class Straight:
             M = np.block([[M, one["mass"] * row[:, None]], [one["mass"] * row, np.array([[one["mass"]]])]])
             omega = TURN * one["frequency"]
             K = np.block([[K, weight[:, None]], [weight, np.array([[one["mass"] * omega**2]])]])
-            C = both(C, 2 * one.get("damping_ratio", 0.5) * one["mass"] * omega)
+            C = scipy.linalg.block_diag(C, 2 * one.get("damping_ratio", 0.5) * one["mass"] * omega)
             B = np.concatenate([B, np.zeros((1, B.shape[1]))])
         for one in self.text.get("actuators", {}).values():
             if "inertia" in one:

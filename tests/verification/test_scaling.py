@@ -6,16 +6,14 @@ import numpy as np
 import pytest
 from campaign import campaign
 from random_scenes import scene_data, scene_of
+from solved import solve
 
 from cablestudy.cable import catenary, equilibrium
 from cablestudy.cable.dynamics import Dynamics
 from cablestudy.cable.element import mesh_pieces, mesh_segments, pieces
 from cablestudy.errors import CablestudyError, ConvergenceError
 from cablestudy.scene.cable_table import DampingTable
-from cablestudy.scene.suspension import SuspensionScene
-from cablestudy.study.columns import find
 from cablestudy.study.one_cable.case import CableCase
-from cablestudy.study.suspension.rows import evaluate_suspensions
 from cablestudy.system.ends import Ends
 
 SEEDS = campaign(range(24), range(0, 24, 4))
@@ -124,10 +122,9 @@ def test_no_digit_of_a_loop_in_the_wind_depends_on_the_units():
 
     def cells(length, time, mass):
         units = {"length": length, "time": time, "one": 1, "speed": length / time, "force": mass * length / time**2}
-        scene = SuspensionScene.model_validate(held_in_the_wind(length, time, mass))
-        (row,) = evaluate_suspensions([scene], [find(name) for name in names])
-        assert row.cells["status"] == "ok"
-        return [row.cells[find(name).header] / units[of] for name, of in names.items()]
+        row = solve(held_in_the_wind(length, time, mass), *names)
+        assert row.status == "ok"
+        return [row.values[name] / units[of] for name, of in names.items()]
 
     expected = cells(1, 1, 1)
     for scale in ((2.0**12, 2.0**8, 1), (2.0**-12, 1, 2.0**-24)):

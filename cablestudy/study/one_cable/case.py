@@ -352,9 +352,9 @@ class CableCase(ComparedCase):
     def frequency(self, number, kind, symmetry=None):
         """Frequency of one mode of the cable between fixed ends [Hz], and its estimated relative error [-].
 
-        Where the scene states an accuracy, finer and finer models are solved until the error is within it. A case at a
-        given level of refinement, or with a fixed number of elements, gives the frequency of its own elements, and None
-        in place of the error.
+        Where the scene states an accuracy, finer and finer models are solved until the error is within it. A case of
+        one of these models (a level of refinement), or with a fixed number of elements, gives the frequency of its own
+        elements, and None in place of the error.
 
         Parameters
         ----------

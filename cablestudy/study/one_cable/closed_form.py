@@ -137,9 +137,9 @@ def closed_form(results, required):
 
 
 def by_elements(results, required, closed):
-    """Compute columns of statics by finite elements, of scenes that fix their number, with the errors by the elements.
+    """Compute columns of statics by finite elements for scenes that fix their number, and estimate their errors.
 
-    The error of a number x by elements, x_c in closed form, is |x - x_c| / |x_c|.
+    The error of a number x by elements is |x - x_c| / |x_c|, where x_c is the same number in closed form.
 
     Parameters
     ----------
@@ -153,8 +153,8 @@ def by_elements(results, required, closed):
     Returns
     -------
     ClosedForm
-        Numbers, errors and failures by elements, in spite of its name. Columns that follow from the scene without an
-        equilibrium keep their numbers of `closed`.
+        Numbers, errors and failures, here those by elements. Columns that follow from the scene without an equilibrium
+        keep their numbers of `closed`.
     list of (ndarray of int, ElementResults)
         Groups of cases with equal meshes, solved together: their indices, and their solution by elements.
     """
@@ -174,8 +174,8 @@ def by_elements(results, required, closed):
             column_numbers = _compute(column, elements)
             numbers[column.header][cases] = column_numbers
             _refuse_infinite(failures, column, column_numbers, {}, cases)
-    of_scene = {c.header: np.zeros(len(results.values)) for c in required.physical if c.needs == "scene"}
-    errors = of_scene | _against_closed_form(columns, numbers, closed)
+    no_errors_of_scene = {c.header: np.zeros(len(results.values)) for c in required.physical if c.needs == "scene"}
+    errors = no_errors_of_scene | _against_closed_form(columns, numbers, closed)
     return ClosedForm(numbers, errors, failures, over_strength_cases), groups
 
 
@@ -236,25 +236,25 @@ def _errors_of_column(failures, column):
 def _error(column, results, required, numbers):
     """Estimated relative error of a column in closed form, shape (n,). [-]
 
-    It is the largest of those that apply to it:
+    It is the largest of the errors that apply to the column:
 
-    * of the statics: by rounding, by the drag of a steady wind that is taken as uniform along the cable, and by the
-      linear cable that stands for a conductor. It applies to all columns but those of the scene alone; to columns of
-      the reference state (`Column.of_reference`), in which no wind blows, without the part by the drag;
-    * of the sag by rounding: columns whose `determined_by` is "sag";
-    * of the displacement of end 2 by a force: the column `force_displacement`;
-    * of the number itself by uniform drag: columns with a function `Column.by_drag`.
+    * all columns: `Column.least_error` by rounding, zero if a number follows from the scene without an equilibrium;
+    * if that is not zero: rounding of the equilibrium; and the error as drag is taken as uniform along the cable and a
+      conductor as linear. Columns of the state without load case (`Column.of_reference`) have no error by drag;
+    * columns with `determined_by` "sag": rounding of the sag;
+    * the column `force_displacement`: error of the displacement of end 2 by the force on it;
+    * columns with a function `Column.by_drag`: change of their own number by the actual drag.
 
     Parameters
     ----------
     column : Column
-        With a `least_error`, by rounding.
+        With a `least_error`.
     results : Results
         Closed form of n cases.
     required : ColumnRequirements
         The columns of the table.
     numbers : ndarray, shape (n,), or None
-        Of the column; None of one that is computed case by case, which finds its own error there.
+        Of the column; None if it is computed case by case, where it finds its own error.
     """
     error = np.full(len(results.values), column.least_error)
     if required.scene_only:
@@ -289,7 +289,7 @@ def evaluate_table(table, columns):
         * its status: "ok", or why a number is missing or doubtful;
         * its estimated relative errors: header -> error above `STUDY.rounding`, or None where it is unknown. [-]
 
-        None in place of the list where this way is not open: a column is of a suspension, is computed case by case,
+        None in place of the list where this is not possible: a column is one of suspensions, is computed case by case,
         needs a model of the motion or describes the computation; or the cable is a conductor with stress-strain curves.
     """
     if not all(map(is_of_one_cable, columns)) or table.scene.cable.stress_strain is not None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from cablestudy.scene.one_cable import CABLE, GONDOLA, as_suspension
 from cablestudy.study.cable_columns import family_member, is_of_one_cable
-from cablestudy.study.column import attribute, lacks
+from cablestudy.study.column import attribute, lacks, without_key
 from cablestudy.study.columns import find
 from cablestudy.study.motion_columns import check_winch_speed
 from cablestudy.study.one_cable.case import CableCase
@@ -60,11 +60,11 @@ def name_in_one_cable(name, bare):
 
 
 def column_of_one_cable(column, bare):
-    """Column by which a scene of one cable computes a quantity, also one that is named as in a suspension: `Column`.
+    """Translate a column of suspensions (many cables and bodies) for a scene of one cable with a gondola: `Column`.
 
-    A column of one cable is returned as it is. A column of suspensions is replaced by the column of one cable for the
-    same quantity: `gondola.frequency_x` by `gondola_frequency`. Where there is none, a new column is returned, which
-    treats gondola and cable as a suspension.
+    It is replaced by the column of one cable for the same quantity: `gondola.frequency_x` by `gondola_frequency`. Where
+    there is none, the result is a new column, which treats gondola and cable as a suspension. A column of one cable is
+    returned as it is.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def why_not(scene, column):
         if own_column.without and attribute(scene, own_column.without) is not None:
             return f"{column.name} is of a cable with fixed ends: the scene must not have the key {own_column.without}"
         if key := lacks(scene, own_column):
-            return f"{column.name} needs the key {key}, which the scene does not have"
+            return without_key(column, key)
         if is_of_one_cable(column) or name_in_one_cable(column.name, bare):
             return ""
     return of_suspensions.why_not(as_suspension(scene), column)

@@ -41,7 +41,7 @@ class EquivalentCables:
     reasons: dict
 
     def replace_in(self, span, values, strain, reasons):
-        """Put these linear cables in the place of the conductors among n cables.
+        """Give the conductors among n cables the stiffness and length of the linear cables that replace them.
 
         Parameters
         ----------
@@ -50,17 +50,17 @@ class EquivalentCables:
         values : SceneValues
             Values of the n scenes.
         strain : ndarray, shape (n,)
-            Chord strains in the reference state; those of the conductors are written into it. [-]
+            Chord over unstretched length less 1, in the reference state; entries of conductors are written over. [-]
         reasons : dict
-            Index of a scene -> why its cable does not exist; those of the conductors are written into it.
+            Index of a scene -> why its cable does not exist; entries of conductors are written over.
 
         Returns
         -------
         span : Span
             With the stiffness EA of the linear cables.
         length_changes : ndarray, shape (2, n)
-            Argument of `load_cases.loaded_spans`: relative change of the unstretched lengths, and ratio of ice and wind
-            per unstretched length to those of the scenes. [-]
+            Relative change of the unstretched lengths from the reference state to the load case; and ice and wind per
+            unstretched length over those of the scenes. [-]
         """
         stiffness, elongation = np.array(span.axial_stiffness), np.array(load_cases.elongation(values))
         stiffness[self.rows], elongation[self.rows] = self.linear.stiffness, self.linear.elongation
@@ -80,10 +80,10 @@ class EquivalentCables:
 
 
 def equivalent_cables(values):
-    """Find linear cables that hang, in their load cases, as the conductors with permanent elongation of n scenes do.
+    """Find linear cables that replace conductors with permanent elongation in their load cases, for n scenes.
 
-    A conductor has a curved stress-strain law and stays longer after creep or a high load. About its equilibrium it is
-    replaced by a linear cable of equal tension, with the stiffness EA and the unstretched length that give it.
+    Such a conductor has a curved stress-strain law and stays longer after creep or a high load. The linear cable that
+    replaces it has, in its equilibrium, equal tension, equal length and the slope of its stress-strain curve.
 
     Parameters
     ----------
@@ -99,8 +99,8 @@ def equivalent_cables(values):
     if not rows:
         return None
     scenes = [values.scenes[row] for row in rows]
-    different, indices = distinct_without_case(scenes)
-    values_without_case = SceneValues(different)
+    distinct_scenes, distinct_index = distinct_without_case(scenes)
+    values_without_case = SceneValues(distinct_scenes)
 
     def solve_reference(stiffness, elongation, _):
         """Mean tensions and chord strains in the reference state, as `Conductors` asks for them."""
@@ -116,17 +116,17 @@ def equivalent_cables(values):
         exists[list(loaded.reasons)] = False
         return np.where(exists, catenary.mean_tension, np.nan), tensions_along(catenary)
 
-    conductors = Conductors(different, (len(different),), solve_reference, solve_cases, independent=True)
-    cables = conductors.equivalent_cables(indices, scenes)
+    conductors = Conductors(distinct_scenes, (len(distinct_scenes),), solve_reference, solve_cases, independent=True)
+    cables = conductors.equivalent_cables(distinct_index, scenes)
     _, _, chord_strains, reasons = conductors.reference
-    reasons = {index: reasons[row] for index, row in enumerate(indices.tolist()) if row in reasons}
-    return EquivalentCables(np.array(rows), cables, chord_strains[indices], reasons)
+    reasons = {index: reasons[row] for index, row in enumerate(distinct_index.tolist()) if row in reasons}
+    return EquivalentCables(np.array(rows), cables, chord_strains[distinct_index], reasons)
 
 
 def _reference_state(values, stiffness, elongation):
-    """Solve the reference state of n new conductors, each as a linear cable of given stiffness and elongation.
+    """Solve the equilibria of n new conductors without load case, each as a linear cable of given EA and elongation.
 
-    In the reference state each scene states a length, tension or sag, from which the unstretched length follows.
+    In this reference state each scene states a length, tension or sag, from which the unstretched length follows.
 
     Parameters
     ----------

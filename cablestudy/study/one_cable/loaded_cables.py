@@ -47,28 +47,31 @@ class LoadedCables:
 
 
 def loaded_cables(values, equivalent=None, lengths_known=False):
-    """Find the unstretched lengths of n cables by what their scenes state, and load the cables: `LoadedCables`.
+    """Find n cables as they are in their load cases: unstretched length, ice, wind, loads, moved ends: `LoadedCables`.
+
+    The unstretched length follows from the length, tension or sag that a scene states in the reference state, which is
+    without a load case. Where a wind grows with height, its mean pressure is that where the cable hangs.
 
     Parameters
     ----------
     values : SceneValues or CaseTable
         Values of the n scenes.
     equivalent : EquivalentCables, optional
-        Linear cables in place of conductors with permanent elongation.
+        Linear cables that replace conductors with permanent elongation.
     lengths_known : bool
-        True if all n cables are among them, so that no length need be searched for.
+        True if all n cables are such conductors, whose lengths are known from `equivalent`.
     """
-    span, changed = load_cases.bare_spans(values), None
+    span, length_changes = load_cases.bare_spans(values), None
     strain, reasons = (np.zeros(len(values)), {}) if lengths_known else chord_strain(span, values)
     if equivalent is not None:
-        span, changed = equivalent.replace_in(span, values, strain, reasons)
+        span, length_changes = equivalent.replace_in(span, values, strain, reasons)
     for case in np.flatnonzero(load_cases.shrunk(values)).tolist():
         reasons[case] = "at the temperature of the case next to nothing is left of the cable's length"
     length = span.with_chord_strain(strain).unstretched_length
 
     def loaded_with(shift, drag=None):
         """Cables with end 2 displaced along x [m], with the mean pressures of a drag, and their drag."""
-        spans, drag = load_cases.loaded_spans(span, values, strain, shift, changed, drag)
+        spans, drag = load_cases.loaded_spans(span, values, strain, shift, length_changes, drag)
         return _with_loads_on_cable(spans, reasons), drag
 
     def loaded_at(shift):

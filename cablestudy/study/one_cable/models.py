@@ -146,7 +146,11 @@ class CableElements:
 
 
 def mesh_of(case):
-    """Finite-element mesh of one cable, of its level of refinement or of the elements that its scene fixes: `Mesh`.
+    """Finite-element mesh by which one case of a cable is solved: `Mesh`.
+
+    The cable is divided into pieces along which it bends little. A case at a level of refinement, `case.level`, has the
+    elements and order of that on the piece which a wave takes longest to pass, and fewer elements on others. Without a
+    level the scene fixes the elements.
 
     Parameters
     ----------
@@ -180,7 +184,7 @@ def fixed_mesh(results, case, carried=()):
     case : int
         Index of the case in the batch.
     carried : tuple of (float, float)
-        Point masses on the cable: position as a share of the unstretched length, and mass over that of the cable. [-]
+        Point masses on the cable: place as a share of the unstretched length, and mass over that of the cable. [-]
 
     Raises
     ------
@@ -240,7 +244,7 @@ def give_elements(cases, groups):
 def solve_models(cases):
     """Solve the finite elements of many cases, those on equal meshes in one call, and store them in the cases.
 
-    That saves time, and changes no result: a case that is left out here (large, alone on its mesh, or without an
+    That saves time, and changes no result. A case that is left out here (large, alone on its mesh, or without an
     equilibrium) solves its own elements, or raises the error, when its `model` is asked for.
 
     Parameters
@@ -248,8 +252,8 @@ def solve_models(cases):
     cases : list of CableCase
         Cases of one batch, with the same `results`.
     """
-    groups, different = {}, {id(case.cache): case for case in cases if "model" not in case.cache}
-    for case in different.values():
+    groups, unsolved = {}, {id(case.cache): case for case in cases if "model" not in case.cache}
+    for case in unsolved.values():
         try:
             mesh = mesh_of(case)
         except (NoSolutionError, ConvergenceError):

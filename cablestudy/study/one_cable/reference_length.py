@@ -14,8 +14,8 @@ from cablestudy.study.tolerances import STUDY
 def chord_strain(span, values, length_ratio=None):
     """Find the unstretched lengths L of n cables, as chord strains e = c/L - 1 with the chord c between the ends.
 
-    Scenes state the length itself, or a tension or sag in the reference state, which is without a load case. From a
-    tension or sag the strain is found by a search.
+    A scene states the length itself, or a tension or sag in the reference state, the equilibrium without a load case.
+    From a tension or sag the strain is found by a search.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def _searches(values):
 
 
 def _search_strain(span, of_state, search, strain, reasons):
-    """Find the chord strains of those cables that state one quantity, a tension or a sag.
+    """Find the chord strains (chord over unstretched length, less 1) of cables with a stated tension, or a stated sag.
 
     Parameters
     ----------
@@ -79,7 +79,8 @@ def _search_strain(span, of_state, search, strain, reasons):
     of_state : ndarray of bool, shape (n,)
         True for cables whose stated values are for these loads.
     search : tuple
-        An entry of `_searches`.
+        Stated values, shape (n,), not a number where there is none; search for many cables; and search for one cable,
+        which may raise NoSolutionError (`_searches`).
     strain : ndarray, shape (n,)
         The strains found are written into it. [-]
     reasons : dict

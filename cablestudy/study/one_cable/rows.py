@@ -42,11 +42,12 @@ def evaluate_named(document, scene, names, command, estimate=False):
     command : str
         Command that needs them, for messages.
     estimate : bool
-        Whether the errors of a stated number of elements are to be estimated.
+        Whether to estimate the errors where the scene fixes the number of elements.
 
     Returns
     -------
     (list of Column, Row)
+        The columns, and their values with errors and status.
 
     Raises
     ------

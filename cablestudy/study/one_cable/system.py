@@ -113,7 +113,9 @@ class InCableWind:
 
 
 def analysis_of(case, damping=0.0, make_analysis=DynamicAnalysis):
-    """Motion of gondola and cable, with the winch loop if any, in wind on the gondola alone: `DynamicAnalysis`.
+    """Analysis of the motion of gondola and cable in wind on the gondola alone: `DynamicAnalysis`.
+
+    The gondola is a body at end 2 of the cable, free along x; a winch with a control loop may move the cable.
 
     Parameters
     ----------
@@ -135,7 +137,7 @@ def analysis_of(case, damping=0.0, make_analysis=DynamicAnalysis):
 
 
 def in_cable_wind_of(case, make_analysis=DynamicAnalysis):
-    """Motion of gondola, or of a cable without one, in turbulent wind on the cable: `InCableWind`, which gives the RMS.
+    """Response of a gondola, or of a cable without one, to turbulent wind on the cable: `InCableWind`, with RMS values.
 
     The scene states no direction of the wind: it blows once across the vertical plane of the cable and once along it,
     and the larger RMS counts. The drag of the cable also damps the motion.
@@ -160,7 +162,7 @@ def in_cable_wind_of(case, make_analysis=DynamicAnalysis):
 
 
 def in_wind_from(case, direction, side, make_analysis=DynamicAnalysis):
-    """Motion of a case in a wind of given direction on its cable: `DynamicAnalysis`.
+    """Analysis of the motion of a cable, with its gondola if any, in a wind of given direction: `DynamicAnalysis`.
 
     Parameters
     ----------
@@ -247,10 +249,10 @@ def _planes(case):
 
 
 def prepare(cases):
-    """Compute for many cables in one call what their columns of gondola, loop and wind need first, to save time.
+    """Compute equilibria and first modes of many cables with their gondolas in one call, which saves time.
 
-    These are the equilibrium of cable and gondola as a suspension, and its lowest coupled modes. Both are stored in the
-    cases. A case with an error raises it only when it is asked for the result.
+    Columns of gondola, control loop and wind need them: the equilibrium of cable and gondola as a suspension, and its
+    lowest coupled modes. Both are stored in the cases. A case with an error raises it when the result is asked for.
 
     Parameters
     ----------

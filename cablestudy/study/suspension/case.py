@@ -73,16 +73,16 @@ class SuspensionCase(SuspensionAtRest, ComparedCase):
             for name in self.with_all_cables.winches:
                 self.refuse_lost(name, "the loop needs the winch of {0}, which is lost in the load case {1}")
         group, index, (equilibrium, drag) = self.group, self.index, self.group.in_mean_wind
-        others = self._exact_model, group.linear_models[index]
+        model_and_loops = self._exact_model, group.linear_models[index]
         shared = {"modes": group.modes_in_wind[index], "mean_drag": group.mean_drag(index)}
         if drag is None:
-            return DynamicAnalysis(self.scene, self.without_wind, self.equilibrium, None, *others, **shared)
+            return DynamicAnalysis(self.scene, self.without_wind, self.equilibrium, None, *model_and_loops, **shared)
         if not equilibrium.record.converged[index]:
             raise ConvergenceError(f"no equilibrium in the mean wind: {explain(equilibrium.take(index))}")
         if reason := equilibrium.stability.reason(index):
             raise NoSolutionError(f"in the mean wind: {reason}")
         in_mean_wind, airflow = equilibrium.take(index), Airflow(self.scene, drag.take(index))
-        return DynamicAnalysis(self.scene, self.without_wind, in_mean_wind, airflow, *others, **shared)
+        return DynamicAnalysis(self.scene, self.without_wind, in_mean_wind, airflow, *model_and_loops, **shared)
 
     @property
     def moves(self):
@@ -283,7 +283,7 @@ class SuspensionCase(SuspensionAtRest, ComparedCase):
         Returns
         -------
         RefinedMode
-            Its numbers raise NoSolutionError where the motion along the axis is held.
+            Its frequency, share and damping ratio raise NoSolutionError where the motion along the axis is held.
         """
         from cablestudy.motion.body_mode import BodyMode, RefinedMode
         from cablestudy.system.coupled_modes import coupled_modes

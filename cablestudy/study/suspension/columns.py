@@ -2,7 +2,7 @@
 
 from cablestudy.scene.fields import suggestion
 from cablestudy.study.cable_columns import family_member
-from cablestudy.study.column import lacks
+from cablestudy.study.column import lacks, without_key
 from cablestudy.study.columns import COUPLED_MODE, find
 from cablestudy.study.suspension.part_columns import (
     FORCES,
@@ -38,26 +38,33 @@ def why_not(scene, column):
     owner, dot, quantity = column.name.partition(".")  # owner: name of a body, point, cable, link or actuator
     if not dot:
         return _why_not_of_whole(scene, column)
-    columns = _columns_of_owners(scene)
     in_wind = [other.name for other in wind_columns_of(scene, column.name.rpartition(".")[0])]
     if column.name in in_wind:
-        key = lacks(scene, column)
-        return f"{column.name} needs the key {key}, which the scene does not have" if key else ""
+        return without_key(column, lacks(scene, column))
     if owner in scene.actuators:
         return f"{owner} has no column {quantity} ({suggestion(column.name, in_wind)})"
-    if owner not in columns:
-        fixed = f"{owner} is a fixed point, which has no columns"
-        missing = f"no body, free point, cable or link {owner} ({suggestion(owner, columns)})"
-        return fixed if owner in scene.points else missing
+    return _why_no_owner(scene, owner) or _why_not_of_owner(scene, owner, column, in_wind)
+
+
+def _why_no_owner(scene, owner):
+    """Reason why no part of the scene of this name has columns; empty where one has."""
+    if owner in scene.points and not scene.points[owner].free:
+        return f"{owner} is a fixed point, which has no columns"
+    columns = _columns_of_owners(scene)
+    return "" if owner in columns else f"no body, free point, cable or link {owner} ({suggestion(owner, columns)})"
+
+
+def _why_not_of_owner(scene, owner, column, in_wind):
+    """Reason as of `why_not` for a column at rest of a part of the scene; `in_wind` are the names of its others."""
+    quantity = column.name.partition(".")[2]
     if family_member(quantity) and owner in scene.cables:
         return ""
-    names = [*(other.name for other in columns[owner](owner)), *in_wind]
+    names = [*(other.name for other in _columns_of_owners(scene)[owner](owner)), *in_wind]
     if column.name not in names and not (owner in scene.bodies and quantity.startswith(OF_BODIES)):
         return f"{owner} has no column {quantity} ({suggestion(column.name, names)})"
     if column.key == FORCES and not scene.load_case.forces:
-        return f"{column.name} needs the key cases.*.forces, which the scene does not have"
-    key = missing_key(scene, owner, column) if owner in scene.cables else ""
-    return f"{column.name} needs the key {key}, which the scene does not have" if key else ""
+        return without_key(column, "cases.*.forces")
+    return without_key(column, missing_key(scene, owner, column) if owner in scene.cables else "")
 
 
 def of_each_cable(scene, name):
@@ -88,7 +95,7 @@ def _why_not_of_whole(scene, column):
         return f"{column.name} needs the strength or breaking_force of a cable, which the scene does not have"
     if of_whole := next((other for other in WHOLE if other.name == column.name), None):
         key = "" if of_whole.name == "max_utilisation" else lacks(scene, of_whole)
-        return f"{column.name} needs the key {key}, which the scene does not have" if key else ""
+        return without_key(column, key)
     if COUPLED_MODE.fullmatch(column.name):
         return ""
     hint = ""

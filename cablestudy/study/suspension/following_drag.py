@@ -39,17 +39,17 @@ class Poses:
 
 
 def poses_in_following_drag(without_wind, equilibrium, drag, uncertainty):
-    """Find the `Poses` of suspensions in a mean wind whose drag varies along each cable, with its local direction.
+    """Find where the bodies of suspensions are in a mean wind whose drag varies along each cable: `Poses`.
 
-    It replaces `equilibrium`, in which the drag per length is uniform along each cable. Cases without wind on a cable,
-    and cases for which no equilibrium is found, keep the pose of `equilibrium` and its uncertainty.
+    The drag varies with the local direction of the cable; in `equilibrium` it is taken as uniform along each cable.
+    Cases without wind on a cable, or for which no equilibrium is found, keep the pose of `equilibrium`.
 
     Parameters
     ----------
     without_wind, equilibrium : Equilibrium
         Of n cases: without wind, and in the wind under uniform drag.
     drag : Drag
-        The wind.
+        The wind, and drag areas of cables and bodies.
     uncertainty : ndarray, shape (n, b, 6)
         Estimated errors of the poses of `equilibrium` by taking the drag as uniform. [m], [rad]
 
@@ -58,31 +58,31 @@ def poses_in_following_drag(without_wind, equilibrium, drag, uncertainty):
     Poses
         Where a pose in uneven drag is found, its uncertainty is `STUDY.following_drag` times the given one.
     """
-    none = np.zeros(len(uncertainty), dtype=bool)
-    poses = Poses(equilibrium.position.copy(), equilibrium.rotation.copy(), uncertainty.copy(), none)
+    not_followed = np.zeros(len(uncertainty), dtype=bool)
+    poses = Poses(equilibrium.position.copy(), equilibrium.rotation.copy(), uncertainty.copy(), not_followed)
     in_wind = (drag_on_cables(drag, equilibrium).normal_drag > 0).any(axis=-1)
-    rows = np.flatnonzero(in_wind & equilibrium.record.converged)
-    if not (len(rows) and equilibrium.suspension.free.any()):
+    windy = np.flatnonzero(in_wind & equilibrium.record.converged)
+    if not (len(windy) and equilibrium.suspension.free.any()):
         return poses
-    drag, start = drag.take(rows), replace(equilibrium.take(rows), suspension=without_wind.suspension.take(rows))
-    found = equilibrium_in_wind(start, drag, lambda state: _changes_of_end_forces(state, drag))
-    converged = found.record.converged
-    uncertainty = STUDY.following_drag * uncertainty[rows]
-    poses.followed[rows[converged]] = True
-    for name, values in (("position", found.position), ("rotation", found.rotation), ("uncertainty", uncertainty)):
-        getattr(poses, name)[rows[converged]] = values[converged]
+    drag, start = drag.take(windy), replace(equilibrium.take(windy), suspension=without_wind.suspension.take(windy))
+    result = equilibrium_in_wind(start, drag, lambda state: _changes_of_end_forces(state, drag))
+    converged = result.record.converged
+    uncertainty = STUDY.following_drag * uncertainty[windy]
+    poses.followed[windy[converged]] = True
+    for name, values in (("position", result.position), ("rotation", result.rotation), ("uncertainty", uncertainty)):
+        getattr(poses, name)[windy[converged]] = values[converged]
     return poses
 
 
 def _changes_of_end_forces(equilibrium, drag):
-    """Changes of the forces of cables on what holds their ends, if drag is not taken as uniform along each cable.
+    """Changes of the forces of cables on bodies and ground if drag is not taken as uniform along each cable.
 
     Parameters
     ----------
     equilibrium : Equilibrium
         Of n cases, in uniform drag.
     drag : Drag
-        The wind.
+        The wind, and drag areas of cables and bodies.
 
     Returns
     -------

@@ -212,13 +212,13 @@ class Group:
             self._loaded = None if unloaded else loaded_state(self.reference, self._scenes, cables=self._of_case)
         except NoSolutionError as error:
             raise NoSolutionError(f"{self._lost}{error}") from None
-        unstretched = self.reference.lengths if self._of_case is None else self._of_case.lengths
+        reference_lengths = self.reference.lengths if self._of_case is None else self._of_case.lengths
         present = cables_left(self.reference, self._scenes[0])
-        lengths_of_case = unstretched[:, present]
+        present_lengths = reference_lengths[:, present]
         drag, conductors = self._loaded and self._loaded.drag, self._conductors
         states = self.reference, self.equilibrium
         self.errors = errors = EquilibriumErrors(*states, drag, lambda: self.in_mean_wind, conductors)
-        self.cables = CableResults(self._scenes, states[1], lengths_of_case, lambda: errors.drag_change.cables)
+        self.cables = CableResults(self._scenes, states[1], present_lengths, lambda: errors.drag_change.cables)
         self.cable_indices = {name: index for index, name in enumerate(self._scenes[0].cables)}
         self.body_indices = {name: index for index, name in enumerate(self.reference.suspension.body_names)}
 
@@ -253,9 +253,9 @@ class Group:
         return loaded_state(self.reference, self._scenes, forced=False, cables=self._of_case)
 
     def force_displacement(self, index):
-        """Displacements of the b bodies and free points by the forces of the load case, with their errors.
+        """Displacements of the b bodies and free points by the forces on them in the load case, with their errors.
 
-        A displacement is the position under all loads less that without these forces.
+        A displacement is the position under all loads of the case less that under its loads without these forces.
 
         Parameters
         ----------
@@ -267,8 +267,8 @@ class Group:
         displacement : ndarray, shape (b, 3)
             Along x, y, z. [m]
         by_rounding, by_drag : ndarray, shape (b, 3)
-            Errors: by rounding of both positions; and by the drag of a steady wind, which is taken as uniform along
-            each cable in both. [m]
+            Errors: by rounding of both positions; and by the drag of a steady wind, which both positions take as
+            uniform along each cable. [m]
 
         Raises
         ------

@@ -119,8 +119,8 @@ def drag_change(equilibrium, drag):
 
     To first order:
 
-    1. The true drag, which varies along a cable with its direction, gives the change of the form of each cable between
-       fixed ends, and the change f of the forces on its ends.
+    1. The actual drag, which varies along a cable with its direction, changes the form of each cable between fixed
+       ends, and the forces on its ends by f.
     2. These forces move the bodies by u = K^-1 f, with the tangent stiffness K.
     3. The movements of its ends change the tension of each cable again.
 
@@ -129,19 +129,19 @@ def drag_change(equilibrium, drag):
     equilibrium : Equilibrium
         Of the n cases, in the wind.
     drag : Drag or None
-        The wind; without it all errors are 0.
+        The wind, and drag areas of cables and bodies; without it all errors are 0.
     """
     shape = equilibrium.lengths.shape
     displacement = np.zeros((*equilibrium.position.shape[:2], 6))
     links = np.zeros((shape[0], equilibrium.suspension.owner.shape[0] - shape[1]))
-    none = DragChange(np.zeros(shape[0]), displacement, *np.zeros((2, shape[0])), links)
+    no_change = DragChange(np.zeros(shape[0]), displacement, *np.zeros((2, shape[0])), links)
     if drag is None:
-        return none
+        return no_change
     drag_of_cables = drag_on_cables(drag, equilibrium)
     windy = (drag_of_cables.normal_drag > 0) & equilibrium.record.converged[:, None]
     case, cable = np.nonzero(windy)
     if not len(case):
-        return none
+        return no_change
     cables_in_wind = drag_of_cables.take((case, cable)), equilibrium.catenary.take((case, cable)), drag.stretched
     between_held_ends = uneven_drag_errors(*cables_in_wind)
     cables = DragErrors(
@@ -151,21 +151,21 @@ def drag_change(equilibrium, drag):
     calm = np.nonzero(windy.any(axis=1)[:, None] & ~windy)
     if len(calm[0]):
         assign_rows(cables, calm, DragErrors.none(equilibrium.catenary.take(calm)))
-    rows = np.unique(case)
+    rows = np.unique(case)  # cases with wind on a cable
     displacement[rows], ends = _movement_of_bodies(equilibrium, rows, cables.end_forces[rows])
     ends, ends_of_links = ends[:, : shape[1]], ends[:, shape[1] :]
     stiffness_of_links = equilibrium.end_stiffness[rows, shape[1] :]
     links[rows] = size(times(stiffness_of_links, ends_of_links[:, :, 1] - ends_of_links[:, :, 0]))
-    of_rows = np.repeat(rows, shape[1]), np.tile(np.arange(shape[1]), len(rows))  # all cables of these cases
-    held, catenary = cables.take(of_rows), equilibrium.catenary.take(of_rows)
-    moved_ends = ends.reshape(-1, 2, 3), equilibrium.end_stiffness[of_rows], equilibrium.end_forces[of_rows]
-    moved = held.with_moved_ends(*moved_ends)
-    assign_rows(cables, of_rows, moved)
+    cable_index = np.repeat(rows, shape[1]), np.tile(np.arange(shape[1]), len(rows))  # all cables of these cases
+    held_errors, catenary = cables.take(cable_index), equilibrium.catenary.take(cable_index)
+    moved_ends = ends.reshape(-1, 2, 3), equilibrium.end_stiffness[cable_index], equilibrium.end_forces[cable_index]
+    moved_errors = held_errors.with_moved_ends(*moved_ends)
+    assign_rows(cables, cable_index, moved_errors)
     form_error, stiffness_error = np.zeros((2, shape[0]))
-    form_error[rows] = moved.form_error(catenary).reshape(len(rows), -1).max(axis=-1)
+    form_error[rows] = moved_errors.form_error(catenary).reshape(len(rows), -1).max(axis=-1)
     changes = (
         array.reshape(ends.shape[:2] + array.shape[1:])
-        for array in (moved.stiffness_change(catenary), moved.end_forces)
+        for array in (moved_errors.stiffness_change(catenary), moved_errors.end_forces)
     )
     stiffness_error[rows] = STUDY.second_order * stiffness_change(equilibrium, rows, displacement[rows], *changes)
     stiffness_error = bounded_errors(stiffness_error)
@@ -175,10 +175,13 @@ def drag_change(equilibrium, drag):
 def stiffness_change(equilibrium, rows, displacement, of_cables, end_forces):
     """Largest relative change of the stiffness of suspensions if drag is not taken as uniform along each cable.
 
-    It is the largest |u^T dK u| / u^T K u of all static displacements u, with the tangent stiffness K in uniform drag.
-    Its change dK has, to first order, the cables' stiffness and forces and the attitudes of the bodies in the actual
-    drag; links keep their stiffness. Above `STUDY.dense_stiffness` free degrees of freedom, and where nothing is free,
-    it is the largest change of a single cable, which is no smaller where no body turns.
+    With the tangent stiffness K in uniform drag, and its change dK by the actual drag, it is the largest
+
+        |u^T dK u| / u^T K u    of all static displacements u
+
+    dK is by the stiffness and forces of the cables and the attitudes of the bodies, to first order; links (springs)
+    keep their stiffness. With more than `STUDY.dense_stiffness` free degrees of freedom, or none, the result is the
+    largest change of the stiffness of a single cable, which is no smaller where no body turns.
 
     Parameters
     ----------
@@ -212,7 +215,7 @@ def stiffness_change(equilibrium, rows, displacement, of_cables, end_forces):
 
 
 def _movement_of_bodies(equilibrium, rows, forces):
-    """Compute the movements of the bodies of some cases, and of all ends, by changed forces of the cables.
+    """Compute how far changed forces of the cables move the bodies, and all ends of cables and links, in some cases.
 
     The bodies move by u = K^-1 f, with the tangent stiffness K and the changes f of the forces on them.
 
@@ -228,7 +231,7 @@ def _movement_of_bodies(equilibrium, rows, forces):
     Returns
     -------
     movement : ndarray, shape (n, b, 6)
-        Displacements [m] and rotations [rad]; zero where nothing holds a body, and there is no answer.
+        Displacements [m] and rotations [rad]; zero where nothing holds a body, so that there is no answer.
     ends : ndarray, shape (n, c + l, 2, 3)
         Displacements of the ends of cables and links. [m]
     """

@@ -98,9 +98,9 @@ def kind_of_case(scene):
 
 
 def topology_of(scene):
-    """Describe what is connected to what in a suspension, without its numbers.
+    """Describe what is connected to what in a suspension, to find scenes that can be solved together.
 
-    Scenes for which this is equal can be solved together, as the cases of one `SuspendedSystem`.
+    Those are the scenes for which the result is equal: they differ in numbers only.
 
     Parameters
     ----------
@@ -180,47 +180,46 @@ def numbers_of(scenes):
     topology, *other_topologies = map(topology_of, first_scenes)
     if any(other != topology for other in other_topologies):
         raise ValueError("the scenes differ in their names, connections, free motions, or in what their cables state")
-    numbers_of_lines = [_numbers_of_lines(scene) for scene in first_scenes]
+    b, lines = len(topology["body_names"]), len(topology["owner"])
+    arrays = {
+        "free": np.array(topology["free"], dtype=bool).reshape(b, 6),
+        "owner": np.array(topology["owner"], dtype=int).reshape(lines, 2),
+    }
+    of_scenes = [_numbers_of_lines(scene) for scene in first_scenes]
+    of_lines = {name: np.array([numbers[name] for numbers in of_scenes])[runs] for name in of_scenes[0]}
+    if np.isnan(of_lines["force_density"]).all():
+        of_lines["force_density"] = None
+    return SuspendedSystem(
+        gravity=np.array([scene.gravity for scene in scenes], dtype=float),
+        **_arrays_of_bodies(scenes),
+        **of_lines,
+        **topology | arrays,
+    )
+
+
+def _arrays_of_bodies(scenes):
+    """Fields of `SuspendedSystem` of the b bodies and free points of n scenes: dict, arrays of shape (n, b, ...)."""
     bodies = list(zip(*(scene.bodies.values() for scene in scenes), strict=True))  # each in all scenes
     free_points = ([point for point in scene.points.values() if point.free] for scene in scenes)
     points = list(zip(*free_points, strict=True))
-    n, b, c = len(scenes), len(topology["body_names"]), len(topology["cable_names"])
-    links = len(topology["link_names"])
 
-    def of_lines(name, *shape):
-        numbers = np.array([of_scene[name] for of_scene in numbers_of_lines], dtype=float)
-        return numbers.reshape(len(first_scenes), *shape)[runs]
-
-    def of_bodies(name, *shape, of_points=True):
+    def array(name, *shape, of_points=True):
         """Numbers of bodies and free points, or zero in place of those of points."""
-        numbers = np.zeros((n, b, *shape))
+        numbers = np.zeros((len(scenes), len(bodies) + len(points), *shape))
         for index, in_scenes in enumerate((*bodies, *(points if of_points else ()))):
             values = [getattr(owner, name) for owner in in_scenes]
             numbers[:, index] = values[0] if len(set(map(id, values))) == 1 else values  # often one object in all
         return numbers
 
-    density = of_lines("force_density", c)
-    return SuspendedSystem(
-        gravity=np.array([scene.gravity for scene in scenes], dtype=float),
-        position=of_bodies("at", 3),
-        rotation=rigid.from_angles(of_bodies("start_angles", 3, of_points=False)),
-        mass=of_bodies("mass"),
-        center=of_bodies("center_of_mass", 3, of_points=False),
-        inertia=of_bodies("inertia_tensor", 6, of_points=False)[..., TENSOR],
-        force=of_bodies("force", 3),
-        moment=of_bodies("moment", 3, of_points=False),
-        place=of_lines("place", c + links, 2, 3),
-        axial_stiffness=of_lines("axial_stiffness", c),
-        cable_mass=of_lines("cable_mass", c),
-        value=of_lines("value", c),
-        force_density=None if np.isnan(density).all() else density,
-        **({name: of_lines(name, links) for name in OF_LINKS} if links else {}),
-        **topology
-        | {
-            "free": np.array(topology["free"], dtype=bool).reshape(b, 6),
-            "owner": np.array(topology["owner"], dtype=int).reshape(c + links, 2),
-        },
-    )
+    return {
+        "position": array("at", 3),
+        "rotation": rigid.from_angles(array("start_angles", 3, of_points=False)),
+        "mass": array("mass"),
+        "center": array("center_of_mass", 3, of_points=False),
+        "inertia": array("inertia_tensor", 6, of_points=False)[..., TENSOR],
+        "force": array("force", 3),
+        "moment": array("moment", 3, of_points=False),
+    }
 
 
 def distribution_of(scenes):
@@ -266,13 +265,16 @@ def _reference(tensions, cable):
 
 
 def _numbers_of_lines(scene):
-    """Name -> list of numbers of the cables and links of one scene, and of the positions of their ends, in a row."""
+    """Fields of `SuspendedSystem` of the c cables and l links of a scene: dict, arrays of shape (c,) or (l,)."""
     cables, links = scene.cables.values(), scene.links.values()
-    return {
-        "place": [number for line in scene.lines.values() for end in line.ends for number in scene.attachment(end)[1]],
+    numbers = {
         "axial_stiffness": [cable.section_axial_stiffness for cable in cables],
         "cable_mass": [cable.section_mass for cable in cables],
         "value": [cable.stated_value for cable in cables],
         "force_density": [cable.force_density for cable in cables],
-        **{name: [getattr(link, name.removeprefix("link_")) for link in links] for name in OF_LINKS},
     }
+    if links:
+        numbers |= {name: [getattr(link, name.removeprefix("link_")) for link in links] for name in OF_LINKS}
+    places = [[scene.attachment(end)[1] for end in line.ends] for line in scene.lines.values()]
+    arrays = {name: np.array(of_lines, dtype=float) for name, of_lines in numbers.items()}
+    return {"place": np.array(places, dtype=float).reshape(-1, 2, 3), **arrays}

@@ -60,9 +60,9 @@ def cases_of(scenes):
         groups_at_rest = _different_at_rest(scenes, indices)
         solved_groups = _solved_groups([scenes[members[0]] for members in groups_at_rest])
         for group_index, (members, group) in enumerate(zip(groups_at_rest, solved_groups, strict=True)):
-            single = isinstance(group, Group) and len(group.problems) == 1  # solved alone, or the only one
+            of_one_case = isinstance(group, Group) and len(group.problems) == 1  # solved alone, or the only one
             for index in members:
-                cases[index] = SuspensionCase(scenes[index], group, 0 if single else group_index)
+                cases[index] = SuspensionCase(scenes[index], group, 0 if of_one_case else group_index)
     return cases
 
 
