@@ -5,7 +5,8 @@ This module imports nothing of the package, so that every layer can raise them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import os
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -17,6 +18,7 @@ class CablestudyError(Exception):
     exit_code: ClassVar[int] = 3
 
 
+LONGEST_NAME = 255  # bytes of the name of a file
 LONGEST = {"where": 300, "key": 100, "message": 600}  # characters of each part of a mistake
 
 
@@ -151,6 +153,18 @@ def result_of(outcome):
 def without_errors(outcomes):
     """The entries of a dict of outcomes (`outcome_of`) that are results and no errors: dict."""
     return {key: outcome for key, outcome in outcomes.items() if not isinstance(outcome, Exception)}
+
+
+def check_output(option: str, path: str | None, endings: Collection[str], noun: str) -> None:
+    """Refuse a file, named by an option, with another ending than some, or that cannot be written: SceneError."""
+    if path is None:
+        return
+    if os.path.splitext(path)[1].lower() not in endings:
+        raise SceneError(f"{option} {path}: unknown kind of {noun} (allowed: {', '.join(endings)})")
+    folder, name = os.path.split(path)
+    is_too_long = len(os.fsencode(name)) > LONGEST_NAME
+    if not os.access(folder or ".", os.W_OK) or os.path.isdir(path) or is_too_long:
+        raise SceneError(f"{option} {path}: cannot be written")
 
 
 def refuse_options(options: dict[str, Any], reason: str) -> None:

@@ -384,6 +384,25 @@ def test_numbers_that_do_not_fit_into_the_cells_of_a_heat_map_are_lines_of_equal
     assert len(figure.axes[0].collections) == 2  # cells and lines
 
 
+@pytest.mark.parametrize(("masses", "collections"), [("10, 20, 30", 1), ("10, 20, 30, 40, 50, 60, 70, 80, 90", 2)])
+def test_small_heat_maps_side_by_side_have_numbers_where_these_fit_and_lines_where_not(tmp_path, masses, collections):
+    """Two panels, each half as wide as a single one, with cells and perhaps lines as collections."""
+    diameters = "vary: [{cable.diameter: [2 mm, 3 mm]}, {cable.preload: [1 kN, 2 kN, 3 kN, 4 kN]}"
+    text = f"{diameters}, {{gondola.mass: [{masses}]}}]\ncolumns: [gondola_frequency_static]\n"
+    drawn = "plot: {x: gondola.mass, y: cable.preload, color: gondola_frequency_static}\n"
+    table, figure = drawn_study(tmp_path, text + drawn)
+    assert faults(figure) == []
+    *panels, _ = figure.axes
+    assert [len(axes.collections) for axes in panels] == [collections] * 2
+    for diameter, axes in zip((2, 3), panels, strict=True):
+        rows = [row for row in table.rows if row["cable.diameter_m"] == pytest.approx(diameter * 1e-3)]
+        values = {float(f"{row['gondola_frequency_static_Hz']:.3g}") for row in rows}
+        if collections == 1:
+            assert {float(text.get_text()) for text in axes.texts} == values
+        else:
+            assert axes.collections[1].levels.size
+
+
 def test_a_fine_heat_map_has_lines_of_equal_values(tmp_path):
     """At round values, where the numbers of the table, interpolated between neighbours, have them."""
     vary = "[{cable.preload: {from: 1 kN, to: 2 kN, count: 12}}, {gondola.mass: {from: 10, to: 60, count: 5}}]"

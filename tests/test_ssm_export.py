@@ -5,6 +5,10 @@ import pytest
 from command import CARLINA, CONFIGS, run
 
 import cablestudy
+from cablestudy.control.one_cable import channel_names
+from cablestudy.scene.scene import load_scene
+from cablestudy.study.one_cable import ssm
+from cablestudy.study.ssm import StateSpaceOptions
 
 NET = str(CONFIGS / "suspensions" / "carlina-net-wind.yaml")
 MODELS = {
@@ -84,3 +88,15 @@ def test_hysteretic_damping_that_becomes_viscous_is_told(tmp_path, scene, model,
     damping = model if scene == CARLINA else model[:-1] + ", ratio: null}"
     done = run("ssm", scene, "--set", f"cable.damping={damping}", "--modes", 4, "--out", tmp_path / "a.npz")
     assert ("note: hysteretic damping is viscous in A, B, C, D" in done.err) == told
+
+
+@pytest.mark.parametrize("attached", ["gondola", "loop"])
+def test_unknown_channels_are_told_before_any_modes_are_computed(attached, monkeypatch):
+    """With the names that the state space has."""
+    document, scene = load_scene(CARLINA)
+    system = ssm.choose(document, scene, StateSpaceOptions(attached=attached, count=4)).system()
+    assert channel_names(attached == "loop") == (list(system.input_names), list(system.output_names))
+    monkeypatch.setattr(ssm, "modes", None)
+    for option in ("--input", "--output"):
+        done = run("ssm", CARLINA, "--with", attached, "--out", "x.mat", option, "nothing", code=2)
+        assert done.err.startswith(f"{option} nothing: unknown (allowed: ")

@@ -16,9 +16,10 @@ from cablestudy.control.motion import Actuator, motion_of_rows, with_actuators
 from cablestudy.control.notch import Notch
 from cablestudy.control.statespace import state_space_of
 from cablestudy.control.suspension import labels, suspension_system
+from cablestudy.motion.dynamic_analysis import DynamicAnalysis
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.ssm import StateSpaceOptions
-from cablestudy.study.suspension import ssm
+from cablestudy.study.suspension import ssm, ssm_control
 
 VISCOUS = 0.02  # [kg/(m s)] of cables of 0.3 kg/m
 GAIN = 0.8  # [rad/s]
@@ -256,6 +257,30 @@ def test_what_is_modelled_is_said(scene):
     without_winches = ("--set", "control=null", "--set", "winches={}", "--explain")
     done = run("ssm", scene, "--with", "actuators", "--modes", 3, *without_winches)
     assert not any("(D1 and D2 of the file)" in line for line in done.lines)
+
+
+@pytest.mark.parametrize("attached", ["loop", "actuators"])
+@pytest.mark.parametrize("sets", [[], ["control.measured=null"]])
+def test_unknown_channels_are_told_before_the_modes_that_are_kept(scene, monkeypatch, attached, sets):
+    """Before any where it is known what the loop measures; with the names that the state space has."""
+    document, model = load_scene(scene, sets)
+    system = ssm.choose(document, model, StateSpaceOptions(attached=attached, count=3)).system()
+    monkeypatch.setattr(ssm_control, "_with_modes", None)
+    if attached == "actuators" or not sets:
+        monkeypatch.setattr(DynamicAnalysis, "closed_loop_of", None)
+    told = []
+    monkeypatch.setattr(ssm_control, "named_channels", lambda options, *names: told.append(names) or named(*told))
+    with pytest.raises(NamesKnownError):
+        ssm.choose(document, model, StateSpaceOptions(attached=attached, count=3))
+    assert told == [(list(system.input_names), list(system.output_names))]
+
+
+class NamesKnownError(Exception):
+    """The names of channels are known, and nothing else shall be computed."""
+
+
+def named(*_):
+    raise NamesKnownError
 
 
 def test_inputs_and_outputs_of_the_loop_are_named(scene):

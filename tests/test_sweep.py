@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 from command import CARLINA, CONFIGS, SLACK, run, stored_table, study_file, table_of, write
 
+from cablestudy.sweeps.run import Run
+
 PRELOAD = str(CONFIGS / "preload.yaml")
 
 
@@ -173,15 +175,24 @@ def test_the_check_passes_on_what_was_written_and_shows_what_was_changed():
     assert left == ["csv", "md", "rows.sqlite", "run.yaml"]
 
 
-def test_a_stored_table_of_another_shape_fails_the_check():
+def interrupt(_):
+    raise KeyboardInterrupt
+
+
+def test_a_stored_table_of_another_shape_fails_the_check(monkeypatch):
     run("sweep", PRELOAD)
     stored = Path("results/preload.csv")
     text = stored.read_text(encoding="utf-8")
     write(stored, text.replace("sag_m", "sagg_m", 1))
-    assert run("sweep", PRELOAD, "--check", code=1).lines == [
+    lines = [
         "results/preload.csv: column sagg_m: stored, not computed",
         "results/preload.csv: column sag_m: computed, not stored",
     ]
+    assert run("sweep", PRELOAD, "--check", code=1).lines == lines
+    with monkeypatch.context() as patched:
+        patched.setattr(Run, "compute", interrupt)  # the columns are told before
+        done = run("sweep", PRELOAD, "--check", code=130)
+    assert done.lines[:2] == lines
     write(stored, "\n".join(text.splitlines()[:-1]) + "\n")
     assert run("sweep", PRELOAD, "--check", code=1).lines == ["results/preload.csv: 5 rows stored, 6 computed"]
     write(stored, "")

@@ -23,7 +23,7 @@ from cablestudy.scene.study import read_study
 from cablestudy.study.parquet import write_parquet
 from cablestudy.study.table import Field, Table, TableFiles, exact, number, read_csv, short, signed, write_whole
 from cablestudy.study.tolerances import STUDY as TOLERANCES
-from cablestudy.sweeps.check import Tolerance, compare
+from cablestudy.sweeps.check import Tolerance, compare, compare_columns
 
 FIELDS = (Field("name", "name"), Field("sag_m", "sag", "m"), Field("status", "status"))
 ROWS = [
@@ -159,7 +159,8 @@ def test_numbers_in_cells(text, value):
 def differences(tmp_path, stored, rtol=1e-6):
     path = write(tmp_path / "stored.csv", stored.replace(" ", "\n") + "\n")
     rows = [{"sag_m": 1.0, "status": "ok"}, {"sag_m": None, "status": "broken"}]
-    return [str(found) for found in compare(Table(FIELDS[1:], rows), path, Tolerance(rtol))]
+    table = Table(FIELDS[1:], rows)
+    return [*compare_columns(table, path), *map(str, compare(table, path, Tolerance(rtol)))]
 
 
 @pytest.mark.parametrize(

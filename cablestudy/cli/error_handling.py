@@ -82,38 +82,12 @@ def echo_notes(lines, quiet=False):
 def finish(scene, answer, style, plot=None, explain=False, quiet=False):
     """Print the notes, failures and tables of an `Answer`, save its picture, and return the exit code of the command.
 
-    Parameters
-    ----------
-    scene : str
-        Name of the scene in messages.
-    answer : Answer
-    style : Style
-        Format of the tables.
-    plot : str, optional
-        File of the picture.
-    explain : bool
-        True if explanations of what was modelled are printed too.
-    quiet : bool
-        True if nothing but failures and tables is printed.
-
-    Returns
-    -------
-    int
-        0, or NO_ANSWER where something has no answer.
-
-    Raises
-    ------
-    SceneError
-        An option has no effect on this answer.
+    `scene` is its name in messages, `plot` the file of the picture or None. With `explain`, explanations of what was
+    modelled are printed too; if `quiet`, nothing but failures and tables. The exit code is 0, or NO_ANSWER where
+    something has no answer. SceneError: an option has no effect on this answer.
     """
     end_display()
-    if style.top and answer.table is not None and answer.table.single:
-        raise SceneError("--top: no effect: the table has one row (--columns A,B,... chooses what is shown of it)")
-    several = answer.tables and answer.table is None
-    if several:
-        check_one_table(answer.tables, style)
-    if plot and answer.draw is None and not answer.failures:
-        raise SceneError("--plot: no effect: there is no picture of this")
+    _check_effects(answer, style, plot)
     echo_notes((*(answer.explain() if explain else ()), *answer.warnings), quiet)
     for failure in answer.failures:
         click.echo(f"{scene}: {failure}", err=True)
@@ -127,6 +101,16 @@ def finish(scene, answer, style, plot=None, explain=False, quiet=False):
             code = NO_ANSWER
     if answer.table is not None:
         show(answer.table, style)
-    elif several:
+    elif answer.tables:
         show_tables(answer, style)
     return code
+
+
+def _check_effects(answer, style, plot):
+    """Refuse options that have no effect on an `Answer`, or that take one table where it has several: SceneError."""
+    if style.top and answer.table is not None and answer.table.single:
+        raise SceneError("--top: no effect: the table has one row (--columns A,B,... chooses what is shown of it)")
+    if answer.table is None:
+        check_one_table(answer.tables, style)
+    if plot and answer.draw is None and not answer.failures:
+        raise SceneError("--plot: no effect: there is no picture of this")

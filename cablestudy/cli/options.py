@@ -1,17 +1,15 @@
 """Arguments and options that commands share, and checks of options before anything is computed."""
 
 import itertools
-import os
 from functools import wraps
 
 import click
 
 from cablestudy.cli.error_handling import announced, handle_errors
 from cablestudy.cli.tables import format_options
-from cablestudy.errors import SceneError
+from cablestudy.errors import SceneError, check_output
 
 PICTURES = (".png", ".svg", ".pdf")
-LONGEST_NAME = 255  # bytes of the name of a file
 ALL = "all"  # load cases, in one table
 
 
@@ -97,18 +95,6 @@ def one_case(name, reason):
         raise SceneError(f"--case {ALL}: {reason}")
 
 
-def check_picture(path, option="--plot", kinds=PICTURES):
-    """Refuse a picture of unknown kind, or in a folder that is not writable."""
-    if path is None:
-        return
-    if os.path.splitext(path)[1].lower() not in kinds:
-        raise SceneError(f"{option} {path}: unknown kind of picture (allowed: {', '.join(kinds)})")
-    folder, name = os.path.split(path)
-    is_too_long = len(os.fsencode(name)) > LONGEST_NAME
-    if not os.access(folder or ".", os.W_OK) or os.path.isdir(path) or is_too_long:
-        raise SceneError(f"{option} {path}: cannot be written")
-
-
 def _command(*shared):
     """Decorator that makes a function a command; `shared` are its argument and options that other commands have too."""
 
@@ -117,7 +103,7 @@ def _command(*shared):
 
         @wraps(function)
         def check_and_run(*, plot, **parameters):
-            check_picture(plot)
+            check_output("--plot", plot, PICTURES, "picture")
             return run(plot=plot, **parameters)
 
         command = handle_errors(check_and_run)
@@ -133,14 +119,9 @@ study_command = _command(STUDY, SET, VARY, OUT, FORMAT, PLOT, QUIET)
 
 
 def exclude(parameters, pairs):
-    """Refuse options that exclude each other.
+    """Refuse options that exclude each other, of all `parameters` of a command: name, as click has it -> value.
 
-    Parameters
-    ----------
-    parameters : dict
-        All of a command, as click names them.
-    pairs : iterable of (tuple of str, tuple of str)
-        Names of options; none of the first tuple may be given with one of the second.
+    `pairs` are pairs of tuples of options; none of the first tuple may be given with one of the second.
     """
     given = {f"--{name.replace('_', '-')}" for name, value in parameters.items() if value not in (None, False)}
     messages = {}  # two options -> message, each pair once

@@ -23,14 +23,13 @@ from cablestudy.cli.options import (
     SET,
     VARY,
     OneValueEach,
-    check_picture,
     complete_column,
     exclude,
     one_case,
     scene_command,
 )
 from cablestudy.cli.tables import COLUMNS, check_one_table, split_names
-from cablestudy.errors import SceneError, refuse_options
+from cablestudy.errors import SceneError, check_output, refuse_options
 
 TABLES = ("bodies", "points", "cables", "stiffness", "links")
 LOADS = "loads"  # the table of both kinds of scene
@@ -104,7 +103,7 @@ def modes(scene, sets, case, count, upto, cable, coupled, animate, style, plot, 
         raise SceneError("-n and --upto exclude each other")
     if case == ALL:
         refuse_options({"--plot": plot, "--animate": animate}, f"--case {ALL} has the modes of each case")
-    check_picture(animate, "--animate", (".gif", ".html"))
+    check_output("--animate", animate, (".gif", ".html"), "picture")
     options = {"count": count, "upto": upto, "cable": cable, "estimate": explain}
     options |= {"coupled": True} if coupled else {}
     answer = compute(read(scene, sets, case), case, "modes", **options)

@@ -61,7 +61,7 @@ def sweep(study, sets, vary, dry_run, where, sort, best, pareto, sensitivity, ou
         return run.interrupted(words) if run else ["interrupted: nothing is computed yet"]
 
     with interruptible(lines_when_interrupted):
-        from cablestudy.interface.study import Study, command_text
+        from cablestudy.interface.study import Study, command_text, differing_columns
 
         study = Study(study, sets, vary)
         echo_notes(study.notes, quiet)
@@ -78,9 +78,10 @@ def sweep(study, sets, vary, dry_run, where, sort, best, pareto, sensitivity, ou
             tolerance = study.tolerances(rtols)
         options = {"quiet": quiet, "estimate": style == "json", **run_options}
         with study.run(out, keep, shard, **options) as run:
+            columns = print_differences(differing_columns(run.table(), run.files.csv), run) if check else 0
             compute(run, study.words)
             if not shard:
-                return finish(study, run, style, plot, tolerance, command_text(words), select, sensitivity)
+                return finish(study, run, style, plot, command_text(words), select, sensitivity, tolerance, columns)
             echo_notes([f"written: {run.finish_shard(command_text(words))}"], quiet)
             return NO_ANSWER if run.failed else 0
 
@@ -96,12 +97,14 @@ def compute(run, words):
     run.check_complete()
 
 
-def finish(study, run, style, plot, tolerance, command, select=None, indices=False):
+def finish(study, run, style, plot, command, select=None, indices=False, tolerance=None, differing=0):
     """Write and print the table of a complete run, or compare it with the stored one; return the exit code.
 
-    The table is compared where there is a tolerance. `select` is from `Study.selection`; with `indices` it gives
-    Sobol's indices in place of rows.
+    The table is compared where there is a tolerance; `differing` columns were told before. `select` is from
+    `Study.selection`; with `indices` it gives Sobol's indices in place of rows.
     """
+    from cablestudy.interface.study import differences
+
     table, files, quiet = run.table(), run.files, run.options.quiet
     if run.options.keep:
         run.write(table, command)
@@ -111,24 +114,23 @@ def finish(study, run, style, plot, tolerance, command, select=None, indices=Fal
         left_out = study.save_figure(plot, shown, indices, style.columns)
         echo_notes([f"written: {plot}", *left_out], quiet)
     if tolerance is not None:
-        return print_differences(table, files.csv, tolerance, quiet)
+        number = print_differences(differences(table, files.csv, tolerance), run, differing)
+        if number > MOST_DIFFERENCES:
+            click.echo(f"{files.csv}: {number} differences in all", err=True)
+        echo_notes([] if number else [f"{files.csv}: agrees"], quiet)
+        return FAILED_CHECK if number else 0
     echo_notes(notes, quiet)
     print_table(shown, style)
     return NO_ANSWER if run.failed else 0
 
 
-def print_differences(table, path, tolerance, quiet):
-    """Print the cells of a table that differ from the stored one; return the exit code."""
-    from cablestudy.interface.study import differences
-
-    number = 0
-    for number, difference in enumerate(differences(table, path, tolerance), 1):
+def print_differences(differences, run, before=0):
+    """Print what differs from the stored table of a run; return the number of lines with those `before` them."""
+    number = before
+    for number, difference in enumerate(differences, before + 1):
         if number <= MOST_DIFFERENCES:
-            click.echo(f"{path}: {difference}", err=True)
-    if number > MOST_DIFFERENCES:
-        click.echo(f"{path}: {number} differences in all", err=True)
-    echo_notes([] if number else [f"{path}: agrees"], quiet)
-    return FAILED_CHECK if number else 0
+            click.echo(f"{run.files.csv}: {difference}", err=True)
+    return number
 
 
 @study_command
@@ -172,4 +174,4 @@ def merge(study, sets, vary, out, style, plot, quiet):
         echo_notes(study.notes, quiet)
         with study.merged(out, quiet) as run:
             echo_notes([*run.failures(study.words), *run.warnings()], quiet)
-            return finish(study, run, style, plot, tolerance=None, command=command_text(words))
+            return finish(study, run, style, plot, command_text(words))

@@ -82,6 +82,12 @@ def state_space(model, chosen=None, residual=True, nodes=None, gondola=None, loc
     return channels(closed, [*range(1, len(closed.inputs)), 0])  # the reference last
 
 
+def channel_names(with_loop):
+    """Names of the inputs and of the outputs of `state_space` with a gondola, without forces on nodes: two lists."""
+    winch, inputs, outputs = WINCH[0][0], ["force_gondola"], [name for name, _ in (*OF_GONDOLA, *FORCES)]
+    return ([*inputs, "reference"], [*outputs, winch]) if with_loop else ([winch, *inputs], outputs)
+
+
 def linear_system(model, chosen, residual, nodes, gondola, location):
     """The real `LinearSystem` of `state_space`, and the same with free ends; arguments as for that."""
     system, modes = _free_cable(model, chosen, residual, nodes), len(chosen)

@@ -20,18 +20,7 @@ from cablestudy.threads import one_thread
 class SceneCommands:
     """A scene of one cable, with what the commands compute of it; `Suspension` overrides what differs.
 
-    Attributes
-    ----------
-    path : str
-        Of its file.
-    changes : tuple of str
-        What was changed in it, as KEY=VALUE.
-    document : scene.Document
-        What was written, with its places in the file.
-    model : scene.CableScene
-        What was written, in SI.
-    cases : dict
-        Name -> the scene in that load case.
+    Its attributes are those of `Scene`; `document` is what was written, with its places in the file.
     """
 
     path: str
@@ -150,25 +139,10 @@ class SceneCommands:
         return share_hint(self.document, self.model, failure)
 
     def compute_cases(self, what: str, **options: Any) -> Answer:
-        """Answer of a command for all load cases of the scene together.
+        """Answer of a command for all load cases of the scene together, see `compute`; SceneError where there are none.
 
-        Parameters
-        ----------
-        what : str
-            The command, such as "static", or another key of `answers`.
-        **options
-            Options of the command: arguments of the function in `answers`.
-
-        Returns
-        -------
-        Answer
-            Its tables have the rows of all cases, each with the name of its case in front. A case without an answer
-            has a row with empty cells, whose status says why.
-
-        Raises
-        ------
-        SceneError
-            The scene has no load cases.
+        Its tables have the rows of all cases, each with the name of its case in front. A case without an answer has a
+        row with empty cells, whose status says why.
         """
         from cablestudy.study.table import join_tables
 

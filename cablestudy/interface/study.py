@@ -89,9 +89,7 @@ class Study:
 
         self.request = read_study(path, tuple(set), tuple(vary), further_check=prepare)
         name = self.request.name if isinstance(path, Mapping) else str(path)
-        self.words = ["sweep", name]
-        for option, texts in (("--set", set), ("--vary", vary)):
-            self.words += [word for text in texts for word in (option, text)]
+        self.words = sweep_words(name, set, vary)
 
     @property
     def notes(self) -> Iterable[str]:
@@ -167,16 +165,9 @@ class Study:
     def run(self, folder: str = "results", keep: bool = False, shard: str | None = None, **options: Any) -> Run:
         """Set up the computation of the study: `Run`, a context manager, whose method `compute` does the work.
 
-        Parameters
-        ----------
-        folder : str
-            Folder of the files of the study.
-        keep : bool
-            True if rows are kept there as they are done.
-        shard : str, optional
-            "K/N": only every Nth case from the Kth.
-        **options
-            Other fields of `sweeps.run.SweepOptions`, such as `jobs` (number of processes), `resume` or `quiet`.
+        `folder` is that of the files of the study, where rows are kept as they are done if `keep` is true; `shard` is
+        "K/N" for only every Nth case from the Kth; `options` are other fields of `sweeps.run.SweepOptions`, such as
+        `jobs` (number of processes), `resume` or `quiet`.
         """
         from cablestudy.sweeps.run import Run, SweepOptions, read_shard
 
@@ -207,16 +198,12 @@ class Study:
         return stored_table(self.request, self.files(folder), command_text(self.words, *folders))
 
     def save_figure(self, path: str, table: Table, indices: bool = False, columns: Sequence[str] = ()) -> list[str]:
-        """Write the picture of the table of the study to a file.
+        """Write the picture of the table of the study to a .png, .svg or .pdf file.
 
         Parameters
         ----------
-        path : str
-            A .png, .svg or .pdf file.
-        table : Table
-            Rows of the study, or sensitivity indices.
         indices : bool
-            True if the table has sensitivity indices.
+            True if the table has sensitivity indices in place of rows of the study.
         columns : sequence of str
             Columns that are drawn; if empty, those that the key `plot` of the study states, else the first ones.
 
@@ -236,6 +223,19 @@ class Study:
         left_out = [] if columns else plots.not_drawn(self.request)
         names = ", ".join(left_out)
         return [f"not drawn: {names} (--columns A,B,... or plot: {{x: ..., y: [...]}} chooses)"] if names else []
+
+
+def sweep_words(name: str, set: Sequence[str], vary: Sequence[str]) -> list[str]:
+    """The part of a command that determines the cases of a study."""
+    options = [(option, text) for option, texts in (("--set", set), ("--vary", vary)) for text in texts]
+    return ["sweep", name, *(word for pair in options for word in pair)]
+
+
+def differing_columns(table: Table, path: str) -> Iterable[str]:
+    """Yield lines on the columns that only one of a table and a stored one has, before its rows are computed."""
+    from cablestudy.sweeps.check import compare_columns
+
+    return compare_columns(table, path)
 
 
 def differences(table: Table, path: str, tolerance: Any) -> Iterable[str]:

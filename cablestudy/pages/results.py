@@ -60,23 +60,14 @@ OF_CASES = (
 
 
 def sections(page, scene):
-    """Compute the results of a scene and append them to a page: statics, load cases, modes, loop and wind.
+    """Compute the results of a `Scene` and append them to a `Page`: statics, load cases, modes, loop and wind.
 
     Sections for which the scene lacks a key are left out, and listed as left out.
-
-    Parameters
-    ----------
-    page : Page
-    scene : interface.scene.Scene
-        One cable, or a suspension (its subclass).
     """
     model, columns_of_loop = scene.model, {}  # columns of the loop are not shown in the wind again
     all_cases = bool(model.cases) and model.case is None
     with page.section("Statics"):
-        _add_answer(page, scene, "static", headed=not all_cases)
-        if model.load_paths:
-            answer = scene.compute("loads")
-            _add_point_loads(page, answer.tables, answer.failures, LOADS.format(_of_case(scene)))
+        _add_statics(page, scene, headed=not all_cases)
     if all_cases:
         with page.section("Load cases"):
             _add_load_cases(page, scene)
@@ -84,16 +75,22 @@ def sections(page, scene):
         page.left_out.append("load cases: the scene has none (key cases)")
     with page.section("Modes"):
         _add_answer(page, scene, "modes")
-    if attribute(model, scene.loop_key) is not None:
-        with page.section("Loop"):
-            tables = _add_answer(page, scene, "loop").tables
-            columns_of_loop = {name: {field.name for field in table.fields} for name, table in tables.items()}
-    if model.wind is not None:
-        with page.section("Wind"):
-            _add_answer(page, scene, "windrms", left_out=columns_of_loop)
+    for title, command, key in (("Loop", "loop", scene.loop_key), ("Wind", "windrms", "wind")):
+        if attribute(model, key) is not None:
+            with page.section(title):
+                tables = _add_answer(page, scene, command, left_out=columns_of_loop).tables
+                columns_of_loop = {name: {field.name for field in table.fields} for name, table in tables.items()}
     for key, noun in (("wind", "wind"), (scene.loop_key, "loop")):
         if attribute(model, key) is None:
             page.left_out.append(f"{noun}: the scene has none (key {key})")
+
+
+def _add_statics(page, scene, headed):
+    """Append the statics of a scene, and its point loads; `headed` as of `_add_answer`."""
+    _add_answer(page, scene, "static", headed=headed)
+    if scene.model.load_paths:
+        answer = scene.compute("loads")
+        _add_point_loads(page, answer.tables, answer.failures, LOADS.format(_of_case(scene)))
 
 
 def limits(page, scene):
@@ -107,21 +104,8 @@ def limits(page, scene):
 def _add_answer(page, scene, command, left_out=None, headed=True):
     """Compute one command for a scene, for example `modes`, and append its tables, picture and notes to a page.
 
-    Parameters
-    ----------
-    page : Page
-    scene : interface.scene.Scene
-    command : str
-        One of "static", "modes", "loop", "windrms".
-    left_out : dict, optional
-        Name of a table -> columns that are not shown.
-    headed : bool
-        True if the main numbers are also shown at the head of the page, as key figures.
-
-    Returns
-    -------
-    Answer
-        Results of the command.
+    `left_out`: name of a table -> columns that are not shown; `headed`: True if the main numbers are also shown at the
+    head of the page, as key figures. The `Answer` of the command is returned.
     """
     answer, tables = scene.compute(command, estimate=True), {}
     _add_messages(page, command, answer)
@@ -166,12 +150,6 @@ def _add_load_cases(page, scene):
     A scene of one cable has one table. A scene of several cables has a table of the extreme tensions of all cables with
     the largest utilisation, and tables of sag and clearance of each cable. The key figures at the head of the page are
     those of the governing case.
-
-    Parameters
-    ----------
-    page : Page
-    scene : interface.scene.Scene
-        With load cases, none of which is chosen.
     """
     answer = scene.compute_cases("static", estimate=True)
     page.warn("Load cases", answer.warnings)

@@ -4,6 +4,7 @@ import json
 
 from cablestudy.pages.markup import element, listed, paragraph, preformatted, text
 from cablestudy.pages.tables import TableGrid, table_html
+from cablestudy.scene.layers import leaves
 from cablestudy.scene.scene import field_of, quantity_of
 from cablestudy.scene.strict_yaml import write_yaml
 from cablestudy.scene.units import to_si
@@ -25,11 +26,9 @@ def written(value):
     return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
 
 
-def flat(value, path=()):
+def flat(mapping):
     """Dotted key -> value of nested mappings: dict; lists stay whole."""
-    if not isinstance(value, dict) or (path and not value):
-        return {".".join(path): value}
-    return {key: leaf for name, item in value.items() for key, leaf in flat(item, (*path, str(name))).items()}
+    return {".".join(path): value for path, value in leaves(mapping)}
 
 
 def changes_table(before, document):

@@ -8,10 +8,9 @@ from typing import Annotated
 from pydantic import Field
 
 from cablestudy.scene.cable_table import Point as Place
-from cablestudy.scene.fields import Either, KeyTable, Name, Quantity, wrong
+from cablestudy.scene.fields import Either, Frequency, KeyTable, Name, Quantity, wrong
 from cablestudy.scene.suspension_tables import Direction
 
-_HighPass = Annotated[float, Quantity("Hz", 1e-9, 1e9)]
 LIMITS = ("stroke", "force", "momentum", "torque")
 
 
@@ -20,7 +19,7 @@ class _Actuator(KeyTable):
 
     body: Name | None = Field(None, description="Which body it is on; needed where there are several bodies")
     axis: Direction = Field(description="Its direction, body axes, of any length but zero")
-    high_pass: _HighPass | None = Field(None, description="Corner frequency below which its feedback does not act")
+    high_pass: Frequency | None = Field(None, description="Corner frequency below which its feedback does not act")
 
     def relations(self):
         """Relations: an axis has a direction."""
@@ -34,9 +33,7 @@ class ReactionMass(_Actuator):
     mass: Annotated[float, Quantity("kg", 1e-9, 1e15)] = Field(
         description="Reaction mass: its mass, a part of that of the body, whose mass and inertia include its actuators"
     )
-    frequency: Annotated[float, Quantity("Hz", 1e-9, 1e9)] = Field(
-        description="Reaction mass: frequency of the mass on its spring"
-    )
+    frequency: Frequency = Field(description="Reaction mass: frequency of the mass on its spring")
     damping_ratio: Annotated[float, Quantity("", 0, 1e6)] = Field(
         0.5, description="Reaction mass: damping ratio of the mass on its spring"
     )
@@ -94,20 +91,10 @@ Actuator = Annotated[
 def actuator_relations(scene):
     """Yield conditions that mass and inertia of each body, less those of the actuators on it, are positive.
 
-    Mass and inertia of a body include its reaction masses and reaction wheels. The actuators are taken away one by
-    one. After each one: the mass that is left is positive; a body with a wheel states its inertia; the tensor of
-    inertia that is left, about the center of mass of what is left, is positive definite.
-
-    Parameters
-    ----------
-    scene : SuspensionScene
-        Each actuator on a body that exists. Its numbers may be arrays over many cases of a study.
-
-    Yields
-    ------
-    tuple of (tuple, bool or ndarray of bool, callable)
-        Path in the scene of the key or table that is at fault if the condition does not hold; True where it holds; and
-        a function without arguments that returns the message for where it does not.
+    Mass and inertia of a body include its reaction masses and reaction wheels. The actuators are taken away one by one.
+    After each one: the mass that is left is positive; a body with a wheel states its inertia; the tensor of inertia
+    that is left, about the center of mass of what is left, is positive definite. Each condition is a tuple as of
+    `KeyTable.relations`; the numbers of the scene may be arrays over many cases of a study.
     """
     bare_bodies = {name: _BodyWithoutActuators(body) for name, body in scene.bodies.items()}
     for name, actuator in scene.actuators.items():

@@ -10,13 +10,16 @@ from cablestudy.scene.cable_table import Coordinate
 from cablestudy.scene.fields import (
     LEAST,
     Count,
+    Delay,
     Either,
+    Frequency,
     KeyTable,
     Name,
     Quantity,
     plain_name,
     reader_of,
     suggestion,
+    table_or_bare,
     wrong,
 )
 from cablestudy.scene.tokens import tokens_of
@@ -99,10 +102,8 @@ def ground_relations(ground):
 class Correction(KeyTable):
     """The tip/tilt/piston mirror that follows the motion."""
 
-    bandwidth: Annotated[float, Quantity("Hz", 1e-9, 1e9)] = Field(description="Bandwidth of the correction")
-    delay: Annotated[float, Quantity("s", 0, 1e6, LEAST)] = Field(
-        0.0, description="Time between measurement and correction"
-    )
+    bandwidth: Frequency = Field(description="Bandwidth of the correction")
+    delay: Delay = Field(0.0, description="Time between measurement and correction")
 
     def relations(self):
         """Relations: the mirror's loop, an integrator with a delay, is stable."""
@@ -131,17 +132,10 @@ class Comparison(NamedTuple):
 
 @lru_cache(maxsize=4096)
 def comparison(text):
-    """Parse a limit on a column of the table, such as "clearance >= 6 m" or "6 m <= clearance".
+    """Parse a limit on a column of the table, such as "clearance >= 6 m" or "6 m <= clearance": `Comparison`.
 
-    Returns
-    -------
-    Comparison
-        With the column first: where the text begins with the number, the sign is mirrored.
-
-    Raises
-    ------
-    PydanticCustomError
-        The text is no comparison of one column with one number by <, <=, > or >=.
+    It has the column first: where the text begins with the number, the sign is mirrored. PydanticCustomError: the text
+    is no comparison of one column with one number by <, <=, > or >=.
     """
 
     def refuse(position, message):
@@ -178,25 +172,21 @@ class LimitTable(KeyTable):
     )
 
 
-Limit = Annotated[LimitTable | str, Either(
-    ((str, lambda text: LimitTable.model_construct(that=_check_comparison(text))),
-     ((dict, LimitTable), LimitTable.model_validate)),
-    "a comparison, such as 'clearance >= 6 m', or a mapping with the keys that, cases",
-    ({"type": "string", "minLength": 1}, {"$ref": "#/$defs/LimitTable"}),
-)]  # fmt: skip
+Limit = Annotated[
+    LimitTable | str,
+    table_or_bare(
+        LimitTable, str, lambda text: LimitTable.model_construct(that=_check_comparison(text)),
+        "a comparison, such as 'clearance >= 6 m', or a mapping with the keys that, cases",
+        {"type": "string", "minLength": 1},
+    ),
+]  # fmt: skip
 Limits = dict[Annotated[Name, AfterValidator(plain_name("limit"))], Limit]
 
 
 def case_relations(chosen, limits, cases):
     """Relations, as of `KeyTable.relations`, that a chosen load case, and those which limits name, are there: a list.
 
-    Parameters
-    ----------
-    chosen : str or None
-    limits : dict
-        Name -> LimitTable.
-    cases : dict
-        Name of a load case -> its table.
+    `limits`: name -> LimitTable; `cases`: name of a load case -> its table.
     """
     known = [*cases, REFERENCE]
     of_limits = [

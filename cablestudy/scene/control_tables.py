@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, BeforeValidator, Field
 
 from cablestudy.scene.determinacy import MOTIONS
-from cablestudy.scene.fields import LEAST, KeyTable, Name, Quantity, QuantityOrTable, each_once
+from cablestudy.scene.fields import LEAST, Delay, Frequency, KeyTable, Name, Quantity, QuantityOrTable, each_once
 
 _MARGIN = ("dB", 1e-6, 300)
 
@@ -38,9 +38,7 @@ class NotchTable(KeyTable):
         "coupled", description="The gondola frequency that the notch removes: coupled, static, or a frequency"
     )
     damping_ratio: Annotated[float, Quantity("", 0, 1e6)] = Field(0.05, description="Damping ratio of the notch")
-    rolloff_frequency: Annotated[float, Quantity("Hz", 1e-9, 1e9)] = Field(
-        10.0, description="Frequency of the roll-off"
-    )
+    rolloff_frequency: Frequency = Field(10.0, description="Frequency of the roll-off")
     rolloff_damping_ratio: Annotated[float, Quantity("", 1e-9, 1e6)] = Field(
         1.0, description="Damping ratio of the roll-off"
     )
@@ -66,7 +64,7 @@ class Controller(KeyTable):
     derivative_gain: Annotated[float, Quantity("s", 0, 1e9, LEAST)] = Field(
         0.0, description="The same per velocity; needs derivative_filter, and bandwidth of the winch"
     )
-    derivative_filter: Annotated[float, Quantity("Hz", 1e-9, 1e9)] | None = Field(
+    derivative_filter: Frequency | None = Field(
         None, description="Corner frequency of the low-pass filter of the derivative part"
     )
 
@@ -93,10 +91,8 @@ class Controller(KeyTable):
 class Drive(KeyTable):
     """Drive of a winch: how it follows its controller."""
 
-    delay: Annotated[float, Quantity("s", 0, 1e6, LEAST)] = Field(
-        0.0, description="From the measurement to the movement of the winch, in the loop"
-    )
-    bandwidth: Annotated[float, Quantity("Hz", 1e-9, 1e9)] | None = Field(
+    delay: Delay = Field(0.0, description="From the measurement to the movement of the winch, in the loop")
+    bandwidth: Frequency | None = Field(
         None, description="Of the drive, a lag of first order; without it the winch follows at once"
     )
     max_speed: Annotated[float, Quantity("m/s", 1e-12, 1e9)] | None = Field(

@@ -21,14 +21,7 @@ def determinacy_mistakes(scene):
       `tensions.reference` if that is a mapping. The unknowns, lengths and rotations that are found (`found_rotations`),
       must be at least as many as the equations of equilibrium, one for each free motion of each body.
 
-    Parameters
-    ----------
-    scene : SuspensionScene
-
-    Returns
-    -------
-    list of (tuple, str)
-        Path in the scene and message of each mistake.
+    Returns path and message of each mistake in a list.
     """
     without_length = cables_without_length(scene)
     if scene.solve_for == "pose":

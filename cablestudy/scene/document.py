@@ -112,28 +112,19 @@ class Document:
 
     def _absent_names(self, items):
         """Mistakes of items, as of `with_sets`, that remove a name which the document does not have."""
-        mistakes = []
-        for key, new_value, where in items:
-            absent = absent_name(self.value, key.split(".")) if new_value is None else None
-            if absent:
-                kind, name, known_names = absent
-                message = f"unknown {kind} {name} ({suggestion(name, known_names)})"
-                mistakes.append(mistake(_as_place(where), key, message))
-        return mistakes
+        removed = [(key, where) for key, new_value, where in items if new_value is None]
+        found = [(absent_name(self.value, key.split(".")), _as_place(where), key) for key, where in removed]
+        return [_unknown_name_mistake(*one) for one in found if one[0]]
 
     def _unknown_names(self, contents, overrides):
         """Mistakes of overrides (path, place) that lead through a name of a suspension which it does not have.
 
         `contents` are the values with these overrides.
         """
-        mistakes = []
-        for path, where in overrides if "cables" in self.value else ():
-            unknown = unknown_name(self.value, contents, path)
-            if unknown:
-                kind, name, known_names = unknown
-                message = f"unknown {kind} {name} ({suggestion(name, known_names)})"
-                mistakes.append(mistake(_as_place(where, of_key=True), ".".join(path), message))
-        return mistakes
+        suspended = overrides if "cables" in self.value else ()
+        found = [(unknown_name(self.value, contents, path), where, path) for path, where in suspended]
+        return [_unknown_name_mistake(unknown, _as_place(where, of_key=True), ".".join(path))
+                for unknown, where, path in found if unknown]  # fmt: skip
 
     def is_override(self, path):
         """True if an upper layer has set exactly what is at a path."""
@@ -159,6 +150,12 @@ class Document:
         return str(self.place(path, of_key))
 
 
+def _unknown_name_mistake(unknown, place, key):
+    """The Mistake of a name that is none: kind of thing, the name, and the names that there are."""
+    kind, name, known_names = unknown
+    return mistake(place, key, f"unknown {kind} {name} ({suggestion(name, known_names)})")
+
+
 def _as_place(where, of_key=False):
     """Place of a value, or of its key, that `with_sets` was given as text, as a Place, or as a function."""
     where = where(of_key=of_key) if callable(where) else where
@@ -175,11 +172,6 @@ def read_file(path):
     path : str, path-like or mapping
         Name of the file, `-` for standard input. A mapping is taken in place of the contents of a file; so may be its
         `base`.
-
-    Returns
-    -------
-    Document
-        Values as written, with their places.
 
     Raises
     ------
@@ -219,10 +211,11 @@ def read_document(path):
 
 
 def resolve_base(document, chain=()):
-    """Read the files that a document names by `base:` and `materials:`, and merge the document upon them.
+    """Read the files that a document names by `base:` and `materials:`, and merge the document upon them: `Document`.
 
     A base has the values that the document does not give; it may have a base itself. A null in the document removes a
-    key of the base. `materials:` may be the name of a file in place of the table itself.
+    key of the base. `materials:` may be the name of a file in place of the table itself. The result has no null keys;
+    its attribute `empty` lists those that had nothing to remove from a base.
 
     Parameters
     ----------
@@ -231,11 +224,6 @@ def resolve_base(document, chain=()):
     chain : tuple of str
         Files from the one that the user named down to this one, each the base of the one before it; empty if this is
         the first.
-
-    Returns
-    -------
-    Document
-        Merged, without null keys; its attribute `empty` lists null keys that had nothing to remove from a base.
 
     Raises
     ------
@@ -330,19 +318,10 @@ def _read_bytes(open_file, place, key="", prefix=""):
 
 
 def _parse(data, name):
-    """Parse the bytes of a YAML file as a `Document`, its `base:` unread.
+    """Parse the bytes of a YAML file of a name as a `Document`, its `base:` unread.
 
-    Parameters
-    ----------
-    data : bytes
-        The file; more than MAX_BYTES are refused.
-    name : str
-        Its name in messages.
-
-    Raises
-    ------
-    SceneError
-        The bytes are too many, not UTF-8, or not one YAML mapping; or `base` is a mapping, not the name of a file.
+    SceneError: the bytes are more than MAX_BYTES, not UTF-8, or not one YAML mapping; or `base` is a mapping, not the
+    name of a file.
     """
     if len(data) > MAX_BYTES:
         raise refuse(Place(name), f"larger than {MAX_BYTES // 1_000_000} MB")
@@ -366,26 +345,11 @@ def _parse(data, name):
 
 
 def read_option(option, text, usage, read):
-    """Read the argument `key=value` of a command-line option such as `--set`.
+    """Read the argument `key=value` of a command-line option such as `--set`: dotted key, value.
 
-    Parameters
-    ----------
-    option, text : str
-        Name of the option, and its argument as the user wrote it.
-    usage : str
-        Message for an argument without `=`.
-    read : callable
-        Text behind the `=` -> value; raises ValueError or SceneError.
-
-    Returns
-    -------
-    tuple
-        Dotted key, value.
-
-    Raises
-    ------
-    SceneError
-        The text has no `=`, its key is no dotted key, or `read` refuses the value.
+    `usage` is the message for an argument without `=`; `read` is a function of the text behind the `=` that returns the
+    value, or raises ValueError or SceneError. SceneError: the text has no `=`, its key is no dotted key, or `read`
+    refuses the value.
     """
     key, sign, written = text.partition("=")
     key = key.strip()
@@ -415,20 +379,14 @@ def _read_value(written):
 
 
 def apply_sets(document, texts, case=None):
-    """Copy of a document, changed by the options `--set` and `--case` of a command.
+    """Copy of a document with its base files merged, changed by the options `--set` and `--case` of a command.
 
     Parameters
     ----------
-    document : Document
-        With its base files merged.
     texts : sequence of str
         Arguments of `--set`, `key=value` each.
     case : str, optional
         Argument of `--case`, the name of a load case.
-
-    Returns
-    -------
-    Document
 
     Raises
     ------

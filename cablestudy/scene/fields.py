@@ -109,23 +109,7 @@ class Quantity(_Type):
     words: tuple[str, ...] = ()
 
     def read(self, value):
-        """Convert a value of a file to a float in `unit`, and check that it is within the limits.
-
-        Parameters
-        ----------
-        value : object
-            As written: a number, which is in `unit` already; text with a unit, such as "3 mm"; or one of `words`.
-
-        Returns
-        -------
-        float or str
-            The number [unit], or the word as it is.
-
-        Raises
-        ------
-        PydanticCustomError
-            The value is no such quantity, or outside of the limits.
-        """
+        """Value as written -> float [unit] within the limits, or one of `words`; PydanticCustomError for all others."""
         if self.words and isinstance(value, str) and value in self.words:
             return value
         try:
@@ -160,6 +144,10 @@ class Quantity(_Type):
             "description": f"{article(noun)} {self._range()}, e.g. {example}",
         }
         return {"anyOf": [number, text, *({"enum": list(self.words)} for _ in self.words[:1])]}
+
+
+Frequency = Annotated[float, Quantity("Hz", 1e-9, 1e9)]
+Delay = Annotated[float, Quantity("s", 0, 1e6, LEAST)]
 
 
 @dataclass(frozen=True)
@@ -227,6 +215,12 @@ class Either(_Type):
         return {"anyOf": list(self.schemas)}
 
 
+def table_or_bare(table, kind, read, expected, schema):
+    """`Either` a mapping that the model `table` reads, or a value of a kind, of which the function `read` makes one."""
+    readers = ((kind, read), ((dict, table), table.model_validate))
+    return Either(readers, expected, (schema, {"$ref": f"#/$defs/{table.__name__}"}))
+
+
 def reader_of(annotation):
     """Function that reads values of a type; its validator is built when the first one is read, see `KeyTable`."""
     return TypeAdapter(annotation, config=ConfigDict(defer_build=True)).validate_python
@@ -262,25 +256,12 @@ def table_at(tables, path):
 
 
 def group_mistakes(table, given, optional=False):
-    """Find mistakes in keys that exclude each other, of which exactly one is needed: `at` or `fraction` of a load.
+    """Path inside a table and message of keys that exclude each other, of which exactly one is needed, as a list.
 
-    A table has several choices. A choice consists of alternatives, of which exactly one must be given; an alternative
-    is a tuple of keys that go together, the main one first. Mistakes are keys of a second alternative, an alternative
-    without its main key, and a choice of which nothing is given, unless a material may give it.
-
-    Parameters
-    ----------
-    table : str
-        Dotted key of the table in `layers.ALTERNATIVES`, which lists its choices.
-    given : collection of str
-        The keys that are there.
-    optional : bool
-        True if no alternative of a choice need be given.
-
-    Returns
-    -------
-    list of (tuple, str)
-        Path inside the table, and message.
+    A `table`, such as a load with the choice of `at` or `fraction`, has several choices in `layers.ALTERNATIVES`. A
+    choice consists of alternatives, of which exactly one must be given; an alternative is a tuple of keys that go
+    together, the main one first. Mistakes are keys of a second alternative, an alternative without its main key, and a
+    choice of which nothing is `given`, unless a material may give it, or all choices are `optional`.
     """
     mistakes, given = [], set(given)
     for choice in ALTERNATIVES.get(table, ()):
@@ -313,11 +294,14 @@ class KeyTable(BaseModel):
         Its key in `layers.ALTERNATIVES`; empty where no keys of it exclude each other.
     optional_groups : bool
         Whether all groups of alternatives may be missing.
+    bare : str
+        The key for which a file may have its vector alone in place of the mapping; empty where it may not.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", revalidate_instances="never", defer_build=True)
     table: ClassVar[str] = ""
     optional_groups: ClassVar[bool] = False
+    bare: ClassVar[str] = ""
 
     @classmethod
     def key_mistakes(cls, given):
@@ -332,11 +316,16 @@ class KeyTable(BaseModel):
 
     def value_at(self, path):
         """The value at a path (names and indices) after reading; None when nothing is there."""
-        return value_at(self, path)
+        return value_at(self, self._whole_path(path))
 
     def with_value(self, path, value):
         """Copy with another value at a path that holds one; it is not checked."""
-        return self.model_copy(update={path[0]: with_value(getattr(self, path[0]), path[1:], value)})
+        key, *inside = self._whole_path(path)
+        return self.model_copy(update={key: with_value(getattr(self, key), inside, value)})
+
+    def _whole_path(self, path):
+        """A path inside the table; a component alone is one of the vector that may be bare."""
+        return (self.bare, *path) if self.bare and path[0].isdigit() else path
 
     def relations(self):
         """Relations that must hold between keys that are right alone.

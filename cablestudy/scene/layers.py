@@ -201,14 +201,7 @@ def unknown_name(lower, upper, path):
     """Find a name that is probably a misprint: `--set cables.nroth.sag=2 m`, where no cable has the name nroth.
 
     A new name is no misprint where a key is set with it that a new thing needs, such as `from` of a cable: `NAMED`
-    lists these keys.
-
-    Parameters
-    ----------
-    lower, upper : dict
-        Plain values of the scene before and after the key at the path was set.
-    path : tuple of str
-        For example ("cables", "nroth", "sag").
+    lists these keys. `lower`, `upper`: plain values of the scene before and after the key at the path was set.
 
     Returns
     -------
@@ -265,6 +258,15 @@ def _merge_keys(lower, upper):
     if not (isinstance(lower, dict) and isinstance(upper, dict)):
         return upper
     return lower | {key: _merge_keys(lower[key], value) if key in lower else value for key, value in upper.items()}
+
+
+def leaves(mapping, path=()):
+    """Yield path and value of all that is no mapping, or an empty one, in a nested mapping."""
+    for key, value in mapping.items():
+        if isinstance(value, dict) and value:
+            yield from leaves(value, (*path, key))
+        else:
+            yield (*path, key), value
 
 
 def is_set(value, path):

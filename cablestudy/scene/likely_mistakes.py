@@ -5,6 +5,7 @@ from contextlib import suppress
 from fnmatch import fnmatchcase
 
 from cablestudy.scene.common_tables import comparison
+from cablestudy.scene.layers import leaves
 from cablestudy.scene.materials import known_materials
 from cablestudy.scene.strict_yaml import mistake
 from cablestudy.scene.units import split, to_si
@@ -40,7 +41,7 @@ def likely_mistakes(document):
 
 def _bare_numbers(document):
     """Yield lengths from 1 m, intensities of turbulence above 100 % and temperatures below 200 K, without a unit."""
-    for path, value in _leaves(document.value):
+    for path, value in leaves(document.value):
         key, number = ".".join(path), bare_number(value)
         if number is None:
             continue
@@ -64,15 +65,6 @@ def _bare_shares(document):
             if stated.column.endswith(SHARE) and number is not None and number >= LARGE_SHARE:
                 text = f"{number:g} without a unit is {100 * number:g} %"
                 yield str(mistake(document.place(path), ".".join(path), text))
-
-
-def _leaves(value, path=()):
-    """Yield path and value of all that is no mapping in a nested mapping."""
-    for key, item in value.items():
-        if isinstance(item, dict):
-            yield from _leaves(item, (*path, key))
-        else:
-            yield (*path, key), item
 
 
 def _doubtful_sections(document):

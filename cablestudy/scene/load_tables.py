@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import BeforeValidator, Field, StrictBool
 
-from cablestudy.scene.fields import TRIPLE, Either, KeyTable, Name, Quantity, reader_of, wrong
+from cablestudy.scene.fields import TRIPLE, KeyTable, Name, Quantity, reader_of, table_or_bare, wrong
 
 MAX_LOADS = 1000
 ICE_DENSITY = 900.0  # [kg/m^3]
@@ -57,14 +57,9 @@ def load_name(cable, number):
 
 
 def paths_of_loads(cable, *tables):
-    """Name of each point load on a cable -> its path in the scene, a dict.
+    """Name of each point load on a cable (as of `load_name`) -> its path in the scene, a dict.
 
-    Parameters
-    ----------
-    cable
-        As of `load_name`.
-    *tables : (tuple, tuple of Load)
-        Path of a list of loads, and the list.
+    `tables`: the path of each list of loads, and the list.
     """
     paths = [(*path, str(index)) for path, loads in tables for index in range(len(loads))]
     return {load_name(cable, number): path for number, path in enumerate(paths, 1)}
@@ -162,21 +157,8 @@ class CommonLoadCase(KeyTable):
         """Conditions that a cable has the diameter and the thermal expansion that this load case needs.
 
         Wind, and ice of a thickness, need the diameter; a temperature needs the coefficient of expansion, or the
-        stress-strain curves of a conductor.
-
-        Parameters
-        ----------
-        cable : CableProperties
-        path : tuple
-            Path of the cable in the scene.
-        name : str
-            Name of this load case, for messages.
-
-        Returns
-        -------
-        list of (tuple, bool, callable)
-            For diameter and expansion: `path`; True if the cable has it or need not have it; and a function without
-            arguments that returns the message where it lacks it.
+        stress-strain curves of a conductor. Each is a tuple as of `KeyTable.relations`, with the path of the cable;
+        `name` is that of this load case, for messages.
         """
         needs_diameter = self.wind is not None or (self.ice is not None and self.ice.thickness is not None)
         has_diameter = cable.section_diameter is not None
@@ -229,25 +211,20 @@ def _refuse_list(value):
 class DeadLoad(KeyTable):
     """A force, and a moment on a body, in global axes; a bare vector in the file is a force."""
 
+    bare: ClassVar[str] = "force"
+
     force: ForceVector = Field(NONE, description="Force along x, y, z (z up)")
     moment: tuple[Moment, Moment, Moment] = Field(NONE, description="Moment about x, y, z; of a body only")
-
-    def value_at(self, path):
-        """Value at a path; a component alone is one of the force, as where the file has a bare vector."""
-        return super().value_at(("force", *path) if path[0].isdigit() else path)
 
 
 _force = reader_of(ForceVector)
 ForceOrLoad = Annotated[
     DeadLoad | ForceVector,
-    Either(
-        (((list, tuple), lambda value: DeadLoad(force=_force(value))), ((dict, DeadLoad), DeadLoad.model_validate)),
-        "a force [x, y, z], or a mapping with the keys force, moment",
-        (TRIPLE, {"$ref": "#/$defs/DeadLoad"}),
+    table_or_bare(
+        DeadLoad, (list, tuple), lambda value: DeadLoad(force=_force(value)),
+        "a force [x, y, z], or a mapping with the keys force, moment", TRIPLE,
     ),
-]
-
-
+]  # fmt: skip
 Names = Annotated[tuple[Name, ...], Field(min_length=1)]
 
 

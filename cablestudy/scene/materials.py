@@ -23,6 +23,7 @@ LIKELY_START = (0.25, 4.0)
 STATES = ("initial", "after_load", "after_creep", "final")
 State = Literal[STATES]
 
+Expansion = Annotated[float, Quantity("1/K", -1e-2, 1e-2)]
 Coefficients = Annotated[tuple[Annotated[float, Quantity("", -1e15, 1e15)], ...], Field(min_length=2, max_length=TERMS)]
 
 
@@ -39,9 +40,7 @@ class PartTable(KeyTable):
     final: Annotated[float, Quantity("Pa", 1e-12, 1e30)] = Field(
         description="Final modulus: over the area of the part with area_share, else over the whole area"
     )
-    expansion: Annotated[float, Quantity("1/K", -1e-2, 1e-2)] = Field(
-        description="Coefficient of thermal expansion of the part"
-    )
+    expansion: Expansion = Field(description="Coefficient of thermal expansion of the part")
     area_share: Annotated[float, Quantity("", 1e-6, 1, limits="above 0 and at most 1")] | None = Field(
         None, description="Area of the part over the metallic area (of the other part: what remains)"
     )
@@ -176,9 +175,7 @@ class Properties(KeyTable):
     fill_factor: Annotated[float, Quantity("", 1e-3, 1)] = Field(
         1.0, description="Metallic area over that of the circle of the outer diameter, where only one of them is given"
     )
-    expansion: Annotated[float, Quantity("1/K", -1e-2, 1e-2)] | None = Field(
-        None, description="Coefficient of thermal expansion, along the cable"
-    )
+    expansion: Expansion | None = Field(None, description="Coefficient of thermal expansion, along the cable")
     stress_strain: StressStrainTable | None = Field(
         None, description="Curves of a conductor that stretches for good, by part (instead of elastic_modulus)"
     )
@@ -345,12 +342,8 @@ def materials():
 def known_materials(table):
     """Name -> Material of all that a scene may name: those of its own table over the built-in ones.
 
-    An entry that is wrong is None, so that only its own mistakes are told.
-
-    Parameters
-    ----------
-    table : dict
-        Plain values of the key `materials` of the scene, or anything else, which is ignored.
+    An entry that is wrong is None, so that only its own mistakes are told. `table`: plain values of the key `materials`
+    of the scene; what is no mapping is ignored.
     """
     if not isinstance(table, dict):
         return materials()

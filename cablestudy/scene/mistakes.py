@@ -22,16 +22,9 @@ ABOUT_KEYS = (UNKNOWN, "unknown cable", "no winch", "given together", "a name ",
 
 
 def collect(error, document, tables):
-    """The SceneError for a ValidationError, sorted by place; at most 100 mistakes.
+    """The SceneError for a ValidationError of the model that reads a whole file, sorted by place; at most 100 mistakes.
 
-    Parameters
-    ----------
-    error : pydantic.ValidationError
-        Error of the model that reads the whole file.
-    document : Document
-        What was read.
-    tables : list of (tuple, type)
-        From `fields.tables_of`.
+    `document` is what was read, `tables` are from `fields.tables_of`.
     """
     return located(findings(error, document.value, tables), document)
 
@@ -129,17 +122,8 @@ _EXPECTED = {
 def _paths_and_messages(detail, tables):
     """Translate one error of pydantic into messages for the user: a list, since a table may have several mistakes.
 
-    Parameters
-    ----------
-    detail : dict
-        Item of `ValidationError.errors()`.
-    tables : list of (tuple, type)
-        Path and model of each table of the file, from `fields.tables_of`.
-
-    Returns
-    -------
-    list of (tuple, str)
-        Path and message.
+    `detail` is an item of `ValidationError.errors()`, `tables` are from `fields.tables_of`. Returns the path and the
+    message of each mistake.
     """
     path, kind, context, value = detail["loc"], detail["type"], detail.get("ctx", {}), detail["input"]
     if path[-1:] == ("[key]",):  # a name that the user chose, for example of a cable
@@ -147,26 +131,36 @@ def _paths_and_messages(detail, tables):
         kind = "empty_name" if kind == "string_too_short" else kind
     if "found" in context:  # mistakes of one table, from `KeyTable`
         return [((*path, *path_in_table), message) for path_in_table, message in context["found"]]
-    if kind == "cablestudy":  # an error of a check of this program, with its own text
-        return [(path, context["text"])]
-    if kind == "extra_forbidden":
-        return [(path, _unknown_key_message(path, tables))]
     if kind == "missing":
         return [_missing_item(path, detail)]
-    if kind == "literal_error":
-        words = re.findall(r"'(\w+)'", context["expected"])
-        hint = suggestion(value, words) if isinstance(value, str) else f"allowed: {', '.join(words)}"
-        return [(path, f"got {show(value)} ({hint})")]
-    if kind in ("model_type", "model_attributes_type", "dict_type"):
-        keys = keys_at(path, tables)
-        expected = f"a mapping with the keys {', '.join(keys)}" if keys else "a mapping"
-        return [(path, f"expected {expected}, got {show(value)}")]
     if kind in ("too_long", "too_short"):
         return [(path, message) for message in _wrong_length_messages(kind, context, value)]
+    return [(path, _message(path, kind, value, detail, tables))]
+
+
+def _message(path, kind, value, detail, tables):
+    """The message on the value, or the key, at a path, of an error of pydantic of a kind."""
+    if kind == "cablestudy":  # an error of a check of this program, with its own text
+        return detail["ctx"]["text"]
+    if kind == "extra_forbidden":
+        return _unknown_key_message(path, tables)
+    if kind == "literal_error":
+        return _wrong_word_message(detail["ctx"]["expected"], value)
     if kind == "tuple_type" and path[-1] == "loads" and isinstance(value, dict) and "".join(value).isdigit():
-        return [(path, f"the list is not there, so that it has no item {next(iter(value))}")]
-    expected = _EXPECTED.get(kind, f"{detail['msg'][:1].lower()}{detail['msg'][1:]}")
-    return [(path, f"{expected}, got {show(value)}")]
+        return f"the list is not there, so that it has no item {next(iter(value))}"
+    if kind in ("model_type", "model_attributes_type", "dict_type"):
+        keys = keys_at(path, tables)
+        expected = f"expected a mapping with the keys {', '.join(keys)}" if keys else "expected a mapping"
+    else:
+        expected = _EXPECTED.get(kind, f"{detail['msg'][:1].lower()}{detail['msg'][1:]}")
+    return f"{expected}, got {show(value)}"
+
+
+def _wrong_word_message(expected, value):
+    """The message on a value that is none of some words, which pydantic expects in quotes."""
+    words = re.findall(r"'(\w+)'", expected)
+    hint = suggestion(value, words) if isinstance(value, str) else f"allowed: {', '.join(words)}"
+    return f"got {show(value)} ({hint})"
 
 
 def _unknown_key_message(path, tables):
@@ -248,25 +242,13 @@ def add_blank(name):
 
 
 def empty_keys(document, tables):
-    """Yield path and message of wrong keys without a value: those that no model has, and names of the user.
-
-    Parameters
-    ----------
-    document : Document
-    tables : list of (tuple, type)
-        From `fields.tables_of`.
-    """
+    """Yield path and message of wrong keys without a value: those that no model has, and names of the user."""
     for path in document.empty:
         known = keys_at(path[:-1], tables)
         if known and path[-1] not in known:
             yield path, unknown_key(path[-1], known)
-        elif not (known or document.is_override(path)) and _holds_names(path[:-1], tables):
-            yield path, EMPTY_NAME
-
-
-def _holds_names(path, tables):
-    """True if the mapping at a path is a known key, as `cables`; used where its own keys are names of the user."""
-    return bool(path) and path[-1] in keys_at(path[:-1], tables)
+        elif not (known or document.is_override(path)) and path[1:] and path[-2] in keys_at(path[:-2], tables):
+            yield path, EMPTY_NAME  # in a mapping such as `cables`, whose keys are names of the user
 
 
 def keys_at(path, tables):

@@ -185,22 +185,9 @@ def is_suspension(document):
 
 
 def read_scene(document):
-    """Check a document, and convert it to the typed model of its kind of scene.
+    """Check a document with its base files merged, and convert it to the typed model of its kind of scene, in SI.
 
-    Parameters
-    ----------
-    document : Document
-        With its base files merged.
-
-    Returns
-    -------
-    CableScene or SuspensionScene
-        Values in SI.
-
-    Raises
-    ------
-    SceneError
-        All that is wrong with it, sorted by place.
+    Returns a `CableScene` or `SuspensionScene`; SceneError has all that is wrong with the document, sorted by place.
     """
     for key in STUDY_KEYS:
         if document.is_override((key,)):
@@ -239,10 +226,8 @@ def load_scene(path, sets=(), case=None, read=read_scene):
     ----------
     path : str or path-like
         `-` is standard input.
-    sets : sequence of str
-        Arguments of `--set`, `key=value` each.
-    case : str, optional
-        Name of the load case that is chosen.
+    sets, case
+        As of `apply_sets`.
     read : callable
         Function that checks a `Document` and makes the scene of it.
 
@@ -252,11 +237,6 @@ def load_scene(path, sets=(), case=None, read=read_scene):
         Values as written, with their places.
     scene : CableScene or SuspensionScene
         Values in SI.
-
-    Raises
-    ------
-    SceneError
-        All that is wrong.
     """
     document = apply_sets(read_document(path), sets, case)
     return document, read(document)

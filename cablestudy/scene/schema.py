@@ -25,10 +25,14 @@ DIALECT = "https://json-schema.org/draft/2020-12/schema"
 BASE = {"type": "string", "minLength": 1, "description": "File that this one changes, relative to this file"}
 # A scene upon a base may lack any key; what is inside of a list or a gain is never merged.
 _ALWAYS_WHOLE = ("Load", "AutoGain", "Margin")
-_SECTION = (  # of each row one must be given: stiffness, mass, and a size or what makes one unnecessary
-    tuple({"required": [key]} for key in ("material", "axial_stiffness", "elastic_modulus", "stress_strain")),
-    ({"required": ["material"]}, {"required": ["mass_per_length"]}, {"required": ["density"]}),
-    ({"required": ["area"]}, {"required": ["diameter"]}, {"required": ["axial_stiffness", "mass_per_length"]}),
+_GIVEN = {"not": {"type": "null"}}
+_SECTION = tuple(  # of each row one must be given: stiffness, mass, and a size or what makes one unnecessary
+    tuple({"required": keys.split()} for keys in row)
+    for row in (
+        ("material", "axial_stiffness", "elastic_modulus", "stress_strain"),
+        ("material", "mass_per_length", "density"),
+        ("material", "area", "diameter", "axial_stiffness mass_per_length"),  # a rope has a size of its own
+    )
 )
 
 
@@ -159,9 +163,12 @@ class _PlainSchema(GenerateJsonSchema):
 
 
 def _exclusions(table):
-    """Conditions that no two keys of a table are given which belong to groups that exclude each other: a list."""
+    """Conditions that no two keys of a table are given which belong to groups that exclude each other: a list.
+
+    A key that is null is not given: it is removed from what a base has.
+    """
     return [
-        {"not": {"required": [key, excluded]}}
+        {"not": {"required": [key, excluded], "properties": {key: _GIVEN, excluded: _GIVEN}}}
         for groups in ALTERNATIVES.get(table, ())
         for group, other_group in combinations(groups, 2)
         for key in group

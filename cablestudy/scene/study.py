@@ -281,7 +281,7 @@ def _plain_alternatives(entry):
 
 
 def read_study(path, sets=(), vary=(), further_check=None):
-    """Read a study file and the base scene that it names, and check them.
+    """Read a study file and the base scene that it names, and check them: `StudyFile`.
 
     Parameters
     ----------
@@ -295,10 +295,6 @@ def read_study(path, sets=(), vary=(), further_check=None):
         Called with a `StudyFile` if there are mistakes, to find more, so that the user sees all at once; raises
         SceneError. The `wrong_keys` of this study are left out of it.
 
-    Returns
-    -------
-    StudyFile
-
     Raises
     ------
     SceneError
@@ -310,19 +306,7 @@ def read_study(path, sets=(), vary=(), further_check=None):
 def study_of(source, sets=(), vary=(), further_check=None):
     """Make a `StudyFile` of a study file that has been read: check it, and read the base scene that it names.
 
-    Parameters
-    ----------
-    source : Document
-        The study file, its `base:` unread.
-    sets, vary : sequence of str
-        Arguments of the options `--set` (changes of the base scene) and `--vary` (more keys that vary).
-    further_check : callable, optional
-        Called with the `StudyFile`, without its `wrong_keys`, if there are mistakes: raises SceneError of more of them.
-
-    Raises
-    ------
-    SceneError
-        All that is wrong with the study file, the base scene's file and the options.
+    `source` is the study file, its `base:` unread; other parameters, and errors, are those of `read_study`.
     """
     _refuse_scene(source)
     table, found = _read_table(source)
@@ -331,16 +315,9 @@ def study_of(source, sets=(), vary=(), further_check=None):
     mistakes = Mistakes()
     base = None if "base" in _top_level(found) else _read_base(source, table.set, sets, mistakes)
     wrong_keys, options = {"base"} if mistakes else set(), ()
-
-    def case_names():
-        """Names of the load cases of the base scene; a stand-in where it cannot be read."""
-        cases = base.value.get("cases") if base else {"": None}
-        return list(cases) if isinstance(cases, dict) else []
-
+    case_names = partial(_case_names, base)
     entries, found_in_entries = entries_of(table, source, case_names)
-    found += found_in_entries
-    if table.reference and not os.path.isfile(path_named_in(source.name, table.reference)):
-        found.append((("reference",), f"{path_named_in(source.name, table.reference)}: no such file"))
+    found += [*found_in_entries, *_missing_reference(source, table)]
     with mistakes.at():
         options = entries_of_options(vary, entries, case_names)
     study = StudyFile(source, table, base or source, entries, options)
@@ -349,14 +326,25 @@ def study_of(source, sets=(), vary=(), further_check=None):
     with mistakes.at():
         _refuse_variation_of_unknown(study)
     study.wrong_keys = frozenset(wrong_keys | _top_level(found) | ({"vary"} if mistakes else set()))
-    if found:
-        mistakes.extend(located(found, source).mistakes)
+    mistakes.extend(located(found, source).mistakes)
     if mistakes and further_check:
         with mistakes.at():
             further_check(study)
     if mistakes:
         raise SceneError(*at_most(in_order(mistakes), source.name))
     return study
+
+
+def _case_names(base):
+    """Names of the load cases of the base scene, a Document: list; a stand-in where it cannot be read (None)."""
+    cases = base.value.get("cases") if base else {"": None}
+    return list(cases) if isinstance(cases, dict) else []
+
+
+def _missing_reference(source, table):
+    """Path and message where the file of printed values is not there: list, at most one."""
+    path = path_named_in(source.name, table.reference) if table.reference else None
+    return [] if path is None or os.path.isfile(path) else [(("reference",), f"{path}: no such file")]
 
 
 def _read_base(source, fixed, sets, mistakes):

@@ -9,7 +9,7 @@ from cablestudy.scene.cable_table import CableProperties, Length, TensionAt, bey
 from cablestudy.scene.cable_table import Point as Place
 from cablestudy.scene.connections import wrong_name
 from cablestudy.scene.determinacy import MOTIONS, ROTATIONS, STATED
-from cablestudy.scene.fields import TRIPLE, Either, KeyTable, Name, Quantity, each_once, reader_of, wrong
+from cablestudy.scene.fields import TRIPLE, Either, KeyTable, Name, Quantity, each_once, reader_of, table_or_bare, wrong
 from cablestudy.scene.load_tables import MAX_LOADS, Angle, ForceVector, Load, Moment, ReferenceTable
 from cablestudy.scene.section import Tension as StatedTension
 from cablestudy.scene.units import show
@@ -53,18 +53,12 @@ def _check_entries(value):
 class PointTable(KeyTable):
     """A place that a cable may end at, fixed or free to move; a bare place in the file is a fixed one."""
 
+    bare: ClassVar[str] = "at"
+
     at: Place = Field(description="Where it is; of a free point where the search begins")
     free: StrictBool = Field(False, description="Whether it finds its place: a junction of cables")
     mass: Annotated[float, Quantity("kg", 0, 1e15)] = Field(0.0, description="Mass of a free point")
     force: ForceVector = Field((0.0, 0.0, 0.0), description="Dead load on a free point")
-
-    def value_at(self, path):
-        """Value at a path; a component alone is one of the place, as where the file has a bare place."""
-        return super().value_at(("at", *path) if path[0].isdigit() else path)
-
-    def with_value(self, path, value):
-        """Copy with another value at a path, see `KeyTable.with_value` and `value_at`."""
-        return super().with_value(("at", *path) if path[0].isdigit() else path, value)
 
     def relations(self):
         """Relations: mass and force belong to a free point."""
@@ -73,19 +67,13 @@ class PointTable(KeyTable):
         yield [((name,), self.free, lambda: message) for name in given]
 
 
-def _fixed_point(place):
-    """The PointTable of a bare place."""
-    return PointTable(at=_place(place))
-
-
 PointOrPlace = Annotated[
     PointTable | Place,
-    Either(
-        ((list, _fixed_point), (tuple, _fixed_point), ((dict, PointTable), PointTable.model_validate)),
-        "a place [x, y, z], or a mapping with the keys at, free, mass, force",
-        (TRIPLE, {"$ref": "#/$defs/Point"}),
+    table_or_bare(
+        PointTable, (list, tuple), lambda place: PointTable(at=_place(place)),
+        "a place [x, y, z], or a mapping with the keys at, free, mass, force", TRIPLE,
     ),
-]
+]  # fmt: skip
 
 
 class Body(KeyTable):

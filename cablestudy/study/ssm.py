@@ -9,7 +9,7 @@ import numpy as np
 
 from cablestudy.control import export, statespace
 from cablestudy.control.statespace import channels, proper
-from cablestudy.errors import NoSolutionError, SceneError, refuse_options
+from cablestudy.errors import NoSolutionError, SceneError, check_output, refuse_options
 from cablestudy.scene.fields import suggestion
 from cablestudy.scene.units import read_frequency
 from cablestudy.scene.words import counted
@@ -223,13 +223,8 @@ def read_response_range(text):
 
 
 def check_file(path):
-    """Raise SceneError for an output file of unknown kind, or that cannot be written, before anything is computed."""
-    if path is None:
-        return
-    if os.path.splitext(path)[1].lower() not in export.KINDS:
-        raise SceneError(f"--out {path}: unknown kind of file (allowed: {', '.join(export.KINDS)})")
-    if os.path.isdir(path) or not os.access(os.path.dirname(path) or ".", os.W_OK):
-        raise SceneError(f"--out {path}: cannot be written")
+    """Refuse an output file of unknown kind, or that cannot be written, before anything is computed: SceneError."""
+    check_output("--out", path, export.KINDS, "file")
 
 
 def has_loss_factor(dampings):
@@ -299,18 +294,19 @@ def fewest_modes(share, allowed, error, which, names):
 def exported(system, options):
     """The `StateSpace` as it is written: the channels that `options` name, and proper where they say so.
 
-    Raises
-    ------
-    SceneError
-        No such input or output.
+    Raises SceneError as `named_channels`.
     """
-    inputs = [number_of("--input", name, system.input_names) for name in options.inputs]
-    known = system.output_names
-    outputs = [f"force_{name}" if f"force_{name}" in known else name for name in options.outputs]
-    outputs = [number_of("--output", name, known) for name in outputs]
+    inputs, outputs = named_channels(options, system.input_names, system.output_names)
     if inputs or outputs:
         system = channels(system, inputs, outputs)
     return proper(system) if options.proper else system
+
+
+def named_channels(options, input_names, output_names):
+    """Indices of the inputs and of the outputs that options name; SceneError for one that is not among these names."""
+    inputs = [number_of("--input", name, input_names) for name in options.inputs]
+    outputs = [f"force_{name}" if f"force_{name}" in output_names else name for name in options.outputs]
+    return inputs, [number_of("--output", name, output_names) for name in outputs]
 
 
 def improper_note(system):

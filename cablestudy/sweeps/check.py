@@ -90,8 +90,14 @@ def _read_tolerance(text):
     return value
 
 
+def compare_columns(table, path):
+    """Yield a text for each column that only one of a table and a stored CSV file has; rows are not looked at."""
+    stored_names, _ = stream_csv(path)
+    yield from _unmatched_columns(table, stored_names, list(_tolerance_columns(table.fields)))
+
+
 def compare(table, path, tolerance):
-    """Compare a computed table with a stored CSV file, cell by cell, for `sweep --check`.
+    """Compare a computed table with a stored CSV file, cell by cell, in the columns that both have.
 
     Numbers a and b agree if |a - b| <= tolerance max(|a|, |b|). For the difference between a computed and a printed
     value the maximum includes the computed value. Other cells must be equal, but for the last digit of numbers in
@@ -109,11 +115,10 @@ def compare(table, path, tolerance):
     Yields
     ------
     Difference or str
-        A cell that differs; a text for columns or rows that only one of the two tables has.
+        A cell that differs; a text for rows that only one of the two tables has.
     """
     stored_names, stored_rows = stream_csv(path)
     tolerance_columns = _tolerance_columns(table.fields)  # name -> column whose tolerance holds for it
-    yield from _unmatched_columns(table, stored_names, list(tolerance_columns))
     never_compared = find(NEVER_COMPARED).header
     compared_names = [name for name in tolerance_columns if name in stored_names and name != never_compared]
     count = 0

@@ -5,7 +5,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from cablestudy.control.one_cable import state_space
+from cablestudy.control.one_cable import channel_names, state_space
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError
 from cablestudy.study.column import require
 from cablestudy.study.loop_report import LOOP_KEYS, unstable
@@ -13,7 +13,7 @@ from cablestudy.study.notes import DAMPING_IN_STATE_SPACES, assumed_damping, str
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.case_modes import modes, notes_on_errors
 from cablestudy.study.one_cable.report import PARTICIPATION, modes_as_rows
-from cablestudy.study.ssm import Choice, StateSpaceOptions, check_channel, fewest_modes, pairs_of
+from cablestudy.study.ssm import Choice, StateSpaceOptions, check_channel, fewest_modes, named_channels, pairs_of
 from cablestudy.study.ssm_tables import Curve
 from cablestudy.study.table import Field
 from cablestudy.study.tolerances import STUDY
@@ -235,7 +235,11 @@ def choose(document, scene, options, highest=None):
         There are no such modes, or not to the accuracy.
     """
     _ = _pairs_of_ends(options)  # raises SceneError
-    require(document, scene, NEEDS[options.attached], f"ssm --with {options.attached}")
+    attached = options.attached
+    require(document, scene, NEEDS[attached], f"ssm --with {attached}")
+    # names of forces on nodes are known when there are elements; an error may refer to ends that are no channels
+    if attached and not options.wind and options.error is None:
+        named_channels(options, *channel_names(attached == "loop"))
     fixed, reason_for_more = scene.model.elements is not None, ""
     count = STUDY.modes_at_ends if fixed else options.count or STUDY.default_modes
     while True:

@@ -38,18 +38,8 @@ def colour_map(study, every, rows):
 
     There is a panel for each y and each series, a set of rows with equal values of the keys that are not drawn. If x
     and y are two varied keys with one row for each pair of their values, the panel is a heat map, in which a grey cell
-    has no answer. Otherwise each row is a coloured point.
-
-    Parameters
-    ----------
-    study : StudyFile
-        Its `plot` names the columns and keys that are drawn.
-    every, rows : list of dict
-        All rows of the study's table, and those with an answer: name of a column or key -> value.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    has no answer. Otherwise each row is a coloured point. `every`, `rows`: all rows of the study's table, and those
+    with an answer, name of a column or key -> value.
     """
     plot = study.plot
     x, colour = quantity_named(study, plot.x, every), quantity_named(study, plot.color, every)
@@ -61,7 +51,7 @@ def colour_map(study, every, rows):
     figure = Figure(figsize=(WIDTH, -(-count // side) * (4.4 if alone else 3.0) + 0.6), layout="constrained")
     grid = panels(figure, count, side)
     for axes, (y, series) in zip(grid, drawn, strict=False):
-        _panel(axes, (x, y, colour), series.rows, mappable, plot, alone)
+        _panel(axes, (x, y, colour), series.rows, mappable, plot, (WIDTH - 2.0) / side)
         axes.set_ylabel(wrapped(y.label, 2.6, 9))
         axes.set_title(wrapped(series.label, (0.8 if alone else 0.38) * WIDTH, 8.5), loc="left", fontsize=8.5)
     for axes in grid[-side:]:
@@ -79,20 +69,19 @@ def _colours(colour, rows):
     return colours_over([value for row in rows if (value := colour.value(row)) is not None] or [0.0])
 
 
-def _panel(axes, quantities, rows, mappable, plot, alone):
-    """Draw the rows of one series in a panel that is alone or one of two side by side."""
+def _panel(axes, quantities, rows, mappable, plot, room):
+    """Draw the rows of one series in a panel, about `room` inches wide."""
     points = [tuple(quantity.value(row) for quantity in quantities) for row in rows]
     points = [point for point in points if None not in point[:2]]
     x, y, c = (np.array([point[k] for point in points], dtype=float) for k in range(3))
     x_values, y_values = np.unique(x), np.unique(y)
-    room = (WIDTH - 2.0) / (1 if alone else 2)
     gridded = all(quantity.key for quantity in quantities[:2]) and len({*zip(x, y, strict=True)}) == len(x)
     gridded = gridded and 1 < len(x_values) * len(y_values) <= MOST_CELLS_PER_ROW * len(x)
     _axis(axes, "x", quantities[0], x_values, plot.logx, room)
     _axis(axes, "y", quantities[1], y_values, plot.logy, room)
     if gridded:
         contoured = all(quantity.categories is None for quantity in quantities)
-        _heat(axes, (x_values, y_values), (x, y, c), mappable, alone, contoured)
+        _heat(axes, (x_values, y_values), (x, y, c), mappable, contoured)
         return
     answered = np.isfinite(c)
     look = {"s": 22, "lw": 0.4, "ec": "white", "rasterized": len(x) > MANY_POINTS}
@@ -114,23 +103,12 @@ def _axis(axes, which, quantity, values, logarithmic, room):
         plain_axis(axis, 7)
 
 
-def _heat(axes, sides, points, mappable, numbered, contoured):
+def _heat(axes, sides, points, mappable, contoured):
     """Draw a heat map: a grid of coloured cells, one about each pair of values of x and y.
 
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-    sides : (ndarray, ndarray)
-        Values of x and of y at which there are cells, ascending.
-    points : (ndarray, ndarray, ndarray)
-        x, y and value of each row, shape (n,); pairs of x and y without a row are empty cells.
-    mappable : matplotlib.cm.ScalarMappable
-        Colours of the values.
-    numbered : bool
-        Whether to write the values into the cells, if they are few and wide enough.
-    contoured : bool
-        Whether to draw lines of equal values if no values are written: in a map of many cells, or also of few if
-        `numbered`.
+    The values are written into the cells if they are few and wide enough, else, if it is `contoured`, lines of equal
+    values are drawn. `sides` are the values of x and of y at which there are cells, ascending; `points` are x, y and
+    value of each row, shape (n,): pairs of x and y without a row are empty cells.
     """
     x_values, y_values = sides
     x, y, colour = points
@@ -142,15 +120,14 @@ def _heat(axes, sides, points, mappable, numbered, contoured):
     look = {"norm": mappable.norm, "cmap": mappable.cmap, "rasterized": cells.size > MANY_POINTS}
     axes.pcolormesh(*edges, np.ma.masked_invalid(cells), **look)
     axes.set(xlim=edges[0][[0, -1]], ylim=edges[1][[0, -1]])
-    few = max(cells.shape) <= NUMBERED_CELLS
-    written = np.argwhere(np.isfinite(cells)) if few and numbered else ()
+    written = np.argwhere(np.isfinite(cells)) if max(cells.shape) <= NUMBERED_CELLS else ()
     numbers = {(row, column): number(float(f"{cells[row, column]:.3g}")) for row, column in written}
     if numbers and _fit(numbers, edges[0], axes):
         for (row, column), text in numbers.items():
             dark = np.dot(mappable.to_rgba(cells[row, column])[:3], (0.3, 0.6, 0.1)) < 0.5
             look = {"ha": "center", "va": "center", "fontsize": NUMBER_SIZE, "color": "white" if dark else "black"}
             axes.text(x_values[column], y_values[row], text, **look)
-    elif contoured and min(cells.shape) >= CONTOURED_CELLS and (numbered or not few):
+    elif contoured and min(cells.shape) >= CONTOURED_CELLS:
         _contours(axes, sides, np.ma.masked_invalid(cells), mappable)
 
 

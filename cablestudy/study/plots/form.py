@@ -95,12 +95,9 @@ class _Picture:
         Side view of the vertical plane of the scene, from `upright_plane`.
     seen : ndarray of bool, shape (3,)
         Axes along which the scene has an extent.
-    in_space : bool
-        Whether the scene is drawn in perspective and from three sides.
-    upright : bool
-        Whether the only cable hangs between ends above each other.
-    loaded : bool
-        Whether the deflection of the only cable by its point loads is drawn.
+    in_space, upright, loaded : bool
+        Whether the scene is drawn in perspective and from three sides; whether the only cable hangs between ends above
+        each other; whether its deflection by its point loads is drawn.
     looks, scale
         From `_looks`.
     """
@@ -312,7 +309,6 @@ def _looks(drawings, unnamed):
     Parameters
     ----------
     drawings : list of Drawing
-        One for each load case.
     unnamed : bool
         Whether the label of an only cable is its name alone, without the sag.
 
@@ -372,14 +368,7 @@ def finish_view(axes, view, window, ground, ticks=8):
 def load_path(path):
     """Figure of a load that travels along a cable: its path in a side view, and below it the largest tension.
 
-    Parameters
-    ----------
-    path : LoadPath
-        Equilibria with the load in many places. The side view shows the cable in some of them.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    Of the equilibria of a `LoadPath`, with the load in many places, the side view shows the cable in some.
     """
     first, (*positions, clearance, tension) = path.cables[0], (_numbers(path, name) for name in PATH_COLUMNS)
     span = first.form.span

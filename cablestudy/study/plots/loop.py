@@ -58,10 +58,6 @@ def loop_margins(closed_loop, span=None):
         Lowest and highest frequency [Hz] and number of those at equal ratios. Default: about bandwidth, controlled
         motions and largest gain.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-
     Raises
     ------
     NothingToDrawError
@@ -190,14 +186,8 @@ def _nyquist(axes, closed_loop, value):
     """Draw the Nyquist plot: eigenvalues of the loop gain in the complex plane, their distance from -1, and margins.
 
     The distance is 1 over the peak of the sensitivity. It is drawn for a stable loop only, and so is the phase margin,
-    of one coordinate. The gain margin is drawn wherever the loop has a largest gain.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-    closed_loop : ClosedLoop
-    value : ndarray, shape (f, k, k)
-        Loop gain of k measured coordinates at f frequencies, complex. [-]
+    of one coordinate. The gain margin is drawn wherever the loop has a largest gain. `value`: loop gain of k measured
+    coordinates at f frequencies, complex, shape (f, k, k). [-]
     """
     zero_lines(axes)
     circle = np.exp(1j * np.linspace(0, TURN, 361))
@@ -281,10 +271,6 @@ def loop_in_time(solved):
     Parameters
     ----------
     solved : TimeCase
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     time = solved.time
     varies = np.ptp(solved.input.values_in_unit) > 0
@@ -318,11 +304,6 @@ def _displacement(axes, solved):
     """Draw the measured displacement over time, with and without the loop, its largest value and its settling time.
 
     Only the response to a step settles. It has an overshoot unless it ends near zero (`StepResponse.taken_back`).
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-    solved : TimeCase
     """
     time, response, unit, step = solved.time, solved.response, solved.unit, solved.step
     if response.open_loop is not None:
@@ -341,14 +322,9 @@ def _displacement(axes, solved):
         settled = f"settled to 2 % at {step.settling_time:.4g} s"
         axes.axvline(step.settling_time, color=RED, lw=0.9, ls=":", label=settled)
     axes.set_ylabel(f"{solved.name} [{unit}]")
-    _room_above(axes)
-    axes.legend(loc="upper right", ncols=4, **LEGEND)
-
-
-def _room_above(axes):
-    """Widen the axes so that a legend of one line is above the curves."""
     low, high = axes.get_ylim()
-    axes.set_ylim(low, high + 0.2 * (high - low))
+    axes.set_ylim(low, high + 0.2 * (high - low))  # so that the legend is above the curves
+    axes.legend(loc="upper right", ncols=4, **LEGEND)
 
 
 # ---------------------------------------------------------------------------------- frequency responses of state spaces
@@ -361,13 +337,11 @@ def bode(curves, frequency, *numbers, title="frequency responses"):
     Parameters
     ----------
     curves : list of Curve
-        Names and unit of the responses; all have one unit.
+        Names and unit of the responses; all have one unit. Of a single one the label is the title.
     frequency : ndarray, shape (m,)
         Ascending. [Hz]
     numbers : ndarray, shape (m,)
         Magnitude [unit] and phase [deg] of the first curve, then of the second, and so on.
-    title : str
-        Title of a figure of several curves; one curve has its label as the title.
     """
     figure = Figure(figsize=(WIDTH, 5.2), layout="constrained")
     magnitude, phase = panels(figure, 2, 1, height_ratios=(3, 2))

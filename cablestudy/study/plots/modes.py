@@ -140,18 +140,8 @@ class ModeDrawing:
 def mode_shapes(case, modes, share=None):
     """Figure of mode shapes of a cable between fixed ends, on its static form, one panel each, as the paper's Fig. 5.
 
-    Parameters
-    ----------
-    case : CableCase
-        The cable with the finite elements by which the modes were computed.
-    modes : Modes
-        The figure shows at most MOST_MODES of them.
-    share : float, optional
-        Factor on the displacements, from -1 to 1, for one picture of an animation; by default 1.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    At most MOST_MODES are shown. The `CableCase` has the finite elements by which the modes were computed; `share` is a
+    factor on the displacements, from -1 to 1, for one picture of an animation, by default 1.
     """
     shown = _of_cable(case, modes, min(len(modes), MOST_MODES))
     chord = float(case.span.chord)
@@ -188,22 +178,8 @@ def coupled_mode_shapes(case, modes, listed=None, share=None):
     """Figure of the first coupled modes of a suspension, one panel each: the displaced scene over the scene at rest.
 
     If all cables end in one vertical plane, the panels show that plane from the side; movement out of it is drawn
-    upwards. Scenes that do not lie in one plane, or have no width in it, are drawn in perspective.
-
-    Parameters
-    ----------
-    case : SuspensionCase
-        With a stable equilibrium.
-    modes : CoupledModes
-        Modes of the case.
-    listed : int, optional
-        Number of modes asked for; by default all. The figure shows at most MOST_MODES of them.
-    share : float, optional
-        Factor on the displacements, from -1 to 1, for one picture of an animation; by default 1.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    upwards. Scenes that do not lie in one plane, or have no width in it, are drawn in perspective. `listed` is the
+    number of modes asked for, by default all, of which at most MOST_MODES are shown; `share` as of `mode_shapes`.
     """
     listed, drawing = len(modes) if listed is None else listed, drawing_of(case)
     plane, peak = upright_plane([drawing]), nice(PEAK_OVER_SIZE * drawing.size)  # peak: largest displacement drawn [m]
@@ -236,23 +212,10 @@ def _alike_in_both_directions(shown, drawing, enlargement):
 
 
 def _drawing_of_coupled_mode(case, modes, drawing, plane, number):
-    """Collect the places and displacements of all cables, bodies and points in one coupled mode.
+    """`ModeDrawing` of one coupled mode: places and displacements of all cables, bodies and points.
 
-    Parameters
-    ----------
-    case : SuspensionCase
-    modes : CoupledModes
-        Modes of the case.
-    drawing : Drawing
-        The scene at rest.
-    plane : View or None
-        Side view of the vertical plane in which all cables end; None draws in perspective.
-    number : int
-        Index of the mode, from 0.
-
-    Returns
-    -------
-    ModeDrawing
+    `drawing` is the scene at rest, `plane` the side view of the vertical plane in which all cables end, None in
+    perspective; `number` is the index of the mode, from 0.
     """
     equilibrium = case.equilibrium
     suspension = equilibrium.suspension
@@ -321,12 +284,11 @@ def columns_of(count):
 
 
 def _figure(shown, frequency, listed, peak, share, drawing, distance):
-    """Draw modes in a figure, a panel for each, all panels to one scale.
+    """Figure of modes, a panel for each, all panels to one scale.
 
     Parameters
     ----------
     shown : list of ModeDrawing
-        The modes that are drawn.
     frequency : ndarray
         Frequencies of the modes. [Hz]
     listed : int
@@ -339,16 +301,12 @@ def _figure(shown, frequency, listed, peak, share, drawing, distance):
         Static form of a suspension; None for one cable.
     distance : str or None
         Label of the distance along the plane of the panels; None in perspective.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     if not shown:
         return figure_without_panels("There is no mode to show")
     count, columns, factors = len(shown), columns_of(len(shown)), [mode.factor(peak) for mode in shown]
-    enlarged = [distance is None and mode.turns_in_a_small_body(drawing.size) for mode in shown]
-    window, inset = _window(shown, factors, share, any(enlarged), PANEL_RATIOS[columns] if distance else None)
+    with_inset = distance is None and any(mode.turns_in_a_small_body(drawing.size) for mode in shown)
+    window, inset = _window(shown, factors, share, with_inset, PANEL_RATIOS[columns] if distance else None)
     width, rows = WIDTH / columns, -(-count // columns)
     figure = Figure((columns * width, rows * (window.ratio * (width - 0.45) + 0.55) + 0.6), layout="constrained")
     # displacements are enlarged to the peak, or to less where a body would turn too far
@@ -356,26 +314,42 @@ def _figure(shown, frequency, listed, peak, share, drawing, distance):
     equal, anchors = len(set(peaks)) == 1, [] if drawing is None else [place for _, place in drawing.anchors]
     all_panels = panels(figure, count, columns, sharey=True)
     window.apply(all_panels[0], 4, 5)  # all have its limits and ticks
-    for number, axes in enumerate(all_panels):
-        mode, factor = shown[number], factors[number] * (1.0 if share is None else share)
+    for number, (axes, mode, factor) in enumerate(zip(all_panels, shown, factors, strict=True)):
+        factor *= 1.0 if share is None else share
         axes.set_aspect(window.factor, adjustable="box")
         _draw(axes, mode, factor, anchors)
         title = f"{number + 1}   {quantity_text(frequency[number], 'Hz')}"
-        axes.set_title(title, loc="left", pad=13, **bold(title))
         words = mode.words if equal else f"{mode.words}, up to {quantity_text(peaks[number], 'm')}"
-        axes.annotate(words, (0, 1), (0, 3), "axes fraction", "offset points", fontsize=7.5, color=mode.colour)
+        _head(axes, title, words, mode.colour)
         if distance is None:
-            axes.set_axis_off()
-            scale_bar(axes, drawing.size)
-        if enlarged[number]:
-            _enlarge(axes, mode, factor, inset)
+            _finish_in_perspective(axes, mode, factor, drawing.size, inset)
     if distance is not None:
         _label_plane(figure, shown, distance)
-    scaled = f"scaled to a peak of {quantity_text(peaks[0], 'm')}" if equal else "displacements enlarged"
+    _write_heading(figure, shown, listed, window, peaks[0] if equal else None, distance)
+    return figure
+
+
+def _head(axes, title, words, colour):
+    """Write the title of a panel, and below it in a colour what moves."""
+    axes.set_title(title, loc="left", pad=13, **bold(title))
+    axes.annotate(words, (0, 1), (0, 3), "axes fraction", "offset points", fontsize=7.5, color=colour)
+
+
+def _finish_in_perspective(axes, mode, factor, size, side):
+    """Draw a scale for a scene of a size in place of axes, and a small body that turns in a square of a side. [m]"""
+    axes.set_axis_off()
+    scale_bar(axes, size)
+    if mode.turns_in_a_small_body(size):
+        _enlarge(axes, mode, factor, side)
+
+
+def _write_heading(figure, shown, listed, window, peak, distance):
+    """Write how many modes a figure shows of those `listed`, and their scale; `peak` is None where peaks differ. [m]"""
+    count = len(shown)
+    scaled = "displacements enlarged" if peak is None else f"scaled to a peak of {quantity_text(peak, 'm')}"
     modes_in_words = f"First {count} of {listed} modes" if count < listed else counted(count, "mode")
     scale = _scale_in_words(window, shown[0].across) if distance else ""
     heading(figure, f"{modes_in_words}, {scaled}, on the static form (grey){scale}")
-    return figure
 
 
 def _scale_in_words(window, across):

@@ -115,16 +115,8 @@ def key_words(key):
 def value_text(value):
     """Short text, for labels in pictures, of a value that a study gives to a key.
 
-    Numbers are rounded, tables are written without brackets and quotes, long texts are shortened.
-
-    Parameters
-    ----------
-    value : object
-        A number, a text such as `20 kN`, or a table or list, also as JSON text.
-
-    Returns
-    -------
-    str
+    It is a number, a text such as `20 kN`, or a table or list, also as JSON text. Numbers are rounded, tables are
+    written without brackets and quotes, long texts are shortened.
     """
     if isinstance(value, str) and (value[:1] in ("{", "[") or value in ("null", "true", "false")):
         try:
@@ -132,7 +124,7 @@ def value_text(value):
         except ValueError:
             return shortened(value)
     if isinstance(value, dict):
-        return shortened(", ".join(f"{_plain(key)} {value_text(part)}" for key, part in value.items()))
+        return shortened(", ".join(f"{str(key).replace('_', ' ')} {value_text(part)}" for key, part in value.items()))
     if isinstance(value, list):
         return shortened(_list_text(value))
     if isinstance(value, bool) or value is None:
@@ -156,7 +148,3 @@ def _list_text(values):
         texts = [text.partition(" ")[0] for text in texts]
         return f"({', '.join(texts)}) {units.pop()}".rstrip()
     return f"({', '.join(texts)})"
-
-
-def _plain(name):
-    return str(name).replace("_", " ")

@@ -7,17 +7,20 @@ import numpy as np
 
 from cablestudy.control.loop import unstable_pole
 from cablestudy.control.statespace import state_space_of
+from cablestudy.control.suspension import labels
 from cablestudy.errors import NoSolutionError, SceneError
+from cablestudy.motion.plant import actuators_of, markers_of, winches_of
 from cablestudy.motion.response_in_time import labelled, measured_by
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.words import counted
 from cablestudy.study.column import require
 from cablestudy.study.loop_report import unstable
-from cablestudy.study.ssm import Choice, StateSpaceOptions
+from cablestudy.study.ssm import Choice, StateSpaceOptions, named_channels
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.notes import damping_notes, law_notes, notes_of, strength_warning
 from cablestudy.study.suspension.report import mode_table
 from cablestudy.study.tolerances import STUDY
+from cablestudy.system.coupled import Layout
 from cablestudy.system.linear import LinearSystem
 
 NEEDS = {"loop": "control", "actuators": "actuators"}  # keys of the scene
@@ -164,7 +167,12 @@ def choose_controlled(document, scene, options, highest=None):
     """
     require(document, scene, [NEEDS[options.attached]], f"ssm --with {options.attached}")
     case = SuspensionCase(scene)
+    measured = scene.control.measured if options.attached == "loop" else ()
+    if measured is not None:
+        named_channels(options, *_channel_names(case, measured))
     full_loop = reduced_loop = case.analysis.closed_loop_of(max(options.count or 0, MOTION.model_modes[0]))
+    if measured is None:  # follows from what the winches move
+        named_channels(options, *_channel_names(case, full_loop.body.measured))
     if options.count:
         if len(full_loop.modes) < options.count:
             raise SceneError(f"--modes {options.count}: the model has {counted(len(full_loop.modes), 'mode')}")
@@ -182,6 +190,19 @@ def choose_controlled(document, scene, options, highest=None):
         allocation = replace(full_loop.body.allocation, measured=reduced_loop.body.allocation.measured)
         loop = replace(full_loop.loop, motion=reduced_loop.plant.viscous_motion, allocation=allocation)
     return ControlledChoice(options, case, highest, full_loop, reduced_loop, loop)
+
+
+def _channel_names(case, measured):
+    """Names of the inputs and outputs of `ControlledChoice.shown`, of a loop that measures something: two lists."""
+    scene = case.scene
+    named = labels(Layout(case.equilibrium), winches_of(scene, list(scene.cables)), markers_of(scene))
+    inputs, outputs = ([name for name, _ in pairs] for pairs in named)
+    winches = len(scene.winches)
+    quantities = {False: ("stroke", "force"), True: ("momentum", "torque")}
+    of_actuators = [f"{one.name}.{word}" for one in actuators_of(scene) for word in quantities[one.wheel]]
+    if not measured:
+        return inputs, outputs + of_actuators
+    return [f"reference.{name}" for name in measured] + inputs[winches:], outputs + inputs[:winches] + of_actuators
 
 
 def _with_modes(analysis, whole, count):
