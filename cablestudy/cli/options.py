@@ -119,9 +119,14 @@ study_command = _command(STUDY, SET, VARY, OUT, FORMAT, PLOT, QUIET)
 
 
 def exclude(parameters, pairs):
-    """Refuse options that exclude each other, of all `parameters` of a command: name, as click has it -> value.
+    """Refuse options that exclude each other.
 
-    `pairs` are pairs of tuples of options; none of the first tuple may be given with one of the second.
+    Parameters
+    ----------
+    parameters : dict
+        All of a command, as click names them.
+    pairs : iterable of (tuple of str, tuple of str)
+        Names of options; none of the first tuple may be given with one of the second.
     """
     given = {f"--{name.replace('_', '-')}" for name, value in parameters.items() if value not in (None, False)}
     messages = {}  # two options -> message, each pair once

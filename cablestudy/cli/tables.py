@@ -115,8 +115,17 @@ def discard_output():
 def show(table, style):
     """Print a table on standard output in the format of a `Style`; Markdown on a terminal is fitted to its width.
 
-    NoSolutionError: a cell is not finite (rows that are computed only as they are printed are not checked). SceneError:
-    the table has no such column.
+    Parameters
+    ----------
+    table : Table
+    style : Style
+
+    Raises
+    ------
+    NoSolutionError
+        A cell is not finite. Rows that are computed only as they are printed are not checked.
+    SceneError
+        The table has no such column.
     """
     for row in table.rows if isinstance(table.rows, list) else ():
         for name, value in row.items():

@@ -90,10 +90,21 @@ def fewer_modes(modes, asked, limit):
 
 
 def coupled_modes(case, count, upto):
-    """Answer of the command modes with the coupled modes of a `SuspensionCase`: those of cables and bodies together.
+    """Answer of the command modes with the coupled modes of a case: those of cables and bodies together.
 
-    Notes and warnings are those on the modes; those on the case itself are left to the caller. `count` and `upto` are
-    those of `Scene.modes`.
+    Notes and warnings are those on the modes; those on the case itself are left to the caller.
+
+    Parameters
+    ----------
+    case : SuspensionCase
+    count : int or None
+        Number of modes, from the lowest; by default DEFAULT_MODES.
+    upto : float, str or None
+        Frequency up to which all modes are given instead, in Hz or with a unit.
+
+    Returns
+    -------
+    Answer
     """
     from cablestudy.study.suspension.report import mode_notes, mode_table
     from cablestudy.study.vibration import diameters_of_coupled_modes, with_lock_in
@@ -124,9 +135,25 @@ def loop(
 ):
     """Answer of the command loop: margins of the winch control loop, or its response over frequency or in time.
 
-    `response` is that of `Scene.loop_response`; `time`, `input`, `size`, `length` and `output` are those of
-    `Scene.loop_in_time`. `table` is the name of the only table that is asked for, of a suspension; with `estimate`
-    errors are estimated too.
+    Parameters
+    ----------
+    scene : Scene
+    response : str or sequence of 3, optional
+        Lowest and highest frequency and number of frequencies, such as "0.01Hz:100Hz:200": the table is then the
+        response over frequency.
+    time : float or str, optional
+        Duration in s, perhaps with the number of rows, such as "60 s:2001": the table is then the response in time.
+    input, size, length, output : optional
+        Options of the response in time: what makes a step or gust, its size, the time of a gust, and the coordinate
+        that is shown; `Scene.loop_in_time` describes them.
+    table : str, optional
+        Of a suspension, the name of the only table that is asked for.
+    estimate : bool
+        True if errors are estimated too.
+
+    Returns
+    -------
+    Answer
     """
     span = time_options = None
     if response:
@@ -150,6 +177,7 @@ def finished_loop_answer(answer, scene, analysis, span, time_options):
     ----------
     answer : Answer
         With the table of margins, without a picture.
+    scene : Scene
     analysis : DynamicAnalysis
         Of the scene, with its closed loop.
     span : (float, float, int) or None
@@ -182,12 +210,18 @@ def ssm(scene, out: File | None = None, response: Frequencies | None = None, **o
 
     Parameters
     ----------
+    scene : Scene
     out : str, optional
-        File to write the model to. Without a response there is no table then.
+        File to write the model to.
     response : str, optional
         Range and number of frequencies: the table is then the frequency response of the model, else a list of modes.
     **options
         Attributes of `ssm.StateSpaceOptions`.
+
+    Returns
+    -------
+    Answer
+        Without a table where a file is written and no response is asked for.
 
     Raises
     ------
@@ -250,8 +284,23 @@ def compare_models(
     """Answer of the command trade: errors and computing times of all models of a scene that a user can choose.
 
     They are closed forms, elements of several kinds and numbers, and models refined to an accuracy; errors are relative
-    to the continuous cable. `columns` and `repeats` are those of `Scene.trade`; `out` is a folder to write the tables
-    to; `shown` is True if the table will be shown as Markdown.
+    to the continuous cable.
+
+    Parameters
+    ----------
+    scene : Scene
+    columns : str or list of str, optional
+        Results whose errors are compared; in text separated by commas. By default the main results of the scene.
+    repeats : int
+        Number of timings of each model.
+    out : str, optional
+        Folder to write the tables to.
+    shown : bool
+        True if the table will be shown as Markdown.
+
+    Returns
+    -------
+    Answer
     """
     from cablestudy.scene.strict_yaml import refuse
     from cablestudy.study import trade
@@ -290,7 +339,22 @@ def find(scene, goal: Goal, by: Text, between: Between | None = None, columns: C
 def find_value(document, goal, by, between=None, columns=None):
     """Answer of the command find: the values of a key of a scene for which a result takes a wanted value.
 
-    `document` is the file of the scene, which may lack the key; the others are parameters of `Scene.find`.
+    Parameters
+    ----------
+    document : Document
+        File of the scene, which may lack the key.
+    goal : str
+        Column and value, such as "sag = 2 m"; or "limits": the ends of the range in which all limits of the scene hold.
+    by : str
+        Dotted key that is solved for, such as "cable.preload".
+    between : str or sequence of 2, optional
+        Range of the key that is searched, such as "100 N:10 kN".
+    columns : str, optional
+        Columns that are shown beside the key, separated by commas.
+
+    Returns
+    -------
+    Answer
     """
     from cablestudy.study import find, find_limits
     from cablestudy.study.goal import LIMITS, read_find, read_goal

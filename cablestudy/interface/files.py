@@ -6,28 +6,59 @@ from cablestudy.study.table import write_whole as write_whole
 
 
 def validate(files, set=()):
-    """Table, mistakes and notes of scenes and studies that are read and checked, see `study.files.validate_table`."""
+    """Read and check scenes and studies.
+
+    Parameters
+    ----------
+    files : sequence of str
+    set : sequence of str, optional
+        Texts KEY=VALUE.
+
+    Returns
+    -------
+    table : Table
+        File, kind, number of cases, status.
+    mistakes : list of Mistake
+    notes : list of str
+    """
     from cablestudy.study.files import validate_table
 
     return validate_table(files, tuple(set))
 
 
 def schema(kind):
-    """JSON Schema of a kind of file, `scene`, `suspension` or `study`: dict."""
+    """JSON Schema of a kind of file: dict.
+
+    Parameters
+    ----------
+    kind : {"scene", "suspension", "study"}
+    """
     from cablestudy.scene import schema as schemas
 
     return getattr(schemas, f"{kind}_schema")()
 
 
 def keys(kind, beginning=""):
-    """Every key of a kind of file, see `schema`, or those that begin so: unit, default, meaning, allowed: Table."""
+    """Every key of a kind of file, or those that begin so: unit, default, meaning, what is allowed: Table.
+
+    Parameters
+    ----------
+    kind : {"scene", "suspension", "study"}
+    beginning : str, optional
+        A dotted key.
+    """
     from cablestudy.study.files import key_table
 
     return key_table(kind, beginning)
 
 
 def template(kind):
-    """A commented file of a kind, the name of one in `templates/`, to begin with: str."""
+    """A commented file to begin with: str.
+
+    Parameters
+    ----------
+    kind : {"guy", "line", "section", "zipline", "footbridge", "gondola", "suspension", "study"}
+    """
     from importlib.resources import files
 
     return (files("cablestudy") / "templates" / f"{kind}.yaml").read_text(encoding="utf-8")

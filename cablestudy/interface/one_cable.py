@@ -39,7 +39,21 @@ def modes(
 ):
     """Answer of the command modes: natural frequencies and types of the modes of the cable between fixed ends.
 
-    `count`, `upto` and `coupled` are those of `Scene.modes`; with `estimate` errors are estimated too.
+    Parameters
+    ----------
+    scene : Scene
+    count : int, optional
+        Number of modes, from the lowest; by default DEFAULT_MODES.
+    upto : float or str, optional
+        Frequency up to which all modes are given instead, in Hz or with a unit.
+    coupled : bool
+        True for the modes of gondola and cable together instead, as of a suspension.
+    estimate : bool
+        True if errors are estimated too.
+
+    Returns
+    -------
+    Answer
     """
     if coupled:
         return _modes_with_gondola(scene, count, upto)
@@ -103,19 +117,24 @@ def windrms(scene, on: WindOn | None = None, estimate: bool = False):
 
 
 def solve_loop(scene, span, time_options, table, estimate):
-    """Answer of the command loop: margins of the winch loop, or its response over frequency or in time.
+    """Answer of the command loop: stability margins of the winch control loop, or response over frequency or in time.
 
     Parameters
     ----------
+    scene : Scene
     span : (float, float, int) or None
-        Lowest and highest frequency [Hz] and number of frequencies, if the response over frequency is asked for: where
-        it cannot be computed there is no table.
+        Lowest and highest frequency [Hz] and number of frequencies, if the response over frequency is asked for.
     time_options : TimeOptions or None
-        Options of the response in time, if that is asked for, likewise.
+        Options of the response in time, if that is asked for.
     table : str or None
         Without effect here; of a suspension the name of the only table that is asked for.
     estimate : bool
         True if errors are estimated too.
+
+    Returns
+    -------
+    Answer
+        Without a table if a response is asked for that cannot be computed.
     """
     from cablestudy.study import loop_report
 

@@ -76,8 +76,20 @@ def list_of(value: Any) -> list[Any] | None:
 def plain(value: Any, path: tuple[str, ...] = ()) -> Any:
     """Convert a value that Python code gives, such as a numpy array or Path, to a value that a YAML file can hold.
 
-    `path` are the keys from the whole argument down to this value, for messages. NotPlainError: the value is, or
-    contains, anything but mappings, lists, text, numbers, truth values and None, or is nested too deeply.
+    Parameters
+    ----------
+    value : object
+    path : tuple of str
+        Keys from the whole argument down to this value, for messages.
+
+    Returns
+    -------
+    dict, list, str, int, float, bool or None
+
+    Raises
+    ------
+    NotPlainError
+        The value is, or contains, anything else, or is nested too deeply.
     """
     value = unwrapped(value)
     if isinstance(value, os.PathLike):

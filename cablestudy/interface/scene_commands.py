@@ -139,10 +139,25 @@ class SceneCommands:
         return share_hint(self.document, self.model, failure)
 
     def compute_cases(self, what: str, **options: Any) -> Answer:
-        """Answer of a command for all load cases of the scene together, see `compute`; SceneError where there are none.
+        """Answer of a command for all load cases of the scene together.
 
-        Its tables have the rows of all cases, each with the name of its case in front. A case without an answer has a
-        row with empty cells, whose status says why.
+        Parameters
+        ----------
+        what : str
+            The command, such as "static", or another key of `answers`.
+        **options
+            Options of the command: arguments of the function in `answers`.
+
+        Returns
+        -------
+        Answer
+            Its tables have the rows of all cases, each with the name of its case in front. A case without an answer
+            has a row with empty cells, whose status says why.
+
+        Raises
+        ------
+        SceneError
+            The scene has no load cases.
         """
         from cablestudy.study.table import join_tables
 

@@ -165,9 +165,16 @@ class Study:
     def run(self, folder: str = "results", keep: bool = False, shard: str | None = None, **options: Any) -> Run:
         """Set up the computation of the study: `Run`, a context manager, whose method `compute` does the work.
 
-        `folder` is that of the files of the study, where rows are kept as they are done if `keep` is true; `shard` is
-        "K/N" for only every Nth case from the Kth; `options` are other fields of `sweeps.run.SweepOptions`, such as
-        `jobs` (number of processes), `resume` or `quiet`.
+        Parameters
+        ----------
+        folder : str
+            Folder of the files of the study.
+        keep : bool
+            True if rows are kept there as they are done.
+        shard : str, optional
+            "K/N": only every Nth case from the Kth.
+        **options
+            Other fields of `sweeps.run.SweepOptions`, such as `jobs` (number of processes), `resume` or `quiet`.
         """
         from cablestudy.sweeps.run import Run, SweepOptions, read_shard
 
@@ -198,12 +205,16 @@ class Study:
         return stored_table(self.request, self.files(folder), command_text(self.words, *folders))
 
     def save_figure(self, path: str, table: Table, indices: bool = False, columns: Sequence[str] = ()) -> list[str]:
-        """Write the picture of the table of the study to a .png, .svg or .pdf file.
+        """Write the picture of the table of the study to a file.
 
         Parameters
         ----------
+        path : str
+            A .png, .svg or .pdf file.
+        table : Table
+            Rows of the study, or sensitivity indices.
         indices : bool
-            True if the table has sensitivity indices in place of rows of the study.
+            True if the table has sensitivity indices.
         columns : sequence of str
             Columns that are drawn; if empty, those that the key `plot` of the study states, else the first ones.
 

@@ -59,7 +59,21 @@ def modes(
 ):
     """Answer of the command modes: coupled modes of the suspension, or modes of one cable between fixed ends.
 
-    `count`, `upto` and `cable` are those of `Suspension.modes`; `estimate` has no effect: errors are always known.
+    Parameters
+    ----------
+    scene : Suspension
+    count : int, optional
+        Number of modes, from the lowest; by default DEFAULT_MODES.
+    upto : float or str, optional
+        Frequency up to which all modes are given instead, in Hz or with a unit.
+    cable : str, optional
+        Name of the one cable; without it the coupled modes.
+    estimate : bool
+        Without effect: errors are always known.
+
+    Returns
+    -------
+    Answer
     """
     from cablestudy.study.vibration import galloping_notes, tension_notes
 

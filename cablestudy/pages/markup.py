@@ -62,7 +62,14 @@ def picture(svg, caption):
 
 
 def document(title, body):
-    """The page: complete HTML, of a title as text and a body as HTML."""
+    """The page: complete HTML.
+
+    Parameters
+    ----------
+    title : str
+    body : str
+        HTML.
+    """
     style = files("cablestudy.pages").joinpath("page.css").read_text(encoding="utf-8")
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'

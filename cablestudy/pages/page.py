@@ -30,8 +30,13 @@ MESSAGE = re.compile(r"(cases? [^:]*: )?(?:(note|warning): )?(.*)", re.DOTALL)  
 def inline_picture(figure, prefix, label):
     """A matplotlib figure as an element of HTML: `svg`, or `img` where that would be very large.
 
-    All names in it get a `prefix`, which is to differ from those of other pictures of the page; `label` is what it
-    shows, for readers who do not see it.
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+    prefix : str
+        Of all names in it, which are to differ from those of other pictures of the page.
+    label : str
+        What it shows, for readers who do not see it.
     """
     if _points(figure) > MOST_POINTS:
         data, width = b64encode(_saved(figure, "png")).decode(), f"{96 * figure.get_figwidth():.0f}"

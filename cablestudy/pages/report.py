@@ -121,8 +121,34 @@ def write_report(
 ) -> Report:
     """Compute a scene or a study and write its page of HTML, for `report` and for the command of this name.
 
-    Parameters are those of `report`, as texts and sequences of texts, and `words`: the arguments of the command, which
-    the page shows. Messages on mistakes name the options of the command.
+    Messages on mistakes name the options of the command.
+
+    Parameters
+    ----------
+    path : str, path-like or mapping
+        Scene or study: its file, `-` for standard input, or its contents.
+    out : str, optional
+        File of the page; by default NAME.html in the working directory.
+    set, vary : sequence of str
+        Changes of the scene, "KEY=VALUE", and further keys that a study varies, "KEY=VALUES".
+    case : str, optional
+        Load case of a scene; by default, or with "all", the page has all load cases.
+    title : str, optional
+        Title of the page; by default that of the study, or the name of the file.
+    jobs : int or None
+        Number of processes that compute a study; None for as many as the work is worth.
+    words : sequence of str, optional
+        Arguments of the command, which the page shows.
+    quiet : bool
+        True if a study shows no progress.
+    columns : sequence of str
+        Columns of the tables of results; all if empty.
+    where : str, optional
+        Condition on the rows of a study that are shown.
+
+    Returns
+    -------
+    Report
     """
     command, started = shlex.join(["cablestudy", *words]) if words else "cablestudy.report", datetime.now(UTC)
     file = checked_file(out, path)
@@ -164,10 +190,26 @@ def _stem(name):
 
 
 def _scene_page(source, sets, case, title, begun, columns):
-    """New `Page` with all results of a scene, a Document whose `base:` is unread.
+    """Compute all results of a scene and put them on a new `Page`.
 
-    `sets` and the others are parameters of `write_report`; `begun` are the command and the time when it began, for the
-    record of the run.
+    Parameters
+    ----------
+    source : Document
+        The scene as read, its `base:` unread.
+    sets : tuple of str
+        Changes of it, "KEY=VALUE".
+    case : str or None
+        A load case; None for all of them.
+    title : str or None
+        Title of the page; by default the name of the file.
+    begun : (str, datetime)
+        The command, and when it began, for the record of the run.
+    columns : sequence of str
+        Columns of the tables of results; all if empty.
+
+    Returns
+    -------
+    Page
     """
     unchanged = resolve_base(source)
     document = apply_sets(unchanged, sets, case)
@@ -197,7 +239,31 @@ def _add_file(page, unchanged, document):
 
 
 def _study_page(source, sets, vary, title, begun, jobs, quiet, columns, where):
-    """New `Page` with all rows of a study; parameters as of `_scene_page`."""
+    """Compute all rows of a study and put them on a new `Page`.
+
+    Parameters
+    ----------
+    source : Document
+        The study file as read, its `base:` unread.
+    sets, vary : tuple of str
+        Changes of the base scene, "KEY=VALUE", and further keys that vary, "KEY=VALUES".
+    title : str or None
+        Title of the page; by default that of the study, or the name of the file.
+    begun : (str, datetime)
+        The command, and when it began, for the record of the run.
+    jobs : int or None
+        Number of processes; None for as many as the work is worth.
+    quiet : bool
+        True for no progress on standard error.
+    columns : sequence of str
+        Columns of the tables of results; all if empty.
+    where : str or None
+        Condition on the rows that are shown.
+
+    Returns
+    -------
+    Page
+    """
     from cablestudy.pages.study import open_run, study_sections
     from cablestudy.study.prepare import prepare
     from cablestudy.sweeps.select import read_selection

@@ -41,8 +41,15 @@ def _notes(run):
 def study_sections(page, run, words, selection=None):
     """Append the results of a study to a page: rows, pictures, rows without an answer, extremes, Sobol's indices.
 
-    `run` is complete, from `open_run`; `words` are the command that computes the study, for the hint how to compute a
-    failed row alone; `selection` chooses the rows that are shown, by default all.
+    Parameters
+    ----------
+    page : Page
+    run : Run
+        Complete, from `open_run`.
+    words : list of str
+        The command that computes the study, for the hint how to compute a failed row alone.
+    selection : Selection, optional
+        Rows that are shown; by default all.
     """
     table, study = run.table(), run.study
     shown, notes = selection.table(table) if selection else (table, ())
@@ -83,8 +90,14 @@ def _draw_table(page, study, table, plots):
 def _extremes(study, table, shown, fields):
     """HTML table of the smallest and largest number of each result column, and the cases in which they occur.
 
-    Of all rows, `table`, only those that are shown count, and of the `fields` only results: left out are text, varied
-    keys, hidden columns, differences from printed values, and columns of one value.
+    Parameters
+    ----------
+    study : StudyFile
+    table, shown : Table
+        All rows, and those that are shown: only these count.
+    fields : sequence of Field
+        The columns. Left out are text, varied keys, hidden columns, differences from printed values, and columns of
+        one value.
     """
     frame, lines = table.rows.frame(), []
     if shown is not table:

@@ -62,11 +62,22 @@ class TableGrid:
 
 
 def table_html(table, caption, where_all=""):
-    """HTML of a `Table`, with the estimated errors of its numbers; empty for a table without rows.
+    """Lay out a `Table` for a page of HTML, with the estimated errors of its numbers.
 
     A table has a line for each row; but a line for each quantity if it is a single row (`Table.single`), has a field
-    that heads its columns (`Table.across`), or has more than TURNED[0] columns and at most TURNED[1] rows. `where_all`
-    says where a reader finds all rows, for a table that is cut.
+    that heads its columns (`Table.across`), or has more than TURNED[0] columns and at most TURNED[1] rows.
+
+    Parameters
+    ----------
+    table : Table
+    caption : str
+    where_all : str
+        Words that say where a reader finds all rows, for a table that is cut.
+
+    Returns
+    -------
+    str
+        HTML; empty for a table without rows.
     """
     if not len(table.rows):
         return ""

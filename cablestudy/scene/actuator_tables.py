@@ -91,10 +91,20 @@ Actuator = Annotated[
 def actuator_relations(scene):
     """Yield conditions that mass and inertia of each body, less those of the actuators on it, are positive.
 
-    Mass and inertia of a body include its reaction masses and reaction wheels. The actuators are taken away one by one.
-    After each one: the mass that is left is positive; a body with a wheel states its inertia; the tensor of inertia
-    that is left, about the center of mass of what is left, is positive definite. Each condition is a tuple as of
-    `KeyTable.relations`; the numbers of the scene may be arrays over many cases of a study.
+    Mass and inertia of a body include its reaction masses and reaction wheels. The actuators are taken away one by
+    one. After each one: the mass that is left is positive; a body with a wheel states its inertia; the tensor of
+    inertia that is left, about the center of mass of what is left, is positive definite.
+
+    Parameters
+    ----------
+    scene : SuspensionScene
+        Each actuator on a body that exists. Its numbers may be arrays over many cases of a study.
+
+    Yields
+    ------
+    tuple of (tuple, bool or ndarray of bool, callable)
+        Path in the scene of the key or table that is at fault if the condition does not hold; True where it holds; and
+        a function without arguments that returns the message for where it does not.
     """
     bare_bodies = {name: _BodyWithoutActuators(body) for name, body in scene.bodies.items()}
     for name, actuator in scene.actuators.items():

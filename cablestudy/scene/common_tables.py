@@ -132,10 +132,17 @@ class Comparison(NamedTuple):
 
 @lru_cache(maxsize=4096)
 def comparison(text):
-    """Parse a limit on a column of the table, such as "clearance >= 6 m" or "6 m <= clearance": `Comparison`.
+    """Parse a limit on a column of the table, such as "clearance >= 6 m" or "6 m <= clearance".
 
-    It has the column first: where the text begins with the number, the sign is mirrored. PydanticCustomError: the text
-    is no comparison of one column with one number by <, <=, > or >=.
+    Returns
+    -------
+    Comparison
+        With the column first: where the text begins with the number, the sign is mirrored.
+
+    Raises
+    ------
+    PydanticCustomError
+        The text is no comparison of one column with one number by <, <=, > or >=.
     """
 
     def refuse(position, message):
@@ -186,7 +193,13 @@ Limits = dict[Annotated[Name, AfterValidator(plain_name("limit"))], Limit]
 def case_relations(chosen, limits, cases):
     """Relations, as of `KeyTable.relations`, that a chosen load case, and those which limits name, are there: a list.
 
-    `limits`: name -> LimitTable; `cases`: name of a load case -> its table.
+    Parameters
+    ----------
+    chosen : str or None
+    limits : dict
+        Name -> LimitTable.
+    cases : dict
+        Name of a load case -> its table.
     """
     known = [*cases, REFERENCE]
     of_limits = [

@@ -38,12 +38,18 @@ def connection_mistakes(points, bodies, ends, winches, actuators, links):
 
     Parameters
     ----------
-    points, winches, actuators : collection of str
-        Names: of the points, of the cables that have a winch, of the actuators.
+    points : collection of str
+        Names of the points.
     bodies : dict
         Name of a body -> mapping with the names of its attachments as keys.
-    ends, links : dict
-        Name of a cable, or link -> its two ends; only ends that are text are checked.
+    ends : dict
+        Name of a cable -> its two ends; only ends that are text are checked.
+    winches : collection of str
+        Names of the cables that have a winch.
+    actuators : collection of str
+        Names of the actuators.
+    links : dict
+        Name of a link -> its two ends, checked like those of cables.
 
     Returns
     -------
@@ -94,10 +100,25 @@ def _end_mistakes(kind, name, pair, points, bodies, suggest):
 
 
 def _wrong_end(kind, end, points, bodies, suggest):
-    """Message on an end of a cable or link, the `kind`, that is no point and no attachment of a body; else empty.
+    """Message on an end of a cable or link that is neither a point nor an attachment of a body.
 
-    The message on an unknown end suggests a similar name if `suggest` is true, which takes long in large files; the
-    others are as of `connection_mistakes`.
+    Parameters
+    ----------
+    kind : str
+        "cable" or "link", for the message.
+    end : str
+        The end as written: POINT or BODY.ATTACHMENT.
+    points : collection of str
+        Names of the points.
+    bodies : dict
+        Name of a body -> mapping with the names of its attachments as keys.
+    suggest : bool
+        True if the message on an unknown end suggests a similar name, which takes long in large files.
+
+    Returns
+    -------
+    str
+        Empty where the end is right.
     """
     if end in points:
         return ""
@@ -136,9 +157,10 @@ def unheld(movable, partly_held, owners):
 
     Parameters
     ----------
-    movable, partly_held : collection of str
-        Names of the bodies with at least one free motion, and of the free points; those some of whose motions are held,
-        which count as held.
+    movable : collection of str
+        Names of the bodies with at least one free motion, and of the free points.
+    partly_held : collection of str
+        Those of `movable` some of whose motions are held; they count as held.
     owners : list of (str or None, str or None)
         What the two ends of each cable are at: name of a body or free point, None for the ground. Links are in the
         list too, if they carry a force in equilibrium without load case: those with stiffness and length.

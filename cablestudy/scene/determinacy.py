@@ -21,7 +21,14 @@ def determinacy_mistakes(scene):
       `tensions.reference` if that is a mapping. The unknowns, lengths and rotations that are found (`found_rotations`),
       must be at least as many as the equations of equilibrium, one for each free motion of each body.
 
-    Returns path and message of each mistake in a list.
+    Parameters
+    ----------
+    scene : SuspensionScene
+
+    Returns
+    -------
+    list of (tuple, str)
+        Path in the scene and message of each mistake.
     """
     without_length = cables_without_length(scene)
     if scene.solve_for == "pose":

@@ -173,6 +173,11 @@ def read_file(path):
         Name of the file, `-` for standard input. A mapping is taken in place of the contents of a file; so may be its
         `base`.
 
+    Returns
+    -------
+    Document
+        Values as written, with their places.
+
     Raises
     ------
     SceneError
@@ -211,11 +216,10 @@ def read_document(path):
 
 
 def resolve_base(document, chain=()):
-    """Read the files that a document names by `base:` and `materials:`, and merge the document upon them: `Document`.
+    """Read the files that a document names by `base:` and `materials:`, and merge the document upon them.
 
     A base has the values that the document does not give; it may have a base itself. A null in the document removes a
-    key of the base. `materials:` may be the name of a file in place of the table itself. The result has no null keys;
-    its attribute `empty` lists those that had nothing to remove from a base.
+    key of the base. `materials:` may be the name of a file in place of the table itself.
 
     Parameters
     ----------
@@ -224,6 +228,11 @@ def resolve_base(document, chain=()):
     chain : tuple of str
         Files from the one that the user named down to this one, each the base of the one before it; empty if this is
         the first.
+
+    Returns
+    -------
+    Document
+        Merged, without null keys; its attribute `empty` lists null keys that had nothing to remove from a base.
 
     Raises
     ------
@@ -318,10 +327,19 @@ def _read_bytes(open_file, place, key="", prefix=""):
 
 
 def _parse(data, name):
-    """Parse the bytes of a YAML file of a name as a `Document`, its `base:` unread.
+    """Parse the bytes of a YAML file as a `Document`, its `base:` unread.
 
-    SceneError: the bytes are more than MAX_BYTES, not UTF-8, or not one YAML mapping; or `base` is a mapping, not the
-    name of a file.
+    Parameters
+    ----------
+    data : bytes
+        The file; more than MAX_BYTES are refused.
+    name : str
+        Its name in messages.
+
+    Raises
+    ------
+    SceneError
+        The bytes are too many, not UTF-8, or not one YAML mapping; or `base` is a mapping, not the name of a file.
     """
     if len(data) > MAX_BYTES:
         raise refuse(Place(name), f"larger than {MAX_BYTES // 1_000_000} MB")
@@ -345,11 +363,26 @@ def _parse(data, name):
 
 
 def read_option(option, text, usage, read):
-    """Read the argument `key=value` of a command-line option such as `--set`: dotted key, value.
+    """Read the argument `key=value` of a command-line option such as `--set`.
 
-    `usage` is the message for an argument without `=`; `read` is a function of the text behind the `=` that returns the
-    value, or raises ValueError or SceneError. SceneError: the text has no `=`, its key is no dotted key, or `read`
-    refuses the value.
+    Parameters
+    ----------
+    option, text : str
+        Name of the option, and its argument as the user wrote it.
+    usage : str
+        Message for an argument without `=`.
+    read : callable
+        Text behind the `=` -> value; raises ValueError or SceneError.
+
+    Returns
+    -------
+    tuple
+        Dotted key, value.
+
+    Raises
+    ------
+    SceneError
+        The text has no `=`, its key is no dotted key, or `read` refuses the value.
     """
     key, sign, written = text.partition("=")
     key = key.strip()
@@ -379,14 +412,20 @@ def _read_value(written):
 
 
 def apply_sets(document, texts, case=None):
-    """Copy of a document with its base files merged, changed by the options `--set` and `--case` of a command.
+    """Copy of a document, changed by the options `--set` and `--case` of a command.
 
     Parameters
     ----------
+    document : Document
+        With its base files merged.
     texts : sequence of str
         Arguments of `--set`, `key=value` each.
     case : str, optional
         Argument of `--case`, the name of a load case.
+
+    Returns
+    -------
+    Document
 
     Raises
     ------

@@ -88,6 +88,7 @@ def entries_of(table, source, cases):
     Parameters
     ----------
     table : StudyTable
+        The study file as typed model.
     source : Document
         The study file as read, for the places of values.
     cases : callable
@@ -120,10 +121,28 @@ def entries_of(table, source, cases):
 def _read_entry(mapping, path, read_values, source, varied):
     """Read one entry of `vary`, or what `sample` varies, and find mistakes in it.
 
-    `mapping` is the entry as written, dotted key -> its values, at a path of the study file, `source`. `read_values`
-    makes a sequence of values of a key and of what is written for it, or raises ValueError. To `varied`, the keys that
-    vary in entries before this one, the keys of this one are added. Returns columns and alternatives as of `Entry`, and
-    path and message of each mistake.
+    Parameters
+    ----------
+    mapping : dict
+        The entry as written: dotted key -> its values, for example {"cable.sag": ["1 m", "2 m"]}.
+    path : tuple
+        Where it is in the study file, such as ("vary", 0).
+    read_values : callable
+        Key and what is written for it -> sequence of values; raises ValueError.
+    source : Document
+        The study file.
+    varied : set of str
+        Keys that vary in entries before this one; the keys of this one are added.
+
+    Returns
+    -------
+    columns : tuple of (str, sequence, callable)
+        The attribute of `Entry`: dotted key, its values, and function from the index of a value to its place in the
+        file.
+    alternatives : dict
+        The attribute of `Entry`: name -> its changes, (dotted key, value, place) each.
+    mistakes : list of (tuple, str)
+        Path in the study file and message of each mistake.
     """
     columns, alternatives, mistakes = [], {}, []
     for key, written in mapping.items():
@@ -162,9 +181,28 @@ def _one_begins_other(path, other):
 def _alternatives(source, path, written, varied):
     """Read the alternatives of an entry: named groups of changes of the scene, one of which is made in each case.
 
-    They are `written` at a path of the study file, `source`, and may change no key that is `varied` in this entry or an
-    earlier one. Returns them as of `Entry`, and path and message of each mistake; ValueError where `written` is no
-    mapping, or an empty one.
+    Parameters
+    ----------
+    source : Document
+        The study file.
+    path : tuple
+        Where the alternatives are in it.
+    written : object
+        What the file has there: should be a mapping, name -> {dotted key: value, ...}.
+    varied : set of str
+        Keys that vary in this entry or an earlier one, which no alternative may change.
+
+    Returns
+    -------
+    alternatives : dict
+        Name -> tuple of (dotted key, value, function that returns the place of the value in the file).
+    mistakes : list of (tuple, str)
+        Path in the study file and message of each mistake.
+
+    Raises
+    ------
+    ValueError
+        `written` is no mapping, or an empty one.
     """
     if not isinstance(written, dict):
         raise ValueError(f"expected name: {{key: value, ...}} for each alternative, got {show(written)}")
@@ -220,11 +258,26 @@ def _sampled(sample, key, written):
 
 
 def entries_of_options(texts, entries, cases):
-    """Read the options `--vary` of a command: each is an `Entry`, one more key that varies in a study: a tuple of them.
+    """Read the options `--vary` of a command: each is an `Entry`, one more key that varies in a study.
 
-    `texts` are their arguments, for example "cable.sag=1 m:3 m:5"; `entries` are those of the study file, whose keys
-    cannot be varied again; `cases` as of `entries_of`. SceneError names all options that cannot be read, or whose key
-    varies already; or that there are more than MAX_COUNT cases in all.
+    Parameters
+    ----------
+    texts : sequence of str
+        Arguments of `--vary`, for example "cable.sag=1 m:3 m:5".
+    entries : tuple of Entry
+        Entries of the study file; their keys cannot be varied again.
+    cases : callable
+        Returns the names of the load cases of the scene, all of which `case=all` stands for.
+
+    Returns
+    -------
+    tuple of Entry
+        Entries of the options alone.
+
+    Raises
+    ------
+    SceneError
+        All options that cannot be read, or whose key varies already; or more than MAX_COUNT cases in all.
     """
     added = []
     with Mistakes() as mistakes:

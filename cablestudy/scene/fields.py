@@ -109,7 +109,23 @@ class Quantity(_Type):
     words: tuple[str, ...] = ()
 
     def read(self, value):
-        """Value as written -> float [unit] within the limits, or one of `words`; PydanticCustomError for all others."""
+        """Convert a value of a file to a float in `unit`, and check that it is within the limits.
+
+        Parameters
+        ----------
+        value : object
+            As written: a number, which is in `unit` already; text with a unit, such as "3 mm"; or one of `words`.
+
+        Returns
+        -------
+        float or str
+            The number [unit], or the word as it is.
+
+        Raises
+        ------
+        PydanticCustomError
+            The value is no such quantity, or outside of the limits.
+        """
         if self.words and isinstance(value, str) and value in self.words:
             return value
         try:
@@ -256,12 +272,25 @@ def table_at(tables, path):
 
 
 def group_mistakes(table, given, optional=False):
-    """Path inside a table and message of keys that exclude each other, of which exactly one is needed, as a list.
+    """Find mistakes in keys that exclude each other, of which exactly one is needed: `at` or `fraction` of a load.
 
-    A `table`, such as a load with the choice of `at` or `fraction`, has several choices in `layers.ALTERNATIVES`. A
-    choice consists of alternatives, of which exactly one must be given; an alternative is a tuple of keys that go
-    together, the main one first. Mistakes are keys of a second alternative, an alternative without its main key, and a
-    choice of which nothing is `given`, unless a material may give it, or all choices are `optional`.
+    A table has several choices. A choice consists of alternatives, of which exactly one must be given; an alternative
+    is a tuple of keys that go together, the main one first. Mistakes are keys of a second alternative, an alternative
+    without its main key, and a choice of which nothing is given, unless a material may give it.
+
+    Parameters
+    ----------
+    table : str
+        Dotted key of the table in `layers.ALTERNATIVES`, which lists its choices.
+    given : collection of str
+        The keys that are there.
+    optional : bool
+        True if no alternative of a choice need be given.
+
+    Returns
+    -------
+    list of (tuple, str)
+        Path inside the table, and message.
     """
     mistakes, given = [], set(given)
     for choice in ALTERNATIVES.get(table, ()):

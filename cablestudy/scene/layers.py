@@ -201,7 +201,14 @@ def unknown_name(lower, upper, path):
     """Find a name that is probably a misprint: `--set cables.nroth.sag=2 m`, where no cable has the name nroth.
 
     A new name is no misprint where a key is set with it that a new thing needs, such as `from` of a cable: `NAMED`
-    lists these keys. `lower`, `upper`: plain values of the scene before and after the key at the path was set.
+    lists these keys.
+
+    Parameters
+    ----------
+    lower, upper : dict
+        Plain values of the scene before and after the key at the path was set.
+    path : tuple of str
+        For example ("cables", "nroth", "sag").
 
     Returns
     -------

@@ -57,9 +57,14 @@ def load_name(cable, number):
 
 
 def paths_of_loads(cable, *tables):
-    """Name of each point load on a cable (as of `load_name`) -> its path in the scene, a dict.
+    """Name of each point load on a cable -> its path in the scene, a dict.
 
-    `tables`: the path of each list of loads, and the list.
+    Parameters
+    ----------
+    cable
+        As of `load_name`.
+    *tables : (tuple, tuple of Load)
+        Path of a list of loads, and the list.
     """
     paths = [(*path, str(index)) for path, loads in tables for index in range(len(loads))]
     return {load_name(cable, number): path for number, path in enumerate(paths, 1)}
@@ -157,8 +162,21 @@ class CommonLoadCase(KeyTable):
         """Conditions that a cable has the diameter and the thermal expansion that this load case needs.
 
         Wind, and ice of a thickness, need the diameter; a temperature needs the coefficient of expansion, or the
-        stress-strain curves of a conductor. Each is a tuple as of `KeyTable.relations`, with the path of the cable;
-        `name` is that of this load case, for messages.
+        stress-strain curves of a conductor.
+
+        Parameters
+        ----------
+        cable : CableProperties
+        path : tuple
+            Path of the cable in the scene.
+        name : str
+            Name of this load case, for messages.
+
+        Returns
+        -------
+        list of (tuple, bool, callable)
+            For diameter and expansion: `path`; True if the cable has it or need not have it; and a function without
+            arguments that returns the message where it lacks it.
         """
         needs_diameter = self.wind is not None or (self.ice is not None and self.ice.thickness is not None)
         has_diameter = cable.section_diameter is not None

@@ -342,8 +342,12 @@ def materials():
 def known_materials(table):
     """Name -> Material of all that a scene may name: those of its own table over the built-in ones.
 
-    An entry that is wrong is None, so that only its own mistakes are told. `table`: plain values of the key `materials`
-    of the scene; what is no mapping is ignored.
+    An entry that is wrong is None, so that only its own mistakes are told.
+
+    Parameters
+    ----------
+    table : dict
+        Plain values of the key `materials` of the scene, or anything else, which is ignored.
     """
     if not isinstance(table, dict):
         return materials()

@@ -22,9 +22,16 @@ ABOUT_KEYS = (UNKNOWN, "unknown cable", "no winch", "given together", "a name ",
 
 
 def collect(error, document, tables):
-    """The SceneError for a ValidationError of the model that reads a whole file, sorted by place; at most 100 mistakes.
+    """The SceneError for a ValidationError, sorted by place; at most 100 mistakes.
 
-    `document` is what was read, `tables` are from `fields.tables_of`.
+    Parameters
+    ----------
+    error : pydantic.ValidationError
+        Error of the model that reads the whole file.
+    document : Document
+        What was read.
+    tables : list of (tuple, type)
+        From `fields.tables_of`.
     """
     return located(findings(error, document.value, tables), document)
 
@@ -122,8 +129,17 @@ _EXPECTED = {
 def _paths_and_messages(detail, tables):
     """Translate one error of pydantic into messages for the user: a list, since a table may have several mistakes.
 
-    `detail` is an item of `ValidationError.errors()`, `tables` are from `fields.tables_of`. Returns the path and the
-    message of each mistake.
+    Parameters
+    ----------
+    detail : dict
+        Item of `ValidationError.errors()`.
+    tables : list of (tuple, type)
+        Path and model of each table of the file, from `fields.tables_of`.
+
+    Returns
+    -------
+    list of (tuple, str)
+        Path and message.
     """
     path, kind, context, value = detail["loc"], detail["type"], detail.get("ctx", {}), detail["input"]
     if path[-1:] == ("[key]",):  # a name that the user chose, for example of a cable
@@ -242,7 +258,14 @@ def add_blank(name):
 
 
 def empty_keys(document, tables):
-    """Yield path and message of wrong keys without a value: those that no model has, and names of the user."""
+    """Yield path and message of wrong keys without a value: those that no model has, and names of the user.
+
+    Parameters
+    ----------
+    document : Document
+    tables : list of (tuple, type)
+        From `fields.tables_of`.
+    """
     for path in document.empty:
         known = keys_at(path[:-1], tables)
         if known and path[-1] not in known:

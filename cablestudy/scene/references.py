@@ -5,11 +5,20 @@ from cablestudy.scene.units import show
 
 
 def reference_mistakes(scene):
-    """Path and message of names in control, actuators, correction and wind of a suspension that refer to nothing: list.
+    """Find names in control, actuators, correction and wind of a suspension that refer to nothing.
 
     Control and actuators name bodies, the allocation of the control names cables with a winch, and the correction (a
     mirror that follows the motion) names a marker, a point on a body. Control without a winch, a measured motion that
     is held, and a wind on bodies where no body has the key `wind` are mistakes too.
+
+    Parameters
+    ----------
+    scene : SuspensionScene
+
+    Returns
+    -------
+    list of (tuple, str)
+        Path in the scene and message of each mistake.
     """
     mistakes = _control_mistakes(scene) if scene.control else []
     for name, actuator in scene.actuators.items():
@@ -75,10 +84,19 @@ def _marker_names(bodies):
 
 
 def case_mistakes(scene):
-    """Path and message of mistakes in the load cases of a suspension: in names of what loads act on and of lost cables.
+    """Find mistakes in the load cases of a suspension: in names of what loads act on and of cables that are lost.
 
     A force must act on a point or body that is free to move. A move, a prescribed displacement, must be of one that is
     held. Ice and wind must act on cables or bodies that exist. A lost cable can carry no load.
+
+    Parameters
+    ----------
+    scene : SuspensionScene
+
+    Returns
+    -------
+    list of (tuple, str)
+        Path in the scene and message of each mistake.
     """
     mistakes = []
     for name, case in scene.cases.items():
@@ -95,8 +113,18 @@ def _list_mistakes(scene, case):
     """Check the names in a load case: cables that are lost (removed), and cables and bodies with ice or wind.
 
     A name must exist and be named once. A lost cable can carry neither ice, wind nor point loads; a body in the wind
-    needs its key `wind`; one cable must be left. Yields the path inside the load case, such as ("wind", "on", 0), and
-    the message of each mistake.
+    needs its key `wind`; one cable must be left.
+
+    Parameters
+    ----------
+    scene : SuspensionScene
+    case : SuspensionLoadCase
+        One of its load cases.
+
+    Yields
+    ------
+    tuple of (tuple, str)
+        Path inside the load case, such as ("wind", "on", 0), and message.
     """
     cables, wind_of_bodies = scene.cables, {name: body.wind for name, body in scene.bodies.items()}
     known = {"lost": cables, "ice": cables, "wind": {**cables, **wind_of_bodies}}  # names that each list may have

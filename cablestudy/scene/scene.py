@@ -185,9 +185,22 @@ def is_suspension(document):
 
 
 def read_scene(document):
-    """Check a document with its base files merged, and convert it to the typed model of its kind of scene, in SI.
+    """Check a document, and convert it to the typed model of its kind of scene.
 
-    Returns a `CableScene` or `SuspensionScene`; SceneError has all that is wrong with the document, sorted by place.
+    Parameters
+    ----------
+    document : Document
+        With its base files merged.
+
+    Returns
+    -------
+    CableScene or SuspensionScene
+        Values in SI.
+
+    Raises
+    ------
+    SceneError
+        All that is wrong with it, sorted by place.
     """
     for key in STUDY_KEYS:
         if document.is_override((key,)):
@@ -226,8 +239,10 @@ def load_scene(path, sets=(), case=None, read=read_scene):
     ----------
     path : str or path-like
         `-` is standard input.
-    sets, case
-        As of `apply_sets`.
+    sets : sequence of str
+        Arguments of `--set`, `key=value` each.
+    case : str, optional
+        Name of the load case that is chosen.
     read : callable
         Function that checks a `Document` and makes the scene of it.
 
@@ -237,6 +252,11 @@ def load_scene(path, sets=(), case=None, read=read_scene):
         Values as written, with their places.
     scene : CableScene or SuspensionScene
         Values in SI.
+
+    Raises
+    ------
+    SceneError
+        All that is wrong.
     """
     document = apply_sets(read_document(path), sets, case)
     return document, read(document)

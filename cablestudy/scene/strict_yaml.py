@@ -269,6 +269,11 @@ _Dumper.add_representer(str, _represent_text)
 
 
 def write_yaml(value):
-    """YAML text of plain mappings, lists, text and numbers in their order; `compose` reads the same values from it."""
+    """YAML text of plain mappings, lists, text and numbers, in their order, from which `compose` reads the same values.
+
+    Parameters
+    ----------
+    value : dict
+    """
     options = {"sort_keys": False, "allow_unicode": True, "width": WIDTH, "default_flow_style": None}
     return yaml.dump(value, Dumper=_Dumper, **options)

@@ -281,7 +281,7 @@ def _plain_alternatives(entry):
 
 
 def read_study(path, sets=(), vary=(), further_check=None):
-    """Read a study file and the base scene that it names, and check them: `StudyFile`.
+    """Read a study file and the base scene that it names, and check them.
 
     Parameters
     ----------
@@ -295,6 +295,10 @@ def read_study(path, sets=(), vary=(), further_check=None):
         Called with a `StudyFile` if there are mistakes, to find more, so that the user sees all at once; raises
         SceneError. The `wrong_keys` of this study are left out of it.
 
+    Returns
+    -------
+    StudyFile
+
     Raises
     ------
     SceneError
@@ -306,7 +310,19 @@ def read_study(path, sets=(), vary=(), further_check=None):
 def study_of(source, sets=(), vary=(), further_check=None):
     """Make a `StudyFile` of a study file that has been read: check it, and read the base scene that it names.
 
-    `source` is the study file, its `base:` unread; other parameters, and errors, are those of `read_study`.
+    Parameters
+    ----------
+    source : Document
+        The study file, its `base:` unread.
+    sets, vary : sequence of str
+        Arguments of the options `--set` (changes of the base scene) and `--vary` (more keys that vary).
+    further_check : callable, optional
+        Called with the `StudyFile`, without its `wrong_keys`, if there are mistakes: raises SceneError of more of them.
+
+    Raises
+    ------
+    SceneError
+        All that is wrong with the study file, the base scene's file and the options.
     """
     _refuse_scene(source)
     table, found = _read_table(source)

@@ -302,7 +302,18 @@ SUSPENSION_TABLES = tables_of(SuspensionScene)
 
 
 def read_suspension(document):
-    """Check a document that describes several cables, and convert it to a `SuspensionScene`; see `read_scene`."""
+    """Check a document that describes several cables, and convert it to a `SuspensionScene` in SI.
+
+    Parameters
+    ----------
+    document : Document
+        With its base files merged.
+
+    Raises
+    ------
+    SceneError
+        All that is wrong with it, sorted by place.
+    """
     actuators = document.value.get("actuators")
     wheels = [name for name, value in actuators.items() if is_wheel(value)] if isinstance(actuators, dict) else ()
     # the first table that fits a path describes it: for names of reaction wheels not that of reaction masses

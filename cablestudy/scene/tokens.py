@@ -29,10 +29,18 @@ class Token(NamedTuple):
 
 
 def tokens_of(text, refuse):
-    """Split the text of a condition, such as "sag > 2 m and clearance >= 6 m", into a list of Token.
+    """Split the text of a condition, such as "sag > 2 m and clearance >= 6 m", into tokens.
 
-    The last one is of the kind `end`. Where the text is no token `refuse` is called with a position (from 1) and a
-    message, and must raise an error.
+    Parameters
+    ----------
+    text : str
+    refuse : callable
+        Called with a position (from 1) and a message where the text is no token; must raise an error.
+
+    Returns
+    -------
+    list of Token
+        The last one is of the kind `end`.
     """
     tokens, position, end = [], 0, len(text.rstrip())
     while position < end:

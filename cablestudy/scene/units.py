@@ -200,8 +200,16 @@ class _NotAQuantityError(ValueError):
 def split(text):
     """Split a text such as "1.85 mm" or "5/8 inch" into a number and the name of a unit, which may be empty.
 
-    The number is a Decimal, exactly as written; a fraction to 28 digits. ValueError: the text is too long, does not
-    begin with a decimal number, or the number is out of range or divided by zero.
+    Returns
+    -------
+    number : Decimal
+        Exactly as written; a fraction to 28 digits.
+    name : str
+
+    Raises
+    ------
+    ValueError
+        The text is too long, does not begin with a decimal number, or the number is out of range or divided by zero.
     """
     match = _QUANTITY.fullmatch(text) if len(text) <= MAX_LENGTH else None
     if match is None:
@@ -321,11 +329,26 @@ def _registry():
 
 @lru_cache(maxsize=4096)
 def _root(name, expected=None):
-    """Factor (Decimal) and base units of pint (str) of a unit as written, such as "kN/m": "mm" is 0.001 "meter".
+    """Express a unit in the base units of pint: "mm" is 0.001 "meter".
 
-    Two units fit each other if their base units are equal. Dimensions are not compared, since those of rad/s and Hz are
-    equal. A pure number is "". _NotAQuantityError: the unit is unknown; its message tries for the `expected` base
-    units.
+    Parameters
+    ----------
+    name : str
+        Unit as written, such as "kN/m"; "" is a pure number.
+    expected : str, optional
+        Base units that it should have, for the message on an unknown unit.
+
+    Returns
+    -------
+    factor : Decimal
+        Size of the unit in base units.
+    base_units : str
+        Two units fit each other if these are equal. Dimensions are not compared, since those of rad/s and Hz are equal.
+
+    Raises
+    ------
+    _NotAQuantityError
+        The unit is unknown.
     """
     if name == "":
         return Decimal(1), ""

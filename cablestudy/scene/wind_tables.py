@@ -15,7 +15,12 @@ Coefficient = Annotated[float, Quantity("", 1e-6, 1e6)]
 def one_or_three(quantity, components):
     """The type of a quantity that is one number, or three; after reading a float or a tuple of three.
 
-    `quantity` reads each number; `components` is what three numbers are, for messages.
+    Parameters
+    ----------
+    quantity : Quantity
+        Reads each number.
+    components : str
+        What three numbers are, for messages.
     """
     number = Annotated[float, quantity]
     readers = (((list, tuple), reader_of(tuple[number, number, number])), ((int, float, str), quantity.read))

@@ -27,6 +27,7 @@ def deflections(case, abscissa, label):
     Parameters
     ----------
     case : CableCase or HangingCable
+        One cable in equilibrium, with point loads.
     abscissa : callable
         Arc length over the unstretched length, shape (j,) [-] -> position along the horizontal axis of the panel [m].
     label : str

@@ -251,9 +251,16 @@ class Drawing:
 
 
 def drawing_of(case):
-    """Positions of all that a picture of a case in equilibrium shows: `Drawing`.
+    """Collect the positions of all that a picture of a case in equilibrium shows.
 
-    One cable is drawn as a suspension of a single cable.
+    Parameters
+    ----------
+    case : CableCase or SuspensionCase
+        One cable is drawn as a suspension of a single cable.
+
+    Returns
+    -------
+    Drawing
     """
     scene, equilibrium = kind_of(case.scene).as_suspension(case.scene), case.equilibrium
     suspension = equilibrium.suspension
@@ -341,10 +348,20 @@ def _lost(case):
 
 
 def upright_plane(drawings):
-    """Side view of the vertical plane that holds all cable ends, bodies and markers of a scene; None without one.
+    """Side view of the vertical plane that holds all cable ends, bodies and markers of a scene, if there is one.
 
     The horizontal axis is x or y in a plane along one of these; else the distance from the first place in the plane.
-    For a scene of one cable it is the distance from end 1. `drawings` are those of one scene in several load cases.
+    For a scene of one cable it is the distance from end 1.
+
+    Parameters
+    ----------
+    drawings : list of Drawing
+        One scene in several load cases.
+
+    Returns
+    -------
+    View or None
+        None without such a plane.
     """
     first, size = drawings[0], max(drawing.size for drawing in drawings)
     held = np.concatenate([drawing.held for drawing in drawings])

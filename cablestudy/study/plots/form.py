@@ -309,6 +309,7 @@ def _looks(drawings, unnamed):
     Parameters
     ----------
     drawings : list of Drawing
+        One for each load case.
     unnamed : bool
         Whether the label of an only cable is its name alone, without the sag.
 
@@ -368,7 +369,14 @@ def finish_view(axes, view, window, ground, ticks=8):
 def load_path(path):
     """Figure of a load that travels along a cable: its path in a side view, and below it the largest tension.
 
-    Of the equilibria of a `LoadPath`, with the load in many places, the side view shows the cable in some.
+    Parameters
+    ----------
+    path : LoadPath
+        Equilibria with the load in many places. The side view shows the cable in some of them.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
     """
     first, (*positions, clearance, tension) = path.cables[0], (_numbers(path, name) for name in PATH_COLUMNS)
     span = first.form.span

@@ -58,6 +58,10 @@ def loop_margins(closed_loop, span=None):
         Lowest and highest frequency [Hz] and number of those at equal ratios. Default: about bandwidth, controlled
         motions and largest gain.
 
+    Returns
+    -------
+    matplotlib.figure.Figure
+
     Raises
     ------
     NothingToDrawError
@@ -186,8 +190,14 @@ def _nyquist(axes, closed_loop, value):
     """Draw the Nyquist plot: eigenvalues of the loop gain in the complex plane, their distance from -1, and margins.
 
     The distance is 1 over the peak of the sensitivity. It is drawn for a stable loop only, and so is the phase margin,
-    of one coordinate. The gain margin is drawn wherever the loop has a largest gain. `value`: loop gain of k measured
-    coordinates at f frequencies, complex, shape (f, k, k). [-]
+    of one coordinate. The gain margin is drawn wherever the loop has a largest gain.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    closed_loop : ClosedLoop
+    value : ndarray, shape (f, k, k)
+        Loop gain of k measured coordinates at f frequencies, complex. [-]
     """
     zero_lines(axes)
     circle = np.exp(1j * np.linspace(0, TURN, 361))
@@ -271,6 +281,10 @@ def loop_in_time(solved):
     Parameters
     ----------
     solved : TimeCase
+
+    Returns
+    -------
+    matplotlib.figure.Figure
     """
     time = solved.time
     varies = np.ptp(solved.input.values_in_unit) > 0
@@ -304,6 +318,11 @@ def _displacement(axes, solved):
     """Draw the measured displacement over time, with and without the loop, its largest value and its settling time.
 
     Only the response to a step settles. It has an overshoot unless it ends near zero (`StepResponse.taken_back`).
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    solved : TimeCase
     """
     time, response, unit, step = solved.time, solved.response, solved.unit, solved.step
     if response.open_loop is not None:
@@ -337,11 +356,13 @@ def bode(curves, frequency, *numbers, title="frequency responses"):
     Parameters
     ----------
     curves : list of Curve
-        Names and unit of the responses; all have one unit. Of a single one the label is the title.
+        Names and unit of the responses; all have one unit.
     frequency : ndarray, shape (m,)
         Ascending. [Hz]
     numbers : ndarray, shape (m,)
         Magnitude [unit] and phase [deg] of the first curve, then of the second, and so on.
+    title : str
+        Title of a figure of several curves; one curve has its label as the title.
     """
     figure = Figure(figsize=(WIDTH, 5.2), layout="constrained")
     magnitude, phase = panels(figure, 2, 1, height_ratios=(3, 2))

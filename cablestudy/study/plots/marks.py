@@ -108,12 +108,17 @@ def draw_parts(axes, drawing, view, colours, label="", lost="", dashes="-", own=
 
     Parameters
     ----------
+    axes : matplotlib.axes.Axes
+    drawing : Drawing
+        Places of all that is drawn of one load case.
     view : callable
         Positions, shape (..., 3) -> coordinates on the paper, shape (..., 2).
     colours : color or list of color
-        Colour of all cables, or of each; `dashes` is their line style.
+        Colour of all cables, or of each.
     label, lost : str
         Entries of the legend for the cables, and for the cables that the load case has lost.
+    dashes : str or tuple
+        Line style of the cables.
     own : color, optional
         Colour of links, points, bodies and loads of this load case, in a picture of several load cases.
     """
@@ -195,9 +200,17 @@ def mark_sag(axes, room, middle, sag):
 def mark_loads(axes, room, loads, paper):
     """Draw the point loads: an arrow along each force, a ring with a dot or cross for one nearly normal to the paper.
 
-    A dot is the point of an arrow towards the viewer, a cross the tail of an arrow away from the viewer. The sizes of
-    the forces are written beside them, in the `room`. `loads`: positions on the paper, shape (2,), and forces [N],
-    shape (3,); `paper`: directions to the right and upwards on it, shape (3, 2).
+    A dot is the point of an arrow towards the viewer, a cross the tail of an arrow away from the viewer.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    room : Room
+        For the sizes of the forces, written beside them.
+    loads : list of (ndarray, ndarray)
+        Position on the paper, shape (2,), and force [N], shape (3,).
+    paper : ndarray, shape (3, 2)
+        Directions to the right and upwards on the paper.
     """
     for point, force in loads:
         size = float(np.linalg.norm(force))

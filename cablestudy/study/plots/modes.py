@@ -140,8 +140,18 @@ class ModeDrawing:
 def mode_shapes(case, modes, share=None):
     """Figure of mode shapes of a cable between fixed ends, on its static form, one panel each, as the paper's Fig. 5.
 
-    At most MOST_MODES are shown. The `CableCase` has the finite elements by which the modes were computed; `share` is a
-    factor on the displacements, from -1 to 1, for one picture of an animation, by default 1.
+    Parameters
+    ----------
+    case : CableCase
+        The cable with the finite elements by which the modes were computed.
+    modes : Modes
+        The figure shows at most MOST_MODES of them.
+    share : float, optional
+        Factor on the displacements, from -1 to 1, for one picture of an animation; by default 1.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
     """
     shown = _of_cable(case, modes, min(len(modes), MOST_MODES))
     chord = float(case.span.chord)
@@ -178,8 +188,22 @@ def coupled_mode_shapes(case, modes, listed=None, share=None):
     """Figure of the first coupled modes of a suspension, one panel each: the displaced scene over the scene at rest.
 
     If all cables end in one vertical plane, the panels show that plane from the side; movement out of it is drawn
-    upwards. Scenes that do not lie in one plane, or have no width in it, are drawn in perspective. `listed` is the
-    number of modes asked for, by default all, of which at most MOST_MODES are shown; `share` as of `mode_shapes`.
+    upwards. Scenes that do not lie in one plane, or have no width in it, are drawn in perspective.
+
+    Parameters
+    ----------
+    case : SuspensionCase
+        With a stable equilibrium.
+    modes : CoupledModes
+        Modes of the case.
+    listed : int, optional
+        Number of modes asked for; by default all. The figure shows at most MOST_MODES of them.
+    share : float, optional
+        Factor on the displacements, from -1 to 1, for one picture of an animation; by default 1.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
     """
     listed, drawing = len(modes) if listed is None else listed, drawing_of(case)
     plane, peak = upright_plane([drawing]), nice(PEAK_OVER_SIZE * drawing.size)  # peak: largest displacement drawn [m]
@@ -212,10 +236,23 @@ def _alike_in_both_directions(shown, drawing, enlargement):
 
 
 def _drawing_of_coupled_mode(case, modes, drawing, plane, number):
-    """`ModeDrawing` of one coupled mode: places and displacements of all cables, bodies and points.
+    """Collect the places and displacements of all cables, bodies and points in one coupled mode.
 
-    `drawing` is the scene at rest, `plane` the side view of the vertical plane in which all cables end, None in
-    perspective; `number` is the index of the mode, from 0.
+    Parameters
+    ----------
+    case : SuspensionCase
+    modes : CoupledModes
+        Modes of the case.
+    drawing : Drawing
+        The scene at rest.
+    plane : View or None
+        Side view of the vertical plane in which all cables end; None draws in perspective.
+    number : int
+        Index of the mode, from 0.
+
+    Returns
+    -------
+    ModeDrawing
     """
     equilibrium = case.equilibrium
     suspension = equilibrium.suspension
@@ -284,11 +321,12 @@ def columns_of(count):
 
 
 def _figure(shown, frequency, listed, peak, share, drawing, distance):
-    """Figure of modes, a panel for each, all panels to one scale.
+    """Draw modes in a figure, a panel for each, all panels to one scale.
 
     Parameters
     ----------
     shown : list of ModeDrawing
+        The modes that are drawn.
     frequency : ndarray
         Frequencies of the modes. [Hz]
     listed : int
@@ -301,6 +339,10 @@ def _figure(shown, frequency, listed, peak, share, drawing, distance):
         Static form of a suspension; None for one cable.
     distance : str or None
         Label of the distance along the plane of the panels; None in perspective.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
     """
     if not shown:
         return figure_without_panels("There is no mode to show")

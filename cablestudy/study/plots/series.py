@@ -93,8 +93,15 @@ def series_of(study, every, rows, *drawn):
     """Divide the rows of a study into the series of a picture: each is one line, or one kind of mark.
 
     Each entry of a study varies one key, or several keys together. Along a series those entries vary whose keys are
-    `drawn`, along x and perhaps y or as colour, and a random sample of keys; if there are none, the last entry. All
-    other entries have one value in a series. `every`, `rows`: all rows of the study's table, and those with an answer.
+    drawn, and a random sample of keys; if there are none, the last entry. All other entries have one value in a series.
+
+    Parameters
+    ----------
+    study : StudyFile
+    every, rows : list of dict
+        All rows of the study's table, and those with an answer.
+    *drawn : DrawnQuantity
+        Quantities along x and perhaps y or as colour.
 
     Returns
     -------
@@ -138,9 +145,17 @@ def _grouped(rows, factors, categories):
     """Distribute the rows of a table over the series of a plot: dict of (levels, turn) -> list of rows.
 
     Rows in which all factors have the same values are one series. Its key `levels` has one int for each factor: the
-    index of the row's value in `factor.levels`. `turn` is 0, except where the values along x are names, those of the
-    quantity `categories`: a series then has each name once, and the second row with the same levels and name goes to
-    the series with turn 1, and so on.
+    index of the row's value in `factor.levels`. `turn` is 0, except where the values along x are names: a series then
+    has each name once, and the second row with the same levels and name goes to the series with turn 1, and so on.
+
+    Parameters
+    ----------
+    rows : list of dict
+        Of the table of results.
+    factors : list of Factor
+        Quantities that tell the series apart, each with a list of the different values it has (its levels).
+    categories : Quantity or None
+        Quantity along x if its values are names, else None.
     """
     position_of_level = [{level: number for number, level in enumerate(factor.levels)} for factor in factors]
     groups, seen = {}, Counter()
@@ -177,12 +192,21 @@ def _common(quantity, rows):
 
 
 def give_looks(series, factors, joined):
-    """Give each series of a picture its colour, mark and line style, its `look`, and make the legend for them.
+    """Give each series of a picture its colour, mark and line style, and make the legend for them.
 
     A factor is a quantity that tells series apart, its levels are its values. Up to NAMED_SERIES series have a colour
     and a mark each. Of more series, the factor with most levels decides the colour, on a colour bar if its levels are
     many, and the next factor the mark and the line style. Series that differ in further factors look alike: the legend
-    says so. Lines join the points if they are `joined`.
+    says so.
+
+    Parameters
+    ----------
+    series : list of Series
+        Their `look` is set.
+    factors : list of Factor
+        What tells these series apart.
+    joined : bool
+        Whether lines join the points.
 
     Returns
     -------

@@ -59,8 +59,19 @@ def study_plot(study, table, chosen=()):
     """Figure of the results of a study: a panel for each column, over a varied key, with printed values beside them.
 
     `plot:` of the study file states what is drawn; with `plot.color` it is a map of colours. Without `plot:` the first
-    computed columns are drawn over the key that varies first. `table` has all rows of the study, or some; columns and
-    varied keys that are `chosen`, with or without units, are drawn along y instead, except in a map of colours.
+    computed columns are drawn over the key that varies first.
+
+    Parameters
+    ----------
+    study : StudyFile
+    table : Table
+        All rows of the study's table, or some.
+    chosen : sequence of str
+        Columns and varied keys that are drawn along y instead, with or without units, except in a map of colours.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
     """
     every = [row | {ROW: number} for number, row in enumerate(table.rows, 1)]
     rows = [row for row in every if has_answer(row.get("status", OK))]
@@ -79,7 +90,17 @@ def not_drawn(study):
 def _line_figure(study, every, rows, chosen):
     """Figure with one panel for each drawn column of a study, all over one x.
 
-    `every`, `rows`: all rows of the study's table, and those with an answer; `chosen` as of `study_plot`.
+    Parameters
+    ----------
+    study : StudyFile
+    every, rows : list of dict
+        All rows of the study's table, and those with an answer.
+    chosen : sequence of str
+        Columns and varied keys that are drawn along y in place of those that the study states.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
     """
     x, columns, *logarithmic = _drawn(study, every, chosen)
     if not columns:
@@ -114,10 +135,21 @@ def _nothing(study, reason):
 
 
 def _scale_panels(grid, x, columns, logarithmic, by_ratio):
-    """Set scales and ticks of all panels of a study, one for each of the `columns`, all with the quantity x along x.
+    """Set scales and ticks of all panels of a study.
 
-    `logarithmic` tells whether x and y are logarithmic, as the study states it. Where it does not (None), x is
-    logarithmic if its values are spaced so; y is if its values span decades and x is logarithmic or `by_ratio` holds.
+    Parameters
+    ----------
+    grid : list of Axes
+        A panel for each column, with its lines.
+    x : DrawnQuantity
+        The quantity along x of all panels.
+    columns : list of DrawnQuantity
+        The quantity along y of each panel.
+    logarithmic : (bool or None, bool or None)
+        Whether x and y are logarithmic, as the study states it. Where it does not (None), x is logarithmic if its
+        values are spaced so; y is if its values span decades and x is logarithmic or `by_ratio` holds.
+    by_ratio : bool
+        Whether y may become logarithmic over an x that is not.
     """
     logx, logy = logarithmic
     lines = [line for axes in grid for line in axes.lines]
@@ -190,7 +222,19 @@ def _with_printed_values(study, quantity, rows, headers):
 def _panel(axes, x, column, series, joined):
     """Draw one column of a study over x: its computed values in the looks of the series, rings for the printed values.
 
-    Returns True if there are printed values; `joined`: whether lines join the points.
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    x, column : DrawnQuantity
+        Quantities along x and y.
+    series : list of Series
+    joined : bool
+        Whether lines join the points.
+
+    Returns
+    -------
+    bool
+        True if there are printed values.
     """
     any_printed = False
     for k, line in enumerate(series):
@@ -278,8 +322,18 @@ def sensitivity_plot(study, table):
     """Figure of Sobol's indices: which share of the variance of each result column comes from each sampled key.
 
     There is a panel for each column, and for each combination of values of keys that vary in the study but are not
-    sampled. It shows the first-order index and the total index of each sampled key, with their confidence intervals:
-    the rows of `table`, from `Sensitivity.table`.
+    sampled. It shows the first-order index and the total index of each sampled key, with their confidence intervals.
+
+    Parameters
+    ----------
+    study : StudyFile
+    table : Table
+        From `Sensitivity.table`: rows with `column`, `parameter` (the varied key), values of keys that vary beside the
+        sample, the indices, and the ends of their confidence intervals.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
     """
     fixed = ("column", "parameter", *(f"{kind}{end}" for kind in INDICES for end in ("", "_low", "_high")))
     others = [field for field in table.fields if field.name not in fixed]  # keys that vary beside the sample

@@ -263,9 +263,16 @@ def log_ticks(axis, low, high, count=8, own=()):
 
 
 def own_ticks(values, most, apart):
-    """Values, distinct and ascending, as ticks of a logarithmic axis where they are few and not too close; else none.
+    """The ticks of a logarithmic axis that are its values themselves: if they are few and not too close, else none.
 
-    `most`: largest number of such ticks; `apart`: least ratio of neighbouring values, as its logarithm of base 10.
+    Parameters
+    ----------
+    values : ndarray
+        Distinct, ascending.
+    most : int
+        Largest number of such ticks.
+    apart : float
+        Least ratio of neighbouring values, as its logarithm of base 10.
     """
     return values if 1 < len(values) <= most and np.diff(np.log10(values)).min() >= apart else []
 
@@ -389,10 +396,18 @@ def wrapped(text, room, size):
 
 
 def name_axis(axes, which, names, room):
-    """Write names instead of numbers at the positions 0, 1, 2, ... along an axis, "x" or "y", MOST_NAMES at most.
+    """Write names instead of numbers at the positions 0, 1, 2, ... along an axis, MOST_NAMES at most.
 
-    Names along x stand in lines below their positions where they fit, else at an angle or, of many, upright. `room` is
-    the length of the axis, about. [in]
+    Names along x stand in lines below their positions where they fit, else at an angle or, of many, upright.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    which : {"x", "y"}
+        The axis.
+    names : sequence of str
+    room : float
+        Length of the axis, about. [in]
     """
     step = -(-len(names) // MOST_NAMES)
     positions, shown = range(0, len(names), step), names[::step]

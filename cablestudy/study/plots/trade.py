@@ -56,6 +56,16 @@ def trade_plot(trade, title):
     """Figure of the models of a scene: relative error against computation time, logarithmic, a panel for each column.
 
     The models on the grey line, the Pareto front, are the fastest for their accuracy.
+
+    Parameters
+    ----------
+    trade : Trade
+        Measured errors and times.
+    title : str
+
+    Returns
+    -------
+    matplotlib.figure.Figure
     """
     count = len(trade.columns)
     side = 1 if count == 1 else 2
@@ -108,7 +118,12 @@ def _look(family):
 def _panel(axes, trade, column):
     """Draw error against time of all models for one column, their Pareto front, and the error of the reference.
 
-    Errors below that of the reference mean nothing: they lie in a grey band.
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    trade : Trade
+        Measured errors and times. Errors below that of its reference mean nothing: they lie in a grey band.
+    column : Column
     """
     name, reference_error = column.name, trade.reference.errors[column.name]
     value = quantity_text(trade.reference.values[name], column.unit)

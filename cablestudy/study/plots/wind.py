@@ -86,6 +86,10 @@ def wind_response(winds, at_rest=None, on=None):
     on : str, optional
         Name of the part that the wind blows on, for the title; by default the body.
 
+    Returns
+    -------
+    matplotlib.figure.Figure
+
     Raises
     ------
     NothingToDrawError
@@ -210,7 +214,7 @@ def _states(winds, at_rest, names, point, frequency):
 
 
 def _drawn_state(names, point, frequency, label, colour, dashes, winds, open_loop=False):
-    """`DrawnState` of one state of control, such as "winches at rest".
+    """Compute the curves that are drawn of one state of control, such as "winches at rest".
 
     Parameters
     ----------
@@ -220,12 +224,16 @@ def _drawn_state(names, point, frequency, label, colour, dashes, winds, open_loo
         Body, marker or cable at mid-span, whose covariance of displacements gives the ellipses.
     frequency : ndarray, shape (f,)
         Frequencies of the spectra. [Hz]
-    label, colour, dashes
-        As of the `DrawnState`.
+    label, colour, dashes : str
+        Entry of the legend, colour and line style of the state.
     winds : list of DynamicAnalysis
         One for each wind; their spectra and covariances add.
     open_loop : bool
         Whether the winches are at rest.
+
+    Returns
+    -------
+    DrawnState
     """
     of_point = [f"{point}.{axis}" for axis in PLACES]  # outputs, of which some may be held
     spectra, variances, covariance = {}, {}, np.zeros((3, 3))
@@ -276,9 +284,20 @@ def _highest(frequency, states, kinds):
 def _spectra(axes, frequency, states, kind, several):
     """Draw the spectra of displacements, or of rotations, of a body or a mid-span in all states of control.
 
-    A single output has the colour of its state, several outputs have the colours of their axes. `kind`: names of the
-    outputs; factor from SI to the unit; name of the motion; its unit. With `several` winds the spectrum of the first
-    output by the last wind, that on the cable, is drawn too.
+    A single output has the colour of its state, several outputs have the colours of their axes.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    frequency : ndarray, shape (f,)
+        [Hz]
+    states : list of DrawnState
+        Curves of each state of control, such as "winches at rest".
+    kind : (list of str, float, str, str)
+        Names of the outputs; factor from SI to the unit; name of the motion; its unit.
+    several : bool
+        Whether there are several winds: then the spectrum of the first output by the last wind, that on the cable, is
+        drawn too.
     """
     names, scale, motion, unit = kind
     for state in states:
@@ -318,10 +337,20 @@ def _variance(axes, frequency, states, kind):
 def _draw_rms_ellipses(figure, grid, states, closed_loop, point):
     """Draw the RMS displacement of a point by direction, as ellipses in two planes, for each state of control.
 
-    The planes are the horizontal one, and the vertical one along the mean wind of `closed_loop`; both panels are in the
-    last row of the `grid`. The extent of an ellipse along a unit vector n is the RMS in this direction, sqrt(n^T C n),
-    with the covariance C of the displacements of `point`, a body or marker, or a cable at mid-span: then along its
-    chord axes.
+    The planes are the horizontal one, and the vertical one along the mean wind. The extent of an ellipse along a unit
+    vector n is the RMS in this direction, sqrt(n^T C n), with the covariance C of the displacements.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+    grid : matplotlib.gridspec.GridSpec
+        The two panels take its last row.
+    states : list of DrawnState
+        Their `covariance` is C: global axes, of a cable those of its chord. [m^2]
+    closed_loop : ClosedLoop
+        Gives the direction of the mean wind.
+    point : str
+        Name of a body or marker, or of a cable at mid-span.
     """
     velocity = closed_loop.drag.velocity
     wind_direction = velocity / np.linalg.norm(velocity)
