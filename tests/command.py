@@ -60,9 +60,9 @@ def refused_in_one_line(folder, words, *arguments):
     assert not list(folder.iterdir())
 
 
-def refusal(*arguments, code=2, stdin=None):
+def refusal(*arguments, code=2):
     """The one line of a command that is refused, or has no answer, and prints no table."""
-    done = run(*arguments, code=code, stdin=stdin)
+    done = run(*arguments, code=code)
     assert (done.out, len(done.lines)) == ("", 1), done.err
     return done.lines[0]
 

@@ -146,7 +146,6 @@ def test_a_bad_study_is_refused_before_anything_is_computed(folder, what, monkey
     change, lines = STUDIES[what]
     write("study.yaml", changed(*change, STUDY))
     found = refused(folder, "sweep", "study.yaml")
-    assert len(found) == len(lines)
     assert all(one.startswith(f"study.yaml:{line}") for one, line in zip(found, lines, strict=True))
 
 
@@ -203,10 +202,8 @@ def test_mistakes_of_all_parts_of_a_study_are_told_at_once(folder):
     }  # fmt: skip
     for command in ("sweep", "validate", "report"):
         found = run(command, "study.yaml", code=2).lines
-        assert len(found) == len(expected), command
-        assert all(
-            one.startswith(f"study.yaml:{at}: {text}") for one, (at, text) in zip(found, expected.items(), strict=True)
-        )
+        lines = [f"study.yaml:{at}: {text}" for at, text in expected.items()]
+        assert all(one.startswith(line) for one, line in zip(found, lines, strict=True))
     write("study.yaml", WRONG.replace("scene.yaml", "absent.yaml"))
     without_base = [at for at in expected if at not in ("3:7", "5:38")]
     *lines, of_option = refused(folder, "sweep", "study.yaml", "--vary", "gravity=")
@@ -233,7 +230,6 @@ def test_mistakes_of_all_parts_of_a_study_are_told_at_once(folder):
 def test_a_reference_table_that_does_not_fit(folder, table, messages):
     write("printed.csv", table)
     found = refused(folder, "sweep", "study.yaml")
-    assert len(found) == len(messages)
     assert all("printed.csv" in line and line.endswith(message) for line, message in zip(found, messages, strict=True))
 
 
@@ -241,13 +237,11 @@ def test_outputs_that_cannot_be_written_are_refused(folder):
     write("file", "x")
     for out in ("file", "file/below"):
         assert refused(folder, "sweep", "study.yaml", "--out", out) == [f"--out {out}: file is a file, not a folder"]
-    assert refused(folder, "sweep", "study.yaml", "--check") == [
-        "results/study.csv: no such file to compare with (run the sweep without --check first)"
-    ]
+    line = "results/study.csv: no such file to compare with (run the sweep without --check first)"
+    assert refused(folder, "sweep", "study.yaml", "--check") == [line]
     for command, file in (("static", "scene.yaml"), ("modes", "scene.yaml"), ("sweep", "study.yaml")):
-        assert refused(folder, command, file, "--plot", "x.gif") == [
-            "--plot x.gif: unknown kind of picture (allowed: .png, .svg, .pdf)"
-        ]
+        line = "--plot x.gif: unknown kind of picture (allowed: .png, .svg, .pdf)"
+        assert refused(folder, command, file, "--plot", "x.gif") == [line]
     assert refused(folder, "static", "scene.yaml", "--plot", "no/x.png") == ["--plot no/x.png: cannot be written"]
 
 

@@ -103,11 +103,8 @@ def test_a_report_begins_with_the_limits():
 
 def test_a_strict_limit_does_not_hold_at_its_number():
     """The chord of 200 m is exact: a margin of zero."""
-    write(
-        "level.yaml",
-        CABLE
-        + ", preload: 20 kN}\nlimits: {a: chord <= 200 m, b: chord < 200 m, c: 200 m >= chord, d: chord > 200 m}\n",
-    )
+    chords = "{a: chord <= 200 m, b: chord < 200 m, c: 200 m >= chord, d: chord > 200 m}"
+    write("level.yaml", f"{CABLE}, preload: 20 kN}}\nlimits: {chords}\n")
     found = limits("level.yaml", code=1)
     assert {row["margin"] for row in found.values()} == {0}
     assert [found[name]["status"] for name in "abcd"] == ["ok", "not met", "ok", "not met"]
@@ -163,18 +160,11 @@ def catenary(horizontal):
     return horizontal / (MASS * GRAVITY) * (cosh(argument) - 1), horizontal * cosh(argument)
 
 
-def rigid(*limits):
-    """A cable that hardly stretches, by its horizontal tension, so that sag and tension are those of `catenary`."""
-    listed = ", ".join(limits)
-    write(
-        "rigid.yaml",
-        f"cable: {{chord: {SPAN} m, axial_stiffness: 1e15, mass_per_length: {MASS}, "
-        f"tension: {{at: horizontal, value: 10 kN}}}}\nlimits: {{{listed}}}\n",
-    )
-
-
 def test_the_range_of_a_rigid_cable_is_that_of_the_catenary():
-    rigid("low: sag <= 5 m", "strong: max_tension <= 12 kN")
+    """It hardly stretches: at a horizontal tension, sag and largest tension are those of `catenary`."""
+    tension = "{at: horizontal, value: 10 kN}"
+    cable = f"chord: {SPAN} m, axial_stiffness: 1e15, mass_per_length: {MASS}, tension: {tension}"
+    write("rigid.yaml", f"cable: {{{cable}}}\nlimits: {{low: sag <= 5 m, strong: max_tension <= 12 kN}}\n")
     found = table_of("find", "rigid.yaml", "limits", "--by", "cable.tension.value")
     low = brentq(lambda h: catenary(h)[0] - 5, 1e3, 1e5, xtol=1e-9, rtol=1e-15)
     high = brentq(lambda h: catenary(h)[1] - 12e3, 1e3, 1e5, xtol=1e-9, rtol=1e-15)
@@ -259,15 +249,12 @@ def test_no_value_meets_all_limits():
 
 
 def test_a_range_that_ends_with_what_was_searched():
-    rows, lines = found_range(
-        "--by", "cable.tension.value", "--between", "26 kN:29 kN", "--set", "limits={clearance: clearance >= 7 m}"
-    )
+    between = ("--by", "cable.tension.value", "--between", "26 kN:29 kN")
+    rows, lines = found_range(*between, "--set", "limits={clearance: clearance >= 7 m}")
     ends = {row["end"]: (row["cable.tension.value_N"], row["governing"]) for row in rows}
     assert ends == {"from": (26e3, None), "to": (29e3, None)}
-    assert lines == [
-        "all limits hold from cable.tension.value = 26000 N: the end of what was searched",
-        "all limits hold to cable.tension.value = 29000 N: the end of what was searched",
-    ]
+    for line, end in zip(lines, ("from cable.tension.value = 26000", "to cable.tension.value = 29000"), strict=True):
+        assert line == f"all limits hold {end} N: the end of what was searched"
 
 
 def test_ranges_between_zeros_jumps_and_values_without_an_answer():

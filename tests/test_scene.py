@@ -276,9 +276,8 @@ def test_one_mistake_is_one_line_at_its_place(old, new, message):
 
 def test_a_value_of_a_missing_material_is_asked_for():
     text = GOOD.replace("  material: aramid\n  elastic_modulus: 70.3 GPa\n", "")
-    assert mistakes_of(text) == [
-        "s.yaml:3:3: cable: missing key: one of axial_stiffness, elastic_modulus (or give material)"
-    ]
+    line = "s.yaml:3:3: cable: missing key: one of axial_stiffness, elastic_modulus (or give material)"
+    assert mistakes_of(text) == [line]
     text = GOOD.replace("aramid", "kryptonite").replace("  elastic_modulus: 70.3 GPa\n", "")
     assert len(mistakes_of(text)) == 1
 

@@ -78,10 +78,8 @@ def test_a_row_with_wrong_content_is_computed_again(table, computed, changed):
             database.execute("REPLACE INTO rows VALUES (?, ?, ?, ?, ?, ?, ?)", values)
     TABLE.unlink()
     computed.clear()
-    assert resume()[:2] == [
-        "results/study.rows.sqlite: left out what is not as it was written: row 2",
-        "3 of 4 rows are there already",
-    ]
+    left_out = f"{ROWS}: left out what is not as it was written: row 2"
+    assert resume()[:2] == [left_out, "3 of 4 rows are there already"]
     assert [cases for cases, _ in computed] == [1]
     assert TABLE.read_bytes() == table
     assert stored_rows(ROWS) == [1, 2, 3, 4]
@@ -91,10 +89,8 @@ def test_rows_beyond_the_study_are_left_out(table):
     with closing(sqlite3.connect(ROWS, isolation_level=None)) as database:
         for case in (-1, 4, 10**12):
             database.execute("INSERT INTO rows VALUES (?, ?, ?, ?, ?, ?, ?)", pack(case, "0", "ok", [1.0, 2.0]))
-    assert resume()[:2] == [
-        "results/study.rows.sqlite: left out what is not as it was written: rows 0, 5, 1000000000001",
-        "4 of 4 rows are there already",
-    ]
+    left_out = f"{ROWS}: left out what is not as it was written: rows 0, 5, 1000000000001"
+    assert resume()[:2] == [left_out, "4 of 4 rows are there already"]
     assert TABLE.read_bytes() == table
 
 
@@ -166,10 +162,8 @@ def test_a_description_that_was_changed_is_refused(table, change):
         edit_rows(ROWS, change)
     else:
         described(**change)
-    assert resume(code=2) == [
-        "results/study.rows.sqlite: the description of the study that its rows belong to was changed;"
-        " --restart begins anew"
-    ]
+    told = "the description of the study that its rows belong to was changed; --restart begins anew"
+    assert resume(code=2) == [f"{ROWS}: {told}"]
     run("sweep", "study.yaml", "--restart")
     assert TABLE.read_bytes() == table
 
@@ -462,9 +456,8 @@ def store_rows():
 @pytest.mark.parametrize("prepare", [lambda: None, store_rows], ids=["no file", "finished run"])
 def test_one_of_several_that_begin_at_once_has_the_file(prepare):
     prepare()
-    assert json.loads(python(OPEN_AT_ONCE)) == ["opened"] + [f"{PATH}: another sweep is at work on it"] * (
-        PROCESSES - 1
-    )
+    refused = [f"{PATH}: another sweep is at work on it"] * (PROCESSES - 1)
+    assert json.loads(python(OPEN_AT_ONCE)) == ["opened", *refused]
 
 
 @pytest.mark.parametrize("restart", [False, True])

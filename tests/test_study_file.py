@@ -233,13 +233,11 @@ def test_all_load_cases_may_vary():
 
 def test_a_mistake_of_every_case_is_reported_once():
     write("scene.yaml", SCENE.replace("material: aramid", "elastic_modulus: 70 GPa"))
-    assert mistakes_of(HEAD + "vary: [{gravity: [1, 2, 3]}]\n") == [
-        "scene.yaml:2:3: cable: missing key: one of mass_per_length, density (or give material)"
-    ]
+    line = "scene.yaml:2:3: cable: missing key: one of mass_per_length, density (or give material)"
+    assert mistakes_of(HEAD + "vary: [{gravity: [1, 2, 3]}]\n") == [line]
     write("scene.yaml", SCENE)
-    assert mistakes_of(HEAD + "vary: [{cable.tension.at: [end_1, end_2]}, {gravity: [1, 2]}]\n")[:1] == [
-        "study.yaml:3:28: cable.tension: missing key: value"
-    ]
+    first, *_ = mistakes_of(HEAD + "vary: [{cable.tension.at: [end_1, end_2]}, {gravity: [1, 2]}]\n")
+    assert first == "study.yaml:3:28: cable.tension: missing key: value"
 
 
 def test_a_scene_upon_a_base_is_no_study():
