@@ -426,7 +426,6 @@ def test_a_full_disk_is_one_line_and_no_traceback():
     assert done.stderr.startswith("standard output: ")
 
 
-@pytest.mark.skipif(os.name != "posix", reason="closing a stream in the shell is POSIX")
 @pytest.mark.parametrize("redirection", [">&-", "<&-"])
 def test_a_closed_stream_is_one_line_and_no_traceback(redirection):
     command = f"{sys.executable} -m cablestudy static - {redirection}"
@@ -486,7 +485,6 @@ def interrupted_in_import_of(module, folder, *arguments, **options):
 
 
 @pytest.mark.crossed
-@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 @pytest.mark.parametrize("module", ["click", "difflib", "yaml", "numpy", "pydantic"])
 @pytest.mark.parametrize("command", ["static", "sweep"])
 def test_ctrl_c_while_modules_are_imported_is_one_line(module, command, tmp_path):
@@ -502,7 +500,6 @@ def test_the_package_imports_nothing_before_ctrl_c_has_its_handler():
     assert "typing" not in new  # nor click, numpy, pandas or pydantic, which import it
 
 
-@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 def test_ctrl_c_that_is_ignored_as_in_the_background_of_a_shell_stays_ignored(tmp_path):
     ignored = partial(signal.signal, signal.SIGINT, signal.SIG_IGN)
     done = interrupted_in_import_of("click", tmp_path, "static", CARLINA, preexec_fn=ignored)

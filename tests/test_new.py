@@ -1,8 +1,7 @@
 """The command new: commented files to begin with."""
 
-import os
+import resource
 import tomllib
-from contextlib import suppress
 from fnmatch import fnmatch
 from importlib.resources import files
 
@@ -11,9 +10,6 @@ from command import ROOT, process, refusal, refused_in_one_line, run, table_of, 
 from picture import undrawn
 
 from cablestudy.cli.files import NEXT
-
-with suppress(ImportError):
-    import resource  # of POSIX
 
 pytestmark = pytest.mark.usefixtures("folder")
 
@@ -95,7 +91,6 @@ def test_wrong_words(words, message, folder):
     refused_in_one_line(folder, message, "new", *words)
 
 
-@pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")
 def test_a_disk_that_is_full_leaves_no_file(folder):
     """A limit on the size of files stands for the disk."""
     done = process("new", "guy", preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100)))

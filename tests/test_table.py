@@ -99,13 +99,11 @@ def test_a_file_can_be_read_by_others(tmp_path):
         write_whole(str(path), "x\n")
     finally:
         os.umask(before)
-    if os.name == "posix":
-        assert path.stat().st_mode & 0o777 == 0o644
+    assert path.stat().st_mode & 0o777 == 0o644
     with pytest.raises(SceneError, match=r"no/a\.csv: cannot be written"):
         write_whole("no/a.csv", "x")
 
 
-@pytest.mark.skipif(os.name != "posix", reason="pipes and links of POSIX")
 def test_a_pipe_is_written_into_and_a_link_to_a_file_stays(tmp_path):
     """As root, a file in the place of /dev/stdout or /dev/null would be there for all."""
     pipe, path, link = tmp_path / "pipe", tmp_path / "a.csv", tmp_path / "link"
