@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from campaign import deselected
-from found_once import lengths_found_once
+from found_once import lengths_found_once, rows_found_once
 from hypothesis import HealthCheck, settings
 
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -25,6 +25,13 @@ settings.load_profile("any machine")
 def searches(request):
     """Lengths of cables are searched once for all tests but those of the search itself."""
     with nullcontext() if request.module.__name__ == "test_initial_length" else lengths_found_once():
+        yield
+
+
+@pytest.fixture(scope="module")
+def rows_once(tmp_path_factory):
+    """Rows of one scene are solved once for all tests of a module that asks for it."""
+    with rows_found_once(tmp_path_factory.mktemp("rows")):
         yield
 
 

@@ -5,12 +5,10 @@ import re
 import subprocess
 import sys
 
+import processors
 import pytest
 from campaign import campaign
 from command import LONGEST, ROOT
-
-sys.path.append(str(ROOT / "benchmarks"))  # after the tests: some names are in both
-import processors
 
 FOLDER = ROOT / "benchmarks"
 # section of docs/benchmarks.md -> words of rows that it must have

@@ -6,15 +6,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import gallery
 import pytest
+import refresh
 from command import CONFIGS, ROOT, run, write
 from command_server import served
 
 from cablestudy.sweeps import progress
-
-sys.path.insert(0, str(ROOT / "docs"))
-import gallery
-import refresh
 
 FENCED = re.compile(r"```.*?```", re.DOTALL)
 NUMBER = re.compile(r"((?<![\w.])[-+]?\d+\.?\d*(?:e[-+]?\d+)?)")

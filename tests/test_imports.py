@@ -7,12 +7,10 @@ import sys
 from functools import cache
 from pathlib import Path
 
+import layers
 import pytest
 
 import cablestudy
-
-sys.path.insert(0, str(Path(cablestudy.__file__).parents[1] / "docs"))
-import layers
 
 ROOT = Path(cablestudy.__file__).parent
 # what each layer may import from cablestudy:

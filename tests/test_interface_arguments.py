@@ -14,10 +14,10 @@ import control
 import numpy as np
 import pandas as pd
 import pytest
+import python_calls
 import scipy.signal
 from campaign import campaign
 from command import CARLINA, CONFIGS, ROOT, write
-from found_once import rows_found_once
 from html_page import Page
 from picture import undrawn
 from scenes import GUY
@@ -68,10 +68,7 @@ TEXT_THAT_IS_READ = {"blank", "zero byte"}  # by what reads the text: a unit, a 
 RIGHT = {"goal": "sag = 1 m", "by": "cable.preload", "response": "0.1Hz:1Hz:3", "time": "1 s", "path": GUY}
 
 
-@pytest.fixture(scope="module", autouse=True)
-def solved_once(tmp_path_factory):
-    with rows_found_once(tmp_path_factory.mktemp("rows")):
-        yield
+pytestmark = pytest.mark.usefixtures("rows_once")
 
 
 def scene_of(name):
@@ -406,16 +403,12 @@ CALLS = campaign(100, 30)
 
 
 @pytest.fixture
-def python_calls(monkeypatch):
-    """The script of the campaign, which watches the tables of answers by a function that it puts there."""
-    monkeypatch.syspath_prepend(str(ROOT / "benchmarks"))
-    import python_calls
-
+def watched(monkeypatch):
+    """The script of the campaign watches the tables of answers by a function that it puts there."""
     monkeypatch.setattr(python_calls.answer, "frame_of", python_calls.answer.frame_of)
-    return python_calls
 
 
-def test_a_sample_of_the_campaign_finds_nothing(python_calls, monkeypatch, capsys, folder):
+def test_a_sample_of_the_campaign_finds_nothing(watched, monkeypatch, capsys, folder):
     monkeypatch.setattr(sys, "argv", ["python_calls.py", "--calls", str(CALLS)])
     code, out = python_calls.main(), capsys.readouterr().out
     assert code == 0, out
@@ -425,7 +418,7 @@ def test_a_sample_of_the_campaign_finds_nothing(python_calls, monkeypatch, capsy
     assert list(folder.iterdir()) == []
 
 
-def test_the_campaign_finds_what_it_looks_for(python_calls, monkeypatch, capsys):
+def test_the_campaign_finds_what_it_looks_for(watched, monkeypatch, capsys):
     """With arguments that are not checked any more."""
     monkeypatch.setattr(sys, "argv", ["python_calls.py", "--calls", "100", "--only", "Scene.modes"])
     monkeypatch.setattr(arguments, "readers", lambda function: {})

@@ -1,17 +1,13 @@
 """The reference of keys: complete, described, with units."""
 
-import sys
-
 import pytest
-from command import ROOT, refusal, table_of
+import reference
+from command import refusal, table_of
 
 from cablestudy.cli.help import COMMANDS
 from cablestudy.scene.schema import KINDS, NO_UNIT, REQUIRED, keys_of, scene_schema, study_schema, suspension_schema
 from cablestudy.scene.units import DIMENSIONS
 from cablestudy.study.columns import columns_table
-
-sys.path.insert(0, str(ROOT / "docs"))
-import reference
 
 SCHEMAS = {"scene": scene_schema, "suspension": suspension_schema, "study": study_schema}
 

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command import refusal, rows_of, run, study_file
-from found_once import rows_found_once
 
 from cablestudy.scene.study import read_study
 from cablestudy.study import pareto
@@ -18,10 +17,7 @@ from cablestudy.sweeps.select import read_selection
 STUDY = "vary: [{cable.preload: [1345 N, 600 N, 100 kN, 1 N, 2 kN]}]\ncolumns: [mass, sag]\n"
 
 
-@pytest.fixture(scope="module", autouse=True)
-def solved_once(tmp_path_factory):
-    with rows_found_once(tmp_path_factory.mktemp("rows")):
-        yield
+pytestmark = pytest.mark.usefixtures("rows_once")
 
 
 @pytest.fixture(autouse=True)
