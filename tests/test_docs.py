@@ -1,5 +1,6 @@
-"""Every example of README, ARCHITECTURE and docs/ prints what the page says it prints."""
+"""Every example of README, ARCHITECTURE and docs/ prints what the page says, and notebooks show what theirs show."""
 
+import json
 import os
 import re
 import subprocess
@@ -7,10 +8,12 @@ import sys
 from pathlib import Path
 
 import gallery
+import numpy as np
 import pytest
 import refresh
-from command import CONFIGS, ROOT, run, write
+from command import CARLINA, CONFIGS, ROOT, run, stored_table, table_of, with_sets, write
 from command_server import served
+from PIL import Image
 
 from cablestudy.sweeps import progress
 
@@ -36,11 +39,15 @@ def programs(tmp_path_factory):
 
 @pytest.mark.parametrize("page", refresh.PAGES, ids=lambda page: page.name)
 def test_examples_print_what_the_page_shows(page, folder, programs):
-    now, stored = NUMBER.split(refresh.refreshed(page, folder, programs)), NUMBER.split(page.read_text())
-    assert now[::2] == stored[::2], "stale: 'make docs' regenerates it"
-    # the last digits of a number may differ on another processor
-    numbers = [[float(text) for text in page[1::2]] for page in (now, stored)]
-    assert numbers[0] == pytest.approx(numbers[1], rel=2e-3, abs=1e-12), "stale: 'make docs' regenerates it"
+    assert_stored(refresh.refreshed(page, folder, programs), page)
+
+
+def assert_stored(text, page, smallest=1e-12):
+    """A page has the words of a text, and its numbers but for the last digits, which differ between processors."""
+    now, stored = NUMBER.split(text), NUMBER.split(page.read_text(encoding="utf-8"))
+    assert now[::2] == stored[::2], "stale: 'make docs' makes it again"
+    numbers = [[float(part) for part in parts[1::2]] for parts in (now, stored)]
+    assert numbers[0] == pytest.approx(numbers[1], rel=2e-3, abs=smallest), "stale: 'make docs' makes it again"
 
 
 def test_no_example_shows_progress_which_depends_on_how_fast_a_machine_is(folder):
@@ -130,3 +137,60 @@ def test_commands_of_the_tour_do_their_work(command, folder, programs):
 def test_every_scene_of_configs_has_an_answer(command, scene):
     said = run(command, CONFIGS / f"{scene}.yaml").err
     assert said == "" or (command == "modes" and said.startswith("note: these are modes between fixed ends"))
+
+
+# ------------------------------------------------------------------------------------------------------------ notebooks
+
+DOCS = ROOT / "docs"
+FOLDERS = ("IPYTHONDIR", "JUPYTER_RUNTIME_DIR", "JUPYTER_CONFIG_DIR", "JUPYTER_DATA_DIR")  # of the user otherwise
+
+
+def notebook_page(name, folder):
+    """Run a notebook, in processes of its own, and compare its page with the stored one; its text."""
+    environment = {**os.environ, **{variable: str(folder / variable) for variable in FOLDERS}}
+    command = [sys.executable, str(DOCS / "notebook_pages.py"), "--to", str(folder), name]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=600, check=False)
+    assert done.returncode == 0, done.stderr
+    text = (folder / f"notebook-{name}.md").read_text(encoding="utf-8")
+    assert_stored(text, DOCS / f"notebook-{name}.md", 1e-9)
+    pictures = re.findall(r"!\[[^\]]*\]\((.*?)\)", text)
+    assert len(pictures) == 3
+    assert all((folder / picture).stat().st_size > 5000 for picture in pictures)
+    assert [picture for picture in pictures if differ(folder / picture, DOCS / picture)] == [], "stale: 'make docs'"
+    return text
+
+
+def differ(*paths):
+    """True if two pictures are not of one size, or differ in more than a hundredth of their area."""
+    now, before = (np.asarray(Image.open(path).convert("L"), dtype=float) for path in paths)
+    return now.shape != before.shape or (np.abs(now - before) > 32).mean() > 0.01
+
+
+def printed(text, pattern):
+    """The number that a pattern finds in a page."""
+    return float(re.search(pattern, text)[1])
+
+
+def test_the_notebook_of_one_cable(tmp_path):
+    preload = printed(notebook_page("one-cable", tmp_path), r"least preload: (\d+) N")
+    assert 400 < preload < 700  # "about half a kilonewton"
+    sets = with_sets("cable.diameter=3.7mm", "wind.aerodynamic_damping=true", f"cable.preload={preload} N")
+    (row,) = table_of("windrms", CARLINA, *sets)
+    assert row["peak_mm"] == pytest.approx(12, rel=0.01)
+
+
+def test_the_notebook_of_a_suspension(tmp_path):
+    text = notebook_page("suspension", tmp_path)
+    largest = stored_table(ROOT / "results" / "carlina-winches.csv")[0]["largest_gain_rad_per_s"]
+    assert printed(text, r"\ngain ([\d.]+) rad/s") == pytest.approx(largest * 10**-0.5, rel=3e-3)
+    thin, thick = (printed(text, rf"{cable}RMS of the focus ([\d.]+) mm") for cable in (r"\d, ", r"mm\^2: "))
+    assert thick == pytest.approx(thin / 2, rel=0.1)  # with twice the section
+
+
+@pytest.mark.parametrize("path", sorted((DOCS / "notebooks").glob("*.ipynb")), ids=lambda path: path.name)
+def test_notebooks_are_stored_without_outputs_and_machine_paths(path):
+    text = path.read_text(encoding="utf-8")
+    cells = json.loads(text)["cells"]
+    assert len({cell["id"] for cell in cells}) == len(cells) > 10
+    assert not any(cell.get("outputs") or cell.get("execution_count") for cell in cells)
+    assert not re.search(r"/(home|root|tmp|Users)/", text)
