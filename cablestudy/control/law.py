@@ -84,12 +84,8 @@ class Law:
         """Number of approximants that make the delay right up to a frequency [rad/s]."""
         return max(1, ceil(highest * self.delay / CONTROL.pade_phase)) if self.delay else 0
 
-    def state_space(self, highest):
-        """s C1 as a state space a, b, c, d, with the delay right up to a frequency [rad/s]; names of the states."""
-        return self.state_space_of(self.approximants(highest))
-
     def state_space_of(self, count):
-        """`state_space` with a number of approximants of the delay; without the delay for 0."""
+        """s C1 as a state space a, b, c, d, with a number of approximants of the delay, or 0; names of its states."""
         chain, names = [], []
         if count:
             chain += [_pade(self.delay / count)] * count

@@ -89,9 +89,9 @@ class Loop:
     law: Law = INTEGRATOR
     gains: object = field(default=None, repr=False, compare=False)
 
-    def within(self, space, motion):
-        """The loop in a space of its coordinates, of shape (m, r); `motion` is `LinearSystem.within` it."""
-        return replace(self, motion=motion, allocation=self.allocation.within(space))
+    def within(self, space):
+        """The loop in a space of its coordinates, of shape (m, r)."""
+        return replace(self, motion=self.motion.within(space), allocation=self.allocation.within(space))
 
     @cached_property
     def controller(self):

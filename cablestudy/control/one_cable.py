@@ -70,7 +70,7 @@ def state_space(model, chosen=None, residual=True, nodes=None, gondola=None, loc
     system, free_cable = linear_system(model, chosen, residual, nodes, gondola, location)
     if loop is None:
         return state_space_of(system, free_cable)
-    (notch,), (law, law_names) = loop.notches, loop.law.state_space(highest)
+    (notch,), (law, law_names) = loop.notches, loop.law.state_space_of(loop.law.approximants(highest))
     # measured is the last coordinate, the gondola's position: the winch moves it forwards, or backwards if on board
     rates = np.array([[-1.0 if location == "gondola" else 1.0]])
     allocation = Allocation(np.eye(len(system))[-1:], np.eye(1), rates)

@@ -267,12 +267,8 @@ class BodyMode:
     @cached_property
     def damped(self):
         """`CoupledModes` for damping, and the number of this mode among them, from 0."""
-        return self.modes.damped, self._number_in(self.modes.damped)
-
-    def _number_in(self, modes):
-        """Number of this mode among those of a finer model, where modes that coincide may come in another order."""
-        run = self.modes.run_of(self.number)
-        return run.start + largest_share(modes.compliance_shares(self.body, self.axis)[run])
+        fine, run = self.modes.damped, self.modes.run_of(self.number)  # those that coincide may come in another order
+        return fine, run.start + largest_share(fine.compliance_shares(self.body, self.axis)[run])
 
 
 def largest_share(share):

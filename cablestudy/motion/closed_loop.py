@@ -153,7 +153,7 @@ class ClosedLoop:
             modes = coupled_modes(plant.equilibrium, count, plant.accuracy, cables=cables, damped=True)
         except ConvergenceError:
             return None
-        return ClosedLoop(self.scene, plant.with_modes(modes.damped, driven=0))
+        return ClosedLoop(self.scene, replace(plant, modes=modes.damped, driven=0))
 
     @property
     def open_poles(self):

@@ -88,8 +88,7 @@ class DynamicAnalysis:
         count : int
             Number of modes of the model.
         responses : bool
-            True for a model that has, beside these modes, static responses to the inertia and damping of moving bodies:
-            they stand for modes that are left out, see `Plant`.
+            As of `Plant`.
         computed : int
             Number of modes that are computed, if it is larger: of these the lowest `count` are taken.
 

@@ -115,29 +115,22 @@ class BodiesOnAllModes:
     @cached_property
     def displacements(self):
         """`_Responses` at the displacements of bodies, winches at rest: also of loops that only integrate."""
-        free, of_bodies = len(self._plant.layout.free), self._plant.displacements[1]
-
-        def by_forces(s):
-            return of_bodies @ self.loop_gain.receptance(s)[:, :free, :free], self._by_model(s)
-
-        return _Responses(self._plant, self._plant.at_rest, by_forces)
-
-    @cached_property
-    def _by_model(self):
-        """Displacements of bodies by forces on them, by the model of the plant: function of s, see `_Responses`."""
-        plant = self._plant
-        return plant.at_rest.response_to_forces(plant.loads_on_bodies, plant.displacements[0])
+        rows, of_bodies = self._plant.displacements
+        return _Responses(self._plant.at_rest, rows, lambda s: of_bodies @ self._receptance(s))
 
     @cached_property
     def tensions(self):
         """`_Responses` at the tensions of cables, winches at rest: also of loops that only integrate."""
-        plant, free = self._plant, len(self._plant.layout.free)
-        model = plant.at_rest.response_to_forces(plant.loads_on_bodies, plant.tension_rows)
 
-        def by_forces(s):
-            return self.tensions_by(self.loop_gain, s, self.loop_gain.receptance(s)[:, :free, :free]), model(s)
+        def by_all_modes(s):
+            return self.tensions_by(self.loop_gain, s, self._receptance(s))
 
-        return _Responses(plant, plant.at_rest, by_forces, of_each_cable=True)
+        return _Responses(self._plant.at_rest, self._plant.tension_rows, by_all_modes, of_each_cable=True)
+
+    def _receptance(self, s):
+        """Free displacements of bodies by forces on them, shape (f, d, d)."""
+        free = len(self._plant.layout.free)
+        return self.loop_gain.receptance(s)[:, :free, :free]
 
     def tensions_by(self, loop_gain, s, displacements, released=None):
         """Tensions at both ends of all cables, shape (f, 2 c, j), by all modes of the elements of a `LoopGain`.
@@ -215,16 +208,11 @@ class LeftOutModes:
     @cached_property
     def _displacements(self):
         """`_Spectra` of the displacements of bodies."""
-        plant, turbulence, (rows, of_bodies) = self._plant, self._turbulence, self._plant.displacements
-        responses = plant.all_modes.displacements
+        turbulence, (rows, of_bodies) = self._turbulence, self._plant.displacements
+        responses = self._plant.all_modes.displacements
         if self._fast_loop:
-            model = turbulence.response_to_forces(plant.loads_on_bodies, rows)
-
-            def by_forces(s):
-                return of_bodies @ self._receptance(s), model(s)
-
-            responses = _Responses(plant, turbulence, by_forces)
-        return _Spectra(responses, turbulence.residues.of_outputs(rows), plant.gusts)
+            responses = _Responses(turbulence, rows, lambda s: of_bodies @ self._receptance(s))
+        return _Spectra(responses, turbulence.residues.of_outputs(rows))
 
     @cached_property
     def _tensions(self):
@@ -232,15 +220,14 @@ class LeftOutModes:
         plant, turbulence, rows = self._plant, self._turbulence, self._plant.tension_rows
         responses = plant.all_modes.tensions
         if self._fast_loop:
-            model = turbulence.response_to_forces(plant.loads_on_bodies, rows)
 
-            def by_forces(s):
-                exact, displacements = self._with_loop, self._receptance(s)
+            def by_all_modes(s):
+                displacements = self._receptance(s)
                 released = self._released(s, displacements)
-                return plant.all_modes.tensions_by(exact, s, displacements, released), model(s)
+                return plant.all_modes.tensions_by(self._with_loop, s, displacements, released)
 
-            responses = _Responses(plant, turbulence, by_forces, of_each_cable=True)
-        return _Spectra(responses, turbulence.residues.of_outputs(rows), plant.gusts)
+            responses = _Responses(turbulence, rows, by_all_modes, of_each_cable=True)
+        return _Spectra(responses, turbulence.residues.of_outputs(rows))
 
     @property
     def _moves_winches(self):
@@ -259,13 +246,12 @@ class LeftOutModes:
     @cached_property
     def _winch_speeds(self):
         """`_Spectra` of the speeds of winches."""
-        plant, turbulence = self._plant, self._turbulence
-        model = turbulence.response_to_forces(plant.loads_on_bodies, speeds=True)
 
-        def by_forces(s):
-            return s[:, None, None] * self._released(s, self._receptance(s)), model(s)
+        def by_all_modes(s):
+            return s[:, None, None] * self._released(s, self._receptance(s))
 
-        return _Spectra(_Responses(plant, turbulence, by_forces), turbulence.winch_speeds[-1], plant.gusts)
+        responses = _Responses(self._turbulence, slice(None), by_all_modes, speeds=True)
+        return _Spectra(responses, self._turbulence.winch_speeds[-1])
 
     def _receptance(self, s):
         """Free displacements of bodies by forces on them, with the loop closed, by `_with_loop`, shape (f, d, d)."""
@@ -310,14 +296,9 @@ class LeftOutModes:
         Parameters
         ----------
         spectra : _Spectra
-            Spectra of the forces, and responses of the r outputs by all modes and by the model.
-        weights : dict
-            w functions of frequency [Hz] by which the spectrum is multiplied, one for each kind of variance.
-        variances, others : ndarray, shape (w, r)
-            Variances by the model, and their errors by other causes: a change that is small beside these need not be
-            exact.
-        least : float
-            Relative change of an RMS that is worth stating. [-]
+            Of the r outputs.
+        weights, variances, others, least
+            As for `of_displacements`.
         closed : bool
             True for responses with the control loop closed; they are so anyway of a loop that does more than integrate.
         """
@@ -356,13 +337,16 @@ class _Responses:
 
     Parameters
     ----------
-    plant : Plant
     turbulence : Turbulence
-        Of this plant: by its poles, and its range of frequencies.
-    by_forces : callable
-        s, shape (f,) -> responses to forces on the d free displacements, by all modes and by the model: (f, r, d) both.
+        Of the model.
+    rows : slice or ndarray of int
+        Which outputs these are.
+    by_all_modes : callable
+        s, shape (f,) -> response to forces on the d free displacements, by all modes, shape (f, r, d).
     of_each_cable : bool
         True if resonances of each cable are looked at, not only those that add most to the motion of bodies.
+    speeds : bool
+        True for the speeds of the winches instead of the outputs.
 
     Attributes
     ----------
@@ -370,36 +354,35 @@ class _Responses:
         Frequencies, ascending, at which the response of the model shows how it falls. [rad/s]
     """
 
-    def __init__(self, plant, turbulence, by_forces, of_each_cable=False):
-        low, high = MOTION.left_out_from * plant.all_modes.highest, TURN * turbulence.range[1]
+    def __init__(self, turbulence, rows, by_all_modes, of_each_cable=False, speeds=False):
+        self.plant, self._turbulence, self._by_all_modes = turbulence.plant, turbulence, by_all_modes
+        self._of_model, self._of_each = {"rows": rows, "speeds": speeds}, of_each_cable
+        low, high = MOTION.left_out_from * self.plant.all_modes.highest, TURN * turbulence.range[1]
         self.coarse = np.geomspace(low, max(high, low), MOTION.left_out_points)
-        self._plant, self._turbulence, self._by_forces = plant, turbulence, by_forces
-        self._of_each = of_each_cable
+
+    @cached_property
+    def _by_model(self):
+        """Response by the model to forces on the free displacements, as `by_all_modes`."""
+        return self._turbulence.response_to_forces(self.plant.loads_on_bodies, **self._of_model)
 
     def squares(self, omega):
         """Squared responses to forces, by all modes and by the model, shape (f, 2, r)."""
-        both = self._by_forces(1j * omega)
+        both = self._by_all_modes(1j * omega), self._by_model(1j * omega)
         return np.stack([(np.abs(response * self._units) ** 2).sum(axis=-1) for response in both], axis=1)
 
     @cached_property
     def _units(self):
         """Forces on the free displacements that each do the same work at rest, shape (d,)."""
-        return 1 / np.sqrt(np.diagonal(np.linalg.inv(dense(self._plant.modes.solution.reduced.stiffness))))
+        return 1 / np.sqrt(np.diagonal(np.linalg.inv(dense(self.plant.modes.solution.reduced.stiffness))))
 
     @cached_property
     def first(self):
         """Frequencies to begin with: `coarse`, and close to poles of the model and resonances; and `squares` there."""
-        poles = (self._turbulence.loop or self._plant.motion).eigen.poles
-        poles = np.concatenate([self._plant.all_modes.resonances(self._of_each), poles[poles.imag > 0]])
+        poles = (self._turbulence.loop or self.plant.motion).eigen.poles
+        poles = np.concatenate([self.plant.all_modes.resonances(self._of_each), poles[poles.imag > 0]])
         omega = distinct(np.append(self.coarse, near_poles(poles)))
         omega = omega[(omega >= self.coarse[0]) & (omega <= self.coarse[-1])]
         return _where_finite(omega, self.squares(omega))
-
-    @cached_property
-    def of_model(self):
-        """`squares` by the model at the frequencies `coarse`, shape (f, r)."""
-        omega, squares = self.first
-        return np.stack([np.interp(self.coarse, omega, of_output) for of_output in squares[:, 1].T], axis=-1)
 
 
 class _Spectra:
@@ -410,27 +393,32 @@ class _Spectra:
     responses : _Responses
     residues : Residues or DelayedResponse
         Response of these outputs, by the model, to the gusts.
-    gusts : Gusts
     """
 
-    def __init__(self, responses, residues, gusts):
-        self.responses, self._residues, self._gusts = responses, residues, gusts
+    def __init__(self, responses, residues):
+        self.responses, self._residues = responses, residues
 
     @cached_property
     def coarse(self):
         """Spectra at the frequencies `coarse` of the responses, shape (f, r)."""
-        coarse = self.responses.coarse
-        return self._gusts.input_spectra(coarse / TURN, np.swapaxes(self._residues.response(1j * coarse), -1, -2))
+        coarse, gusts = self.responses.coarse, self.responses.plant.gusts
+        return gusts.input_spectra(coarse / TURN, np.swapaxes(self._residues.response(1j * coarse), -1, -2))
 
     @cached_property
     def _forcing(self):
         """W/|Y_model|^2 of the module's docstring, smoother than both, at the frequencies `coarse`, shape (f, r)."""
-        of_model = self.responses.of_model
+        omega, squares = self.responses.first
+        of_model = _interpolated(self.responses.coarse, omega, squares[:, 1])
         return np.divide(self.coarse, of_model, out=np.zeros_like(of_model), where=of_model > 0)
 
     def forcing(self, omega):
         """`_forcing` interpolated at other frequencies, shape (f, r)."""
-        return np.stack([np.interp(omega, self.responses.coarse, of_output) for of_output in self._forcing.T], axis=-1)
+        return _interpolated(omega, self.responses.coarse, self._forcing)
+
+
+def _interpolated(omega, known, values):
+    """Values, shape (k, r), known at some frequencies, linearly interpolated at others: shape (f, r)."""
+    return np.stack([np.interp(omega, known, of_output) for of_output in values.T], axis=-1)
 
 
 def _where_finite(omega, values):
@@ -440,27 +428,19 @@ def _where_finite(omega, values):
 
 
 def _refined(function, omega, values, matters):
-    """Refine a grid of frequencies where a function changes fast, by halving intervals.
+    """Refine frequencies [rad/s], shape (f,), and values there, (f, ...), where a function changes fast: both.
 
-    An interval is halved where the logarithm of the function may change by more than `MOTION.left_out_change` across
-    it, by the steepest slope there or next to it. It must also be wider than `MOTION.left_out_step` times its
+    Intervals are halved where the logarithm of the function may change by more than `MOTION.left_out_change` across
+    them, by the steepest slope there or next to it. They must also be wider than `MOTION.left_out_step` times their
     frequency, and matter.
 
     Parameters
     ----------
     function : callable
-        Frequencies [rad/s], shape (f,) -> values, shape (f, ...), 0 or more; not numbers where there is no value.
-    omega : ndarray, shape (f,)
-        f frequencies to begin with, ascending. [rad/s]
-    values : ndarray, shape (f, ...)
-        Values there.
+        Frequencies, shape (f,) -> values, shape (f, ...), 0 or more; not numbers where there is no value: such
+        frequencies are left out.
     matters : callable
         Frequencies and values -> array of bool, shape (f - 1,): False for intervals that need not be halved.
-
-    Returns
-    -------
-    omega, values : ndarray, shapes (f,), (f, ...)
-        The finer grid, without frequencies at which the function has no value.
     """
     for _ in range(MOTION.left_out_rounds):
         logarithm, width = np.log(np.maximum(values, MOTION.tiny)).reshape(len(omega), -1), np.diff(omega)[:, None]

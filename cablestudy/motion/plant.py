@@ -125,10 +125,6 @@ class Plant:
         self.winches = winches_of(self.scene, self.equilibrium.suspension.cable_names)
         self.markers, self.actuators = markers_of(self.scene), actuators_of(self.scene)
 
-    def with_modes(self, modes, driven):
-        """Copy with other `CoupledModes`, of which the loop could drive the last ones, `driven` in number."""
-        return replace(self, modes=modes, driven=driven)
-
     @cached_property
     def with_all_modes(self):
         """Copy with the modes that no output depends on: for a state space."""
@@ -244,11 +240,6 @@ class Plant:
         return float((1 - (displacements**2).sum(axis=1) / compliance).max(initial=0.0))
 
     @cached_property
-    def coarse_motion(self):
-        """The `motion` in `coarse_space`."""
-        return self.motion.within(self.coarse_space)
-
-    @cached_property
     def gust_forces(self):
         """Forces on the coordinates by the inputs of the gusts, shape (m, i): none on the strokes of masses."""
         input_matrix = self.gusts.input_matrix
@@ -257,24 +248,17 @@ class Plant:
         return forces
 
     def delayed_response(self, loop, coarse=False, speeds=False):
-        """Response of all outputs to the gusts with a loop that has a delay: `DelayedResponse`.
+        """Response of all outputs to the gusts with a loop that has a delay, about this motion: `DelayedResponse`.
 
         It has the exact response over frequency, and poles that make sharp peaks in it. Up to a limit below the
         frequency `right_up_to` of the loop these are poles with a Padé approximant of the delay. Above it the winches
-        hardly move, and the poles are those with the winches at rest.
-
-        Parameters
-        ----------
-        loop : Loop
-            Loop about the `motion` of this plant.
-        coarse : bool
-            True to leave out the highest modes, by `coarse_space`: the change tells the error by modes.
-        speeds : bool
-            True for the speeds of the winches instead of the outputs.
+        hardly move, and the poles are those with the winches at rest. With `coarse` the highest modes are left out, by
+        `coarse_space`: the change tells the error by modes. With `speeds` it is the response of the speeds of the
+        winches instead.
         """
         forces = self.gust_forces
         if coarse:
-            loop, forces = loop.within(self.coarse_space, self.coarse_motion), self.coarse_space.T @ forces
+            loop, forces = loop.within(self.coarse_space), self.coarse_space.T @ forces
         space = StateSpaces.of_one(loop.motion, loop, self.actuators)
         (approximate,) = space.residues(forces[None], self.direct[None], speeds)
         # the poles are those of a Padé approximant: above `right_up_to` the winches hardly move, and those at rest hold
@@ -395,7 +379,8 @@ class Plant:
         for members in batches(plants, lambda plant: (plant.full_system.signature, plant.basis[1].shape), _size):
             systems = LinearSystem.stack([plant.full_system for plant in members])
             omega, shapes = map(np.stack, zip(*(plant.basis for plant in members), strict=True))
-            air = np.stack([np.broadcast_to(plant._winches_and_air[1], (omega.shape[-1],) * 2) for plant in members])
+            air = (plant.air_on_bodies(plant.basis[1]) for plant in members)
+            air = np.stack([np.broadcast_to(of_row, (omega.shape[-1],) * 2) for of_row in air])
             motions = motion_of_rows(systems, omega, shapes, len(members[0].winches), air)
             for row, plant in enumerate(members):
                 yield plant, with_actuators(plant.layout, motions.take(row), plant.actuators)
@@ -407,13 +392,9 @@ class Plant:
         if viscous is self.full_system:
             return self.motion
         omega, shapes = self.basis
-        reduced = motion_of_rows(viscous.stack([viscous]), omega[None], shapes[None], *self._winches_and_air)
+        rows, air = viscous.stack([viscous]), self.air_on_bodies(shapes)
+        reduced = motion_of_rows(rows, omega[None], shapes[None], len(self.winches), air)
         return with_actuators(self.layout, reduced.take(0), self.actuators)
-
-    @property
-    def _winches_and_air(self):
-        """Number of winches, and aerodynamic damping of the coordinates of the model."""
-        return len(self.winches), self.air_on_bodies(self.basis[1])
 
 
 def _size(plant):
