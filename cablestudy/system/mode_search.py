@@ -110,12 +110,8 @@ class Search:
 
         Parameters
         ----------
-        models : Models
-            Elements and modes with fixed ends of the c cables.
-        limits : ndarray, shape (c,)
-            Frequency of each cable below which its modes are coordinates. [rad/s]
-        chosen : list of (ndarray of bool, shape (n,))
-            For each cable, which of its n modes are coordinates in any case.
+        models, limits, chosen
+            As of `Models.coordinates`.
         lowest, highest : float
             Ends of the band of frequency. [rad/s]
 

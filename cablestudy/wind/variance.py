@@ -246,17 +246,12 @@ def variances_with_remainder(residues, remainder, noise_times, panels, noise, we
         G: s = 2 pi i f, shape (f,) [rad/s] -> complex, shape (f, o, i), for o outputs and i inputs.
     noise_times : callable
         Frequencies, shape (f,) [Hz], and columns, complex, shape (f, i, o) -> S times the columns.
-    panels : Panels
-        n points of quadrature over frequency.
-    noise : Noise
-        S.
-    weights : ndarray, shape (w, n)
-        w functions of frequency by which the spectra are multiplied, at these points.
+    panels, noise, weights
+        As for `variances`, of one row.
 
     Returns
     -------
     ndarray, shape (w, o)
-        Of each of o outputs, with each of the w weights.
     """
     variance, s = variances(residues, panels, noise, weights), 2j * np.pi * panels.frequency
     fractions = panels.weights_for(residues.poles).T / (s[:, None] - residues.poles)
