@@ -1,14 +1,12 @@
 """Margins and largest gains of loop gains that differ little, against those of each by itself."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from campaign import campaign
 from test_margins import Chain, bisected
 
-from cablestudy.control.gain_limits import Limit
-from cablestudy.control.nearby_margins import nearby_limits, nearby_margins
+from cablestudy.control.gain_limits import Limit, limit_near
+from cablestudy.control.nearby_margins import nearby_margins
 
 NAMES = ("phase_margin", "gain_crossover", "delay_margin", "sensitivity_peak", "sensitivity_frequency", "bandwidth",
          "disk_margin", "disk_frequency", "disk_gain_margin", "disk_phase_margin")  # fmt: skip
@@ -45,6 +43,12 @@ def test_the_changes_of_all_margins_are_those_of_a_search_over_all_frequencies(s
             assert estimate == pytest.approx(after, rel=rel, abs=0.4 * abs(after - before)), name
 
 
+def eigenvalue_near(loop, omega, expected):
+    """The eigenvalue of the loop gain over the gain at a frequency that is nearest to a value."""
+    values = np.linalg.eigvals(loop.unit_gain(np.array([1j * omega])))[0]
+    return values[np.abs(values - expected).argmin()]
+
+
 @pytest.mark.crossed
 @SEEDS
 @LOOPS
@@ -56,12 +60,15 @@ def test_the_largest_gain_is_that_of_the_first_eigenvalue_to_cross(seed, k):
     pole = pole[np.argmax(pole.real)]
     step = 1e-6
     rate = (loop.poles(loop.limit * (1 + step)).real.max() - loop.poles(loop.limit * (1 - step)).real.max()) / 2 / step
-    limit = Limit(loop.limit, abs(pole.imag), rate / abs(pole.imag))
+    width = 1e-4 * rate
+    before, after = (eigenvalue_near(loop, abs(pole.imag) + side * width, -1 / loop.limit) for side in (-1, 1))
+    limit = Limit(loop.limit, abs(pole.imag), rate / abs(pole.imag), (after - before) / (2 * width))
     rounding = 1e-13 * np.abs(loop.poles(0.0)).max() / rate * loop.limit  # of the gain at which an eigenvalue crosses
     for change in (1e-9, 1e-7, 1e-5):  # over the width of the pole from 1e-7 to more than 1
         other = changed(loop, change, seed)
-        (found,) = nearby_limits(loop.unit_gain, [other.unit_gain], limit)
+        found = limit_near(other.unit_gain, limit)
         if found is None:
+            assert change > 1e-2 * rate / abs(pole.imag)
             continue
 
         def growth(gain, other=other):
@@ -72,17 +79,18 @@ def test_the_largest_gain_is_that_of_the_first_eigenvalue_to_cross(seed, k):
         assert abs(found.omega / limit.omega - 1) < 10 * change
 
 
-def test_a_shift_of_more_than_the_width_of_the_pole_is_refused():
-    """One narrow mode in front of an integrator, that crosses; its frequency moves by its own width."""
+def test_a_crossing_is_found_where_the_slope_of_the_known_one_leads_nowhere():
+    """One narrow mode in front of an integrator; its frequency moves by a share of its width, and more."""
     ratio, share = 1e-5, 0.1
 
     def loop(frequency):
         """-share s/(s^2 + 2 ratio W s + W^2), which is -share/(2 ratio W) at s = i W."""
         return lambda s: (-share * s / (s**2 + 2 * ratio * frequency * s + frequency**2))[:, None, None]
 
-    limit = Limit(2 * ratio / share, 1.0, ratio)
-    (near,) = nearby_limits(loop(1.0), [loop(1 + 0.01 * ratio)], limit)
-    assert near.omega - 1 == pytest.approx(0.01 * ratio, rel=1e-4)
-    assert near.factor == pytest.approx(limit.factor * (1 + 0.01 * ratio), rel=1e-9)
-    assert nearby_limits(loop(1.0), [loop(1 + ratio)], limit) == [None]
-    assert nearby_limits(loop(1.0), [loop(1.0)], replace(limit, rate=1e-12)) == [None]  # as good as undamped
+    # near its frequency the loop gain is -share/(2 (ratio + i (w - 1))): its slope there is i share/(2 ratio^2)
+    limit = Limit(2 * ratio / share, 1.0, ratio, 0.5j * share / ratio**2)
+    assert limit_near(loop(1 + ratio), limit) is None  # at the known frequency it needs a gain far from the known one
+    for moved in (0.01, 0.3):
+        near = limit_near(loop(1 + moved * ratio), limit)
+        assert near.omega - 1 == pytest.approx(moved * ratio, rel=1e-4)
+        assert near.factor == pytest.approx(limit.factor * (1 + moved * ratio), rel=1e-9)

@@ -8,7 +8,7 @@ alone, with all modes that L has.
 """
 
 from dataclasses import dataclass, replace
-from functools import cache, cached_property, partial
+from functools import cached_property, partial
 from operator import attrgetter
 
 import numpy as np
@@ -38,11 +38,14 @@ class Limit:
     rate : float
         Growth of the pole, over its frequency, per relative change of the gain: about the damping ratio of a mode
         without control that the gain takes away. [-]
+    slope : complex
+        Change of the eigenvalue of the loop gain over the gain with frequency there. [s]
     """
 
     factor: float
     omega: float
     rate: float = 1.0
+    slope: complex = 1j
 
     @property
     def undamped(self):
@@ -349,7 +352,8 @@ def _undamped_factors(functions, row, limits):
 def _as_limits(crossings):
     """Each of some `Crossings` as a `Limit`: list."""
     rate = np.abs((1j / (crossings.factor * crossings.slope)).real) / crossings.frequency
-    return [Limit(*row) for row in np.stack([crossings.factor, crossings.frequency, rate], axis=1).tolist()]
+    columns = crossings.factor, crossings.frequency, rate, crossings.slope
+    return [Limit(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]
 
 
 def _growth_allowed(functions, remaining):
@@ -378,8 +382,12 @@ def _split_first(functions, remaining):
 
 
 def limit_near(loop_gain, similar):
-    """Least of `limits_near`; None where no pole crosses near there."""
-    return min(limits_near(loop_gain, similar), key=lambda limit: limit.factor, default=None)
+    """The first of `limits_near` if it resembles the known one, else the least; None where no pole crosses there."""
+    limits = limits_near(loop_gain, similar)
+    first = next(limits, None)
+    if first is None or similar.resembles(first):
+        return first
+    return min([first, *limits], key=lambda limit: limit.factor)
 
 
 def limits_near(loop_gain, similar):
@@ -395,42 +403,29 @@ def limits_near(loop_gain, similar):
     similar : Limit
         The known crossing: the search begins at its frequency, with the eigenvalues l whose -1/l is near its gain.
 
-    Returns
-    -------
-    list of Limit
-        Gain and frequency of one crossing for each of these eigenvalues that has one; `rate` is that of `similar`.
+    Yields
+    ------
+    Limit
+        Gain and frequency of one crossing for each of these eigenvalues that has one, that with the nearest -1/l first;
+        other numbers as of `similar`.
     """
     omega = similar.omega
-    needed_gains = cache(lambda omega: -1 / eigenvalues(loop_gain(np.array([1j * omega])))[0])
+
+    def needed_gains(omega):
+        return -1 / eigenvalues(loop_gain(np.array([1j * omega])))[0]
+
     candidates = needed_gains(omega)  # complex; real where a pole crosses
-    near_gains = candidates[np.abs(candidates - similar.factor) < CONTROL.may_cross_within * similar.factor]
-    search = (  # first step, largest distance from `omega`, last step [rad/s]
-        min(CONTROL.first_crossing_step, similar.rate) * omega,
-        CONTROL.one_crossing * omega,
-        max(CONTROL.crossing_step * similar.rate, CONTROL.crossing_frequency) * omega,
-    )
-    pairs = [crossing_near(_along_one_eigenvalue(needed_gains, gain), omega, *search) for gain in near_gains]
-    return [Limit(*map(float, pair), similar.rate) for pair in pairs if pair and pair[0] > 0]
-
-
-def _along_one_eigenvalue(needed_gains, first):
-    """Gain needed for one eigenvalue of the loop gain to be -1, as a function of frequency [rad/s]: it follows it.
-
-    At each call it takes, of all values that `needed_gains` has at the frequency, the one nearest to the line through
-    the values of the last two calls; `first` is the value near which it begins.
-    """
-    values = []  # frequency and value of each call
-
-    def needed_gain(omega):
-        expected = values[-1][1] if values else first
-        if len(values) > 1:
-            (omega_1, gain_1), (omega_2, gain_2) = values[-2:]
-            expected = gain_2 + (gain_2 - gain_1) * (omega - omega_2) / (omega_2 - omega_1)
-        candidates = needed_gains(omega)
-        values.append((omega, candidates[np.argmin(np.abs(candidates - expected))]))
-        return values[-1][1]
-
-    return needed_gain
+    distance = np.abs(candidates - similar.factor)
+    nearest = np.argsort(distance)[: np.count_nonzero(distance < CONTROL.may_cross_within * similar.factor)]
+    farthest = CONTROL.one_crossing * omega
+    settled = max(CONTROL.crossing_step * similar.rate, CONTROL.crossing_frequency) * omega  # the last step
+    for gain in candidates[nearest]:
+        step = -gain.imag / (similar.slope * similar.factor**2).imag  # to where -1/l is real, by the known slope,
+        if not settled < abs(step) < CONTROL.nearby_change * min(similar.rate, 1.0) * omega:
+            step = min(CONTROL.first_crossing_step, similar.rate) * omega  # or a small one
+        found = crossing_near(needed_gains, gain, omega, step, farthest, settled)
+        if found and found[0] > 0:
+            yield replace(similar, factor=float(found[0]), omega=float(found[1]))
 
 
 def undamped(pole, ratio, begin=""):

@@ -188,18 +188,21 @@ def _by_secant(functions, brackets, is_single, growth):
     return located.take(np.abs(value.imag) <= CONTROL.crossing_real * np.abs(value) + rounding)
 
 
-def crossing_near(needed_gain, begin, step, farthest, settled):
-    """Find gain and frequency at which a pole crosses the imaginary axis, by a secant search from a frequency.
+def crossing_near(needed_gains, gain, begin, step, farthest, settled):
+    """Find gain and frequency at which a pole crosses the imaginary axis, by a secant search for a zero of Im(-1/l).
+
+    That is about linear in the frequency, so that few steps are needed. Of all eigenvalues l at a new frequency that
+    counts whose -1/l is nearest to the line through the last two values.
 
     Parameters
     ----------
-    needed_gain : callable
-        Frequency w [rad/s] -> -1/l, complex, l being an eigenvalue of the loop gain over the gain at i w. Where it is
-        real, it is the gain with which a pole crosses there. [rad/s]
-    begin : float
-        First frequency. [rad/s]
-    step : float
-        Distance from it to the second frequency. [rad/s]
+    needed_gains : callable
+        Frequency w [rad/s] -> -1/l of the eigenvalues l of the loop gain over the gain at i w, shape (k,), complex.
+        Where one is real, it is the gain with which a pole crosses there. [rad/s]
+    gain : complex
+        That one which is followed, at the first frequency. [rad/s]
+    begin, step : float
+        First frequency, and distance from it to the second one. [rad/s]
     farthest : float
         Largest distance of the crossing from `begin`. [rad/s]
     settled : float
@@ -209,21 +212,19 @@ def crossing_near(needed_gain, begin, step, farthest, settled):
     -------
     (float, float) or None
         Gain and frequency [rad/s]; None if no crossing was found.
-
-    Notes
-    -----
-    The zero of Im(-1/l) is sought. It is about linear in the frequency, so that few steps are needed.
     """
-    previous, previous_gain, omega = begin, needed_gain(begin), begin + step
+    omega, expected = begin + step, gain
+    previous, previous_gain = begin, gain
     for _ in range(CONTROL.crossing_steps):
-        gain = needed_gain(omega)
+        candidates = needed_gains(omega)
+        gain = candidates[np.argmin(np.abs(candidates - expected))]
         if gain.imag == previous_gain.imag:
             return None
         slope = (gain - previous_gain) / (omega - previous)
         change = gain.imag / slope.imag
         if abs(change) <= settled:
             return gain.real - change * slope.real, omega - change
-        previous, previous_gain, omega = omega, gain, omega - change
+        previous, previous_gain, omega, expected = omega, gain, omega - change, gain - change * slope
         if not abs(omega - begin) <= farthest:
             return None
     return None

@@ -1,16 +1,15 @@
-"""Margins and largest gain of a loop gain L' that differs little from a loop gain L, whose own are known.
+"""Margins of a loop gain L' that differs little from a loop gain L, whose own are known.
 
 They are sought only where those of L are decided. An eigenvalue l of L that decides at the frequency w, with left and
 right eigenvectors p and q, becomes l' of L' there, and moves along the frequency as before: with d = ln(l'/l),
 
     ln l'(w + dw) = ln l(w) + d + dw (p^T dL/dw q)/(l p^T q).
 
-A crossing is searched on with this slope until it is found. Margins are of first order, and a peak of a singular value
-is that of the parabola through its values at three frequencies about the known one. Where L' differs too much for that,
-or L turns too fast, `nearby_margins` and `nearby_limits` give None.
+Margins are of first order, and a peak of a singular value is that of the parabola through its values at three
+frequencies about the known one. Where L' differs too much for that, or L turns too fast, `nearby_margins` gives None.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -67,47 +66,6 @@ def nearby_margins(known, loop_gain):
     return _NearbyMargins(loop_gain, known.omega, found=found)
 
 
-@np.errstate(divide="ignore", invalid="ignore")
-def nearby_limits(known, loop_gains, limit):
-    """`Limit` of each of some loop gains that differ little from a known one; None where one does too much: list.
-
-    Parameters
-    ----------
-    known, loop_gains : callable, list of callable
-        L and several L' over the gain: s, shape (f,) -> shape (f, k, k).
-    limit : Limit
-        Of L.
-    """
-    step = CONTROL.nearby_peak * min(limit.rate, 1.0) * limit.omega
-    try:
-        if limit.undamped:
-            raise _DifferenceError
-        eigenvalue = _Eigenvalues(known(1j * (limit.omega + step * THREE))[None], [-1 / limit.factor], step)
-    except (_DifferenceError, np.linalg.LinAlgError):
-        return [None] * len(loop_gains)
-    return [_nearby_limit(eigenvalue, loop_gain, limit) for loop_gain in loop_gains]
-
-
-def _nearby_limit(eigenvalue, loop_gain, limit):
-    """`nearby_limits` of one loop gain; `eigenvalue` are the `_Eigenvalues` of L at the limit."""
-    width, omega = min(limit.rate, 1.0) * limit.omega, limit.omega
-    try:
-        for _ in range(CONTROL.nearby_steps):
-            change = eigenvalue.change(loop_gain(np.array([1j * omega])))
-            shift = -change.imag / eigenvalue.slope.imag  # a pole crosses where the eigenvalue is real
-            if abs(omega + shift - limit.omega) > CONTROL.nearby_change * width:
-                return None
-            if abs(change) > CONTROL.nearby_bend * eigenvalue.apart:  # it may be another eigenvalue
-                return None
-            omega += float(shift[0])
-            if abs(shift) < CONTROL.crossing_step * width:
-                growth = (change + eigenvalue.slope * shift)[0].real
-                return replace(limit, factor=float(limit.factor * np.exp(-growth)), omega=omega)
-    except (_DifferenceError, np.linalg.LinAlgError):
-        pass
-    return None
-
-
 @dataclass(frozen=True, eq=False)
 class _NearbyMargins(Margins):
     """`Margins` that are given, not computed: `found` has the values from which all other margins follow.
@@ -153,8 +111,6 @@ class _Eigenvalues:
         l.
     slope, curvature : ndarray, shape (c,)
         First and second derivatives of ln l by the frequency, with the eigenvectors as they are. [s], [s^2]
-    apart : float
-        Least distance of another eigenvalue, over l; infinite for k = 1. [-]
     """
 
     def __init__(self, matrices, expected, step):
@@ -163,9 +119,6 @@ class _Eigenvalues:
         index = np.arange(len(values)), np.abs(values - np.array(expected)[:, None]).argmin(axis=1)
         left, right = np.linalg.inv(right)[index][:, None], np.swapaxes(right, 1, 2)[index][:, :, None]
         self.value = values[index]
-        distance = np.abs(values / self.value[:, None] - 1)
-        distance[index] = np.inf
-        self.apart = distance.min(initial=np.inf)
         differences = (after - before) / 2, after - 2 * at + before
         first, second = ((left @ difference @ right)[:, 0, 0] / self.value for difference in differences)
         self.slope, self.curvature = first / step, (second - first**2) / step**2

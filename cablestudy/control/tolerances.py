@@ -17,7 +17,8 @@ class ControlTolerances:
     may_cross_within: float = 0.5
     # relative distance of gains and of frequencies up to which a pole that crosses in a similar loop may be the same
     same_pole: float = 0.02
-    first_crossing_step: float = 1e-6  # relative, of the search for a crossing near another one
+    # relative, of the search for a crossing near another one, where the known slope gives none
+    first_crossing_step: float = 1e-6
     crossing_step: float = 1e-6  # last step of that search over the width of the pole, from which it is extrapolated;
     crossing_frequency: float = 1e-12  # at least this, relative
     # gain up to which the sensitivity of a loop without limit is looked at, over its highest pole
@@ -122,8 +123,7 @@ class ControlTolerances:
     nearby_bend: float = 0.2  # share of terms of second order, beside those of first order, up to which these suffice,
     nearby_rounding: float = 1e-9  # and the relative size below which they do not matter
     nearby_step: float = 1e-6  # relative step of frequency by which slopes are found for that,
-    nearby_peak: float = 0.01  # that at peaks, over the distance of frequencies there, and at crossings, over the width
-    nearby_steps: int = 8  # of the search for a crossing by the known slope
+    nearby_peak: float = 0.01  # and that at peaks, over the distance of frequencies there
 
     # -------------------------------------------------------------------------- responses and state spaces
 

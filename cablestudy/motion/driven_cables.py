@@ -198,7 +198,7 @@ class DrivenCables:
             if located and limit.factor > MOTION.limit_of_finer * min(found.factor for found in located):
                 break
             if not any(map(limit.resembles, unmatched)):
-                found = [] if limit.undamped else limits_near(self.loop_gain, limit)
+                found = [] if limit.undamped else list(limits_near(self.loop_gain, limit))
                 if not found:
                     return self.gains.limits
                 located, unmatched = located + found, unmatched + found

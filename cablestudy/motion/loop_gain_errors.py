@@ -7,7 +7,7 @@ import numpy as np
 
 from cablestudy.control.gain_limits import limit_near
 from cablestudy.control.margins import Margins
-from cablestudy.control.nearby_margins import nearby_limits, nearby_margins
+from cablestudy.control.nearby_margins import nearby_margins
 from cablestudy.errors import result_of
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.system.cable_coordinates import residual_vectors
@@ -144,14 +144,10 @@ class LoopGainErrors:
         if limit is None or not limit.omega <= resolving.resolved_to or resolving.fixed_elements or resolving.spoilt:
             return errors
         # at the few frequencies of a local search poles cost more than they spare
-        by_models, by_drag = resolving.errors.by_models, resolving.errors.by_drag
-        changed, count = [*by_models, *by_drag], len(by_models)
-        changed = [loop_gain.by_equations for loop_gain in changed]
-        nearby = nearby_limits(resolving.loop_gain.by_equations, changed, limit) if changed else []
-        limits = [found or limit_near(loop_gain, limit) for found, loop_gain in zip(nearby, changed, strict=True)]
-        for cause, of_cause in enumerate((limits[:count], limits[count:])):
-            if None not in of_cause:
-                changes = [(other.factor / limit.factor - 1, other.omega / limit.omega - 1) for other in of_cause]
+        for cause, changed in enumerate((resolving.errors.by_models, resolving.errors.by_drag)):
+            limits = [limit_near(loop_gain.by_equations, limit) for loop_gain in changed]
+            if None not in limits:
+                changes = [(other.factor / limit.factor - 1, other.omega / limit.omega - 1) for other in limits]
                 errors[cause] = MOTION.largest_gain_safety * np.abs(np.reshape(changes, (-1, 2))).sum(axis=0)
         return errors
 

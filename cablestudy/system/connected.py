@@ -42,18 +42,12 @@ def coupled_groups(mass, damping, stiffness):
 
 
 def component_numbers(joined):
-    """Number of the connected component of each node of graphs, from 0, shape (..., n); see `reachable`."""
+    """Number of the connected component of each node of graphs with symmetric `joined`, from 0, shape (..., n)."""
     group, count, index = np.full(joined.shape[:-1], -1), 0, np.arange(joined.shape[-1])
     while (remaining := group < 0).any():
         group[remaining & reachable(joined, index == np.argmax(remaining, axis=-1)[..., None])] = count
         count += 1
     return group
-
-
-def components(joined):
-    """Connected components of a graph with the symmetric matrix `joined` of bool: list of ndarray of indices."""
-    number = component_numbers(joined)
-    return [np.flatnonzero(number == component) for component in range(number.max(initial=-1) + 1)]
 
 
 def reachable(joined, start):
@@ -84,11 +78,6 @@ def joined_states(a):
     largest_of_row, largest_of_column = size.max(axis=-1, initial=0.0), size.max(axis=-2, initial=0.0)
     joined = size > SYSTEM.entry_rounding * np.minimum(largest_of_row[..., None], largest_of_column[..., None, :])
     return joined | np.swapaxes(joined, -1, -2)
-
-
-def all_joined(joined):
-    """True where paths lead from the first node of a graph to all others: symmetric matrices, shape (n, N, N)."""
-    return reachable(joined, np.arange(joined.shape[-1]) == np.zeros((len(joined), 1))).all(axis=-1)
 
 
 def observed(system):

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cablestudy.cable.matrices import inverse
-from cablestudy.system.connected import all_joined, components, joined_states
+from cablestudy.system.connected import component_numbers, joined_states
 from cablestudy.system.solvents import eigen_by_solvents
 from cablestudy.system.tolerances import SYSTEM
 
@@ -72,14 +72,14 @@ def eigen_of_rows(a):
     on Matrix Analysis and Applications 29, 2007). The need for that is judged by the share of each state in each pole:
     its entry of V times its entry of V^-1, V being the matrix of eigenvectors. These shares do not depend on units.
     """
-    joined = joined_states(a)
-    whole = all_joined(joined)
-    found = [None] * len(a)
+    groups = component_numbers(joined_states(a))
+    whole, found = ~groups.any(axis=-1), [None] * len(a)
     for row, of_row in zip(np.flatnonzero(whole).tolist(), _eigen_of_groups(a[whole]), strict=True):
         found[row] = of_row
     for row in np.flatnonzero(~whole).tolist():
         poles, right, left = np.zeros(a.shape[-1], dtype=complex), *np.zeros((2, *a[row].shape), dtype=complex)
-        for states in components(joined[row]):
+        for group in range(groups[row].max() + 1):
+            states = np.flatnonzero(groups[row] == group)
             block = np.ix_(states, states)
             (of_group,) = _eigen_of_groups(a[row][block][None])
             poles[states], right[block], left[block] = of_group.values, of_group.right, of_group.left
