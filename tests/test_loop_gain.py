@@ -326,7 +326,7 @@ def test_the_stated_error_of_the_largest_gain_is_true_and_within_the_accuracy():
     for model in ("{accuracy: 1e-4}", *(f"{{elements: {n}, order: {p}, mass: consistent}}" for n, p in FINE)):
         found.append(SuspensionCase(load_scene(path, [f"model={model}"])[1]).analysis)
     # without the error by drag, which no finer model of the same drag has
-    by_models = found[0]._with_limits.stability.driven.errors.of_limit[0]
+    by_models = found[0]._with_limits.stability.driven.errors.of_limit[0, 0]
     (gain, error), (truth, _), (finer, _) = (analysis.largest_gain for analysis in found)
     assert abs(gain / truth - 1) <= by_models <= 1e-4
     assert by_models < error < 2e-4

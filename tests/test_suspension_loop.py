@@ -306,7 +306,7 @@ ON_BOARD = [f"winches.{name}.end=to" for name in ("u1", "u2", "u3", "d1", "d2", 
 def test_the_loop_is_judged_with_the_modes_that_it_drives():
     """With winches on board modes near 19 Hz decide, above the 64 of the model; a model of 250 has them all."""
     found = case_at("carlina-net-wind", *ON_BOARD).analysis
-    limit, error = found.closed_loop.stability.limit, found._with_limits.stability.driven.errors.of_limit[0]
+    limit, error = found.closed_loop.stability.limit, found._with_limits.stability.driven.errors.of_limit[0, 0]
     assert limit.omega / TURN > 18 > found.closed_loop.modes.frequency[-1]
     assert error < 0.03
     assert_limit_of_modes(found.closed_loop_of(250), limit)
@@ -334,7 +334,7 @@ def test_waves_along_the_cables_far_above_the_roll_off_are_found():
     found = case_at("carlina-net-wind", "cable.diameter=3 mm", "tensions.min=1345 N").analysis
     limit = found.closed_loop.stability.limit
     assert 37 < limit.omega / TURN < 39
-    assert found._with_limits.stability.driven.errors.of_limit[0] < 0.1
+    assert found._with_limits.stability.driven.errors.of_limit[0, 0] < 0.1
     assert_limit_of_modes(found.closed_loop_of(450), limit)
 
 

@@ -25,16 +25,17 @@ class _DifferenceError(Exception):
 
 
 @np.errstate(divide="ignore", invalid="ignore")  # what is not finite is refused
-def nearby_margins(known, loop_gain):
+def nearby_margins(known, unit_gain):
     """Estimate the `Margins` of a loop gain L' that differs little from a loop gain L with known margins.
 
     Parameters
     ----------
     known : Margins
         Of L.
-    loop_gain : callable
-        L': s, shape (f,) [rad/s] -> shape (f, k, k). It is called once, at the frequencies that decide the margins of
-        L: its crossovers, the bandwidth, and three about each peak of sensitivity and disk margin.
+    unit_gain : callable
+        L' over the gain of L: s, shape (f,) [rad/s] -> shape (f, k, k). It is called once, at the frequencies that
+        decide the margins of L: its crossovers, the bandwidth, and three about each peak of sensitivity and disk
+        margin.
 
     Returns
     -------
@@ -52,7 +53,7 @@ def nearby_margins(known, loop_gain):
     about_passed = (passed[:, None] * (1 + CONTROL.nearby_step * THREE)).ravel()
     at_three = known.loop_gain(1j * np.append(about_peaks, about_passed))
     at_three = at_three.reshape(-1, 3, *at_three.shape[1:])
-    changed = loop_gain(1j * np.append(about_peaks, passed))
+    changed = known.gain * unit_gain(1j * np.append(about_peaks, passed))
     changed_at_peaks, changed = changed[:6].reshape(2, 3, *changed.shape[1:]), changed[6:]
     try:
         found = {
@@ -63,7 +64,7 @@ def nearby_margins(known, loop_gain):
         }
     except (_DifferenceError, np.linalg.LinAlgError):
         return None
-    return _NearbyMargins(loop_gain, known.omega, found=found)
+    return _NearbyMargins(unit_gain, known.omega, known.gain, found=found)
 
 
 @dataclass(frozen=True, eq=False)

@@ -381,8 +381,7 @@ class DynamicAnalysis:
     @property
     def _limit_errors(self):
         """Estimated relative errors of the largest gain and of its frequency, by models and by the mean drag. [-]"""
-        driven = self._with_limits.stability.driven
-        return tuple(np.add(driven.errors.of_limit, driven.errors.of_limit_by_drag).tolist())
+        return self._with_limits.stability.driven.errors.of_limit.sum(axis=0).tolist()
 
     def margin(self, name):
         """A number of `Margins` by its name, and its estimated relative error by the models of the cables."""

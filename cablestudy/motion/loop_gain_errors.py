@@ -1,7 +1,7 @@
 """Errors of the limits and margins of `DrivenCables`, by what its loop gain leaves open."""
 
 from dataclasses import replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
@@ -127,19 +127,13 @@ class LoopGainErrors:
         """True if vectors stand for other modes."""
         return any(kept.residuals for kept in self._driven.kept)
 
-    @property
-    def of_limit(self):
-        """Relative errors of the factor and the frequency of `limit` by models; not numbers where not known. [-]"""
-        return tuple((self._of_limit[0] + self._driven.resolving.errors.simplification).tolist())
-
-    @property
-    def of_limit_by_drag(self):
-        """`of_limit` by the drag of the mean wind, which the models take as uniform along each cable. [-]"""
-        return tuple(self._of_limit[1].tolist())
-
     @cached_property
-    def _of_limit(self):
-        """Relative errors of the factor and the frequency of `limit`, by models and by drag, shape (2, 2)."""
+    def of_limit(self):
+        """Relative errors of the factor and the frequency of `limit`: by models, then by drag, shape (2, 2). [-]
+
+        They are not numbers where not known. The drag is that of the mean wind, which the models take as uniform along
+        each cable.
+        """
         limit, resolving, errors = self._driven.limit, self._driven.resolving, np.full((2, 2), np.nan)
         if limit is None or not limit.omega <= resolving.resolved_to or resolving.fixed_elements or resolving.spoilt:
             return errors
@@ -149,27 +143,23 @@ class LoopGainErrors:
             if None not in limits:
                 changes = [(other.factor / limit.factor - 1, other.omega / limit.omega - 1) for other in limits]
                 errors[cause] = MOTION.largest_gain_safety * np.abs(np.reshape(changes, (-1, 2))).sum(axis=0)
+        errors[0] += resolving.errors.simplification
         return errors
 
-    def perturbed_margins(self, margins, gain):
-        """`Margins` of the perturbed loop gains, near the frequencies that decide the margins with a gain [rad/s]."""
+    def perturbed_margins(self, margins):
+        """`Margins` of the perturbed loop gains, near the frequencies that decide some `Margins` of the loop gain."""
         if self._driven.fixed_elements or self._driven.spoilt:
             return []
-        perturbed = [partial(_times, gain, loop_gain) for loop_gain in (*self.by_models, *self.by_drag)]
+        perturbed = *self.by_models, *self.by_drag
         return [nearby_margins(margins, loop_gain) or _margins_near(margins, loop_gain) for loop_gain in perturbed]
 
 
 def _margins_near(margins, loop_gain):
-    """`Margins` of a loop gain near the frequencies that decide those of a similar one."""
+    """`Margins` with the same gain of a similar loop gain, near the frequencies that decide those of the known one."""
     omega, near = margins.omega, margins.deciding
     chosen = (np.abs(omega[:, None] - near) < MOTION.margin_window * near).any(axis=1)
     chosen[0] = True
-    return Margins(loop_gain, omega[chosen])
-
-
-def _times(gain, loop_gain, s):
-    """L at s, from L over the gain."""
-    return gain * loop_gain(s)
+    return Margins(loop_gain, omega[chosen], margins.gain)
 
 
 def _lowered(element, error):

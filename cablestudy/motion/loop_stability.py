@@ -264,7 +264,7 @@ class LoopStability:
     def perturbed_margins(self):
         """`Margins` with the errors of the cables' models, see `LoopGainErrors.perturbed_margins`: list."""
         margins, driven = self._margins_and_cables
-        return driven.errors.perturbed_margins(margins, self._closed_loop.loop.gain)
+        return driven.errors.perturbed_margins(margins)
 
     @cached_property
     def least_margin_error(self):

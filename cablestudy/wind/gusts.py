@@ -304,22 +304,16 @@ def gusts(wind, drag, layout, shapes, strips, amplitudes, areas, coherence):
 
     Parameters
     ----------
-    wind : SuspensionWind
-        Mean speed, turbulence and its spectrum.
+    wind, strips, amplitudes, coherence
+        As of `Gusts`; strips are those of `strips.on_cables`.
     drag : Drag
         Mean wind, and drag coefficients times areas, of one case.
     layout : Layout
         Matrices and connections of the bodies.
     shapes : ndarray, shape (n, m)
         Combinations of the n coordinates of the suspension, which are the m coordinates of the gusts.
-    strips : list of Strips
-        Wind forces on the cables, in groups, from `strips.on_cables`.
-    amplitudes : list of ndarray, shape (g, k, m + 2 c)
-        For each group, the k coordinates of each of its g cables by the m coordinates, see `strips.amplitudes`.
     areas : ndarray, shape (b,)
         Areas of all bodies and junctions across the wind, for their admittance. [m^2]
-    coherence : Coherence
-        Of the turbulence at two places.
     """
     speed = float(size(drag.velocity))
     bodies, centers, drag_matrix, displacements = _wind_on_bodies(drag, layout, shapes)

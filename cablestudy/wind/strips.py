@@ -181,10 +181,8 @@ def strips(models, kept, equilibrium, drag):
 
     Parameters
     ----------
-    models : Models
-        Elements of all c cables.
-    kept : list of ReducedCable, or None
-        Coordinates of each cable: some modes, and vectors that stand for the others; None for all modes.
+    models, kept
+        As for `nodal_shapes`, of all c cables.
     equilibrium : Equilibrium
         Of one case.
     drag : Drag
