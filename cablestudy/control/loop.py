@@ -228,13 +228,9 @@ class Loop:
 
 def unstable_pole(poles):
     """The pole that grows fastest, or None where none grows."""
-    growth = growth_rates(poles)
+    size = np.abs(poles)  # growth is reduced by the rounding that it may contain
+    growth = poles.real - CONTROL.growing * size - CONTROL.pole_rounding * size.max(initial=0.0)
     return complex(poles[np.argmax(growth)]) if growth.max(initial=-1.0) > 0 else None
-
-
-def growth_rates(poles):
-    """Growth rate of each pole, reduced by the rounding that it may contain. [1/s]"""
-    return poles.real - CONTROL.growing * np.abs(poles) - CONTROL.pole_rounding * np.abs(poles).max(initial=0.0)
 
 
 def clearly_stable(poles):

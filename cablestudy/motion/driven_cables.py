@@ -457,7 +457,7 @@ class DrivenCables:
         models, critical = self.resolving.models, self.resolving._critical_modes(limit)
         search = Search(plant.equilibrium, len(base.omega), plant.accuracy, cables=models.cables)
         band = (1 - MOTION.critical_modes) * limit.omega, (1 + MOTION.critical_modes) * limit.omega
-        modes = search.with_modes_in_band(models, base.coordinates.limits, critical, *band)
+        modes = search.with_modes_in_band(models, base.model.coordinates.limits, critical, *band)
         return replace(plant, modes=modes, driven=len(modes) - len(base.omega))
 
     def _critical_modes(self, limit):

@@ -167,7 +167,8 @@ class GustResponse:
     @computed_together
     def own_variances(responses):
         """`_variances` of displacements and rates."""
-        plants = [one.closed_loop.plant for one in responses if one._needs_bodies_at_rest]
+        needs = (one._left_out.needs_bodies_at_rest(one.turbulence.variances[0], one._least) for one in responses)
+        plants = [one.closed_loop.plant for one, need in zip(responses, needs, strict=True) if need]
         BodiesOnAllModes.loop_gain.compute([plant.all_modes for plant in plants])
         Turbulence.space.compute([plant.at_rest for plant in plants])
         return ((one, one._variances()) for one in responses)
@@ -176,11 +177,6 @@ class GustResponse:
     def _left_out(self):
         """`LeftOutModes` of the loop."""
         return self.closed_loop.left_out_modes
-
-    @property
-    def _needs_bodies_at_rest(self):
-        """`LeftOutModes.needs_bodies_at_rest` of the variances of displacements and rates."""
-        return self._left_out.needs_bodies_at_rest(self.turbulence.variances[0], self._least)
 
     @staticmethod
     def _variances_of(turbulence, weights):

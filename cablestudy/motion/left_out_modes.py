@@ -373,7 +373,7 @@ class _Responses:
     @cached_property
     def _units(self):
         """Forces on the free displacements that each do the same work at rest, shape (d,)."""
-        return 1 / np.sqrt(np.diagonal(np.linalg.inv(dense(self.plant.modes.solution.reduced.stiffness))))
+        return 1 / np.sqrt(np.diagonal(np.linalg.inv(dense(self.plant.modes.solution.model.reduced.stiffness))))
 
     @cached_property
     def first(self):

@@ -236,7 +236,7 @@ class Plant:
         solution = self.modes.solution
         lowest = slice(int(MOTION.fewer_modes * len(self.modes)))
         displacements = self.layout.bodies(solution.shapes[:, lowest]) / solution.omega[lowest]
-        compliance = np.diagonal(np.linalg.inv(dense(solution.reduced.stiffness)))
+        compliance = np.diagonal(np.linalg.inv(dense(solution.model.reduced.stiffness)))
         return float((1 - (displacements**2).sum(axis=1) / compliance).max(initial=0.0))
 
     @cached_property

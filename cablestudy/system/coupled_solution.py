@@ -96,12 +96,12 @@ class CoupledModes:
     @property
     def layout(self):
         """`Layout`."""
-        return self.solution.layout
+        return self.solution.model.layout
 
     @property
     def system(self):
         """The `LinearSystem`."""
-        return self.solution.system
+        return self.solution.model.system
 
     @property
     def fewest_modes_of_cable(self):
@@ -167,7 +167,7 @@ class CoupledModes:
         """
         motion = int(np.flatnonzero(self.layout.free == 6 * body + axis)[0])
         displacement = self.layout.bodies(self.shapes)[motion] / (2 * np.pi * self.frequency)
-        return displacement**2 / self.solution.reduced.compliance(motion)
+        return displacement**2 / self.solution.model.reduced.compliance(motion)
 
     def run_of(self, mode):
         """The modes that coincide with one, itself among them: slice of their indices, from 0."""
@@ -192,7 +192,7 @@ class CoupledModes:
     @cached_property
     def _nodes(self):
         """Positions of the nodes of each cable from its end 1, and their displacements: list, see `Models.nodes`."""
-        amplitudes = self.solution.coordinates.amplitudes(self.shapes)
+        amplitudes = self.solution.model.coordinates.amplitudes(self.shapes)
         return self.solution.models.nodes(amplitudes, self.layout.ends(self.layout.bodies(self.shapes)))
 
     @cached_property
@@ -237,9 +237,10 @@ class CoupledModes:
     @cached_property
     def _energy(self):
         """Shares of bodies and cables in the kinetic energy: `body_energy` and `cable_energy`."""
-        displacements = self.layout.bodies(self.shapes)
-        bodies, amplitudes = self.layout.moving_mass(displacements), self.solution.coordinates.amplitudes(self.shapes)
-        cables = self.solution.models.moving_mass(amplitudes, self.layout.ends(displacements))
+        displacements, solution = self.layout.bodies(self.shapes), self.solution
+        amplitudes = solution.model.coordinates.amplitudes(self.shapes)
+        bodies = self.layout.moving_mass(displacements)
+        cables = solution.models.moving_mass(amplitudes, self.layout.ends(displacements))
         total = bodies.sum(axis=(0, 1)) + cables.sum(axis=(0, 1))
         return bodies / total, cables / total
 
@@ -327,7 +328,7 @@ def modes_of_row(trial, row, error, finer=None):
         run = slice(first - 1, last)
         error[run] = error[run].max() + solution.omega[last - 1] / solution.omega[first - 1] - 1
         # combinations by the principal axes of the mean number of the coordinates that move
-        by_number = shapes[:, run].T @ (number * solution.reduced.mass_times(shapes[:, run]))
+        by_number = shapes[:, run].T @ (number * solution.model.reduced.mass_times(shapes[:, run]))
         shapes[:, run] = shapes[:, run] @ np.linalg.eigh(by_number + by_number.T)[1]
     return CoupledModes(solution.omega / (2 * np.pi), error, coincident, solution, shapes, finer)
 
@@ -353,7 +354,7 @@ def _cable_record(solution, cable, name):
         modes=kept.modes,
         residuals=kept.residuals,
         first_mode=float(solution.models.lowest_omega[cable]) / (2 * np.pi),
-        limit=float(solution.coordinates.limits[cable]) / (2 * np.pi),
+        limit=float(solution.model.coordinates.limits[cable]) / (2 * np.pi),
         error=float(np.abs(solution.truncation_error[cable]).max(initial=0.0)) / 2,
     )
 

@@ -241,31 +241,11 @@ class Solution:
         return self.all_modes or self
 
     @property
-    def layout(self):
-        """`Layout`."""
-        return self.model.layout
-
-    @property
-    def coordinates(self):
-        """`Coordinates` of the cables."""
-        return self.model.coordinates
-
-    @property
-    def reduced(self):
-        """`ReducedSystem`."""
-        return self.model.reduced
-
-    @property
     def models(self):
         """`Models` of the cables."""
-        return self.coordinates.models
+        return self.model.coordinates.models
 
     @property
     def kept(self):
         """Coordinates of each cable: list of ReducedCable."""
         return self.model.kept
-
-    @property
-    def system(self):
-        """The `LinearSystem`."""
-        return self.model.system

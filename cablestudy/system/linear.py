@@ -15,18 +15,10 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.cable.matrices import (
-    cholesky,
-    dense,
-    lanczos_modes,
-    normalised_modes,
-    only_dissipates,
-    polynomial,
-    solved,
-    sparse_factors,
-)
+from cablestudy.cable.matrices import UNSTABLE, cholesky, dense, only_dissipates, polynomial, solved, sparse_factors
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.first_order import equations
+from cablestudy.system.reduced import ReducedSystem
 from cablestudy.system.residues import eigen, eigen_of_rows
 from cablestudy.system.tolerances import SYSTEM
 
@@ -167,39 +159,19 @@ class LinearSystem:
         return omega, square / square.sum(axis=1, keepdims=True)
 
     def lowest(self, count):
-        """The lowest undamped modes, winches at rest; of a large system by Lanczos iteration.
-
-        Parameters
-        ----------
-        count : int
-            Number of modes that are wanted.
-
-        Returns
-        -------
-        omega : ndarray, shape (k,)
-            Angular frequencies of k <= count modes, ascending; fewer than `count` if no more are finite. [rad/s]
-        shapes : ndarray, shape (n, k)
-            Columns: mass-normalised shapes, in the n coordinates of the system.
+        """The lowest undamped modes, winches at rest: as of `ReducedSystem.lowest`, but finite ones alone.
 
         Raises
         ------
         NoSolutionError
             The stiffness is not positive definite: the equilibrium is not stable.
         ConvergenceError
-            The iteration did not converge.
+            The iteration for a large system did not converge.
         """
-        size = len(self)
-        if not size:
-            return np.zeros(0), np.zeros((0, 0))
-        if size <= SYSTEM.dense_coordinates or 2 * count > size:
-            compliance, shapes = self.strain_modes
-            compliance, shapes = compliance[:count], shapes[:, :count]
-        else:
-            factors = sparse_factors(self.stiffness.real)
-            shapes = lanczos_modes(size, factors.solve, self.mass.__matmul__, count)
-            shapes = shapes / np.sqrt((shapes * (self.stiffness.real @ shapes)).sum(axis=0))
-            compliance = (shapes * (self.mass @ shapes)).sum(axis=0)
-        omega, shapes = normalised_modes(shapes, compliance)
+        system = ReducedSystem(np.zeros(0), np.zeros((0, len(self))), self.mass, self.stiffness.real)
+        omega, shapes = system.lowest(count)
+        if np.isnan(omega).any():
+            raise NoSolutionError(UNSTABLE)
         finite = np.isfinite(omega)
         return omega[finite], shapes[:, finite]
 

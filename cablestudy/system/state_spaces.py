@@ -96,12 +96,6 @@ class StateSpaces:
         """`Eigen` of each row: list."""
         return eigen_of_rows(self.a)
 
-    def _input_matrix(self, forces):
-        """B: change of each state by forces on the coordinates, shapes (n, N, j) and (n, m, j)."""
-        matrix, m = np.zeros((*self.a.shape[:-1], forces.shape[-1])), len(self.motion)
-        matrix[:, m : 2 * m] = self.motion.accelerations(forces)
-        return matrix
-
     def matrices(self, forces, direct=None, speeds=False):
         """B, C and D, for forces on the m coordinates by each of j inputs, shape (n, m, j).
 
@@ -113,7 +107,8 @@ class StateSpaces:
         speeds : bool
             True for the speeds of the winches instead of the outputs.
         """
-        b = self._input_matrix(forces)
+        b, m = np.zeros((*self.a.shape[:-1], forces.shape[-1])), len(self.motion)
+        b[:, m : 2 * m] = self.motion.accelerations(forces)
         if speeds:
             return b, self._speed, self._reeled @ b
         d = self._at_once @ b

@@ -267,7 +267,7 @@ def midspan_shapes(models, kept, catenary):
 def on_cables(solution, layout, shapes, drag):
     """`strips` with the coordinates of a `Solution`, and their `amplitudes` in shapes of the suspension."""
     on_each = strips(solution.models, solution.kept, layout.equilibrium, drag)
-    return on_each, amplitudes(solution.coordinates, layout, shapes, [group.cables for group in on_each])
+    return on_each, amplitudes(solution.model.coordinates, layout, shapes, [group.cables for group in on_each])
 
 
 def amplitudes(coordinates, layout, shapes, groups):
