@@ -142,22 +142,6 @@ class LinearSystem:
         order = np.argsort(-compliance, kind="stable")
         return compliance[order], shapes[:, order]
 
-    @cached_property
-    def modes(self):
-        """All undamped modes: angular frequencies, and shares in the static compliance of each displacement of bodies.
-
-        Returns
-        -------
-        omega : ndarray, shape (n,)
-            Ascending. [rad/s]
-        shares : ndarray, shape (b, n)
-            The squares of the `strain_modes` over their sum. [-]
-        """
-        compliance, shapes = self.strain_modes
-        square = shapes[len(shapes) - self.bodies :] ** 2
-        omega = 1 / np.sqrt(np.maximum(compliance, np.finfo(float).tiny))
-        return omega, square / square.sum(axis=1, keepdims=True)
-
     def lowest(self, count):
         """The lowest undamped modes, winches at rest: as of `ReducedSystem.lowest`, but finite ones alone.
 

@@ -205,16 +205,17 @@ class ModeOfSystem:
     """
 
     def __init__(self, system):
-        omega, shares = system.modes
-        self.number = largest_share(shares[0])
+        omega, shapes = self._lowest = system.lowest(len(system))
+        shares = (shapes[-1] / omega) ** 2
+        self.number = largest_share(shares)
         self.frequency = omega[self.number] / (2 * np.pi), None
-        self.share = shares[0, self.number], None
+        self.share = shares[self.number] / shares.sum(), None
         self._system = system
 
     @property
     def damping_ratio(self):
         """Damping ratio of the mode with the winch at rest, 1 without oscillation [-]; and None, no error."""
-        ratio = damping_ratios(self._system, *self._system.lowest(len(self._system)))
+        ratio = damping_ratios(self._system, *self._lowest)
         return min(ratio[self.number], 1.0), None
 
 
