@@ -147,18 +147,20 @@ def refined_for_sensitivity(function, gain, curve):
 
 
 def _subdivided(functions, curves, divides, highest):
-    """Divide intervals of frequency where a criterion asks for it, and compute the loop gains there: `LoopGainCurves`.
+    """Divide intervals of frequency where a criterion asks for it, and compute n loop gains there: `LoopGainCurves`.
 
     Each interval is divided into `interval_parts`, and these in turn, in up to `interval_rounds` rounds.
 
     Parameters
     ----------
-    functions, highest
-        As for `sample_curves`.
+    functions : sequence of callable
+        The n loop gains: s, shape (f,) [rad/s] -> shape (f, k, k).
     curves : LoopGainCurves
         Known values at f frequencies.
     divides : callable
         The criterion: `LoopGainCurves` -> ndarray of bool, shape (f - 1,), True for intervals to divide.
+    highest : ndarray, shape (n,)
+        Frequency of each loop above which no interval is divided. [rad/s]
     """
     fractions = np.arange(1, CONTROL.interval_parts) / CONTROL.interval_parts
     for _ in range(CONTROL.interval_rounds):
@@ -173,11 +175,23 @@ def _subdivided(functions, curves, divides, highest):
 
 
 def _may_cross_twice(curves, most):
-    """Intervals in which an eigenvalue may cross the negative real axis and come back unseen: bool, shape (f - 1,).
+    """Mask of the intervals of frequency in which an eigenvalue may cross the negative real axis and come back unseen.
 
     In these an eigenvalue turns by a large angle; or it is near the axis, and its angle or size changes by much. An
-    eigenvalue l crosses at the gain 1/|l|, so that those too small to cross at the gains of interest do not count:
-    `most` of each loop, see `sample_curves`, or the least with a crossing where that is larger.
+    eigenvalue l crosses at the gain 1/|l|, so that those too small to cross at the gains of interest do not count.
+
+    Parameters
+    ----------
+    curves : LoopGainCurves
+        Eigenvalues of n loop gains at f frequencies.
+    most : ndarray, shape (n,)
+        Gain of each loop up to which no crossing may be missed, or the least with a crossing where that is larger.
+        [rad/s]
+
+    Returns
+    -------
+    ndarray of bool, shape (f - 1,)
+        For the interval from each frequency to the next.
     """
     before, after = paired(curves.values)
     row, inside = curves.row[1:], curves.row[1:] == curves.row[:-1]

@@ -280,10 +280,18 @@ def _curves_of(loops):
 
 
 def _destabilising_limits(loops):
-    """`StableGains.limits` of many loops with equally many measured coordinates: a list for each.
+    """Gains at which poles of many loops cross the imaginary axis to the right: `StableGains.limits` of each.
 
-    The first of a list is the largest stable gain; of those above it some may be missing. An empty list means that
-    every gain is stable.
+    Parameters
+    ----------
+    loops : list of StableGains
+        With equally many measured coordinates.
+
+    Returns
+    -------
+    list of (list of Limit)
+        For each loop, ascending by gain. The first is the largest stable gain; of those above it some may be missing.
+        An empty list means that every gain is stable.
 
     Notes
     -----
@@ -331,11 +339,23 @@ def _limits_at(functions, crossings):
 
 
 def _undamped_factors(functions, row, limits):
-    """Gain from which on each mode nearly undamped grows by `negligible_growth` times its frequency, (l,). [rad/s]
+    """Gain from which on each of l nearly undamped modes grows by `negligible_growth` times its frequency. [rad/s]
 
-    The growing pole is sought along s = (negligible_growth + i) w, at frequencies w on both sides of the mode. The gain
-    is infinite where the mode nowhere grows so fast. `row`, shape (l,), are the numbers of the loops of the modes,
-    ascending, and `limits` the `Limit`s at which their poles cross the imaginary axis.
+    The growing pole is sought along s = (negligible_growth + i) w, at frequencies w on both sides of the mode.
+
+    Parameters
+    ----------
+    functions : sequence of callable
+        Loop gains of n loops, over the gain: s, shape (f,) [rad/s] -> shape (f, k, k).
+    row : ndarray of int, shape (l,)
+        Number of the loop of each mode, ascending.
+    limits : list of Limit
+        Gain and frequency at which the pole of each mode crosses the imaginary axis.
+
+    Returns
+    -------
+    ndarray, shape (l,)
+        Infinite where the mode nowhere grows so fast.
     """
     own, growth = [functions[index] for index in row.tolist()], CONTROL.negligible_growth  # one function for each mode
     center = np.array([limit.omega for limit in limits])[:, None]
@@ -357,11 +377,22 @@ def _as_limits(crossings):
 
 
 def _growth_allowed(functions, remaining):
-    """`Limit` with the factor above 1 of a gain at which a pole first crosses to the right; the loop is stable at 1.
+    """Find the factor above 1 of a gain at which a pole first crosses to the right, of a loop that is stable at 1.
 
-    The factor is infinite where none does, and 0 where more poles cross to the left than to the right below 1: the loop
-    is then unstable without this gain. A mode that is nearly undamped counts from the factor on with which it grows, as
-    in `_limits_at`. `remaining` are the sorted `Crossings` of this loop, one of those whose loop gains are `functions`.
+    If more poles cross to the left than to the right below 1, the loop is unstable without this gain: the factor is
+    then 0. A mode that is nearly undamped counts from the factor on with which it grows, as in `_limits_at`.
+
+    Parameters
+    ----------
+    functions : sequence of callable
+        Loop gains of several loops, over the gain: s, shape (f,) [rad/s] -> shape (f, 1, 1).
+    remaining : Crossings
+        Those of one of these loops, sorted.
+
+    Returns
+    -------
+    Limit
+        With an infinite factor where no pole crosses to the right.
     """
     net, allowed = 0, Limit(np.inf, 0.0)
     while len(remaining):

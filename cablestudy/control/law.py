@@ -85,7 +85,7 @@ class Law:
         return max(1, ceil(highest * self.delay / CONTROL.pade_phase)) if self.delay else 0
 
     def state_space_of(self, count):
-        """s C1 as a state space a, b, c, d, with a number of approximants of the delay, or 0; names of its states."""
+        """`state_space` with a number of approximants of the delay; without the delay for 0."""
         chain, names = [], []
         if count:
             chain += [_pade(self.delay / count)] * count

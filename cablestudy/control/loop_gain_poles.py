@@ -23,9 +23,7 @@ from cablestudy.system.together import batches
 def poles_of_modes(loop_gains, modes):
     """Estimate the poles of modes of single cables with the bodies free, and the shift of each pole per gain.
 
-    They tell which modes a gain could drive to instability, and where the loop gain has peaks. The module's docstring
-    has their equations, with c twice the decay rate. Z_r and X are computed once, at s beside i W: at W itself the
-    resonance of the mode dominates, and rounding would spoil Z_r.
+    They tell which modes a gain could drive to instability, and where the loop gain has peaks.
 
     Parameters
     ----------
@@ -39,6 +37,16 @@ def poles_of_modes(loop_gains, modes):
     list of (ndarray, ndarray), both complex, shape (n,)
         For each loop gain, of these n modes, one cable after the other: the poles s without gain [rad/s], and the
         change of each per gain to first order, -X/(2 s) [-]. Not numbers where Z_r is singular.
+
+    Notes
+    -----
+    A mode of the frequency W and the decay rate c/2 between fixed ends has the pole of
+
+        s^2 + c s + W^2 = W^4 w^T Z_r^-1 w.
+
+    Z_r is the dynamic stiffness of the bodies with all cables but without this mode, and w its coupling to the bodies;
+    X is given in the module's docstring. Z_r and X are computed once, at s beside i W: at W itself the resonance of the
+    mode dominates, and rounding would spoil Z_r.
     """
     found = [None] * len(loop_gains)
     for indices, members in _batches(loop_gains, range(len(loop_gains))):

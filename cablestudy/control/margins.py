@@ -366,11 +366,27 @@ def _finite(value):
 
 
 def _next_below(peak, value, gain):
-    """1/g at each frequency, g < `gain` being the largest with which a singular value of (I + g L)^-1 is `peak`. [s]
+    """Find at each of f frequencies the largest g < `gain` with which a singular value of (I + g L)^-1 is `peak`.
 
-    With m = 1/g the quadratic eigenvalue problem in the notes of `gain_of_peak` is solved as a linear one of twice the
-    size. Zero where the sensitivity is not above `peak` with `gain` [rad/s], or no such g is found. `value` is L over
-    the gain, shape (f, k, k) [s].
+    With m = 1/g this is a quadratic eigenvalue problem, solved as a linear one of twice the size: a determinant of
+
+        (1 - 1/peak^2) m^2 I + m (L + L^H) + L^H L
+
+    is zero.
+
+    Parameters
+    ----------
+    peak : float
+        Size of the sensitivity, above 1. [-]
+    value : ndarray, shape (f, k, k)
+        L, the loop gain over the gain. [s]
+    gain : float
+        Gain below which g is looked for. [rad/s]
+
+    Returns
+    -------
+    ndarray, shape (f,)
+        m = 1/g; zero where the sensitivity is not above `peak` with `gain`, or no such g is found. [s]
     """
     size, factor, result = value.shape[-1], 1 - peak**-2, np.zeros(len(value))
     higher = np.flatnonzero(_least_singular_value(value, gain) * peak < 1)  # where the sensitivity is above the peak

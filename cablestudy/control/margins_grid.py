@@ -199,10 +199,22 @@ def passages(function, curves):
 
 
 def _with_extrema_of_other_sign(function, single, curves):
-    """`curves` of `passages` with the extrema, as further values, that pass zero between two values of one sign.
+    """Add to known values of functions of frequency the extrema that pass zero between two values of one sign.
 
-    `single` is one of the k values of its `function`: frequencies, numbers of functions and numbers of values, each of
-    shape (q,) -> shape (q,).
+    Parameters
+    ----------
+    function : callable
+        Frequencies [rad/s] and, for each, the number of one of n functions, both of shape (q,) -> values, shape (q, k).
+    single : callable
+        One of these k values: frequencies, numbers of functions and numbers of values, each of shape (q,) -> shape
+        (q,).
+    curves : list of (ndarray, ndarray)
+        For each function known frequencies, shape (f,), ascending, and its values there, shape (f, k).
+
+    Returns
+    -------
+    list of (ndarray, ndarray)
+        `curves` with the frequencies of these extrema, and all k values there.
     """
     brackets = []
     for number, (omega, value) in enumerate(curves):

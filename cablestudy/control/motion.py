@@ -200,7 +200,11 @@ def with_strokes(matrix, strokes):
 
 
 def actuated(layout, shapes, mass, damping, stiffness, actuators):
-    """Add the actuators of the module's docstring to the matrices of a suspension: strokes become further coordinates.
+    """Add actuators to the matrices of a suspension: strokes of reaction masses become further coordinates.
+
+    A reaction mass m_a with the stroke q along the axis a has the kinetic energy m_a q' a.d' + m_a q'^2/2 in addition
+    to that of the body, d being the displacement of its place. Of its weight remains the moment m_a g q (a x e_z). A
+    wheel turns freely about its axis: its moment of inertia about it is taken off the mass matrix.
 
     Parameters
     ----------

@@ -80,6 +80,11 @@ def respond(a, b, c, d, components, time):
     Returns
     -------
     ndarray, shape (m, o)
+
+    Notes
+    -----
+    State and component together obey [x; z]' = [A, B h; 0, S] [x; z], an equation without input. A time step dt
+    multiplies [x; z] by the exponential of this matrix times dt.
     """
     from scipy.linalg import expm
 

@@ -55,12 +55,21 @@ def damping_ratios(modes):
 
 
 def _solved_together(tried):
-    """Group the rows whose poles can be found in the same calls: lists of (int, BodyMode, Airflow or None).
+    """Group the rows whose poles can be found in the same calls.
 
-    Rows of a group belong to one `Trial`, which holds the undamped modes of several suspensions, in whose order they
-    are. They also agree in the laws of damping of their cables, in whether their models have all modes of the cables,
-    and in whether the air damps cables. Rows with the same suspension of a trial, as those of load cases that hang
-    alike, are in different groups.
+    Rows of a group belong to one `Trial`, which holds the undamped modes of several suspensions. They also agree in the
+    laws of damping of their cables, in whether their models have all modes of the cables, and in whether the air damps
+    cables. Rows with the same suspension of a trial, as those of load cases that hang alike, are in different groups.
+
+    Parameters
+    ----------
+    tried : list of (int, BodyMode, Airflow or None)
+        Row, the model that is tried for it, and the air that damps it.
+
+    Returns
+    -------
+    list of list of (int, BodyMode, Airflow or None)
+        Groups, each sorted by the number of the suspension in the trial.
     """
     groups, uses = {}, Counter()
     for row, mode, airflow in tried:
@@ -104,12 +113,23 @@ class DampingRatio:
 
 
 def _ratios_of_trial(modes, airflows):
-    """Damping ratios of modes of bodies in n suspensions of one `Trial`: list of (DampingRatio or ConvergenceError).
+    """Compute the damping ratios of the modes of bodies in n suspensions of one `Trial`, and estimate their errors.
 
     The relative error is `MOTION.coarser_mesh_safety` times the relative change of the ratio to coarser meshes of the
     cables. It is not a number where the ratio is 1 (no oscillation) and for stated elements; a ratio of 0 has that of
-    rounding. A ConvergenceError says that no pole is found, on either mesh. The scenes of the `BodyMode`s either all
-    state the elements of the cables, or none of them does; `airflows` is the air that damps each, or None.
+    rounding.
+
+    Parameters
+    ----------
+    modes : sequence of BodyMode
+        n modes, whose scenes either all state the elements of the cables, or none of them does.
+    airflows : sequence of (Airflow or None)
+        Air that damps each.
+
+    Returns
+    -------
+    list of (DampingRatio or ConvergenceError)
+        For each mode the ratio; or the error, where no pole is found, on either mesh.
     """
     search, exact = _PoleSearch(modes, airflows), modes[0].exact
     models = search.trial.coordinates.models
@@ -173,7 +193,7 @@ class _PoleSearch:
         return values[self._cables].reshape(len(self._rows), -1).any(axis=1)
 
     def poles(self, models):
-        """Find the pole s of the damped mode of each of n rows with all modes of the cables, the elements of `models`.
+        """Find the pole s of the damped mode of each of n rows with all modes of the cables.
 
         The search begins at an estimate. With light damping this is the pole of the undamped shape alone, the root of
 
@@ -181,6 +201,11 @@ class _PoleSearch:
 
         with its frequency w, and its mass-normalised viscous and hysteretic damping c and h. With strong damping, or
         where no pole is found there, it is the pole of the model of the coupled modes.
+
+        Parameters
+        ----------
+        models : Models
+            Elements of the cables, by which the pole is found.
 
         Returns
         -------

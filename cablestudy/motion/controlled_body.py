@@ -62,7 +62,9 @@ class ControlledBody:
         rows : ndarray, shape (k, m)
             Each measured coordinate per unit of each of the m coordinates of the equations of motion. [m], [rad]
         lengths : ndarray, shape (k,)
-            `_radius`, by which a rotation is multiplied to compare it with a displacement [m]; 1 for displacements [-].
+            Length by which a rotation is multiplied to compare it with a displacement: the RMS distance of the ends of
+            cables and links from the reference point of the body, or 1 m where this is zero [m]; 1 for displacements
+            [-].
         gain : ndarray, shape (k, i)
             Static gain: change of each coordinate per length that each of i winches reels in. [-], [rad/m]
 

@@ -345,7 +345,11 @@ class DrivenCables:
         return needed
 
     def loop_gain_of(self, kept, models=None):
-        """Build the loop gain over the gain, see `control.loop_gain`, with chosen modes of each cable.
+        """Build the loop gain over the gain, L/g = P Z^-1 F A C1 N, with chosen modes of each cable.
+
+        At a complex frequency s, Z is the dynamic stiffness of the bodies on their cables, F the forces on the bodies
+        per length that winches reel in, P gives the measured coordinates, A allocates them to winches, and C1 N is the
+        control law of unit gain behind its notches.
 
         Parameters
         ----------
@@ -416,16 +420,24 @@ class DrivenCables:
     def _poles_and_starts(self, modes, estimated):
         """List poles beside which the loop gain is computed, and places where the search for narrow poles begins.
 
-        With W the frequency of a mode with fixed ends and p its pole as `estimated` by `poles_of_modes`, shape (n,),
-        the shift is d = |p| - W. As modes that nearly coincide shift together, such a mode has five poles, Re p + i (W
-        + j d) for j = 0 to 4. It has as many starts: the same, or for a large shift Re p + i (W + j d/5) for j = 1 to
-        5. The poles of the model are in both lists. Modes, by their numbers of each cable, are added only if |p| or W
-        is above the frequencies up to which the model surely has all poles.
+        With W the frequency of a mode with fixed ends and p its estimated pole, the shift is d = |p| - W. As modes that
+        nearly coincide shift together, such a mode has five poles, Re p + i (W + j d) for j = 0 to 4. It has as many
+        starts: the same, or for a large shift Re p + i (W + j d/5) for j = 1 to 5. The poles of the model are in both
+        lists. Modes are added only if |p| or W is above the frequencies up to which the model surely has all poles.
+
+        Parameters
+        ----------
+        modes : list of ndarray of int
+            Numbers of n modes in all, of each cable.
+        estimated : ndarray, complex, shape (n,)
+            p of these modes, by `poles_of_modes`. [rad/s]
 
         Returns
         -------
-        poles, starts : ndarray, complex
-            Poles of the model, and then those, and the starts, of the modes. [rad/s]
+        poles : ndarray, complex
+            Poles of the model, then those of the modes. [rad/s]
+        starts : ndarray, complex
+            Poles of the model, then the starts of the modes. [rad/s]
         errors : ndarray
             Distance at which a pole may be from each start, over its frequency: |d|/W, at least the accuracy. [-]
         """

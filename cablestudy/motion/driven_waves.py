@@ -141,8 +141,13 @@ class DrivingBounds:
     def _shift_per_gain(self, cable, index, coupling):
         """Bound on the shift of poles of modes of a cable per gain, |C1 N| |b| |A| |P u|/(2 W), shape (n,).
 
-        `index`, shape (n,), says which of the frequencies is that of each mode; `coupling`, shape (n, 6), is m of
-        `Superelement`. [sqrt(kg)]
+        Parameters
+        ----------
+        cable : int
+        index : ndarray of int, shape (n,)
+            Which of the frequencies is that of each mode.
+        coupling : ndarray, shape (n, 6)
+            m of `Superelement`. [sqrt(kg)]
         """
         square = self.omega[index, None] ** 2
         force = square * (coupling @ self.connection[cable])  # W^2 G^T m
@@ -244,7 +249,14 @@ def _stacked(owners, *names):
 def _responses_of_rows(effects):
     """Compute responses of n suspensions, called rows, on cables whose waves do not return, at f frequencies.
 
-    The symbols are those of the module's docstring; `effects` are n `DrivingBounds` with arrays of equal sizes.
+    With the symbols of the module's docstring: Z is the dynamic stiffness of the bodies, P u are the k measured
+    coordinates of their d free displacements u, F v are the forces on the bodies by the lengths v of the i winches, A
+    allocates coordinates to winches, and C1 N is the control law of unit gain with notches.
+
+    Parameters
+    ----------
+    effects : list of DrivingBounds
+        n of them, with arrays of equal sizes.
 
     Returns
     -------
@@ -316,9 +328,18 @@ def _driving_gain_of_cable(effects, cable, of_measured, of_winches, winch_gain):
 
         gain = r d/(x s),   x = |C1 N| |b| |A| |P u|/(2 W)
 
-    r d is at least the growth `UNDAMPED` W, which is no instability. Of the four waves across of `_waves`, and of the
-    two along, the one with the largest x counts. The last three arguments are P Z^-1, F^T Z^-1 and |A| |C1 N| from
-    `_responses_of_rows`, with the axes behind the row reversed: shapes (n, d, k, f), (n, d, i, f), (n, k, i, f).
+    with the bound x of the module's docstring on the shift per gain. r d is at least the growth `UNDAMPED` W, which is
+    no instability. Of the four waves across of `_waves`, and of the two along, the one with the largest x counts.
+
+    Parameters
+    ----------
+    effects : list of DrivingBounds
+        n of them.
+    cable : int
+        Index of the cable.
+    of_measured, of_winches, winch_gain : ndarray, shapes (n, d, k, f), (n, d, i, f), (n, k, i, f)
+        P Z^-1, F^T Z^-1 and |A| |C1 N| from `_responses_of_rows`, with the axes behind the row reversed: d free
+        displacements of bodies, k measured coordinates, i winches.
     """
     forces, decay, *sizes = _waves(effects, cable)
     connection, reeling, omega = _stacked(effects, "connection", "reeling", "omega")
@@ -345,8 +366,17 @@ def _driving_gain_of_cable(effects, cable, of_measured, of_winches, winch_gain):
 def _waves(effects, cable):
     """Forces on the ends of one cable in n rows, by waves across and along it, taken as modes of f frequencies W.
 
-    They are those of the module's docstring. Masses on the cable divide it: the shortest part has the largest forces on
-    its ends, and is taken for all.
+    A wave of modal mass 1 exerts on both ends the force W sqrt(2 z/tau): z is sqrt(T mu) across and sqrt(EA mu) along
+    the cable, tau the travel time, T the tension and mu the mass per length. Where a cable of length l sags under
+    gravity g, a wave across it stretches it, too, by the tension EA (mu g/T) sqrt(2/(mu l)) 2/(W tau). Masses on the
+    cable divide it: the shortest part has the largest forces on its ends, and is taken for all.
+
+    Parameters
+    ----------
+    effects : list of DrivingBounds
+        n of them, with the frequencies W of each.
+    cable : int
+        Index of the cable.
 
     Returns
     -------

@@ -88,7 +88,8 @@ class DynamicAnalysis:
         count : int
             Number of modes of the model.
         responses : bool
-            As of `Plant`.
+            True for a model that has, beside these modes, static responses to the inertia and damping of moving bodies:
+            they stand for modes that are left out, see `Plant`.
         computed : int
             Number of modes that are computed, if it is larger: of these the lowest `count` are taken.
 

@@ -96,11 +96,22 @@ class GustResponse:
     # ------------------------------------------------------------------------------------------------ frequencies
 
     def spectra(self, frequency, combinations=None):
-        """One-sided spectra of the o outputs in the gusts at f frequencies [Hz], shape (o, f); or of r sums of them.
+        """One-sided spectra of the outputs in the gusts, or of weighted sums of outputs.
 
         They are the diagonal of Y S Y^H, with the response Y of the outputs, or sums, to the inputs of the gusts, and
-        the spectral matrix S of these inputs, in squares of the units of the outputs per Hz. The columns of
-        `combinations`, shape (o, r), are the weights of the sums.
+        the spectral matrix S of these inputs.
+
+        Parameters
+        ----------
+        frequency : ndarray, shape (f,)
+            Frequencies. [Hz]
+        combinations : ndarray, shape (o, r), optional
+            Each column has the weights of the o outputs in one of r sums, whose spectra are returned instead.
+
+        Returns
+        -------
+        ndarray, shape (o, f) or (r, f)
+            Squares of the units of the outputs, per Hz.
         """
         residues, gusts = self.turbulence.residues, self.closed_loop.gusts
         if combinations is not None:

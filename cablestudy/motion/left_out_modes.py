@@ -296,9 +296,14 @@ class LeftOutModes:
         Parameters
         ----------
         spectra : _Spectra
-            Of the r outputs.
-        weights, variances, others, least
-            As for `of_displacements`.
+            Spectra of the forces, and responses of the r outputs by all modes and by the model.
+        weights : dict
+            w functions of frequency [Hz] by which the spectrum is multiplied, one for each kind of variance.
+        variances, others : ndarray, shape (w, r)
+            Variances by the model, and their errors by other causes: a change that is small beside these need not be
+            exact.
+        least : float
+            Relative change of an RMS that is worth stating. [-]
         closed : bool
             True for responses with the control loop closed; they are so anyway of a loop that does more than integrate.
         """
@@ -428,19 +433,27 @@ def _where_finite(omega, values):
 
 
 def _refined(function, omega, values, matters):
-    """Refine frequencies [rad/s], shape (f,), and values there, (f, ...), where a function changes fast: both.
+    """Refine a grid of frequencies where a function changes fast, by halving intervals.
 
-    Intervals are halved where the logarithm of the function may change by more than `MOTION.left_out_change` across
-    them, by the steepest slope there or next to it. They must also be wider than `MOTION.left_out_step` times their
+    An interval is halved where the logarithm of the function may change by more than `MOTION.left_out_change` across
+    it, by the steepest slope there or next to it. It must also be wider than `MOTION.left_out_step` times its
     frequency, and matter.
 
     Parameters
     ----------
     function : callable
-        Frequencies, shape (f,) -> values, shape (f, ...), 0 or more; not numbers where there is no value: such
-        frequencies are left out.
+        Frequencies [rad/s], shape (f,) -> values, shape (f, ...), 0 or more; not numbers where there is no value.
+    omega : ndarray, shape (f,)
+        f frequencies to begin with, ascending. [rad/s]
+    values : ndarray, shape (f, ...)
+        Values there.
     matters : callable
         Frequencies and values -> array of bool, shape (f - 1,): False for intervals that need not be halved.
+
+    Returns
+    -------
+    omega, values : ndarray, shapes (f,), (f, ...)
+        The finer grid, without frequencies at which the function has no value.
     """
     for _ in range(MOTION.left_out_rounds):
         logarithm, width = np.log(np.maximum(values, MOTION.tiny)).reshape(len(omega), -1), np.diff(omega)[:, None]

@@ -98,6 +98,16 @@ def winch_speeds(analysis):
 
 
 def _expected_peak(rms, rate, error, rate_error, duration):
-    """Peak factor times RMS, and its relative error, by a rate of up-crossings [Hz], errors, and a time [s]."""
+    """Peak factor times RMS, and its relative error.
+
+    Parameters
+    ----------
+    rms, rate : float or ndarray
+        RMS, and rate of up-crossings [Hz].
+    error, rate_error : float or ndarray
+        Their relative errors. [-]
+    duration : float
+        [s]
+    """
     factor = peak_factor(rate, duration)
     return factor * rms, error + peak_factor(rate * (1 + rate_error), duration) / factor - 1

@@ -248,13 +248,20 @@ class Plant:
         return forces
 
     def delayed_response(self, loop, coarse=False, speeds=False):
-        """Response of all outputs to the gusts with a loop that has a delay, about this motion: `DelayedResponse`.
+        """Response of all outputs to the gusts with a loop that has a delay: `DelayedResponse`.
 
         It has the exact response over frequency, and poles that make sharp peaks in it. Up to a limit below the
         frequency `right_up_to` of the loop these are poles with a Padé approximant of the delay. Above it the winches
-        hardly move, and the poles are those with the winches at rest. With `coarse` the highest modes are left out, by
-        `coarse_space`: the change tells the error by modes. With `speeds` it is the response of the speeds of the
-        winches instead.
+        hardly move, and the poles are those with the winches at rest.
+
+        Parameters
+        ----------
+        loop : Loop
+            Loop about the `motion` of this plant.
+        coarse : bool
+            True to leave out the highest modes, by `coarse_space`: the change tells the error by modes.
+        speeds : bool
+            True for the speeds of the winches instead of the outputs.
         """
         forces = self.gust_forces
         if coarse:

@@ -58,9 +58,10 @@ def _moving_loads(plant):
 
 
 def loads_and_bases(plants, size):
-    """Yield for each plant the static loads of its model, and the reduction basis: modes, and responses to these loads.
+    """Yield for each plant the reduction basis of its model: modes, and static responses in place of the other modes.
 
-    The module's docstring says which forces count. Plants whose arrays have equal sizes are computed together.
+    A static response is K^-1 f, with the stiffness K and forces f on the coordinates. The head of this file says which
+    forces count. Plants whose arrays have equal sizes are computed together.
 
     Parameters
     ----------
@@ -72,6 +73,7 @@ def loads_and_bases(plants, size):
     ------
     plant : Plant
     loads : ndarray, shape (n, r)
+        The r columns f.
     basis : (ndarray, ndarray), shapes (m,) and (n, m)
         Frequencies [rad/s] and shapes of the m coordinates of the model: modes of the plant, then Ritz vectors of the
         static responses.

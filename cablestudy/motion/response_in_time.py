@@ -106,20 +106,31 @@ def uniform_gust(gusts):
 
 
 def _response_in_space(closed_loop, loop, motion, space, output, input_, components, times, law_states=None):
-    """`TimeResponse`, its errors zero, of a closed loop with its plant in all n coordinates or in r of a subspace.
+    """Response over time to an input of a closed loop, with its plant in all n coordinates or in r of a subspace.
 
     Parameters
     ----------
-    closed_loop, output, input_, components, times
-        As for `in_time`.
+    closed_loop : ClosedLoop
+        Its plant has n coordinates, and its gusts give the force of a uniform gust.
     loop : Loop
         Loop about all n coordinates, whose gain, notches and allocation are used.
     motion : LinearSystem
         Equations of motion of the plant, in r coordinates.
     space : ndarray, shape (n, r), or None
         Basis of the subspace; None where all n coordinates are kept.
+    output, input_ : str
+        Names of a displacement, and of an input: `winch.CABLE`, `reference.COORDINATE` or WIND_INPUT.
+    components : list of time_response.Component
+        The input as a sum of functions of time.
+    times : ndarray, shape (m,)
+        Uniform, from zero. [s]
     law_states : tuple, optional
         State space of the control law with another approximation of its delay, in place of `Loop.law_states`.
+
+    Returns
+    -------
+    TimeResponse
+        Displacement with the loop and without it, and movements of the winches; its errors are zero.
     """
     loads, allocation = np.zeros((len(closed_loop.motion), 1)), loop.allocation
     if closed_loop.gusts is not None:

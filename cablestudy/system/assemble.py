@@ -43,15 +43,28 @@ def assemble(cables, connection, bodies, imposed=None, stiffness=0.0):
 
 
 def assemble_dense(matrices, connection, bodies, imposed, stiffness=0.0):
-    """Assemble the `LinearSystem` of `assemble` from dense matrices: of one system, or of many (...).
+    """Assemble the `LinearSystem` of cables, bodies and winches from dense matrices: of one system, or of many (...).
+
+    Symbols and equations are those of `assemble`: the ends of the c cables move by G x + H u, x being the b
+    displacements of the bodies and u the movements of the i winches.
 
     Parameters
     ----------
     matrices : list of tuple of 3 ndarray, shape (..., n + 6, n + 6)
         M, C and K of each cable, for its n modes and then its six end displacements. K is complex if its damping is
         hysteretic.
-    connection, bodies, imposed, stiffness
-        As for `assemble`, with leading axes (...).
+    connection : ndarray, shape (..., 6 c, b)
+        G: end displacements of one cable after the other, per displacement of the bodies.
+    bodies : ndarray, shape (..., b, b)
+        Mass matrix of the bodies.
+    imposed : ndarray, shape (..., 6 c, i)
+        H: end displacements of the cables per movement of each winch.
+    stiffness : ndarray, shape (..., b, b), or 0
+        Stiffness of the bodies without that of the cables.
+
+    Returns
+    -------
+    LinearSystem
     """
     modal, b = sum(of_cable.shape[-1] - 6 for of_cable, *_ in matrices), bodies.shape[-1]
     hysteretic, leading = any(np.iscomplexobj(of_cable) for *_, of_cable in matrices), bodies.shape[:-2]
@@ -78,9 +91,25 @@ def assemble_dense(matrices, connection, bodies, imposed, stiffness=0.0):
 
 
 def _assemble_sparse(cables, matrices, connection, bodies, imposed, stiffness):
-    """Assemble the `LinearSystem` of `assemble` with a sparse G.
+    """Assemble the `LinearSystem` of `assemble` from a sparse G, the end displacements per displacement of the bodies.
 
-    `matrices` are M, C and K of each cable, shape (n + 6, n + 6): of its n modes and then its six end displacements.
+    With T = [I, 0; 0, G], from the coordinates of the system to all modes and cable ends, each matrix is T^T A T plus
+    that of the bodies, A being the block-diagonal matrix of all cables. Its inputs have the matrices -T^T A [0; H].
+
+    Parameters
+    ----------
+    cables : sequence of Superelement
+        The c cables.
+    matrices : list of tuple of 3 ndarray, shape (n + 6, n + 6)
+        M, C and K of each cable, for its n modes and then its six end displacements.
+    connection : sparse array, shape (6 c, b)
+        G.
+    bodies : ndarray or sparse array, shape (b, b)
+        Mass matrix of the bodies.
+    imposed : ndarray, shape (6 c, i)
+        H: end displacements per movement of each winch.
+    stiffness : ndarray or sparse array, shape (b, b), or 0
+        Stiffness of the bodies without that of the cables.
     """
     from scipy.sparse import block_array, csc_array, eye_array
 
@@ -103,10 +132,19 @@ def _assemble_sparse(cables, matrices, connection, bodies, imposed, stiffness):
 
 
 def _block_diagonal(cables, matrices):
-    """Block-diagonal M, C and K of all c cables, which are A of `assemble`: list of sparse arrays, (N + 6 c, N + 6 c).
+    """Block-diagonal mass, damping and stiffness matrices of all c cables, before they are connected to bodies.
 
-    Rows and columns are the N modes of all cables, one cable after the other; then the six end displacements of each
-    cable, one cable after the other. Arguments are those of `_assemble_sparse`.
+    Parameters
+    ----------
+    cables : sequence of Superelement
+    matrices : list of tuple of 3 ndarray, shape (n + 6, n + 6)
+        M, C and K of each cable, for its n modes and then its six end displacements.
+
+    Returns
+    -------
+    list of 3 sparse arrays, shape (N + 6 c, N + 6 c)
+        M, C and K. Rows and columns are the N modes of all cables, one cable after the other; then the six end
+        displacements of each cable, one cable after the other.
     """
     from scipy.sparse import coo_array
 

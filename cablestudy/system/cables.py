@@ -249,15 +249,27 @@ class Models:
         return [np.stack([masks[cable] for cable in group.cable_indices.tolist()]) for group in self.groups]
 
     def truncation_error(self, coordinates, square, ends):
-        """`GroupCoordinates.truncation_error` of all c cables: part of the error by each, shape (c, r). [-]
+        """Relative error of squared frequencies of a suspension by the modes of cables that its coordinates omit.
 
         Parameters
         ----------
         coordinates : Coordinates
+            Of the c cables: modes with fixed ends that are kept, and residual vectors.
         square : ndarray, shape (c, r)
-            Squared angular frequencies of r modes of the suspension, given for each cable. [rad^2/s^2]
+            w^2: squared angular frequencies of r modes of the suspension, given for each cable. [rad^2/s^2]
         ends : ndarray, shape (c, 6, r)
-            Displacements of the two ends of each cable in these modes, mass-normalised. [1/sqrt(kg)]
+            u: displacements of the two ends of each cable along x, y, z in these modes, mass-normalised. [1/sqrt(kg)]
+
+        Returns
+        -------
+        ndarray, shape (c, r)
+            Part of the error that each cable makes. [-]
+
+        Notes
+        -----
+        A mode left out, with the frequency W and the coupling m, its momentum per velocity of the ends, adds the mass
+        (m u)^2 w^2/(W^2 - w^2) to that of the suspension, which is 1. The error is the sum of this over the modes left
+        out, less the same sum over the residual vectors, which replace a part of them.
         """
         error = np.zeros(square.shape)
         for of_group in coordinates.of_groups:
@@ -266,17 +278,22 @@ class Models:
         return error
 
     def mesh_error(self, amplitudes, square, ends):
-        """Estimated relative error of squared frequencies of a suspension by the mesh of each cable, shape (c, r). [-]
-
-        It is a share of the energy in the two highest polynomials of the elements, over that of the mode.
+        """Estimated relative error of squared frequencies of a suspension by the mesh of each of its c cables.
 
         Parameters
         ----------
         amplitudes : list of ndarray, shape (g, n, r)
             For each group of g cables on equal meshes: amplitudes of their n modes with fixed ends, relative to the
             static shapes, in r mass-normalised modes of the suspension. [-]
-        square, ends
-            As for `truncation_error`.
+        square : ndarray, shape (c, r)
+            Squared angular frequencies of these r modes, given for each cable. [rad^2/s^2]
+        ends : ndarray, shape (c, 6, r)
+            Displacements of the six ends of each cable in them. [1/sqrt(kg)]
+
+        Returns
+        -------
+        ndarray, shape (c, r)
+            A share of the energy in the two highest polynomials of the elements, over that of the mode. [-]
         """
         error = np.zeros(square.shape)
         for group, of_group in zip(self.groups, amplitudes, strict=True):
@@ -288,8 +305,11 @@ class Models:
 
         Parameters
         ----------
-        amplitudes, ends
-            As for `mesh_error`, of motions of any size. [sqrt(kg) m], [m]
+        amplitudes : list of ndarray, shape (g, n, r)
+            For each group of g cables on equal meshes: amplitudes of their n modes with fixed ends, relative to the
+            static shapes. [sqrt(kg) m]
+        ends : ndarray, shape (c, 6, r)
+            Displacements of the six ends of each cable, global axes. [m]
 
         Returns
         -------
@@ -333,8 +353,11 @@ class Models:
 
         Parameters
         ----------
-        amplitudes, ends
-            As for `mesh_error`.
+        amplitudes : list of ndarray, shape (g, n, r)
+            For each group of g cables on equal meshes: amplitudes of their n modes with fixed ends, relative to the
+            static shapes, in mass-normalised motions. [-]
+        ends : ndarray, shape (c, 6, r)
+            Displacements of the six ends of each cable in these motions, global axes. [1/sqrt(kg)]
 
         Returns
         -------

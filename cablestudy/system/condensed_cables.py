@@ -91,9 +91,12 @@ class CondensedCables:
         return replace(self, further=np.stack(further) + (0.0 if self.further is None else self.further))
 
     def dynamic_stiffness(self, s):
-        """D(s) of the module's docstring for the six end displacements of each cable, its derivative, and the motion.
+        """Dynamic stiffness D(s) at the six end displacements of each of g cables, its derivative, and the motion.
 
-            X = [-Q_qq^-1 Q_qu; I],    D' = X^T Q' X
+        With the coordinates q of a cable (modes with fixed ends, or others), its end displacements u and their matrices
+        Q = s^2 M + s C + K,
+
+            D = Q_uu - Q_uq Q_qq^-1 Q_qu,    X = [-Q_qq^-1 Q_qu; I],    D' = X^T Q' X.
 
         Parameters
         ----------
@@ -177,16 +180,26 @@ def laws_of(damping):
 
 
 def _solution(diagonal, damped, dense, right):
-    """Solve (d + sum of V^T c V + sum of f B) x = b for the n coordinates of each of g cables: x, complex, (g, n, 6).
+    """Solve (d + sum of V^T c V + sum of f B) x = b for the n coordinates of each of g cables.
+
+    d is a diagonal matrix; V^T c V comes from damping of strain or of point masses. If V has few rows and there is no
+    B, Woodbury's formula is used, which is cheaper.
 
     Parameters
     ----------
-    diagonal, right : ndarray, complex, shapes (g, n, 1) and (g, n, 6)
-        d and b.
+    diagonal : ndarray, complex, shape (g, n, 1)
+        d.
     damped : list of (ndarray, ndarray)
-        Rows V of damped strain or point masses, shape (g, r, n), and their complex factor c, shape (g, 1, 1).
+        Rows V, shape (g, r, n), and their complex factor c, shape (g, 1, 1).
     dense : list of (ndarray, ndarray)
         Matrices B, shape (g, n, n), and their factors f, shape (g, 1, 1).
+    right : ndarray, complex, shape (g, n, 6)
+        b.
+
+    Returns
+    -------
+    ndarray, complex, shape (g, n, 6)
+        x.
     """
     n = diagonal.shape[1]
     # if V has few rows and there is no B, Woodbury's formula is cheaper

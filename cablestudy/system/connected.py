@@ -42,7 +42,7 @@ def coupled_groups(mass, damping, stiffness):
 
 
 def component_numbers(joined):
-    """Number of the connected component of each node of graphs with symmetric `joined`, from 0, shape (..., n)."""
+    """Number of the connected component of each node of graphs, from 0, shape (..., n); see `reachable`."""
     group, count, index = np.full(joined.shape[:-1], -1), 0, np.arange(joined.shape[-1])
     while (remaining := group < 0).any():
         group[remaining & reachable(joined, index == np.argmax(remaining, axis=-1)[..., None])] = count

@@ -54,22 +54,29 @@ def coupled_modes(
 
 
 def coupled_modes_of_cases(equilibrium, count, accuracy, damping, planes=None, damped=False, model=None):
-    """`coupled_modes` of n suspensions ("cases") with equal names and connections: list of (CoupledModes or Exception).
-
-    An exception says why a case has none.
+    """The lowest coupled modes of n suspensions ("cases") with equal names and connections.
 
     Parameters
     ----------
     equilibrium : Equilibrium
         Of n cases, shape (n,), with c cables each; the modes are small motions about it.
-    count, accuracy, damped
-        As for `coupled_modes`.
+    count : int
+        Number of modes of each case.
+    accuracy : float
+        Largest relative error of the frequencies that is allowed. [-]
     damping : sequence of Damping
         Of the n c cables, those of one case after the other.
     planes : tuple, optional
         Directions in which the cables move, as of `Dynamics`. Default: all.
+    damped : bool
+        True if the modes serve for damping too: meshes are finer, and more modes of the cables are coordinates.
     model : FixedModel, optional
         Elements of each cable that the scene states, in place of `accuracy`; with the drag on all n c cables.
+
+    Returns
+    -------
+    list of (CoupledModes or Exception)
+        For each case its modes, or the reason why it has none.
     """
     cases, cables_of_case = equilibrium.lengths.shape
     if Layout(equilibrium).large:  # sparse matrices: one after the other

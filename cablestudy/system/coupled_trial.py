@@ -57,7 +57,11 @@ class Trial:
         """Yield the undamped systems of all n rows (suspensions), those with matrices of equal sizes as one stack.
 
         Rows of one stack have equally many coordinates of cables, and equally many of these are coupled to bodies.
-        `row` is that of each of the N coordinates of the cables of all rows.
+
+        Parameters
+        ----------
+        row : ndarray of int, shape (N,)
+            Row of each of the N coordinates of the cables of all rows.
 
         Yields
         ------
@@ -66,6 +70,7 @@ class Trial:
         index : ndarray of int, shape (m, size), or (size,)
             Indices among all N of the coordinates of the cables of these rows.
         system : ReducedSystem
+            Mass and stiffness of the stack.
         """
         if not self.layout.shape:
             yield 0, np.arange(len(row)), self.reduced(0)

@@ -358,22 +358,31 @@ def _where_trusted(cables, poles, left, right, trusted):
 
 
 def _relative_errors(matrices, x, sums, poles, left, right):
-    """Largest relative error of the `PoleSum`s of r cables, each checked at m values of x, shape (r,). [-]
+    """Largest relative error of the `PoleSum`s of r cables, each checked at m values of x. [-]
 
-    A sum is compared with
+    A `PoleSum` is the dynamic stiffness at the ends of a cable as a sum over poles. It is compared with
 
-        Q_ee - Q_en q - q^T Q_ne + q^T Q_nn q,    q = Q_nn^-1 Q_ne.
+        Q_ee - Q_en q - q^T Q_ne + q^T Q_nn q,    q = Q_nn^-1 Q_ne,
 
-    This form is stationary in q: an error of q, which is computed from the same poles, changes it by the square only.
-    The error of an entry i j is that over sqrt(a_i a_j), with the size a = |x|^d M_ii + |K_ii| of the forces at an end.
+    Q(x) being the matrix polynomial of n modes and e ends. This form is stationary in q: an error of q, which is
+    computed from the same poles, changes it by the square only.
 
     Parameters
     ----------
-    matrices, poles, left, right
-        As for `PoleSum.of_polynomial`, of r cables; K, M and d are the first and last of the matrices, and the degree.
+    matrices : sequence of 2 or 3 ndarray, shape (r, n + e, n + e)
+        Coefficients of Q by ascending power of x, symmetric.
     x : ndarray, complex, shape (r, m)
+        Values at which the sums are checked.
     sums : PoleSum
         Of all r cables.
+    poles, left, right : ndarray, complex, shapes (r, N), (r, n, N), (r, N, n)
+        Q_nn^-1 is the sum of left right/(x - pole) over the N poles.
+
+    Returns
+    -------
+    ndarray, shape (r,)
+        Error of an entry i j over sqrt(a_i a_j), with the size a = |x|^d M_ii + |K_ii| of the forces at an end; d is
+        the degree of Q, M its last coefficient and K its first.
     """
     n = left.shape[1]
     q_ee, q_ne = (_polynomial([matrix[:, None, rows, n:] for matrix in matrices], x) for rows in np.s_[n:, :n])

@@ -23,8 +23,8 @@ from cablestudy.system.tolerances import SYSTEM
 def poles_near(layout, cables, near, displacements, damping, far):
     """Find the pole nearest to an estimate for each of n damped suspensions ("rows"), by inverse iteration.
 
-    Each iteration updates u of the module's docstring, and takes a Newton step of s. At last the real part of the pole
-    is taken from the losses. No digit of a row depends on the others.
+    A pole s solves D(s) u = 0, D being the dynamic stiffness of the d free displacements u of the bodies, all motion of
+    the cables included. Each iteration updates u, and takes a Newton step of s.
 
     Parameters
     ----------
@@ -45,6 +45,12 @@ def poles_near(layout, cables, near, displacements, damping, far):
     -------
     ndarray of complex, shape (n,)
         Not a number where no pole is found nearer than `far`. [rad/s]
+
+    Notes
+    -----
+    At last the real part r of the pole r + i w is taken from the losses, which are accurate however small the damping
+    is. With the displacements v of bodies and cables, r = -(w Re v^H C v + v^H Im K v)/(2 w v^H M v + Im v^H C v). No
+    digit of a row depends on the others.
     """
     count = len(layout.equilibrium.suspension.cable_names)
     ends, slopes = np.zeros((2, len(near) * count, 6, 6), dtype=complex)

@@ -204,20 +204,28 @@ def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
 def _add_law(motion, allocation, law, errors, force, fixed, scaled):
     """Add the control law and the winches to the rows of the first-order equations that `equations` makes, in place.
 
-    The movements p of the winches and the states l of the law are those of its notes, and the lengths v = U p, v' and
-    v'' act on the m coordinates by B0, B1 and B2. Terms with the gain go into `scaled`, others into `force` and
-    `fixed`.
+    With the errors e behind the notches, A = U R (`Allocation`) and the state space a, b, c, d of the law, the r winch
+    movements p and the states l of the law obey
+
+        p' = c l + d w,    l' = a l + b w,    w = -gain R e,    v = U p.
+
+    The lengths v that winches reel in, v' and v'' act on the m coordinates by B0, B1 and B2. Terms with the gain go
+    into `scaled`, others into `force` and `fixed`. "Rows" are coefficients of the N states and of inputs, w columns in
+    all.
 
     Parameters
     ----------
-    motion, allocation, law
-        As for `equations`.
+    motion : LinearSystem
+    allocation : Allocation
+    law : tuple of 4 ndarray
+        a, b, c, d.
     errors : (ndarray, ndarray)
-        Rows that give e and e' of the k measured coordinates behind the notches, shape (..., k, w) both.
+        Rows that give e and e' of the k measured coordinates, shape (..., k, w) both.
     force : ndarray, shape (..., m, w)
         Rows that give the force on each coordinate, without what the gain multiplies.
     fixed, scaled : ndarray, shapes (..., N, w) and (..., k, N, w)
-        As of `Equations`.
+        Rows of the state rates: without the gain, and those that it multiplies, by the error of each measured
+        coordinate.
     """
     a, b, c, d = law
     m, size, order, r = len(motion), fixed.shape[-2], np.asarray(a).shape[-1], allocation.movements.shape[-1]
@@ -284,15 +292,17 @@ def _force_of_actuator(feedback, movement, rate):
 def _filter_by_notches(notches, error, error_rate, fixed, begin):
     """Pass the control errors through the notch filters, in place, and write the equations of the filters' states n.
 
-    Each filter turns an error e into c n + d e, with n' = a n + b e. A notch that is None leaves its error as it is.
+    Each filter turns an error e into c n + d e, with n' = a n + b e. "Rows" are coefficients of the N states and of
+    inputs, w columns in all.
 
     Parameters
     ----------
     notches : tuple of (Notch or None)
+        Filter of each of the k measured coordinates; None leaves its error as it is.
     error, error_rate : ndarray, shape (..., k, w)
         Rows that give the errors and their rates; on return those behind the filters.
     fixed : ndarray, shape (..., N, w)
-        Rows of the state rates, as of `Equations`; on return with those of the filters' states, two for each filter.
+        Rows of the state rates; on return with those of the filters' states, two for each filter.
     begin : int
         Index of the first of these states.
     """

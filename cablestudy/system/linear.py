@@ -143,14 +143,26 @@ class LinearSystem:
         return compliance[order], shapes[:, order]
 
     def lowest(self, count):
-        """The lowest undamped modes, winches at rest: as of `ReducedSystem.lowest`, but finite ones alone.
+        """The lowest undamped modes, winches at rest; of a large system by Lanczos iteration.
+
+        Parameters
+        ----------
+        count : int
+            Number of modes that are wanted.
+
+        Returns
+        -------
+        omega : ndarray, shape (k,)
+            Angular frequencies of k <= count modes, ascending; fewer than `count` if no more are finite. [rad/s]
+        shapes : ndarray, shape (n, k)
+            Columns: mass-normalised shapes, in the n coordinates of the system.
 
         Raises
         ------
         NoSolutionError
             The stiffness is not positive definite: the equilibrium is not stable.
         ConvergenceError
-            The iteration for a large system did not converge.
+            The iteration did not converge.
         """
         system = ReducedSystem(np.zeros(0), np.zeros((0, len(self))), self.mass, self.stiffness.real)
         omega, shapes = system.lowest(count)

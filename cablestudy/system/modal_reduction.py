@@ -51,7 +51,19 @@ def keep_modes(system, chosen):
 def truncate_modes(system, chosen):
     """Reduce a system to some of its undamped modes, without the static response of the others: modal truncation.
 
-    It serves to show the error that `keep_modes` avoids, whose arguments and result it has.
+    It serves to show the error that `keep_modes` avoids.
+
+    Parameters
+    ----------
+    system : LinearSystem
+        Of one row, n coordinates z, and inputs u that act by B0, B1, B2.
+    chosen : ndarray of int, shape (k,)
+        Indices of the modes to keep, from 0, the lowest first.
+
+    Returns
+    -------
+    LinearSystem
+        Its coordinates are the amplitudes q of the k modes Phi; inputs and outputs are those of `system`.
 
     Notes
     -----
@@ -77,8 +89,10 @@ def _in_modes(system, chosen, static, c, d):
 
     Parameters
     ----------
-    system, chosen
-        As for `keep_modes`.
+    system : LinearSystem
+        Of n coordinates z, i inputs and o outputs.
+    chosen : ndarray of int, shape (k,)
+        Indices of the modes that are the columns of Phi, mass-normalised; from 0, the lowest first.
     static : ndarray, shape (n, i)
         S: displacement of each coordinate by a unit of each input.
     c, d : tuple of 3 ndarray, shapes (o, n) and (o, i)

@@ -96,9 +96,20 @@ class Search:
     def _refined_orders(self, rows, orders, mesh_errors, highest):
         """Sums of element orders along each cable for the next meshes, higher where the mesh makes too large an error.
 
-        `rows` are the indices of m rows of c cables; `orders`, `mesh_errors` and what is returned have the shape (m,
-        c). The errors are the largest of a squared frequency by the mesh of each cable: up to accuracy/c they are
-        allowed [-]. `highest` is the highest frequency of the last trial of each row [rad/s].
+        Parameters
+        ----------
+        rows : ndarray of int, shape (m,)
+            Indices of m rows (suspensions) of c cables each.
+        orders : ndarray, shape (m, c)
+            Sum of orders along each cable of the last meshes.
+        mesh_errors : ndarray, shape (m, c)
+            Largest error of a squared frequency by the mesh of each cable. Up to accuracy/c it is allowed. [-]
+        highest : ndarray, shape (m,)
+            Highest frequency of the last trial. [rad/s]
+
+        Returns
+        -------
+        ndarray, shape (m, c)
         """
         excess = np.maximum(mesh_errors * mesh_errors.shape[1] / self.accuracy, 1.0)
         refinements = np.ceil(np.log10(excess) / SYSTEM.finer_digits)
@@ -110,8 +121,12 @@ class Search:
 
         Parameters
         ----------
-        models, limits, chosen
-            As of `Models.coordinates`.
+        models : Models
+            Elements and modes with fixed ends of the c cables.
+        limits : ndarray, shape (c,)
+            Frequency of each cable below which its modes are coordinates. [rad/s]
+        chosen : list of (ndarray of bool, shape (n,))
+            For each cable, which of its n modes are coordinates in any case.
         lowest, highest : float
             Ends of the band of frequency. [rad/s]
 
@@ -177,6 +192,7 @@ class Search:
         Parameters
         ----------
         rows : ndarray of int, shape (m,)
+            Indices of the rows.
         alone : bool
             True for one row with many elements, or in a steady wind: of its cables only the modes needed are computed.
         meshes : list of (Mesh or None)
@@ -296,7 +312,14 @@ class Search:
         return np.where(np.isfinite(omega), omega, 0.0).max(axis=1, initial=0.0)
 
     def _orders(self, rows, highest):
-        """`orders_of` waves up to a frequency of each of some rows, shape (m,) [rad/s], along their cables, (m, c)."""
+        """Sum of orders along each cable of some rows from which waves up to a frequency are resolved, as `orders_of`.
+
+        Parameters
+        ----------
+        rows : ndarray of int, shape (m,)
+        highest : ndarray, shape (m,)
+            [rad/s]
+        """
         waves = highest[:, None] * self._travel_time[rows] / np.pi
         return self.orders_of(np.maximum(waves, shaping_modes(self.accuracy)) if self._shaped else waves)
 
@@ -307,12 +330,24 @@ class Search:
         return np.where(orders <= ORDER_STEPS[-1], steps, 8 * np.ceil(orders / 8))
 
     def _limits(self, rows, highest):
-        """Frequency up to which each cable of some rows keeps its modes in the first trial, shape (m, c). [rad/s]
+        """Frequency up to which each of the c cables of some rows (suspensions) keeps its modes in the first trial.
 
         Without its modes, a cable of the first frequency W changes w^2 by about r (w/W)^2, w being the highest
-        frequency that is asked for, `highest` of each row, and r the share of the cables in the mass. If that is well
-        below the accuracy, no mode is kept: the limit is zero. Where modes serve for the form of cables (`shaped`), it
-        is at least a multiple of W.
+        frequency that is asked for and r the share of the cables in the mass. If that is well below the accuracy, no
+        mode is kept.
+
+        Parameters
+        ----------
+        rows : ndarray of int, shape (m,)
+            Indices of the rows.
+        highest : ndarray, shape (m,)
+            w of each row. [rad/s]
+
+        Returns
+        -------
+        ndarray, shape (m, c)
+            Zero for no modes. Where modes serve for the form of cables (`shaped`), it is at least a multiple of W.
+            [rad/s]
         """
         # Dunkerley: masses on a string lower its first mode at most by this
         lowering = np.sqrt(1 + (np.pi / 2) ** 2 * self.cables.carried).reshape(self._rows, -1)[rows]
@@ -336,8 +371,14 @@ class Search:
 
         Parameters
         ----------
-        rows, models, highest, limits
-            As for `_judge`, before the first trial.
+        rows : ndarray of int, shape (m,)
+            Indices of the rows, of c cables each.
+        models : Models
+            Elements of their cables.
+        highest : ndarray, shape (m,)
+            Estimate of the highest frequency that is asked for. [rad/s]
+        limits : ndarray, shape (m, c)
+            Angular frequency up to which each cable keeps its modes in the first trial. [rad/s]
 
         Returns
         -------
@@ -404,7 +445,7 @@ class Search:
         return good, highest, np.where(good[:, None], limits, wider)
 
     def _wider_limits(self, error, allowed, limits, near, highest):
-        """Limits of the modes of cables for the next trial, wider where modes left out make too large an error, (m, c).
+        """Limits of the modes of cables for the next trial, wider where the modes left out make too large an error.
 
         The error is taken to fall with the power n = `left_out_power` of a limit. So a limit grows by a factor in
         proportion to e^(1/n), e being the error over its allowed value; the factor is bounded. Cables that keep modes
@@ -413,13 +454,21 @@ class Search:
         Parameters
         ----------
         error : ndarray, shape (m, c)
-            Largest error of a squared frequency by the modes of each cable left out. [-]
+            For m rows (suspensions) of c cables: largest error of a squared frequency by the modes of each cable left
+            out. [-]
         allowed : float
             Allowed sum of these errors over the cables of a row. [-]
-        limits, highest
-            As for `_judge`.
+        limits : ndarray, shape (m, c)
+            Limits of the last trial: angular frequency up to which each cable keeps its modes. [rad/s]
         near : ndarray of bool, shape (m, c)
             True where the first mode of a cable is among those asked for, or near.
+        highest : ndarray, shape (m,)
+            Highest frequency of the last trial. [rad/s]
+
+        Returns
+        -------
+        ndarray, shape (m, c)
+            [rad/s]
         """
         cables_with_error = np.maximum(np.count_nonzero(error, axis=1), 1)[:, None]
         excess = np.maximum(2 * error * cables_with_error / allowed, 1.0)

@@ -116,11 +116,23 @@ def poles_and_vectors(matrices, omega):
 
 
 def _poles_of_coupled_modes(matrices, omega):
-    """Solve `poles_and_vectors` for modes all of which damping couples; vectors are those of the states W q (and q').
+    """Solve `poles_and_vectors` for modes all of which damping couples.
 
-    The linear problem is that of the inverse matrix, with these states: the frequencies W of the modes differ by many
-    powers of ten, and the rounding of an eigen-solution has the size of the largest eigenvalue. Where damping is weak,
-    a problem of half the size serves instead (`eigen_by_solvents`).
+    The linear problem is that of the inverse matrix, with the states W q (and q', for three matrices): the frequencies
+    W of the modes differ by many powers of ten, and the rounding of an eigen-solution has the size of the largest
+    eigenvalue. Where damping is weak, a problem of half the size serves instead (`eigen_by_solvents`).
+
+    Parameters
+    ----------
+    matrices : sequence of 2 or 3 ndarray, shape (r, n, n)
+        Coefficients of the polynomials of r cables by ascending power of x: K and M, or K, C and M = I.
+    omega : ndarray, shape (r, n)
+        W. [rad/s]
+
+    Returns
+    -------
+    poles, vectors : ndarray, complex, shapes (r, N) and (r, N, N)
+        N = n or 2 n for 2 or 3 matrices; vectors of the states W q (and q') as columns.
     """
     (rows, n), states = omega.shape, len(matrices) - 1
     found, size = np.zeros(rows, dtype=bool), states * n

@@ -193,11 +193,22 @@ def _eigen_of_weakly_damped(a):
 
 
 def _separating_change(a, poles, right):
-    """Random matrix, shape (N, N), of which a small multiple, added to A, takes poles apart that nearly coincide.
+    """Random matrix of which a small multiple, added to a matrix A, takes poles of A apart that nearly coincide.
 
     It acts in the space of such poles if their eigenvectors are nearly parallel. Its norm there is the size of these
-    poles; other poles do not change. It is real for a real A. `poles` and `right` are the eigenvalues [rad/s] and
-    eigenvectors (columns) that were computed for A.
+    poles; other poles do not change.
+
+    Parameters
+    ----------
+    a : ndarray, shape (N, N)
+        A.
+    poles, right : ndarray, complex, shapes (N,) and (N, N)
+        Eigenvalues and eigenvectors (columns) that were computed for A. [rad/s]
+
+    Returns
+    -------
+    ndarray, shape (N, N)
+        Real for a real A.
     """
     random, total, is_real = np.random.default_rng(0), np.zeros_like(a), not np.iscomplexobj(a)
     remaining = np.arange(len(poles))

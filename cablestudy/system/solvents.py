@@ -37,8 +37,9 @@ def eigen_by_solvents(stiffness, damping):
 
     Notes
     -----
-    The eigenvalues of S^-1 are computed, S being a solvent: slow poles are its largest ones, which rounding spares. Of
-    a real K the other poles are the complex conjugate ones.
+    A solvent S, S^2 + C S + K = 0, has the poles of one half plane as eigenvalues (see the module's docstring). The
+    eigenvalues of S^-1 are computed: slow poles are its largest ones, which rounding spares. Of a real K the other
+    poles are the complex conjugate ones.
     """
     half = np.diagonal(damping, axis1=1, axis2=2) / 2
     root = np.sqrt(half**2 - np.diagonal(stiffness, axis1=1, axis2=2) + 0j)

@@ -195,12 +195,23 @@ def coherence_with_points(kappa, places, cable):
 
 
 def _sinh_rule(count, center, scale):
-    """Points and weights, (..., q) both, of quadrature over t from 0 to 1 for a polynomial times a narrow peak.
+    """Points and weights of quadrature over t from 0 to 1, for a polynomial times a function with a narrow peak.
 
     With t = center + scale sinh(u) the peak is broad in u, in which the points are those of a Gauss rule, closer
-    together at the ends; `center` and `scale`, shape (...), are place and width of the peak of each of many rules, and
-    `count` is the number of coefficients of the polynomial. If any peak is narrower than `WIND.narrow_peak`, it counts
-    as a kink, with all points on either side of it.
+    together at the ends. If any peak is narrower than `WIND.narrow_peak`, it counts as a kink, with all points on
+    either side of it.
+
+    Parameters
+    ----------
+    count : int
+        Number of coefficients of the polynomial.
+    center, scale : ndarray, shape (...)
+        Place and width of the peak of each of many rules, in t.
+
+    Returns
+    -------
+    points, weights : ndarray, shape (..., q)
+        q points t, and weights for an integral over t.
     """
     points, weights = _ends_refined(max(count + WIND.load_points, WIND.peak_points))
     kinked = np.any(scale < WIND.narrow_peak)

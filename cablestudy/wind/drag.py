@@ -68,11 +68,22 @@ def body_damping(wind, area, drag_coefficient):
 
 
 def cable_damping(wind, diameter):
-    """Viscous damping per length of a cable's motion, rho C_d d v/2 [N s/m^2], in a `Wind`, see `body_damping`.
+    """Viscous damping per length of a cable's motion, rho C_d d v/2; zero if `wind` has no such damping.
 
-    With its cable_drag_coefficient C_d and the diameter d in m. This is the damping of motion normal to the cable and
-    to the wind; that of motion along the wind is twice as large. So motion of the cable in any direction is damped by
-    no less, where the wind is across the cable.
+    This is the damping of motion normal to the cable and to the wind; that of motion along the wind is twice as large.
+    So motion of the cable in any direction is damped by no less, where the wind is across the cable.
+
+    Parameters
+    ----------
+    wind : Wind
+        Has speed, air_density, cable_drag_coefficient and aerodynamic_damping.
+    diameter : float
+        [m]
+
+    Returns
+    -------
+    float
+        [N s/m^2]
     """
     return body_damping(wind, diameter / 2, wind.cable_drag_coefficient)
 

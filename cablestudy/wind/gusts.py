@@ -137,11 +137,21 @@ class Gusts:
         return covariance
 
     def _table_weights(self, kappa):
-        """Weights that interpolate the covariance at f values of kappa [1/m] in `_table`: two of shape (k, f). [-]
+        """Weights that interpolate the covariance at f values of kappa between those in `_table`, at its k values.
 
-        They are for entries with cables, and for those between bodies: splines over log(kappa + const). Above the
-        highest kappa of the table, covariances with cables fall with 1/kappa, and those between bodies stay as they
-        are. Where no covariance depends on kappa, k is 1 and all weights are 1.
+        Weights are splines over log(kappa + const). Above the highest kappa of the table, covariances with cables fall
+        with 1/kappa, and those between bodies stay as they are. Where no covariance depends on kappa, k is 1 and all
+        weights are 1.
+
+        Parameters
+        ----------
+        kappa : ndarray, shape (f,)
+            Decay of the coherence exp(-kappa r) over a distance r. [1/m]
+
+        Returns
+        -------
+        for_cables, for_bodies : ndarray, shape (k, f)
+            Weight of each covariance of the table: for entries with cables, and for those between bodies. [-]
         """
         table_kappa = self._table[0]
         if table_kappa is None:
@@ -255,9 +265,9 @@ class Gusts:
 
 
 def _cross_covariance(kappa, places, work, cables, other_work):
-    """Covariance of the work of the gusts on one load with that on several cables, shape (f, k, l).
+    """Covariance of the work of the gusts on one load with that on several cables.
 
-    Of the work on coordinates k and l, at each frequency, it is
+    Loads are those of `Gusts._loads`. The covariance of the work on coordinates k and l, at each frequency, is
 
         sum over q, p and t of work[q, t, k] C[q, p] other_work[p, t, l]
 
@@ -265,12 +275,20 @@ def _cross_covariance(kappa, places, work, cables, other_work):
 
     Parameters
     ----------
-    kappa, places, work
-        Of the one load, as of `Gusts._loads`.
+    kappa : ndarray, shape (f,)
+        The coherence at a distance r is exp(-kappa r), at each of f frequencies. [1/m]
+    places : list of Arc, or ndarray, shape (q, 3)
+        The one load: elements of a cable, with q functions in all, or places of q bodies. [m]
+    work : ndarray, shape (q, t, k)
+        Its work on k coordinates.
     cables : list of list of Arc
         Elements of each of the other cables.
     other_work : ndarray, shape (p, t, l)
         Work on l coordinates by the p functions of all other cables.
+
+    Returns
+    -------
+    ndarray, shape (f, k, l)
     """
     mean = coherence_of_cables if isinstance(places, list) else coherence_with_points
     covariance = np.zeros((len(kappa), work.shape[-1], other_work.shape[-1]))
@@ -304,16 +322,22 @@ def gusts(wind, drag, layout, shapes, strips, amplitudes, areas, coherence):
 
     Parameters
     ----------
-    wind, strips, amplitudes, coherence
-        As of `Gusts`; strips are those of `strips.on_cables`.
+    wind : SuspensionWind
+        Mean speed, turbulence and its spectrum.
     drag : Drag
         Mean wind, and drag coefficients times areas, of one case.
     layout : Layout
         Matrices and connections of the bodies.
     shapes : ndarray, shape (n, m)
         Combinations of the n coordinates of the suspension, which are the m coordinates of the gusts.
+    strips : list of Strips
+        Wind forces on the cables, in groups, from `strips.on_cables`.
+    amplitudes : list of ndarray, shape (g, k, m + 2 c)
+        For each group, the k coordinates of each of its g cables by the m coordinates, see `strips.amplitudes`.
     areas : ndarray, shape (b,)
         Areas of all bodies and junctions across the wind, for their admittance. [m^2]
+    coherence : Coherence
+        Of the turbulence at two places.
     """
     speed = float(size(drag.velocity))
     bodies, centers, drag_matrix, displacements = _wind_on_bodies(drag, layout, shapes)
@@ -330,7 +354,18 @@ def damping_of_bodies(drag, layout, shapes):
 
 
 def _wind_on_bodies(drag, layout, shapes):
-    """Linear drag of those bodies and junctions, b in number, that have any: as of `gusts`, whose arguments it has.
+    """Linear drag of those bodies and junctions, b in number, that have any.
+
+    In the axes of a body, a change u' of the wind U changes its drag by rho/2 C_d A_k (|U| u'_k + U_k (U.u')/|U|).
+
+    Parameters
+    ----------
+    drag : Drag
+        Mean wind U, and drag coefficients times areas C_d A_k, of one case.
+    layout : Layout
+        Matrices and connections of the bodies.
+    shapes : ndarray, shape (n, m)
+        m combinations of the n coordinates of the suspension.
 
     Returns
     -------

@@ -49,7 +49,20 @@ class Integrals:
         return self.gusts.noise(self.panels.frequency)
 
     def variances(self, response):
-        """`variances_of_rows` of one row: shape (w, o). Poles that nothing damps are left out, see `undamped`."""
+        """Variances of the outputs of a system in the gusts: integrals of their spectra times each weight.
+
+        Poles with a damping ratio up to `least_damping_ratio` are left out, see `undamped`.
+
+        Parameters
+        ----------
+        response : Residues or DelayedResponse
+            Response of the o outputs of a stable system to the inputs of the gusts.
+
+        Returns
+        -------
+        ndarray, shape (w, o)
+            For the w weights, in squares of the units of the outputs.
+        """
         return variances_of_rows([self], [response])[0]
 
     def undamped(self, response, variance, stiffness):

@@ -181,8 +181,10 @@ def strips(models, kept, equilibrium, drag):
 
     Parameters
     ----------
-    models, kept
-        As for `nodal_shapes`, of all c cables.
+    models : Models
+        Elements of all c cables.
+    kept : list of ReducedCable, or None
+        Coordinates of each cable: some modes, and vectors that stand for the others; None for all modes.
     equilibrium : Equilibrium
         Of one case.
     drag : Drag
@@ -309,11 +311,21 @@ def amplitudes(coordinates, layout, shapes, groups):
 
 
 def _courses(models, catenary):
-    """Direction, stretch and tension along each cable, of e elements of order p, in its chord frame: list of tuples.
+    """Direction, stretch and tension along each cable in its chord frame. A cable without mass counts as straight.
 
-    They are unit tangents, shape (e, p, 3), and local stretched over unstretched length, (e, p), at the Gauss points
-    [-]; tension vectors in the middle of each element, and half of their changes over it, both (e, 3) [N]. A cable
-    without mass counts as straight; a unit vector stands for its tension.
+    Parameters
+    ----------
+    models : Models
+        Elements of the cables.
+    catenary : Catenary
+        Of the c cables.
+
+    Returns
+    -------
+    list of (direction, stretch, middle, half)
+        For each cable, with e elements of some order p: unit tangents, shape (e, p, 3), and local stretched over
+        unstretched length, (e, p), at the Gauss points [-]; tension vectors in the middle of each element, and half of
+        their changes over it, both (e, 3) [N]. Without mass a unit vector stands for the tension.
     """
     along = np.eye(3)[:1]
     mean_stretch = (1 + catenary.mean_tension / catenary.span.axial_stiffness)[:, None, None]

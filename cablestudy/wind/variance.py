@@ -246,12 +246,17 @@ def variances_with_remainder(residues, remainder, noise_times, panels, noise, we
         G: s = 2 pi i f, shape (f,) [rad/s] -> complex, shape (f, o, i), for o outputs and i inputs.
     noise_times : callable
         Frequencies, shape (f,) [Hz], and columns, complex, shape (f, i, o) -> S times the columns.
-    panels, noise, weights
-        As for `variances`, of one row.
+    panels : Panels
+        n points of quadrature over frequency.
+    noise : Noise
+        S.
+    weights : ndarray, shape (w, n)
+        w functions of frequency by which the spectra are multiplied, at these points.
 
     Returns
     -------
     ndarray, shape (w, o)
+        Of each of o outputs, with each of the w weights.
     """
     variance, s = variances(residues, panels, noise, weights), 2j * np.pi * panels.frequency
     fractions = panels.weights_for(residues.poles).T / (s[:, None] - residues.poles)
@@ -268,19 +273,28 @@ def variances_with_remainder(residues, remainder, noise_times, panels, noise, we
 def _spectral_integrals(inputs, panels, noise, weights, resolvents):
     """Integrals over frequency for `variances`: of r_j b_j S, and of S, each times w weights.
 
+    S is the one-sided spectral matrix of i inputs, b_j the input vector of the pole l_j, and r_j = -2 l_j/(w^2 + l_j^2)
+    the narrow peak by this pole, see `Panels.resolvents`.
+
     Parameters
     ----------
     inputs : ndarray, complex, shape (..., N, i)
         b_j of N poles.
-    panels, noise, weights
-        As for `variances`; S is the spectral matrix of the noise.
+    panels : Panels
+        n points of quadrature over frequency.
+    noise : Noise
+        S.
+    weights : ndarray, shape (..., w, n)
+        w functions of frequency at these points.
     resolvents : ndarray, complex, shape (..., N, n)
-        r_j times the weights of the quadrature, see `Panels.resolvents`.
+        r_j times the weights of the quadrature.
 
     Returns
     -------
     by_pole : ndarray, complex, shape (..., w, N, i)
+        Integrals of r_j b_j S.
     spectra : ndarray, shape (..., w, i, i)
+        Integrals of S.
     """
     (*leading, poles, size), (count, points) = inputs.shape, weights.shape[-2:]
     real_resolvents = np.concatenate([resolvents.real, resolvents.imag], axis=-2)
@@ -300,11 +314,22 @@ def _spectral_integrals(inputs, panels, noise, weights, resolvents):
 
 
 def _times_matrices(inputs, matrices, integrals):
-    """Sum over k = 1 to p of c_k b_j S_k, for each of N poles j and w weights, whose c_k differ: (..., N, w, l).
+    """Sum over k = 1 to p of c_k b_j S_k, for each of N poles j and each of w weights, whose c_k differ.
 
-    Where i < p the sums of c_k S_k are computed first, else the products b_j S_k. `inputs` are b_j, complex, shape
-    (..., N, i), `matrices` S_k, real, (..., p, i, l), and `integrals` real and imaginary parts of c_k, (..., 2, N, w,
-    p).
+    Where i < p the sums of c_k S_k are computed first, else the products b_j S_k.
+
+    Parameters
+    ----------
+    inputs : ndarray, complex, shape (..., N, i)
+        b_j, a row for each pole.
+    matrices : ndarray, shape (..., p, i, l)
+        S_k, real.
+    integrals : ndarray, shape (..., 2, N, w, p)
+        Real and imaginary parts of c_k, for each pole and weight.
+
+    Returns
+    -------
+    ndarray, complex, shape (..., N, w, l)
     """
     *leading, functions, rows, columns = matrices.shape
     real, imag = np.moveaxis(integrals, -4, 0)
