@@ -83,25 +83,25 @@ def shorter_strain_for_tension(span, tension, at="mean"):
 
 
 def strains_for_tension(span, tension, at="mean"):
-    """Find the chord strains, and so the unstretched lengths, with which n taut cables have stated tensions.
+    """Find the chord strain e at which each of n cables has a given tension T; e is chord c/unstretched length - 1.
 
-    The chord strain is chord over unstretched length, less 1. Each search begins with that of a parabolic cable. Above
-    the least tension over all lengths, two lengths have the same tension: the shorter one is meant.
+    Each search starts from that of a parabola of weight w per length: e = T/EA - (w c cos)^2/(24 T^2), cos being the
+    cosine of the inclination. Two lengths may have the same tension: wanted is the shorter one, the larger e.
 
     Parameters
     ----------
     span : Span
-        Of shape (n,); its own chord strains are not used.
+        The n cables; their own chord strains are not used.
     tension : ndarray, shape (n,)
-        Stated tensions. [N]
+        T. [N]
     at : {"mean", "horizontal", "max", "end_1", "end_2"}
-        Which tension of the cables is stated: mean, horizontal or largest one, or that at an end.
+        Which tension of a cable T is: its mean, its horizontal part, its largest, or that at an end.
 
     Returns
     -------
     ndarray, shape (n,)
-        Chord strains. Not a number where no length was found, or only the longer of two: `shorter_strain_for_tension`
-        then finds the shorter one, or says why there is none. [-]
+        e. NaN where no length was found, or only the longer of two: the function `shorter_strain_for_tension` then
+        finds the shorter one, or raises an error with the reason. [-]
     """
     highest = _highest_strain(span, tension, at)
     # strain of the tension, less what the sag of a parabola adds to the length of its chord

@@ -111,13 +111,13 @@ def sample_curves(functions, row, omega, matrices=None, highest=np.inf, most=np.
     Parameters
     ----------
     functions : sequence of callable
-        The n loop gains, over the gain: s, shape (f,) [rad/s] -> shape (f, k, k). [s]
+        The n loop gains, each divided by its gain: s, shape (f,) [rad/s] -> shape (f, k, k). [s]
     row : ndarray of int, shape (f,)
         Number of the loop to which each first frequency belongs, ascending.
     omega : ndarray, shape (f,)
         First frequencies, ascending within each loop. [rad/s]
     matrices : ndarray, shape (f, k, k), optional
-        The loop gains there; computed if not given.
+        Values of `functions` there; computed if not given. [s]
     highest : float or ndarray, shape (n,)
         Frequency above which no interval is divided. [rad/s]
     most : float or ndarray, shape (n,)

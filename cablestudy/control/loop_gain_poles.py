@@ -21,32 +21,32 @@ from cablestudy.system.together import batches
 
 
 def poles_of_modes(loop_gains, modes):
-    """Estimate the poles of modes of single cables with the bodies free, and the shift of each pole per gain.
+    """Estimate the poles that modes of single cables have with the bodies free, and the shift of each pole per gain.
 
-    They tell which modes a gain could drive to instability, and where the loop gain has peaks.
+    The poles show which modes a gain could make unstable, and where the loop gain has peaks.
 
     Parameters
     ----------
     loop_gains : list of LoopGain
-        Of many suspensions, some of which may be the same object.
+        One for each suspension; the same object may appear several times.
     modes : list of (list of ndarray of int)
         For each loop gain and each of its cables, indices of modes with fixed ends, from 0.
 
     Returns
     -------
-    list of (ndarray, ndarray), both complex, shape (n,)
-        For each loop gain, of these n modes, one cable after the other: the poles s without gain [rad/s], and the
-        change of each per gain to first order, -X/(2 s) [-]. Not numbers where Z_r is singular.
+    list of (poles, shifts), complex ndarrays of shape (n,)
+        For each loop gain and its n modes, one cable after the other: the poles s without gain [rad/s], and the change
+        of s per gain to first order, -X/(2 s) [-]. NaN where Z_r is singular.
 
     Notes
     -----
-    A mode of the frequency W and the decay rate c/2 between fixed ends has the pole of
+    A mode with the frequency W and the decay rate c/2 between fixed ends has a pole at the solution s of
 
         s^2 + c s + W^2 = W^4 w^T Z_r^-1 w.
 
-    Z_r is the dynamic stiffness of the bodies with all cables but without this mode, and w its coupling to the bodies;
-    X is given in the module's docstring. Z_r and X are computed once, at s beside i W: at W itself the resonance of the
-    mode dominates, and rounding would spoil Z_r.
+    Z_r is the dynamic stiffness of the bodies and all cables without this mode, w the coupling of the mode to the
+    bodies; the module's docstring defines X. Z_r and X are computed once, at an s beside i W: at i W the resonance of
+    the mode dominates, and subtracting it would leave little of Z_r but rounding.
     """
     found = [None] * len(loop_gains)
     for indices, members in _batches(loop_gains, range(len(loop_gains))):
@@ -119,15 +119,15 @@ def narrow_poles(loop_gains, estimates, starts, errors):
     estimates : list of ndarray, complex, shape (n,)
         Estimated poles of each loop gain. [rad/s]
     starts : list of ndarray, complex, shape (m,)
-        Points from which poles of each are sought: estimates, and others. [rad/s]
+        Points from which the search for poles of each starts: the estimates, and others. [rad/s]
     errors : list of ndarray, shape (m,)
         Relative error of each start. A start s is used only if |Re s|/|s| is smaller. [-]
 
     Returns
     -------
     list of ndarray, complex, shape (k,)
-        For each loop gain the poles found whose distance from all estimates, and from each other, exceeds half the
-        width of their resonance, |Re s|. [rad/s]
+        New poles of each loop gain. A pole s is new if its distance from all estimates and from all poles found before
+        exceeds |Re s|, half the width of its resonance. [rad/s]
 
     Notes
     -----

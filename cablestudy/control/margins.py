@@ -299,7 +299,7 @@ def gain_of_peak(unit_gain, omega, peak, most):
     Parameters
     ----------
     unit_gain : callable
-        L, the loop gain over the gain: s, shape (f,) [rad/s] -> shape (f, k, k). [s]
+        L, the loop gain divided by its gain: s, shape (f,) [rad/s] -> shape (f, k, k). [s]
     omega : ndarray, shape (f,)
         Frequencies to begin with, ascending, close enough to show how L changes. [rad/s]
     peak : float
@@ -319,13 +319,12 @@ def gain_of_peak(unit_gain, omega, peak, most):
 
     Notes
     -----
-    At one frequency a singular value is `peak` for the gains g = 1/m for which
+    At one frequency a singular value equals `peak` for the gains g = 1/m at which the matrix
 
-        (1 - 1/peak^2) m^2 I + m (L + L^H) + L^H L
+        m^2 [(I + g L)^H (I + g L) - I/peak^2] = (1 - 1/peak^2) m^2 I + m (L + L^H) + L^H L
 
-    is singular, as it is m^2 [(I + g L)^H (I + g L) - I/peak^2]. If a value exceeds `peak` with a gain, it does so down
-    to the next lower one of these gains. The least of these over frequency is tried next, until no value exceeds
-    `peak`.
+    is singular. A value above `peak` at one gain stays above it down to the next lower of these gains. So the search
+    lowers g to the least of these lower gains over all frequencies, and repeats this until no value exceeds `peak`.
     """
 
     def largest_at(function, gain):
@@ -368,18 +367,16 @@ def _finite(value):
 def _next_below(peak, value, gain):
     """Find at each of f frequencies the largest g < `gain` with which a singular value of (I + g L)^-1 is `peak`.
 
-    With m = 1/g this is a quadratic eigenvalue problem, solved as a linear one of twice the size: a determinant of
+    m = 1/g is an eigenvalue of a quadratic problem, which is solved as a linear one of twice the size:
 
-        (1 - 1/peak^2) m^2 I + m (L + L^H) + L^H L
-
-    is zero.
+        det[(1 - 1/peak^2) m^2 I + m (L + L^H) + L^H L] = 0.
 
     Parameters
     ----------
     peak : float
         Size of the sensitivity, above 1. [-]
     value : ndarray, shape (f, k, k)
-        L, the loop gain over the gain. [s]
+        L, the loop gain divided by its gain. [s]
     gain : float
         Gain below which g is looked for. [rad/s]
 

@@ -1,8 +1,8 @@
 """Gains at which poles of loops of k coordinates cross the imaginary axis, of many loops at once; k = 1 for one cable.
 
-A pole of the closed loop lies at i w for the gain g where an eigenvalue l of the loop gain L(i w) over the gain is real
-and negative, g = -1/l. With l(s(g)) = -1/g along the pole, ds/dg = 1/(g^2 l'(s)), so that it crosses to the right where
-the imaginary part of l grows with w, to the left where it falls.
+L is the loop gain divided by its gain g. A pole of the closed loop lies at i w where an eigenvalue l of L(i w) is real
+and negative, and g = -1/l. With l(s(g)) = -1/g along the pole, ds/dg = 1/(g^2 l'(s)), so that it crosses to the right
+where the imaginary part of l grows with w, to the left where it falls.
 """
 
 from dataclasses import dataclass, replace
@@ -16,9 +16,9 @@ from cablestudy.control.tolerances import CONTROL
 
 @dataclass(frozen=True)
 class Crossings:
-    """Pairs of frequencies between which an eigenvalue of a loop gain over the gain crosses the negative real axis.
+    """Pairs of frequencies between which an eigenvalue of a loop gain crosses the negative real axis.
 
-    There are c of them, in one or several loops.
+    There are c pairs, of one or several loops.
 
     Attributes
     ----------
@@ -27,7 +27,7 @@ class Crossings:
     omega : ndarray, shape (c, 2)
         The frequencies. [rad/s]
     values : ndarray, complex, shape (c, 2)
-        The eigenvalue at these frequencies. [s]
+        The eigenvalue of the loop gain divided by its gain, at these frequencies. [s]
     """
 
     row: np.ndarray
@@ -97,11 +97,12 @@ def crossings(row, omega, values):
     Parameters
     ----------
     row : ndarray of int, shape (f,)
-        Number of the loop, or of a part of its frequencies, ascending. No crossing is looked for from one to the next.
+        Number of the curve to which each frequency belongs, ascending: of a loop, or of a part of its frequencies.
+        Intervals from one curve to the next have no crossing.
     omega : ndarray, shape (f,)
-        Frequencies, ascending within each row. [rad/s]
+        Frequencies, ascending within each curve. [rad/s]
     values : ndarray, complex, shape (f, k)
-        Eigenvalues of the loop gains over the gain; not a number where one is infinite. [s]
+        Eigenvalues of the loop gains divided by their gain; NaN where one is infinite. [s]
 
     Returns
     -------
@@ -122,14 +123,13 @@ def crossings(row, omega, values):
 def refined(functions, brackets, growth=0.0):
     """Locate to rounding where eigenvalues of loop gains cross the negative real axis.
 
-    Each pair of frequencies is first divided by further ones, which separates several crossings between them. The
-    secant method follows. A pair between which no crossing is left is dropped: there values of two eigenvalues had been
-    paired as if they were of one.
+    Further frequencies first divide each interval, so that each has one crossing only. The secant method follows. An
+    interval in which no crossing is left is dropped: its ends had values of two different eigenvalues.
 
     Parameters
     ----------
     functions : sequence of callable
-        The n loop gains, over the gain: s, shape (f,) [rad/s] -> shape (f, k, k). [s]
+        The n loop gains, each divided by its gain: s, shape (f,) [rad/s] -> shape (f, k, k). [s]
     brackets : Crossings
         Pairs of frequencies with at least one apparent crossing between them.
     growth : float
@@ -163,7 +163,7 @@ def _by_secant(functions, brackets, is_single, growth):
     Parameters
     ----------
     functions : sequence of callable
-        The n loop gains, over the gain: s, shape (f,) [rad/s] -> shape (f, k, k). [s]
+        The n loop gains, each divided by its gain: s, shape (f,) [rad/s] -> shape (f, k, k). [s]
     brackets : Crossings
         Pairs of frequencies, each with one crossing between them.
     is_single : bool
@@ -203,24 +203,24 @@ def _by_secant(functions, brackets, is_single, growth):
 
 
 def crossing_near(needed_gains, gain, begin, step, farthest, settled):
-    """Find gain and frequency at which a pole crosses the imaginary axis, by a secant search for a zero of Im(-1/l).
+    """Find gain and frequency at which a pole crosses the imaginary axis, by a secant search for Im(-1/l) = 0.
 
-    That is about linear in the frequency, so that few steps are needed. Of all eigenvalues l at a new frequency that
-    counts whose -1/l is nearest to the line through the last two values.
+    l is an eigenvalue of the loop gain divided by its gain. Im(-1/l) is about linear in frequency: few steps do. Of the
+    k eigenvalues at a new frequency, the search follows the one whose -1/l is nearest to the line through the last two.
 
     Parameters
     ----------
     needed_gains : callable
-        Frequency w [rad/s] -> -1/l of the eigenvalues l of the loop gain over the gain at i w, shape (k,), complex.
-        Where one is real, it is the gain with which a pole crosses there. [rad/s]
+        Frequency w [rad/s] -> -1/l of all k eigenvalues at s = i w, complex, shape (k,). A real one is the gain with
+        which a pole crosses at w. [rad/s]
     gain : complex
-        That one which is followed, at the first frequency. [rad/s]
+        -1/l of the eigenvalue to follow, at the first frequency. [rad/s]
     begin, step : float
         First frequency, and distance from it to the second one. [rad/s]
     farthest : float
         Largest distance of the crossing from `begin`. [rad/s]
     settled : float
-        Step that ends the search; gain and frequency are extrapolated by it. [rad/s]
+        The search ends at a step smaller than this, by which gain and frequency are extrapolated. [rad/s]
 
     Returns
     -------

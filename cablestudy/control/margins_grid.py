@@ -55,8 +55,8 @@ def near_poles(poles):
 def highest(function, curves, equal=0.0):
     """Find the largest value of each of n functions of frequency, and the frequency where it is.
 
-    Peaks between the known frequencies are refined if they may be the highest, as for the peak of a sensitivity. Of
-    equal peaks the lowest frequency is taken.
+    It serves, for example, to find the peak of a sensitivity. A peak between known frequencies is refined if it may be
+    the highest. Of equal peaks the lowest frequency is taken.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def highest(function, curves, equal=0.0):
         For each function known frequencies, shape (f,), ascending and close enough to show every peak, and values
         there, shape (f,).
     equal : float
-        Relative difference of heights up to which peaks are equal; heights are then not negative. [-]
+        Relative difference of heights up to which peaks are equal. If above 0, no height may be negative. [-]
 
     Returns
     -------
@@ -128,7 +128,7 @@ def maxima(function, low, top, high, *which):
     Returns
     -------
     frequency, value : ndarray, shape (p,)
-        Of each maximum; -inf for a value that is not a number. [rad/s]
+        Place [rad/s] and value of each maximum; -inf for a value that is not a number.
     """
     width = high - low
 

@@ -211,8 +211,8 @@ def actuated(layout, shapes, mass, damping, stiffness, actuators):
     layout : Layout
         Bodies of the suspension.
     shapes : ndarray, shape (n, m)
-        The m coordinates of the matrices in terms of the n of the suspension, whose last ones are the free
-        displacements of bodies.
+        Columns: displacements of the n coordinates of the suspension by each of the m coordinates of the matrices. The
+        last rows are the free displacements of bodies.
     mass, damping, stiffness : ndarray, shape (m, m)
         Without actuators.
     actuators : sequence of Actuator

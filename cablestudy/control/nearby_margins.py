@@ -33,9 +33,9 @@ def nearby_margins(known, unit_gain):
     known : Margins
         Of L.
     unit_gain : callable
-        L' over the gain of L: s, shape (f,) [rad/s] -> shape (f, k, k). It is called once, at the frequencies that
-        decide the margins of L: its crossovers, the bandwidth, and three about each peak of sensitivity and disk
-        margin.
+        L' divided by the gain of L: s, shape (f,) [rad/s] -> shape (f, k, k). [s] It is called once, at the frequencies
+        that decide the margins of L: its crossovers, the bandwidth, and three frequencies about each of two peaks,
+        those of the sensitivity and of the disk margin.
 
     Returns
     -------

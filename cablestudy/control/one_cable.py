@@ -62,9 +62,9 @@ def state_space(model, chosen=None, residual=True, nodes=None, gondola=None, loc
         the forces on nodes. With a loop the reference of the gondola's position, the last input, takes the place of the
         winch.
 
-        Outputs: position and velocity of a gondola; the six forces that hold the ends where they are, by the cable
-        alone; with a loop the movement of the winch. The forces need derivatives of imposed displacements. The
-        gondola's position needs none, but with a loop whose law passes the reference on at once that of the reference.
+        Outputs: position and velocity of a gondola; the six forces that hold the ends against the cable alone; with a
+        loop the movement of the winch. The forces depend on derivatives of imposed displacements too (D1, D2). The
+        gondola's position does not, unless the law of a loop passes the reference on to the winch at once.
     """
     chosen = np.arange(len(model.omega)) if chosen is None else np.asarray(chosen, dtype=int)
     system, free_cable = linear_system(model, chosen, residual, nodes, gondola, location)

@@ -193,7 +193,7 @@ def state_space_of(system, second_order=None, loop=None, measured=(), actuators=
     actuators : sequence of Actuator
         Reaction masses and wheels of the system.
     added : bool
-        True for lengths that winches reel in beside the loop as inputs too, after the references.
+        True for further inputs, after the references: the lengths that winches reel in beside what the loop commands.
 
     Returns
     -------

@@ -143,10 +143,10 @@ def responses(closed, alone, output, winches, input_, components, time):
     Parameters
     ----------
     closed, alone : StateSpace
-        Suspension with its loop, and without it. The inputs of `alone` are the last ones of `closed`, all but the
-        references of the loop.
+        Suspension with its loop, and without it. The inputs of `closed` are the references of the loop, then all
+        inputs of `alone`.
     output, input_ : int
-        Indices, in `closed`, of the displacement that is returned and of the input.
+        Indices, in `closed`, of the output that is the displacement, and of the input.
     winches : list of int
         Indices of the i outputs of `closed` that are movements of winches by the loop.
     components : list of Component

@@ -153,11 +153,10 @@ def coherence_of_cables(kappa, cable, other):
 
 
 def coherence_of_chords(kappa, cable):
-    """Correction to the coherence of the gusts on one cable: by straight distances in place of those along the cable.
+    """Correction to the coherence of the gusts on one cable: for straight distances r instead of a along the cable.
 
-    `Strips.gust_covariance` takes exp(-kappa a), with the distance a along the cable between two places; the coherence
-    is exp(-kappa r), with their straight distance r. The mean of the difference for each pair of load functions g of
-    the cable, see `Arc.functions`, is
+    `Strips.gust_covariance` takes the coherence of two places as exp(-kappa a); it is exp(-kappa r). The mean of the
+    difference, for each pair of load functions g of the cable (`Arc.functions`), is
 
         double integral of g_i(s) g_j(t) (exp(-kappa r(s, t)) - exp(-kappa a(s, t))) ds dt
 

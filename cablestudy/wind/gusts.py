@@ -137,10 +137,10 @@ class Gusts:
         return covariance
 
     def _table_weights(self, kappa):
-        """Weights that interpolate the covariance at f values of kappa between those in `_table`, at its k values.
+        """Weights by which covariances at f values of kappa are interpolated from those at the k values of `_table`.
 
-        Weights are splines over log(kappa + const). Above the highest kappa of the table, covariances with cables fall
-        with 1/kappa, and those between bodies stay as they are. Where no covariance depends on kappa, k is 1 and all
+        They are splines over log(kappa + const). Above the highest kappa of the table, covariances with cables fall
+        with 1/kappa, and those between bodies stay constant. Where no covariance depends on kappa, k is 1 and all
         weights are 1.
 
         Parameters
@@ -151,7 +151,7 @@ class Gusts:
         Returns
         -------
         for_cables, for_bodies : ndarray, shape (k, f)
-            Weight of each covariance of the table: for entries with cables, and for those between bodies. [-]
+            Weight of each covariance of the table: for its entries with a cable, and for those between bodies. [-]
         """
         table_kappa = self._table[0]
         if table_kappa is None:
@@ -226,9 +226,9 @@ class Gusts:
     def _loads(self, kappa):
         """Yield the loads by the gusts: one for each cable, then one for all b bodies together, if there are any.
 
-        A load does work on k coordinates: those of its cable, or the three components of the speed at each body. On a
-        cable the speed is expanded in q functions along it, each of which does its own work; bodies have q = b places
-        in their stead.
+        The gusts on a cable are expanded in q functions along it. Each function does work on the k coordinates of the
+        cable. In place of functions, bodies have q = b places, and in place of work the speeds themselves: their
+        coordinates are the three components of the speed at each body, k = 3 b.
 
         Parameters
         ----------
@@ -240,10 +240,10 @@ class Gusts:
         places : list of Arc, or ndarray, shape (q, 3)
             Elements of the cable, which have q functions in all; or places of the bodies. [m]
         work : ndarray, shape (q, t, k)
-            Work on each coordinate of a speed with the form of each function, and the RMS of each of the t components
-            of the turbulence that are not zero; for the bodies the speeds themselves.
+            Work on each coordinate by a speed along each of the t components of the turbulence with an RMS above 0. The
+            speed has the form of one of the q functions, and this RMS.
         coordinates : ndarray, shape (k, i)
-            The k coordinates by the i inputs, see `input_matrix`.
+            Amplitudes of the k coordinates in each of the i inputs, see `input_matrix`.
         own_covariance : ndarray, shape (f, k, k)
             Covariance of the work on these coordinates.
         """
@@ -314,7 +314,7 @@ def _covariance(coherence, work, other_work):
 def gusts(wind, drag, layout, shapes, strips, amplitudes, areas, coherence):
     """Collect the forces of the turbulence on m coordinates of a suspension: `Gusts`.
 
-    The drag on a body rho/2 C_d A_k |u| u_k, along each of its axes k, changes with the turbulence u' by
+    The drag on a body along each of its axes k is rho/2 C_d A_k |u| u_k. The turbulence u' changes it by
 
         rho/2 C_d A_k (|U| u'_k + U_k (U.u')/|U|)
 
@@ -329,11 +329,12 @@ def gusts(wind, drag, layout, shapes, strips, amplitudes, areas, coherence):
     layout : Layout
         Matrices and connections of the bodies.
     shapes : ndarray, shape (n, m)
-        Combinations of the n coordinates of the suspension, which are the m coordinates of the gusts.
+        Column j: displacements of the n coordinates of the suspension by the j-th of the m coordinates.
     strips : list of Strips
         Wind forces on the cables, in groups, from `strips.on_cables`.
     amplitudes : list of ndarray, shape (g, k, m + 2 c)
-        For each group, the k coordinates of each of its g cables by the m coordinates, see `strips.amplitudes`.
+        For each group: amplitudes of the k coordinates of each of its g cables by the m coordinates, and by two end
+        movements of each of the c cables, see `strips.amplitudes`.
     areas : ndarray, shape (b,)
         Areas of all bodies and junctions across the wind, for their admittance. [m^2]
     coherence : Coherence
@@ -354,18 +355,18 @@ def damping_of_bodies(drag, layout, shapes):
 
 
 def _wind_on_bodies(drag, layout, shapes):
-    """Linear drag of those bodies and junctions, b in number, that have any.
+    """Linearised drag of the b bodies and junctions that have a drag area.
 
-    In the axes of a body, a change u' of the wind U changes its drag by rho/2 C_d A_k (|U| u'_k + U_k (U.u')/|U|).
+    A change u' of the mean wind U changes the drag along axis k of a body by rho/2 C_d A_k (|U| u'_k + U_k (U.u')/|U|).
 
     Parameters
     ----------
     drag : Drag
-        Mean wind U, and drag coefficients times areas C_d A_k, of one case.
+        Mean wind U, air density rho, and drag coefficients times areas C_d A_k, of one case.
     layout : Layout
         Matrices and connections of the bodies.
     shapes : ndarray, shape (n, m)
-        m combinations of the n coordinates of the suspension.
+        Column j: displacements of the n coordinates of the suspension by the j-th of m coordinates.
 
     Returns
     -------
@@ -376,7 +377,7 @@ def _wind_on_bodies(drag, layout, shapes):
     drag_matrix : ndarray, shape (b, 3, 3)
         Change of the drag by a change of the wind, global axes. [N s/m]
     displacements : ndarray, shape (b, 3, m)
-        Displacements of the centres of pressure by the m combinations, global axes.
+        Displacements of the centres of pressure by each of the m coordinates, global axes.
     """
     rotation = layout.equilibrium.rotation
     speed = float(size(drag.velocity))

@@ -48,8 +48,8 @@ def exposure_weight(frequency, exposure):
 def correction_weight(frequency, bandwidth, delay):
     """Share of the variance, at each frequency, that a correcting mirror leaves: |1/(1 + L)|^2.
 
-    The mirror follows the motion by an integrating loop with a delay, L = (2 pi bandwidth/s) exp(-s delay), s = 2 pi i
-    f.
+    The mirror follows the motion by an integrating loop with a delay: L = (2 pi bandwidth/s) exp(-s delay), where
+    s = 2 pi i f.
 
     Parameters
     ----------
@@ -80,19 +80,20 @@ def correction_weight(frequency, bandwidth, delay):
 
 
 def seen_weights(exposure=None, correction=None):
-    """Factors of a motion's spectrum with which a telescope sees it: name -> function of frequencies [Hz].
+    """Factors by which the spectrum of a motion becomes that of the motion seen in images of a telescope.
 
     Parameters
     ----------
     exposure : float, optional
-        [s]
+        Duration of an exposure. [s]
     correction : Correction, optional
-        Has bandwidth [Hz] and delay [s].
+        Correcting mirror: has bandwidth [Hz] and delay [s].
 
     Returns
     -------
     dict
-        `exposure`, within one exposure; `corrected`, behind the correcting mirror; `corrected_exposure`, both.
+        Name -> factor, a function of frequencies [Hz]. `exposure`: motion within one exposure; `corrected`: motion left
+        by the mirror; `corrected_exposure`: both. Names whose argument is None are missing.
     """
     weights = {}
     if exposure is not None:

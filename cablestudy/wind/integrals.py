@@ -108,22 +108,22 @@ class Integrals:
 
 
 def variances_of_rows(integrals, responses):
-    """Variances of outputs in gusts for many rows: integrals of their spectra, times each of some weights.
+    """Variances of outputs in gusts for many independent systems ("rows"): integrals of spectrum times weight.
 
-    Poles that nothing damps are left out. Rows whose arrays have equal shapes are computed together, as many as a
-    processor's cache holds; no digit of a row depends on the others.
+    Undamped poles are left out. Rows whose arrays have equal shapes are computed together, as many as a processor's
+    cache holds; no digit of a row depends on the others.
 
     Parameters
     ----------
     integrals : list of Integrals
-        Gusts, points of quadrature over frequency, and w weights of each row.
+        For each row: gusts, points of quadrature over frequency, and w weights, which are functions of frequency.
     responses : list of (Residues or DelayedResponse)
-        Response of the o outputs of each row to its gusts, by poles.
+        For each row: response of its o outputs to its gusts, as a sum over poles.
 
     Returns
     -------
     list of ndarray, shape (w, o)
-        For each row, in squares of the units of its outputs.
+        For each row: variance of each output with each weight, in squares of the units of the outputs.
     """
     found, together = [None] * len(integrals), {}
     for row, (integral, response) in enumerate(zip(integrals, responses, strict=True)):

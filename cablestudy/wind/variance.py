@@ -121,19 +121,21 @@ class Panels:
         self.weights = np.concatenate([shares, lowest], axis=-1)
 
     def resolvents(self, poles, one_sided=False):
-        """Weights of an integral over frequency f of a smooth function times r_j, for N poles l_j: shape (..., N, n).
+        """Weights for integrals over frequency f of a smooth function times r_j, the peak by one of N poles l_j.
 
-            r_j = -2 l_j/(w^2 + l_j^2),   one-sided 2/(i w - l_j),   w = 2 pi f
-
-        The integral is the sum over the n points, `frequency`, of the function times these weights, however narrow the
-        peak of r_j is.
+            r_j = -2 l_j/(w^2 + l_j^2),   one-sided: r_j = 2/(i w - l_j),   w = 2 pi f
 
         Parameters
         ----------
         poles : ndarray, complex, shape (..., N)
-            In the upper half plane or on the real axis; anywhere for a response at positive frequencies alone. [rad/s]
+            l_j: in the upper half plane or on the real axis; anywhere if one-sided. [rad/s]
         one_sided : bool
-            True if the poles are those of such a response.
+            True for poles of a response that is known at positive frequencies alone, by a complex stiffness.
+
+        Returns
+        -------
+        ndarray, complex, shape (..., N, n)
+            The integral is the sum over the n points `frequency` of function times weight, however narrow the peak is.
         """
         omega = 2 * np.pi * self.frequency[..., None, :]
         if one_sided:
@@ -273,8 +275,8 @@ def variances_with_remainder(residues, remainder, noise_times, panels, noise, we
 def _spectral_integrals(inputs, panels, noise, weights, resolvents):
     """Integrals over frequency for `variances`: of r_j b_j S, and of S, each times w weights.
 
-    S is the one-sided spectral matrix of i inputs, b_j the input vector of the pole l_j, and r_j = -2 l_j/(w^2 + l_j^2)
-    the narrow peak by this pole, see `Panels.resolvents`.
+    S is the one-sided spectral matrix of i inputs, b_j the input vector of the pole l_j, and r_j the narrow peak by
+    this pole: -2 l_j/(w^2 + l_j^2), or 2/(i w - l_j) for a one-sided response, see `Panels.resolvents`.
 
     Parameters
     ----------

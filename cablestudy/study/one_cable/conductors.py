@@ -41,7 +41,9 @@ class EquivalentCables:
     reasons: dict
 
     def replace_in(self, span, values, strain, reasons):
-        """Give the conductors among n cables the stiffness and length of the linear cables that replace them.
+        """Replace the k conductors among n cables by their linear cables: stiffness, lengths, and reasons of failure.
+
+        Changes `strain` and `reasons` in place.
 
         Parameters
         ----------
@@ -50,17 +52,17 @@ class EquivalentCables:
         values : SceneValues
             Values of the n scenes.
         strain : ndarray, shape (n,)
-            Chord over unstretched length less 1, in the reference state; entries of conductors are written over. [-]
+            Chord over unstretched length, less 1, without load case. Receives the values of the k conductors. [-]
         reasons : dict
-            Index of a scene -> why its cable does not exist; entries of conductors are written over.
+            Index of a scene -> why its cable has no solution. Receives the entries of the k conductors.
 
         Returns
         -------
         span : Span
-            With the stiffness EA of the linear cables.
+            A copy of `span` with EA of the linear cables for the k conductors.
         length_changes : ndarray, shape (2, n)
-            Relative change of the unstretched lengths from the reference state to the load case; and ice and wind per
-            unstretched length over those of the scenes. [-]
+            Row 0: relative change of each unstretched length from the state without load case to the load case. Row 1:
+            factor by which ice and wind per length of the scene become those per unstretched length; 1 of others. [-]
         """
         stiffness, elongation = np.array(span.axial_stiffness), np.array(load_cases.elongation(values))
         stiffness[self.rows], elongation[self.rows] = self.linear.stiffness, self.linear.elongation

@@ -253,22 +253,23 @@ class Group:
         return loaded_state(self.reference, self._scenes, forced=False, cables=self._of_case)
 
     def force_displacement(self, index):
-        """Displacements of the b bodies and free points by the forces on them in the load case, with their errors.
+        """Displacements of b bodies and free points by the forces that a load case applies to them, and their errors.
 
-        A displacement is the position under all loads of the case less that under its loads without these forces.
+        Displacement = position in the load case - position in the same load case without these forces.
 
         Parameters
         ----------
         index : int
-            Index of the case.
+            Index of the load case.
 
         Returns
         -------
         displacement : ndarray, shape (b, 3)
             Along x, y, z. [m]
-        by_rounding, by_drag : ndarray, shape (b, 3)
-            Errors: by rounding of both positions; and by the drag of a steady wind, which both positions take as
-            uniform along each cable. [m]
+        by_rounding : ndarray, shape (b, 3)
+            Error by rounding: the sum of those of the two positions. [m]
+        by_drag : ndarray, shape (b, 3)
+            Error by steady-wind drag, which is taken as uniform along each cable in both equilibria. [m]
 
         Raises
         ------

@@ -143,10 +143,10 @@ def _of_loop(closed_loop):
 
 
 def choose_controlled(document, scene, options, highest=None):
-    """Choose the modes that a state space keeps of a suspension with actuators, or loop too: `ControlledChoice`.
+    """Choose the lowest modes that a state space keeps of a suspension with its actuators, or with its control loop.
 
-    Gain and notches of the loop follow from a model with many modes. The loop is then closed on the modes that are
-    kept.
+    Gain and notch filters of the loop follow from a model with many modes. The state space closes this loop on the
+    model of the modes kept.
 
     Parameters
     ----------
@@ -154,16 +154,22 @@ def choose_controlled(document, scene, options, highest=None):
         Of the scene, for file and line in messages.
     scene : SuspensionScene
     options : StateSpaceOptions
-        With `attached`, "actuators" or "loop", and without `error`.
+        `attached`: "actuators" or "loop". Number of modes: `count`, or all up to the frequency `upto`. `error` is None.
     highest : float, optional
-        Highest frequency of a response, up to which modes are kept where the options state no other choice. [Hz]
+        Highest frequency of the response asked for. Without `count` and `upto`, the modes kept reach it if a limited
+        number of modes does. [Hz]
+
+    Returns
+    -------
+    ControlledChoice
 
     Raises
     ------
     SceneError
-        The scene has no loop, or no actuators, or there are fewer modes than `options.count`.
+        The scene lacks the loop or the actuators, an input or output of the options is unknown, or there are fewer
+        modes than `options.count`.
     NoSolutionError, ConvergenceError
-        There is no stable equilibrium, no loop for it, or no mode below the frequency stated.
+        There is no stable equilibrium, no loop for it, or no mode below `options.upto`.
     """
     require(document, scene, [NEEDS[options.attached]], f"ssm --with {options.attached}")
     case = SuspensionCase(scene)
