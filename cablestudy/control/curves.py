@@ -177,8 +177,8 @@ def _subdivided(functions, curves, divides, highest):
 def _may_cross_twice(curves, most):
     """Mask of the intervals of frequency in which an eigenvalue may cross the negative real axis and come back unseen.
 
-    In these an eigenvalue turns by a large angle; or it is near the axis, and its angle or size changes by much. An
-    eigenvalue l crosses at the gain 1/|l|, so that those too small to cross at the gains of interest do not count.
+    It may where the eigenvalue turns by a large angle, or where it is near the axis and its angle or size changes by
+    much. An eigenvalue l crosses at the gain 1/|l|: one too small to cross at the gains of interest does not count.
 
     Parameters
     ----------

@@ -162,8 +162,8 @@ def _polished_maxima(function, height, omega, width, which):
 def passages(function, curves):
     """Find the zeros of n functions of frequency with k values each, such as the crossovers of a loop gain.
 
-    They lie between known values of different signs. Two more lie beside an extremum that passes zero between known
-    values of one sign.
+    A zero lies between two known values of different signs. Two zeros lie beside an extremum that passes zero between
+    known values of one sign.
 
     Parameters
     ----------

@@ -50,8 +50,8 @@ OF_SUSPENSIONS = tuple(column for column in WHOLE if column.name not in {own.nam
 def find(name):
     """Look up a column by its name, with or without its unit, such as `sag`, `gondola.x_m` or `frequency_3`.
 
-    No scene is consulted: a part of a suspension may have any name, so that any is accepted before the dot. Whether a
-    scene has the column is told by `scene_kind.why_not`.
+    No scene is consulted. A part of a suspension may have any name, so any name is accepted before the dot;
+    `scene_kind.why_not` then says if a scene has the column.
 
     Parameters
     ----------

@@ -34,16 +34,18 @@ def evaluate_found(study, tables, columns, explain=False, estimate=False):
     tables : list of CaseTable
         The cases that are computed.
     columns : sequence of Column
-        Columns of the rows; one of them may be the key that is solved for.
-    explain, estimate : bool
-        Whether to return notes, and whether to estimate the errors of models with a
-        stated number of elements.
+        Columns to compute; one of them may be the key that is solved for.
+    explain : bool
+        Whether to return notes.
+    estimate : bool
+        Whether to estimate the errors of models with a stated number of elements.
 
     Returns
     -------
     dict
-        Number of a case in the study -> (numbers, status, errors, notes), as `study_rows.evaluate_tables` returns them.
-        The numbers of a case without exactly one solution are None, and its status is the reason.
+        Number of a case in the study -> (numbers, status, errors, notes), see `study_rows.evaluate_tables`: list in the
+        order of the columns, str, dict of header -> relative error, sequence of str. The numbers of a case without
+        exactly one solution are None, and its status is the reason.
     """
     goal = goal_of_study(study)
     others = [column for column in columns if column.needs != "find"]

@@ -252,10 +252,13 @@ def time_case(document, scene, closed_loop, options):
 
     Parameters
     ----------
-    document, scene, options
-        As for `input_and_output`, which says what the options name.
+    document : Document
+        File of the scene, for the positions of mistakes.
+    scene : CableScene or SuspensionScene
     closed_loop : ClosedLoop
         The scene as a suspension with a stable loop.
+    options : TimeOptions
+        Input, output and points of time; defaults of the first two as for `input_and_output`.
 
     Returns
     -------
@@ -264,7 +267,7 @@ def time_case(document, scene, closed_loop, options):
     Raises
     ------
     SceneError
-        As `input_and_output`.
+        An unknown input or output, a size of another unit, or the scene has no wind for it.
     """
     body, loop, loop_scene = closed_loop.body, closed_loop.loop, closed_loop.scene
     chosen = input_and_output(document, scene, options, body.measured)
@@ -300,9 +303,9 @@ def remarks_of(drive, right_up_to, response, dampings):
     Parameters
     ----------
     drive : Control
-        May state the largest speed of the winches, `max_speed`. [m/s]
+        Controller of the scene, which may state the largest speed of the winches, `max_speed`. [m/s]
     right_up_to : float
-        Frequency up to which the phase of an approximated delay is right; 0 without one. [rad/s]
+        Frequency up to which the phase of an approximated delay is right; 0 without an approximated delay. [rad/s]
     response : TimeResponse
     dampings : list
         Damping that each cable states.

@@ -73,9 +73,11 @@ def unstable(motion):
 def resonances(closed_loop):
     """Poles that make peaks in the response of the measured coordinates to forces, without the loop and with it.
 
-    Tables and pictures over frequency have closer steps near them. A pole p makes a peak unless a zero close to it
-    cancels it: unless |r| <= c |Re p| |H(i |p|)| for each coordinate. H is the response of the coordinate to a unit
-    force along itself, r the residue of H at p, and c is `STUDY.cancelled_pole`.
+    Tables and pictures over frequency have closer steps near them. A pole p makes a peak if, for some coordinate,
+
+        |r| > c |Re p| |H(i |p|)|;    else a zero close to it cancels it.
+
+    H is the response of the coordinate to a unit force along itself, r the residue of H at p, c `STUDY.cancelled_pole`.
 
     Parameters
     ----------
@@ -174,7 +176,7 @@ def response_table(closed_loop, span):
     Returns
     -------
     Table
-        What is not finite is empty.
+        A row for each frequency; cells of values that are not finite are empty.
     """
     frequency = frequencies_of(closed_loop, span)
     columns = {Field("frequency_Hz", "frequency", "Hz"): frequency}

@@ -188,8 +188,8 @@ class Refinement:
     def _judge(self, values, estimated_errors, failures, unresolved):
         """Keep the values of this level that are within the accuracy, and end the search if no finer level is needed.
 
-        That is so when all values are within the accuracy and a finer level would not give missing ones. The search
-        also ends when the error has stopped falling, so that only rounding is left of it.
+        The search ends when all values are within the accuracy and a finer level would not give missing values. It also
+        ends when the largest error has stopped falling, so that only rounding is left of it.
 
         Parameters
         ----------

@@ -60,10 +60,12 @@ class _SignFoundError(Exception):
 def ranges_about(start, low, high, count, reach=np.inf):
     """Yield growing ranges about a start, as points to try: a search stops at the first range that has a zero.
 
-    Each range has only the points beyond the range before. With the factors k of STUDY.range_factors, up to `reach`,
-    its ends are start/k and k start if `low` is not negative, else start - k s and start + k s, where s is |start|, or
-    up to 1 where that is zero. No range goes beyond `low` and `high`. From a start of zero with `low` not negative
-    there is one range, from `low` to `high`.
+    There is a range for each factor k of `STUDY.range_factors` up to `reach`. Its ends, within `low` and `high`, are
+
+        start/k and k start               if low >= 0; for start = 0 the only range is from `low` to `high`
+        start - k s and start + k s       if low < 0, with s = |start|, or min(1, (high - low)/8) for start = 0
+
+    A range yields only its points beyond the range before.
 
     Parameters
     ----------
@@ -337,11 +339,14 @@ class _Scan:
         return sorted(roots), sorted(jumps)
 
     def _root_between(self, low, high):
-        """Point between two of different sign at which the function changes its sign, by Brent's method.
+        """Point between `low` and `high`, where f has different signs, at which f changes its sign: by Brent's method.
 
-        _NoValueError where it has no value at a point on the way, which is among those tried then; of a costly one, to
-        save evaluations, _JumpFoundError where it jumps over zero, as a narrow bracket with values that still differ
-        much shows.
+        Raises
+        ------
+        _NoValueError
+            f has no value at a point on the way, which is added to `tried`.
+        _JumpFoundError
+            A costly f jumps over zero: in a narrow bracket its values still differ much. This saves evaluations.
         """
         from scipy.optimize import brentq
 

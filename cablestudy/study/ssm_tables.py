@@ -43,9 +43,9 @@ class FrequencyGrid(NamedTuple):
 def with_resonances(span, poles):
     """Frequencies for a response whose narrow peaks must not be missed.
 
-    To the frequencies at equal ratios come five at each pole with a peak (damping ratio below `STUDY.resonant`): at the
-    size of the pole, and on both sides at a half and at one half-width of the peak, since a large static part shifts
-    the peak. A pole without damping, where the response is infinite, is left out.
+    They are at equal ratios, and five more are at each pole with a peak (damping ratio below `STUDY.resonant`): at the
+    size of the pole, and on both sides of it at 0.5 and 1 half-widths of the peak, since a large static part shifts the
+    peak. An undamped pole, where the response is infinite, is left out.
 
     Parameters
     ----------

@@ -153,8 +153,8 @@ class UnfinishedRow:
 class RowBatch(ABC):
     """Batch of scenes whose statics are solved together, and the rows of a table that they give.
 
-    Subclasses for scenes of one cable and for suspensions implement the steps. `required` are the `TableColumns` of the
-    table, whose list `computed` has those that are computed case by case; `noted`: whether rows have notes.
+    Subclasses for scenes of one cable and for suspensions implement the steps. `required` is the `TableColumns` of the
+    table: its list `computed` holds the columns that are computed case by case. `noted` is True if rows have notes.
     """
 
     def __init__(self, scenes, required, noted):

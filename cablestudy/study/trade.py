@@ -122,8 +122,8 @@ class Reference:
 def reference_of(scene, columns):
     """Compute the values of the continuous cable, with which the models of the command `trade` are compared.
 
-    Statics and stiffness have a closed form. For modes elements of high order are refined until the values of two
-    successive levels agree; gondola, loop and wind are computed to two accuracies.
+    Statics and stiffness have a closed form. Modes are computed with elements of high order, which are refined until
+    the values of two successive levels agree; gondola, loop and wind are computed to two accuracies.
 
     Parameters
     ----------
@@ -183,13 +183,13 @@ def _refined_value(levels, column):
     Parameters
     ----------
     levels : iterable of (str, case)
-        Name and case of each model, the coarsest first; once the value settles no more are asked for.
+        Name and case of each model, the coarsest first. Models after the one at which the value settles are not taken.
     column : Column
 
     Returns
     -------
     error : float
-        Estimated relative error of the value: this difference, or a larger error that the model states. [-]
+        Estimated relative error of the value: that difference, or a larger error that the model states. [-]
     value : float or None
         None where the quantity does not exist, such as the largest gain of a loop that is stable at any gain.
     note : str

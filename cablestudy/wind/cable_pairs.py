@@ -117,7 +117,7 @@ class Arc:
 def coherence_of_cables(kappa, cable, other):
     """Coherence of the gusts on two cables, averaged with each pair of their load functions, at f frequencies.
 
-    Each element of a cable has a polynomial function for each of its load points, `Arc.functions`, of mean 1. With the
+    Each element of a cable has a polynomial of mean 1 for each of its load points, see `Arc.functions`. With the
     functions g_i(s) of one cable and h_j(t) of the other, and the distance r between the places s and t, the mean is
 
         double integral of g_i(s) h_j(t) exp(-kappa r(s, t)) ds dt
@@ -130,11 +130,12 @@ def coherence_of_cables(kappa, cable, other):
     kappa : ndarray, shape (f,)
         Decay at each frequency: the coherence at a distance r is exp(-kappa r). [1/m]
     cable, other : list of Arc
-        Elements of each cable, which have q and p functions in all.
+        Elements of the two cables. All elements of `cable` have q functions in all, those of `other` p.
 
     Returns
     -------
     ndarray, shape (f, q, p)
+        The mean for each pair of functions i and j. [-]
     """
     places, others = (np.concatenate([arc.points for arc in arcs]) for arcs in (cable, other))
     distance = size(places[:, None] - others)
@@ -196,9 +197,9 @@ def coherence_with_points(kappa, places, cable):
 def _sinh_rule(count, center, scale):
     """Points and weights of quadrature over t from 0 to 1, for a polynomial times a function with a narrow peak.
 
-    With t = center + scale sinh(u) the peak is broad in u, in which the points are those of a Gauss rule, closer
-    together at the ends. If any peak is narrower than `WIND.narrow_peak`, it counts as a kink, with all points on
-    either side of it.
+    In the variable u of t = center + scale sinh(u) the peak is broad. The points are those of a Gauss rule in u, closer
+    together at the ends. If one of the peaks is narrower than `WIND.narrow_peak`, all of them count as kinks: each side
+    of a kink then has all points of the rule.
 
     Parameters
     ----------

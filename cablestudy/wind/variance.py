@@ -71,8 +71,8 @@ def with_turns(edges, delay):
 def smooth_on(edges, functions):
     """Halve panels of frequency until Gauss's rule resolves all of some smooth functions: edges, ascending. [Hz]
 
-    A function is resolved on a panel where its two highest Legendre coefficients are next to nothing. A panel that is
-    not resolved after `WIND.panel_halvings` steps stays as it is.
+    A function is resolved on a panel if its two highest Legendre coefficients are at most `WIND.unresolved_panel` times
+    its largest value there. A panel that is not resolved after `WIND.panel_halvings` halvings stays as it is.
 
     Parameters
     ----------

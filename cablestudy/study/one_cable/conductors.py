@@ -43,8 +43,6 @@ class EquivalentCables:
     def replace_in(self, span, values, strain, reasons):
         """Replace the k conductors among n cables by their linear cables: stiffness, lengths, and reasons of failure.
 
-        Changes `strain` and `reasons` in place.
-
         Parameters
         ----------
         span : Span
@@ -52,9 +50,9 @@ class EquivalentCables:
         values : SceneValues
             Values of the n scenes.
         strain : ndarray, shape (n,)
-            Chord over unstretched length, less 1, without load case. Receives the values of the k conductors. [-]
+            Chord over unstretched length, less 1, without load case; entries of conductors are changed in place. [-]
         reasons : dict
-            Index of a scene -> why its cable has no solution. Receives the entries of the k conductors.
+            Index of a scene -> why its cable has no solution; entries of conductors are changed in place.
 
         Returns
         -------

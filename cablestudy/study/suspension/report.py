@@ -113,10 +113,11 @@ def table_by_name(case, names, columns_of, kinds=(), failures=None):
     names : sequence of str
         Names of the rows.
     columns_of : callable
-        Name -> list of Column that this row has; their names begin with the name and a dot, which the table leaves out.
+        Name -> list of Column of its row. The names of these columns begin with this name and a dot, which the table
+        leaves out.
     kinds : sequence of Column
-        All columns in the order of the table, made for the name "", of which a row may lack some; by default columns
-        appear in the order in which the rows have them.
+        The columns in the order of the table, as `columns_of` makes them for the name ""; a row may lack some. By
+        default the order is that in which columns first appear in the rows.
     failures : list of str, optional
         Reasons why cells have no value are appended; without this list the first such reason is raised.
     """
@@ -133,7 +134,7 @@ def table_by_name(case, names, columns_of, kinds=(), failures=None):
 
 
 def cells_of(case, columns, failures=None):
-    """Compute some columns of a case: values, and estimated relative errors where known, two dicts by column name.
+    """Compute columns of a case: two dicts, name in the table -> value, and -> its relative error where it is known.
 
     Parameters
     ----------
@@ -146,7 +147,7 @@ def cells_of(case, columns, failures=None):
     Raises
     ------
     NoSolutionError
-        A value does not exist, and there is no list of failures.
+        A value does not exist, and `failures` is not given.
     ConvergenceError
         A value is not found to the accuracy.
     """
@@ -302,7 +303,7 @@ def mode_errors(case, modes, count):
     Returns
     -------
     frequency, damping_ratio : ndarray, shape (count,)
-        Not a number where they are not known. [-]
+        NaN where they are not known; 0 where both x and x_f are zero, as of a mode without damping. [-]
     """
     if case.model is None:
         return case.mode_errors(modes)[:count], modes.damping_error[:count]

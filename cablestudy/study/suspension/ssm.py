@@ -237,22 +237,23 @@ def linear_model(case, found, nodes=False):
 def with_node_forces(system, layout, coordinates):
     """Add forces on the inner nodes of the cables, for wind that varies along them, to the inputs of a linear system.
 
-    Where nothing moves the two ends of a cable carry them, and its tensions change: see `strips.amplitudes`.
+    While nothing moves, the two ends of a cable carry these forces, which changes its tensions at once: the change is
+    in the matrix D of the system (see `strips.amplitudes`).
 
     Parameters
     ----------
     system : LinearSystem
-        Made by `control.suspension.suspension_system`; its last outputs are the tensions, two of each cable.
+        From `control.suspension.suspension_system`; its last outputs are the tensions, two of each cable.
     layout : Layout
         Coordinates of the bodies, and their connection to the ends of the cables.
     coordinates : Coordinates
-        Those of the cables in the system.
+        Coordinates of the cables in the system.
 
     Returns
     -------
     LinearSystem
-        With the inputs `CABLE.force_node_1_x` and so on, global axes, numbered from the end `from` on [N]; none on
-        cables without mass.
+        `system` with further inputs `CABLE.force_node_1_x` and so on: forces along global axes [N], nodes numbered from
+        the end `from`. Cables without mass have none.
     """
     names, heavy = layout.equilibrium.suspension.cable_names, np.flatnonzero(coordinates.models.cables.heavy)
     if not heavy.size:

@@ -143,7 +143,7 @@ def _of_loop(closed_loop):
 
 
 def choose_controlled(document, scene, options, highest=None):
-    """Choose the lowest modes that a state space keeps of a suspension with its actuators, or with its control loop.
+    """Choose the lowest modes of a suspension with actuators or loop that a state space keeps: `ControlledChoice`.
 
     Gain and notch filters of the loop follow from a model with many modes. The state space closes this loop on the
     model of the modes kept.
@@ -158,10 +158,6 @@ def choose_controlled(document, scene, options, highest=None):
     highest : float, optional
         Highest frequency of the response asked for. Without `count` and `upto`, the modes kept reach it if a limited
         number of modes does. [Hz]
-
-    Returns
-    -------
-    ControlledChoice
 
     Raises
     ------

@@ -52,10 +52,10 @@ def comparable(_, column):
 
 
 def models_of(scene, columns):
-    """Make the models that the command `trade` compares by their values of some columns: list of `ComparedModel`.
+    """Make the models of a suspension that the command `trade` compares: list of `ComparedModel`.
 
-    They are closed forms, models to several accuracies, and models with fixed elements of several numbers and orders.
-    Left out are those on which none of the columns depends, and those with more displacements than `LARGEST`.
+    They are closed forms, models whose elements are refined to an accuracy, and models with fixed elements. Left out
+    are models that change the value of no column, and fixed elements with more displacements than `LARGEST`.
 
     Parameters
     ----------
