@@ -124,12 +124,12 @@ class Conductors:
     shape : tuple of int
         (n,) or (n, c).
     solve_reference : callable
-        Solves all scenes in the reference state: `stiffness`, `elongation` and `length_ratio` as in `LinearCables` ->
-        tuple. Its first items are the mean tensions [N], and the tensions at points along the cables
-        (`tensions_along`); the others are for `solve_cases`.
+        Solves all scenes without load case. Its arguments are arrays: `stiffness`, `elongation` and `length_ratio` of
+        `LinearCables`. It returns a tuple: mean tensions [N], tensions at points along the cables (`tensions_along`),
+        and further items for `solve_cases`.
     solve_cases : callable
-        Solves k of the scenes in their load cases: indices of the scenes, these scenes, result of `solve_reference`,
-        `stiffness`, `elongation` and `length_ratio` -> mean tensions [N], and tensions at points along the cables.
+        Solves k of the scenes in their load cases. Its arguments are the indices of the scenes, these scenes, the tuple
+        from `solve_reference`, and the three arrays. It returns mean tensions, and tensions along the cables. [N]
     independent : bool
         Whether the tension of a cable depends on its own strain only, and not on that of other cables.
 

@@ -188,8 +188,8 @@ def ice_mass(values):
 def steady_drag(values, ends, load_ratio=1.0):
     """Drag of the steady wind of the load cases on n cables: C_d q D per unstretched length of a cable across the wind.
 
-    C_d is the drag coefficient, D the diameter with ice, q the dynamic pressure. Where q changes with the height, the
-    cable has the one halfway between its ends. Without wind the drag is zero.
+    C_d is the drag coefficient, D the diameter with ice, q the dynamic pressure. Where q changes with the height, its
+    value halfway between the ends of the cable counts. Without wind the drag is zero.
 
     Parameters
     ----------

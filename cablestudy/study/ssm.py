@@ -123,8 +123,8 @@ def pairs_of(options, inputs, outputs, first=0, prefix=""):
 class Choice:
     """Modes that a state space keeps, and its responses.
 
-    Subclasses have the `options`, the `case`, all `modes`, and the numbers of those that are `chosen`; names and units
-    of `inputs` and `outputs` of responses, as `shown` has them, and the `response` of a pair of their numbers.
+    Subclasses add `options`, `case`, all `modes`, and `chosen`, the indices of the modes kept; `response`, the frequency
+    response for a pair of indices of output and input; and `shown`, the system with these inputs and outputs.
     """
 
     @property

@@ -217,8 +217,8 @@ def exact(value):
 def write_whole(path, text):
     """Write a file atomically: a reader finds the old file or the complete new one.
 
-    Not so for devices and pipes, nor for the file behind /dev/stdout, which a shell may have opened to add to it (>>):
-    these are written into. A symbolic link stays; the file that it names is replaced.
+    Devices, pipes and the file behind /dev/stdout, which a shell may have opened to append to it (>>), are written into
+    instead. A symbolic link stays; the file that it names is replaced.
 
     Parameters
     ----------

@@ -243,7 +243,7 @@ class Gusts:
             Work on each coordinate by a speed along each of the t components of the turbulence with an RMS above 0. The
             speed has the form of one of the q functions, and this RMS.
         coordinates : ndarray, shape (k, i)
-            Amplitudes of the k coordinates in each of the i inputs, see `input_matrix`.
+            Amplitudes of the k coordinates in the movement of each of the i inputs, see `input_matrix`.
         own_covariance : ndarray, shape (f, k, k)
             Covariance of the work on these coordinates.
         """

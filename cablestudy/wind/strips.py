@@ -177,7 +177,7 @@ class Strips:
 def strips(models, kept, equilibrium, drag):
     """Wind forces along the cables that the wind acts on, for gusts and aerodynamic damping: list of `Strips`.
 
-    Each of these has the cables with equal meshes and equal numbers of coordinates. The list is empty without drag.
+    There is one `Strips` for all cables with equal meshes and equal numbers of coordinates; none without drag.
 
     Parameters
     ----------
@@ -210,7 +210,7 @@ def strips(models, kept, equilibrium, drag):
 
 
 def nodal_shapes(models, kept, cables):
-    """Yield the mesh of each of some cables, the positions of its p nodes, and their displacements per coordinate.
+    """Yield for each of some cables its mesh, the positions of its p nodes, and their displacements per coordinate.
 
     A cable has k coordinates: its modes or vectors in `kept`, then six displacements of its ends. A cable without mass
     is straight, with one element.

@@ -128,7 +128,7 @@ def choose(document, scene, options, highest=None):
         `options.input` or `options.output` is unknown, the model has fewer modes than `options.count`, or the scene
         has no loop or no actuators to be attached.
     NoSolutionError, ConvergenceError
-        There is no stable equilibrium, there are no such modes, or not to the accuracy.
+        There is no stable equilibrium, or no such modes; or these cannot be computed to the accuracy.
     """
     if options.attached:
         if options.wind:
@@ -172,8 +172,8 @@ def _choice(case, options, found, chosen, highest):
 def _fewest(case, options, highest):
     """Choose the fewest modes that leave out no more than a share, `options.error`, of the inertia: `SuspensionChoice`.
 
-    The inertia is that between the input and output of the options (`LinearSystem.inertia_share`). Of modes with
-    coincident frequencies all are kept, or none. Twice as many modes are computed until they suffice.
+    The inertia is that between the input and output of the options (`LinearSystem.inertia_share`). Modes with
+    coincident frequencies are kept together. The number of modes that are computed is doubled until they suffice.
 
     Parameters
     ----------

@@ -30,7 +30,7 @@ NEEDS = {"loop": "control", "actuators": "actuators"}  # keys of the scene
 class CoupledChoice(Choice):
     """Modes that a state space keeps of a suspension, with or without control.
 
-    Subclasses have the `CoupledModes` that were `found`, and what is `shown`.
+    Subclasses add `found`, the computed `CoupledModes`, and `shown`, the linear system or state space of those kept.
     """
 
     options: StateSpaceOptions
