@@ -83,7 +83,7 @@ def shorter_strain_for_tension(span, tension, at="mean"):
 
 
 def strains_for_tension(span, tension, at="mean"):
-    """Find the chord strain e at which each of n cables has a given tension T; e is chord c/unstretched length - 1.
+    """Find the chord strain e = c/L - 1 (chord c, unstretched length L) with which each of n cables has a tension T.
 
     Each search starts from that of a parabola of weight w per length: e = T/EA - (w c cos)^2/(24 T^2), cos being the
     cosine of the inclination. Two lengths may have the same tension: wanted is the shorter one, the larger e.

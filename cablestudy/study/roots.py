@@ -60,12 +60,10 @@ class _SignFoundError(Exception):
 def ranges_about(start, low, high, count, reach=np.inf):
     """Yield growing ranges about a start, as points to try: a search stops at the first range that has a zero.
 
-    There is a range for each factor k of `STUDY.range_factors` up to `reach`. Its ends, within `low` and `high`, are
-
-        start/k and k start               if low >= 0; for start = 0 the only range is from `low` to `high`
-        start - k s and start + k s       if low < 0, with s = |start|, or min(1, (high - low)/8) for start = 0
-
-    A range yields only its points beyond the range before.
+    There is a range for each factor k of `STUDY.range_factors` up to `reach`, within `low` and `high`. If low >= 0, it
+    is from start/k to k start; for start = 0 the only range is then from `low` to `high`. If low < 0, it is from
+    start - k s to start + k s, with s = |start|, or s = min(1, (high - low)/8) for start = 0. A range yields only its
+    points beyond the range before.
 
     Parameters
     ----------

@@ -123,7 +123,7 @@ def pairs_of(options, inputs, outputs, first=0, prefix=""):
 class Choice:
     """Modes that a state space keeps, and its responses.
 
-    Subclasses add `options`, `case`, all `modes`, and `chosen`, the indices of the modes kept; `response`, the frequency
+    Subclasses add `options`, `case`, all `modes`, and `chosen`, the indices of those kept; `response`, the frequency
     response for a pair of indices of output and input; and `shown`, the system with these inputs and outputs.
     """
 

@@ -80,7 +80,7 @@ def correction_weight(frequency, bandwidth, delay):
 
 
 def seen_weights(exposure=None, correction=None):
-    """Factors by which the spectrum of a motion becomes that of the motion seen in images of a telescope.
+    """Factors that turn the spectrum of a motion into that of the motion seen in the images of a telescope.
 
     Parameters
     ----------

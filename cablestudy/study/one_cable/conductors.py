@@ -60,7 +60,7 @@ class EquivalentCables:
             A copy of `span` with EA of the linear cables for the k conductors.
         length_changes : ndarray, shape (2, n)
             Row 0: relative change of each unstretched length from the state without load case to the load case. Row 1:
-            factor by which ice and wind per length of the scene become those per unstretched length; 1 of others. [-]
+            factor on the ice and wind per length that the scenes state, for those per unstretched length. [-]
         """
         stiffness, elongation = np.array(span.axial_stiffness), np.array(load_cases.elongation(values))
         stiffness[self.rows], elongation[self.rows] = self.linear.stiffness, self.linear.elongation
