@@ -55,7 +55,7 @@ def near_poles(poles):
 def highest(function, curves, equal=0.0):
     """Find the largest value of each of n functions of frequency, and the frequency where it is.
 
-    It serves, for example, to find the peak of a sensitivity. A peak between known frequencies is refined if it may be
+    It serves, for example, to find the peak of a sensitivity. A peak between given frequencies is refined if it may be
     the highest. Of equal peaks the lowest frequency is taken.
 
     Parameters
@@ -64,8 +64,8 @@ def highest(function, curves, equal=0.0):
         Evaluates many functions at once: frequencies [rad/s] and, for each, the number of the function (from 0), both
         of shape (q,) -> values, shape (q,).
     curves : list of (ndarray, ndarray)
-        For each function known frequencies, shape (f,), ascending and close enough to show every peak, and values
-        there, shape (f,).
+        For each function: frequencies, shape (f,), ascending and close enough to show every peak [rad/s]; and the
+        values there, shape (f,).
     equal : float
         Relative difference of heights up to which peaks are equal. If above 0, no height may be negative. [-]
 
@@ -162,8 +162,8 @@ def _polished_maxima(function, height, omega, width, which):
 def passages(function, curves):
     """Find the zeros of n functions of frequency with k values each, such as the crossovers of a loop gain.
 
-    A zero lies between two known values of different signs. Two zeros lie beside an extremum that passes zero between
-    known values of one sign.
+    A zero lies between two given values of different signs. Two zeros lie beside an extremum that passes zero between
+    given values of one sign.
 
     Parameters
     ----------
@@ -171,7 +171,7 @@ def passages(function, curves):
         Evaluates many functions at once: frequencies [rad/s] and, for each, the number of the function (from 0), both
         of shape (q,) -> values, shape (q, k).
     curves : list of (ndarray, ndarray)
-        For each function known frequencies, shape (f,), ascending and close enough to show every extremum, and its
+        For each function: frequencies, shape (f,), ascending and close enough to show every extremum [rad/s]; and its
         values there, shape (f, k).
 
     Returns
@@ -199,7 +199,7 @@ def passages(function, curves):
 
 
 def _with_extrema_of_other_sign(function, single, curves):
-    """Add to known values of functions of frequency the extrema that pass zero between two values of one sign.
+    """Add to tables of functions of frequency the extrema that pass zero between two values of one sign.
 
     Parameters
     ----------
@@ -209,7 +209,7 @@ def _with_extrema_of_other_sign(function, single, curves):
         One of these k values: frequencies, numbers of functions and numbers of values, each of shape (q,) -> shape
         (q,).
     curves : list of (ndarray, ndarray)
-        For each function known frequencies, shape (f,), ascending, and its values there, shape (f, k).
+        The tables, one for each function: frequencies, shape (f,), ascending; and values there, shape (f, k).
 
     Returns
     -------

@@ -31,7 +31,7 @@ def nearby_margins(known, unit_gain):
     Parameters
     ----------
     known : Margins
-        Of L.
+        The margins of L, with its crossovers and peaks.
     unit_gain : callable
         L' divided by the gain of L: s, shape (f,) [rad/s] -> shape (f, k, k). [s] It is called once, at the frequencies
         that decide the margins of L: its crossovers, the bandwidth, and three frequencies about each of two peaks,

@@ -99,8 +99,8 @@ def with_loads(span, values, of_case, length_ratio=None):
     of_case : bool
         Whether the loads of the load cases are added too, or only those of the reference state.
     length_ratio : ndarray, shape (n,), optional
-        Factor on the arc lengths that the scenes state for the loads: unstretched length of the cable over the length
-        for which the scene states them. Default 1. [-]
+        Factor on the arc lengths that the scenes state for the loads: unstretched length of the cable, divided by the
+        length for which the scene states them. Default 1. [-]
 
     Returns
     -------

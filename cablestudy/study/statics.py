@@ -36,13 +36,13 @@ class ClosedStatics:
         Parameters
         ----------
         positions : ndarray, shape (j,)
-            Arc length s of each of j points over the unstretched length. [-]
+            s: arc length of each of j points from end 1, divided by the unstretched length. [-]
 
         Returns
         -------
         displacement : ndarray, shape (j, 3)
-            From the point at the share s of the chord to the cable, over the unstretched length. Chord frame: along the
-            chord, across it, sideways. [-]
+            Vector from the point at the share s of the chord to the cable, divided by the unstretched length. Chord
+            frame: along the chord, across it, sideways. [-]
         tension : ndarray, shape (j,)
             Tensions. [N]
 

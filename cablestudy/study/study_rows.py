@@ -80,7 +80,7 @@ def evaluate_tables(tables, columns, explain=False, estimate=False):
     tables : list of CaseTable
     columns : sequence of Column
     explain : bool
-        Whether to return notes; they tell the errors of models with a stated number of elements.
+        Whether to return notes, among them the errors of models with a stated number of elements.
     estimate : bool
         Whether to estimate these errors though neither notes nor a column ask for them.
 

@@ -269,8 +269,8 @@ def uneven_drag_errors(drag, catenary, stretched=False):
     Returns
     -------
     DragErrors
-        `error` is the larger one of the change of the tension vector over the tension and of the movement at mid-length
-        over its distance from the chord, times a safety factor (`STUDY.second_order`). Errors are zero without wind.
+        `error` is the larger of two ratios, times a safety factor (`STUDY.second_order`): change of the tension vector
+        to tension, and movement at mid-length to its distance from the chord. Errors are zero without wind.
     """
     error, end_changes, displacement, tensions, pieces = changes_by_actual_drag(drag, catenary, stretched)
     windy = drag.normal_drag > 0

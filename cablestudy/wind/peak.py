@@ -6,7 +6,7 @@ LEAST_CROSSINGS = np.e  # of fewer the factor of the formula grows again
 
 
 def peak_factor(rate, duration):
-    """Davenport's peak factor: expected largest value within some time, over the RMS, of a random motion.
+    """Davenport's peak factor of a random motion: its expected largest value within some time, divided by its RMS.
 
     The motion is a stationary Gaussian process of zero mean.
 

@@ -316,7 +316,7 @@ def _spectral_integrals(inputs, panels, noise, weights, resolvents):
 
 
 def _times_matrices(inputs, matrices, integrals):
-    """Sum over k = 1 to p of c_k b_j S_k, for each of N poles j and each of w weights, whose c_k differ.
+    """Sum of c_k b_j S_k over k = 1 to p, for each of N poles j and w weights; the c_k differ with pole and weight.
 
     Where i < p the sums of c_k S_k are computed first, else the products b_j S_k.
 

@@ -100,9 +100,9 @@ def _free_displacements(case):
 def _static_frequency(column, case):
     """Frequency by a common shortcut: bodies on the static stiffness of cables that have no modes of their own.
 
-    It is w/(2 pi) from K phi = w^2 M phi. K is the static stiffness of the suspension; M is the mass of the bodies and
-    the mass m of each cable at its ends as of a straight cable: m/3 at an end that moves alone. For the frequency of
-    one body, the other bodies are at rest.
+    It is w/(2 pi) from K phi = w^2 M phi. K is the static stiffness of the suspension. M has the inertia of the bodies
+    and, at the ends of each cable, that of a straight cable: a third of its mass at an end that moves alone. For the
+    frequency of one body, the other bodies are at rest.
 
     Parameters
     ----------
