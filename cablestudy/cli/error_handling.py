@@ -16,7 +16,8 @@ FAILED_CHECK, WRONG_USE, NO_ANSWER, INTERRUPTED = 1, 2, 3, 130
 def handle_errors(command):
     """Decorator of a command: prints the errors that the command raises as lines on standard error.
 
-    The decorated command returns an exit code. The value of an option `scene` is put before messages that name no file.
+    The decorated command returns an exit code. If the command has an option `scene`, its value is put before messages
+    that name no file.
     """
 
     @wraps(command)

@@ -98,10 +98,33 @@ def compute(run, words):
 
 
 def finish(study, run, style, plot, command, select=None, indices=False, tolerance=None, differing=0):
-    """Write and print the table of a complete run, or compare it with the stored one; return the exit code.
+    """Write and print the table of a complete run, or compare it with the stored table.
 
-    The table is compared where there is a tolerance; `differing` columns were told before. `select` is from
-    `Study.selection`; with `indices` it gives Sobol's indices in place of rows.
+    Parameters
+    ----------
+    study : Study
+    run : Run
+        All its rows are computed. If `run.options.keep`, their table is written to the files of the study.
+    style : Style
+        Format of the table on standard output.
+    plot : str or None
+        File of the picture, if one is asked for.
+    command : str
+        The command as typed, for the record beside the written table.
+    select : callable, optional
+        From `Study.selection`: table -> (rows that are drawn and printed, notes). By default these are all rows.
+    indices : bool
+        True if `select` returns Sobol's indices in place of rows.
+    tolerance : Tolerance, optional
+        If given, the table is compared with the stored one within this tolerance, and not printed.
+    differing : int
+        Number of differences that are printed already: columns that only one of the two tables has.
+
+    Returns
+    -------
+    int
+        Exit code. Of a comparison: FAILED_CHECK if the tables differ, else 0. Otherwise NO_ANSWER if a row has no
+        answer, else 0.
     """
     from cablestudy.interface.study import differences
 

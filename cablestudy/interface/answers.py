@@ -143,11 +143,14 @@ def loop(
         response over frequency.
     time : float or str, optional
         Duration in s, perhaps with the number of rows, such as "60 s:2001": the table is then the response in time.
-    input, size, length, output : optional
-        Options of the response in time: what makes a step or gust, its size, the time of a gust, and the coordinate
-        that is shown; `Scene.loop_in_time` describes them.
     table : str, optional
         Of a suspension, the name of the only table that is asked for.
+    input : str, optional
+        For the response in time: a step of "winch", "reference" or "wind", or a "gust"; see `Scene.loop_in_time`.
+    size, length : float or str, optional
+        Size of this step or gust, and time that the gust lasts; in SI or with a unit.
+    output : str, optional
+        Of a suspension, the coordinate whose response in time is shown, for example "gondola.x".
     estimate : bool
         True if errors are estimated too.
 
@@ -213,10 +216,11 @@ def ssm(scene, out: File | None = None, response: Frequencies | None = None, **o
     scene : Scene
     out : str, optional
         File to write the model to.
-    response : str, optional
-        Range and number of frequencies: the table is then the frequency response of the model, else a list of modes.
+    response : str or sequence of 3, optional
+        Lowest and highest frequency and number of frequencies: the table is then the frequency response of the model.
+        By default the table lists its modes.
     **options
-        Attributes of `ssm.StateSpaceOptions`.
+        Fields of `ssm.StateSpaceOptions`: which modes are kept, what is attached to the cable, inputs and outputs.
 
     Returns
     -------

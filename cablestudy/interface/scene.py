@@ -215,15 +215,15 @@ class Scene(SceneCommands):
         upto : float or str, optional
             Frequency up to which all modes are kept, in Hz or with a unit: 20, "20 Hz".
         error : float, optional
-            Largest share of the inertia that may be left out, from one input to one output, between 0 and 1: the fewest
-            modes are kept for it. [-]
+            Largest share of the inertia between one input and one output that omitted modes may have, between 0 and 1.
+            The model keeps the fewest modes that satisfy this. [-]
         wind : bool
             True if forces on the nodes of the cable are inputs too.
         proper : bool
             True for a model with D1 = D2 = 0: an input whose acceleration acts on outputs at once is replaced by this
             acceleration, its position and velocity are added to the states. If only the velocity acts, it is the input.
         input, output : str, optional
-            Names of the only inputs and outputs, separated by commas.
+            Names of the inputs and outputs that the model keeps, separated by commas; by default all.
 
         Returns
         -------

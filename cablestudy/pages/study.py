@@ -94,10 +94,15 @@ def _extremes(study, table, shown, fields):
     ----------
     study : StudyFile
     table, shown : Table
-        All rows, and those that are shown: only these count.
+        All rows of the study; and the rows that are shown on the page, from which the numbers are taken.
     fields : sequence of Field
-        The columns. Left out are text, varied keys, hidden columns, differences from printed values, and columns of
-        one value.
+        The columns. Left out are text, varied keys, hidden columns, differences from printed values (those of a
+        publication), and columns in which all numbers are equal.
+
+    Returns
+    -------
+    str
+        Empty if no column is left.
     """
     frame, lines = table.rows.frame(), []
     if shown is not table:

@@ -64,15 +64,20 @@ class TableGrid:
 def table_html(table, caption, where_all=""):
     """Lay out a `Table` for a page of HTML, with the estimated errors of its numbers.
 
-    A table has a line for each row; but a line for each quantity if it is a single row (`Table.single`), has a field
-    that heads its columns (`Table.across`), or has more than TURNED[0] columns and at most TURNED[1] rows.
+    The HTML has a line for each row of the table. In three cases the table is turned, with a line for each column:
+
+    - it is a single row by nature (`table.single`);
+    - the values of one of its fields head the columns (`table.across`);
+    - it has more than TURNED[0] columns and at most TURNED[1] rows: then the values of its first column are the heads.
+
+    A table that is not turned is cut if it has more than MOST_ROWS rows, to END_ROWS rows at each end.
 
     Parameters
     ----------
     table : Table
     caption : str
     where_all : str
-        Words that say where a reader finds all rows, for a table that is cut.
+        Words that say where a reader finds all rows; they are added to the caption of a table that is cut.
 
     Returns
     -------

@@ -89,11 +89,15 @@ Actuator = Annotated[
 
 
 def actuator_relations(scene):
-    """Yield conditions that mass and inertia of each body, less those of the actuators on it, are positive.
+    """Yield the conditions that each body has more mass and inertia than the actuators on it together.
 
-    Mass and inertia of a body include its reaction masses and reaction wheels. The actuators are taken away one by
-    one. After each one: the mass that is left is positive; a body with a wheel states its inertia; the tensor of
-    inertia that is left, about the center of mass of what is left, is positive definite.
+    Mass and inertia of a body include those of its reaction masses and reaction wheels. Here the actuators are taken
+    away one by one, with these conditions:
+
+    - after a reaction mass: the mass that is left is positive;
+    - after a reaction wheel: the body states its inertia;
+    - after either, on a body that states its inertia: the tensor of inertia that is left is positive definite. Its
+      reference point is the center of mass of what is left.
 
     Parameters
     ----------

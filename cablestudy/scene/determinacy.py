@@ -14,12 +14,13 @@ LISTED = 8  # names in a message
 def determinacy_mistakes(scene):
     """Find mistakes in which cables state their length: the equilibrium must not have fewer unknowns than equations.
 
-    A cable states its length by one of the keys `STATED`. What is solved for is the key `solve_for` of the scene:
+    A cable states its length by one of the keys `STATED`. The key `solve_for` of the scene says what is computed:
 
-    - "pose", positions and rotations of the bodies: each cable must state its length, and `tensions` must be missing.
-    - "lengths" of the cables that state none: at least one must state none. Each of these must be a key of
-      `tensions.reference` if that is a mapping. The unknowns, lengths and rotations that are found (`found_rotations`),
-      must be at least as many as the equations of equilibrium, one for each free motion of each body.
+    - "pose": positions and rotations of the bodies. Each cable must state its length, and the key `tensions` must be
+      missing.
+    - "lengths": the lengths of the cables that state none. There must be such a cable. If `tensions.reference` is a
+      mapping (cable -> force), it must name all of them. The unknowns are these lengths and the rotations that
+      `found_rotations` returns. Each free motion of each body gives one equation of equilibrium.
 
     Parameters
     ----------

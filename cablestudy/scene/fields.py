@@ -272,16 +272,16 @@ def table_at(tables, path):
 
 
 def group_mistakes(table, given, optional=False):
-    """Find mistakes in keys that exclude each other, of which exactly one is needed: `at` or `fraction` of a load.
+    """Find mistakes in keys of a table that exclude each other, for example `at` and `fraction` of a load.
 
-    A table has several choices. A choice consists of alternatives, of which exactly one must be given; an alternative
-    is a tuple of keys that go together, the main one first. Mistakes are keys of a second alternative, an alternative
-    without its main key, and a choice of which nothing is given, unless a material may give it.
+    The table has several choices, each between alternatives. An alternative is a tuple of keys that go together, the
+    main one first. Mistakes are keys of a second alternative of a choice, an alternative without its main key, and a
+    choice of which nothing is given. The last is none for properties of the cross-section, which a material may give.
 
     Parameters
     ----------
     table : str
-        Dotted key of the table in `layers.ALTERNATIVES`, which lists its choices.
+        Key of the table in `layers.ALTERNATIVES`, which lists its choices, such as "load" or "cable.damping".
     given : collection of str
         The keys that are there.
     optional : bool

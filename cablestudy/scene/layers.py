@@ -198,10 +198,10 @@ def _index(items, key, name):
 
 
 def unknown_name(lower, upper, path):
-    """Find a name that is probably a misprint: `--set cables.nroth.sag=2 m`, where no cable has the name nroth.
+    """Find a new name that is probably a misprint: `--set cables.nroth.sag=2 m`, where no cable has the name nroth.
 
-    A new name is no misprint where a key is set with it that a new thing needs, such as `from` of a cable: `NAMED`
-    lists these keys.
+    `NAMED` lists, for each kind of thing, keys that a new one needs, such as `from` or `to` for a cable. A new name
+    whose table has one of these keys is accepted.
 
     Parameters
     ----------

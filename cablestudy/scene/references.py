@@ -7,9 +7,10 @@ from cablestudy.scene.units import show
 def reference_mistakes(scene):
     """Find names in control, actuators, correction and wind of a suspension that refer to nothing.
 
-    Control and actuators name bodies, the allocation of the control names cables with a winch, and the correction (a
-    mirror that follows the motion) names a marker, a point on a body. Control without a winch, a measured motion that
-    is held, and a wind on bodies where no body has the key `wind` are mistakes too.
+    Control and actuators name bodies. The allocation of the control names cables with a winch. The correction (a mirror
+    that follows the motion) names a marker, a point on a body. Further mistakes are: no body named where there are
+    several, control without a winch, a measured motion that is held, and wind on bodies none of which has the key
+    `wind`.
 
     Parameters
     ----------
@@ -86,8 +87,9 @@ def _marker_names(bodies):
 def case_mistakes(scene):
     """Find mistakes in the load cases of a suspension: in names of what loads act on and of cables that are lost.
 
-    A force must act on a point or body that is free to move. A move, a prescribed displacement, must be of one that is
-    held. Ice and wind must act on cables or bodies that exist. A lost cable can carry no load.
+    A force must act on a point or body that is free to move. A move (a prescribed displacement) must be of a held
+    point, or of a body in directions in which it is held. Ice and wind must act on cables or bodies that exist. A lost
+    cable can carry no load.
 
     Parameters
     ----------

@@ -292,8 +292,8 @@ def read_study(path, sets=(), vary=(), further_check=None):
     vary : sequence of str
         `key=from:to:count` or `key=a,b,c` each: more keys that vary, after those of the study.
     further_check : callable, optional
-        Called with a `StudyFile` if there are mistakes, to find more, so that the user sees all at once; raises
-        SceneError. The `wrong_keys` of this study are left out of it.
+        Called with the `StudyFile` if it has mistakes: finds more of them, so that the user sees all at once, and
+        raises SceneError. It ignores the keys `StudyFile.wrong_keys`, which could not be read.
 
     Returns
     -------
@@ -317,7 +317,8 @@ def study_of(source, sets=(), vary=(), further_check=None):
     sets, vary : sequence of str
         Arguments of the options `--set` (changes of the base scene) and `--vary` (more keys that vary).
     further_check : callable, optional
-        Called with the `StudyFile`, without its `wrong_keys`, if there are mistakes: raises SceneError of more of them.
+        Called with the `StudyFile` if it has mistakes: finds more of them, so that the user sees all at once, and
+        raises SceneError. It ignores the keys `StudyFile.wrong_keys`, which could not be read.
 
     Raises
     ------
