@@ -118,7 +118,7 @@ def finish(study, run, style, plot, command, select=None, indices=False, toleran
     tolerance : Tolerance, optional
         If given, the table is compared with the stored one within this tolerance, and not printed.
     differing : int
-        Number of differences that are printed already: columns that only one of the two tables has.
+        Number of differences that are printed already: columns that are only in one of the tables, or renamed.
 
     Returns
     -------

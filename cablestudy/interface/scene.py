@@ -172,7 +172,7 @@ class Scene(SceneCommands):
         time : float or str
             Duration in s or with a unit, perhaps with the number of rows: 60, "60 s", "60 s:2001".
         input : str, optional
-            What drives the loop:
+            Input of the loop:
 
             - "winch" (the default): a step of the displacement by the winch; of a suspension "winch.CABLE".
             - "reference": a step of the wanted position; of a suspension "reference.x" or of another coordinate.

@@ -144,9 +144,9 @@ class SceneCommands:
         Parameters
         ----------
         what : str
-            The command, such as "static", or another key of `answers`.
+            The command, such as "static", "modes" or "loop"; all of them are the keys of the attribute `answers`.
         **options
-            Options of the command: arguments of the function in `answers`.
+            Options of the command: arguments of the function `answers[what]`.
 
         Returns
         -------

@@ -32,7 +32,7 @@ def _mapping(value):
 
 
 def connection_mistakes(points, bodies, ends, winches, actuators, links):
-    """Find the mistakes in the connections of a suspension: wrong names, ends at nothing, winches of unknown cables.
+    """Find the mistakes in the connections of a suspension: wrong names, wrong ends, winches of unknown cables.
 
     An end of a cable or link is the name of a point, or BODY.ATTACHMENT: an attachment is a named place on a body.
 
@@ -160,10 +160,10 @@ def unheld(movable, partly_held, owners):
     movable : collection of str
         Names of the bodies with at least one free motion, and of the free points.
     partly_held : collection of str
-        Those of `movable` some of whose motions are held; they count as held.
+        Names of the bodies in `movable` that also have a motion that is not free; they count as held.
     owners : list of (str or None, str or None)
-        What the two ends of each cable are at: name of a body or free point, None for the ground. Links are in the
-        list too, if they carry a force in equilibrium without load case: those with stiffness and length.
+        What the two ends of each cable are at: name of a body or free point, None for the ground. The list includes
+        the links with stiffness and length: only these carry a force in equilibrium without load case.
 
     Returns
     -------

@@ -72,9 +72,9 @@ class Document:
         Parameters
         ----------
         items : list of (str, object, str or Place or callable)
-            Dotted key; new value, where None removes the key and a mapping replaces that of the key whole; and the
-            place that messages name. A callable gives the place on demand; its argument `of_key` is True for that of
-            the key, False for that of the value.
+            Dotted key, new value, and the place that messages name. The value None removes the key; a mapping replaces
+            the old one as a whole. A callable returns the place on demand: that of the key if its argument `of_key` is
+            True, else that of the value.
         varied : bool
             True if None is allowed for a name (of a cable, body, ...) that this scene lacks, since other cases of the
             study have it.

@@ -175,9 +175,9 @@ def _study(pickled):
 def scene_hashes(table, find=None):
     """Hash of each scene of a table of cases, by which later runs recognise rows that are computed already.
 
-    It is the hash of the scene as JSON, with the goal of the study behind it. To write JSON is slow. So only one scene
-    is written, with a placeholder for each varied number: a number that occurs nowhere else. The numbers of each case
-    then replace the placeholders in the text.
+    What is hashed is the scene as JSON, followed by the goal of the study. To write JSON is slow. So only one scene is
+    written, with a placeholder for each varied number: a number that occurs nowhere else. The numbers of each case then
+    replace the placeholders in the text.
 
     Parameters
     ----------

@@ -87,12 +87,12 @@ class Database:
     def empty(self):
         """Make the database empty, whatever is in it: remove all tables, or the file itself if it is damaged.
 
-        Only where the file is removed is its lock given back for a moment.
+        If the file is removed, its lock is released for a moment.
 
         Raises
         ------
         SceneError
-            Another sweep has taken the file in that moment.
+            Another sweep has taken the file in this moment.
         """
         try:
             tables = [name for (name,) in self.execute("SELECT name FROM sqlite_master WHERE type = 'table'")]

@@ -111,9 +111,10 @@ def retry(chunks, open_executor, workers):
 
 
 def submit_all(chunks, executor, workers=lambda: 1):
-    """Submit all chunks of a sweep to an executor, AHEAD of them for each worker at a time, or one for a single worker.
+    """Submit all chunks of a sweep to an executor, and yield their rows as they are done.
 
-    If the caller leaves the loop early, the chunks that are not done are put back, for another executor.
+    At most AHEAD chunks for each worker are submitted at a time, or one chunk for a single worker. If the caller stops
+    early, chunks that are not done are put back, for another executor.
 
     Parameters
     ----------

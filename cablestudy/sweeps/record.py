@@ -39,12 +39,17 @@ def pack(case, key, status, cells, errors=(), notes=()):
 
 
 def pack_all(rows):
-    """Convert rows, each a tuple of the fields of `RowRecord`, to tuples as the database stores them.
+    """Convert rows to tuples as the database stores them.
+
+    Parameters
+    ----------
+    rows : list of tuple
+        Fields of a `RowRecord` each: case from 0, key, status, cells, errors, notes.
 
     Returns
     -------
     list of tuple
-        Row from 1, key, status, JSON of cells, errors and notes ("" of an empty one), check sum.
+        Row from 1, key, status, JSON of the cells, JSON of the errors or "", JSON of the notes or "", check sum.
     """
     packed = []
     for (case, key, status, _, errors, notes), cells in zip(rows, _json([row[3] for row in rows]), strict=True):

@@ -292,7 +292,7 @@ def read_shard(text):
 def reusable_columns(old, new):
     """Columns whose stored values another run can use again, because it would compute the same digits.
 
-    What a column `needs` decides:
+    It depends on what a column is computed from (`Column.needs`):
 
     - scene, statics or stiffness (CLOSED): always, since the value depends on no other column.
     - a model of the motion: only if both runs have the same columns of this kind. The model is refined until they all

@@ -208,7 +208,7 @@ class RowStore:
         """Take over the rows that an earlier run has left in the file, to go on with them; or begin without rows.
 
         The store begins without rows if the file is empty or cannot be read. If the study was edited since, `identity`
-        becomes that of the stored rows, of which `run.reuse_rows` then keeps those that the edited study has too.
+        becomes that of the stored rows; afterwards `run.reuse_rows` keeps the rows that the edited study has too.
 
         Raises
         ------
@@ -293,11 +293,13 @@ def open_store(path, identity, count, resume=False, restart=False, reuse=0):
         All that the rows depend on, from `fingerprint.identity`.
     count : int
         Number of cases of the study.
-    resume, restart : bool
-        Go on with the stored rows; or begin without rows, even if the earlier run is unfinished.
+    resume : bool
+        True to go on with the stored rows.
+    restart : bool
+        True to begin without rows, even if the earlier run is unfinished.
     reuse : int
-        Number of rows of a complete run: if the file has just so many complete rows of this study, they are used
-        without `resume` too. 0 for never.
+        Number of rows of a complete run. If the file has exactly so many complete rows of this study, they are used
+        even without `resume`. 0 for never.
 
     Raises
     ------
@@ -353,11 +355,15 @@ def _check_finished(database):
 def stored_description(database):
     """Read from a database what its rows depend on, to decide whether a run can use them.
 
+    Parameters
+    ----------
+    database : Database
+
     Returns
     -------
     tuple of (dict, list of str), or None
-        Identity of the study (`fingerprint.identity`), and headers of the cells that are known of partial rows; None
-        for a database without tables.
+        Identity of the study (`fingerprint.identity`), and headers of the cells that partial rows have. A partial row
+        has cells for only some of the columns. None for a database without tables.
 
     Raises
     ------

@@ -210,11 +210,11 @@ def check_options(options, responds, out):
 
 
 def choose(document, scene, options, highest=None):
-    """Choose the modes that the state space of a cable keeps, by number, frequency or error: `CableChoice`.
+    """Choose the modes of a cable that its state space keeps, by number, frequency or error.
 
-    A mode is kept only if its frequency is within the accuracy of the scene. Where the model has too few such modes, a
-    finer model with twice as many is solved, up to `STUDY.modes_at_ends`. A number of elements that the scene fixes is
-    not changed, and all modes of this model may be kept.
+    Only modes whose frequency is within the accuracy of the scene are kept. If there are too few of them, twice as many
+    are computed with a finer model, up to `STUDY.modes_at_ends`. If the scene fixes the number of elements, the model
+    is not made finer, and all of its modes may be kept.
 
     Parameters
     ----------
@@ -222,10 +222,15 @@ def choose(document, scene, options, highest=None):
         File of the scene, for the positions of mistakes.
     scene : CableScene
     options : StateSpaceOptions
-        Options of the command `ssm`: how many modes (`count`), up to which frequency (`upto`), or as many as leave out
-        no more than a share of the inertia (`error`); of which kinds; and whether gondola or winch loop are attached.
+        Of the command `ssm`. It gives the number of modes (`count`), their highest frequency (`upto`), or the share of
+        the inertia that omitted modes may have (`error`). Only modes of `kinds` are kept. `attached` is "gondola" or
+        "loop" if that is attached to the cable.
     highest : float, optional
         Without effect: the number of modes does not follow from the frequencies of a response. [Hz]
+
+    Returns
+    -------
+    CableChoice
 
     Raises
     ------

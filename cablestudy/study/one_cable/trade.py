@@ -235,7 +235,7 @@ class AnalysisOfSystem(DynamicAnalysis):
         self._system, self._weights = system, OWN | seen_weights(self.scene.exposure, self.scene.correction)
 
     def rms(self, names, variance, open_loop):
-        """RMS of the gondola's motion along x by the other system, in the gusts of the analysis.
+        """RMS of the gondola's motion along x in the gusts of the analysis, computed by the other system, `system`.
 
         Parameters
         ----------
@@ -244,7 +244,7 @@ class AnalysisOfSystem(DynamicAnalysis):
         variance : {"value", "rate", "exposure", "corrected", "corrected_exposure"}
             Displacement [m], velocity [m/s], or displacement as a telescope sees it (`imaging.seen_weights`) [m].
         open_loop : bool
-            Whether the winch is at rest, in place of the loop closed.
+            True for the winch at rest, False for the loop closed.
 
         Returns
         -------
@@ -256,7 +256,7 @@ class AnalysisOfSystem(DynamicAnalysis):
         Raises
         ------
         NoSolutionError
-            This system is unstable, or there is no response of the analysis.
+            `system` is unstable, or the analysis has no response.
         """
         response = self.response_of(open_loop)
         closed_loop, loop = response.closed_loop, response.loop

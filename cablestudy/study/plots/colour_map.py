@@ -114,11 +114,19 @@ def _axis(axes, which, quantity, values, logarithmic, room):
 
 
 def _heat(axes, sides, points, mappable, contoured):
-    """Draw a heat map: a grid of coloured cells, one about each pair of values of x and y.
+    """Draw a heat map: a grid of coloured cells, one for each pair of values of x and y.
 
-    The values are written into the cells if they are few and wide enough, else, if it is `contoured`, lines of equal
-    values are drawn. `sides` are the values of x and of y at which there are cells, ascending; `points` are x, y and
-    value of each row, shape (n,): pairs of x and y without a row are empty cells.
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    sides : (ndarray, ndarray), shapes (p,) and (q,)
+        The different values of x and of y, ascending.
+    points : tuple of three ndarray, shape (n,)
+        x, y and value of n rows. Pairs of x and y without a row or a value are empty cells.
+    mappable : ScalarMappable
+        Value -> colour.
+    contoured : bool
+        True if lines of equal values are drawn where the values have no room in the cells.
     """
     x_values, y_values = sides
     x, y, colour = points

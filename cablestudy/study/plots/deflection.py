@@ -20,9 +20,11 @@ PANEL_HEIGHT = 1.9  # of a panel [in]
 
 
 def deflections(case, abscissa, label):
-    """Panels of the deflection of a cable by its point loads: each component, non-linear and linear; their difference.
+    """Panels with the deflection of a cable by its point loads: non-linear and linear curves, and their difference.
 
-    The components are vertical; sideways if loads act out of the cable's plane; horizontal if that is the largest.
+    There is a panel for the vertical component; for the sideways one if loads act out of the cable's plane; and for the
+    horizontal one if it is larger than the vertical one. One more panel shows the difference, linear minus non-linear,
+    of all these components.
 
     Parameters
     ----------
@@ -59,7 +61,7 @@ def deflections(case, abscissa, label):
 
 
 def interpolate_elements(mesh, nodal):
-    """Interpolate values at the nodes of finite elements by the polynomials of these, to draw smooth curves.
+    """Interpolate values at the nodes of finite elements by the polynomials of the elements, to draw smooth curves.
 
     Parameters
     ----------
@@ -70,7 +72,8 @@ def interpolate_elements(mesh, nodal):
     Returns
     -------
     positions : ndarray, shape (j,)
-        Arc lengths of j points over the unstretched length: 401 or more, or the nodes of straight elements. [-]
+        Arc lengths of j points over the unstretched length: the nodes if elements are straight, else 401 points or
+        more. [-]
     values : ndarray, shape (j, ...)
         Values there.
     """

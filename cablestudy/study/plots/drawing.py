@@ -348,10 +348,10 @@ def _lost(case):
 
 
 def upright_plane(drawings):
-    """Side view of the vertical plane that holds all cable ends, bodies and markers of a scene, if there is one.
+    """Side view of a scene whose cable ends, points, bodies and markers all lie in one vertical plane.
 
-    The horizontal axis is x or y in a plane along one of these; else the distance from the first place in the plane.
-    For a scene of one cable it is the distance from end 1.
+    The horizontal axis of the view is the distance from end 1 for a scene of one cable. For other scenes it is x or y
+    in a plane along one of these, else the horizontal distance from the place with the smallest x.
 
     Parameters
     ----------
@@ -406,13 +406,14 @@ def ground_in(view, ground, x):
     ground : float, sequence of (float, float) or None
         Ground of the scene: its level, or pairs of x and level. [m]
     x : ndarray
-        Distances between which ground of one level is drawn. [m]
+        Distances on the paper; a ground of one level is drawn from the smallest to the largest. [m]
 
     Returns
     -------
     tuple of (ndarray, ndarray), or None
         Distances to the right on the paper, ascending, and levels of the ground there, both from the origin of the view
-        [m]. None without ground, in a view that is not from the side, or if levels over x are seen along x.
+        [m]. None if there is no ground, if the view is not from the side, or if it is along x and the levels depend on
+        x.
     """
     right, up = view.axes.T
     if ground is None or up[2] != 1:  # no view from the side

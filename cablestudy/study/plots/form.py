@@ -120,7 +120,7 @@ class _Picture:
         Returns
         -------
         matplotlib.figure.Figure
-            For a single load case also with a scale of tension, if its cables differ in it.
+            It has a colour bar of the tension if it shows a single load case whose cables differ in mean tension.
         """
         columns, heights = 1 + self.in_space, [height for height, _ in self.panels][:: 1 + self.in_space]
         figure = Figure(figsize=(WIDTH, sum(heights) + 0.8), layout="constrained")
@@ -311,7 +311,7 @@ def _looks(drawings, unnamed):
     drawings : list of Drawing
         One for each load case.
     unnamed : bool
-        Whether the label of an only cable is its name alone, without the sag.
+        True if a single load case of one cable is labelled by its name alone, without sag or distance of a load.
 
     Returns
     -------

@@ -55,8 +55,8 @@ def loop_margins(closed_loop, span=None):
     closed_loop : ClosedLoop
         With a loop.
     span : (float, float, int), optional
-        Lowest and highest frequency [Hz] and number of those at equal ratios. Default: about bandwidth, controlled
-        motions and largest gain.
+        Lowest and highest frequency [Hz] and number of those at equal ratios. Default: about the frequencies of the
+        controlled motions and of the stability limit, the gain over 2 pi, and the roll-off of notches.
 
     Returns
     -------
@@ -189,8 +189,8 @@ def _sensitivity(axes, closed_loop, frequency, sensitivity, complementary):
 def _nyquist(axes, closed_loop, value):
     """Draw the Nyquist plot: eigenvalues of the loop gain in the complex plane, their distance from -1, and margins.
 
-    The distance is 1 over the peak of the sensitivity. It is drawn for a stable loop only, and so is the phase margin,
-    of one coordinate. The gain margin is drawn wherever the loop has a largest gain.
+    The distance is 1 / (peak of the sensitivity). It is drawn if the loop is stable. The phase margin is drawn if the
+    loop is stable and has one coordinate. The gain margin is drawn if the loop has a largest gain, stable or not.
 
     Parameters
     ----------
@@ -317,7 +317,8 @@ def loop_in_time(solved):
 def _displacement(axes, solved):
     """Draw the measured displacement over time, with and without the loop, its largest value and its settling time.
 
-    Only the response to a step settles. It has an overshoot unless it ends near zero (`StepResponse.taken_back`).
+    For the response to a step, the settling time is drawn, and the band about the final value that defines it. The
+    largest value is not marked if a step ends away from zero and its overshoot is at most `CONTROL.settling_band`.
 
     Parameters
     ----------

@@ -92,8 +92,9 @@ class Factor:
 def series_of(study, every, rows, *drawn):
     """Divide the rows of a study into the series of a picture: each is one line, or one kind of mark.
 
-    Each entry of a study varies one key, or several keys together. Along a series those entries vary whose keys are
-    drawn, and a random sample of keys; if there are none, the last entry. All other entries have one value in a series.
+    Each entry of a study varies one key, or several keys together. Two groups of entries vary along a series: those
+    whose keys are drawn, and the random sample of keys, if there is one. Without either, the last entry varies. All
+    other entries have one value in a series: they tell the series apart.
 
     Parameters
     ----------

@@ -146,10 +146,10 @@ def _scale_panels(grid, x, columns, logarithmic, by_ratio):
     columns : list of DrawnQuantity
         The quantity along y of each panel.
     logarithmic : (bool or None, bool or None)
-        Whether x and y are logarithmic, as the study states it. Where it does not (None), x is logarithmic if its
-        values are spaced so; y is if its values span decades and x is logarithmic or `by_ratio` holds.
+        Whether x and y are logarithmic, as the study states it. If it does not (None), x is logarithmic if its values
+        are spaced logarithmically. A y is logarithmic if its values span decades and x is logarithmic or `by_ratio`.
     by_ratio : bool
-        Whether y may become logarithmic over an x that is not.
+        True if y may be logarithmic over a linear x.
     """
     logx, logy = logarithmic
     lines = [line for axes in grid for line in axes.lines]

@@ -296,8 +296,8 @@ def _spectra(axes, frequency, states, kind, several):
     kind : (list of str, float, str, str)
         Names of the outputs; factor from SI to the unit; name of the motion; its unit.
     several : bool
-        Whether there are several winds: then the spectrum of the first output by the last wind, that on the cable, is
-        drawn too.
+        True if there are several winds, the last of them on the cable. Its share of the spectrum of the first output is
+        then drawn too.
     """
     names, scale, motion, unit = kind
     for state in states:
