@@ -92,7 +92,7 @@ def fewer_modes(modes, asked, limit):
 def coupled_modes(case, count, upto):
     """Answer of the command modes with the coupled modes of a case: those of cables and bodies together.
 
-    Notes and warnings are those on the modes; those on the case itself are left to the caller.
+    It has the notes and warnings on the modes; the caller adds those on the case itself.
 
     Parameters
     ----------

@@ -31,12 +31,12 @@ def sweep(
     Parameters
     ----------
     study : str, path-like or mapping
-        Its file, `-` for standard input; or what the file would say, as a mapping, whose `base` may be one too.
+        Name of its file, `-` for standard input; or the contents of the file as a mapping, whose `base` may be one too.
     set : mapping or list of str, optional
         Dotted key -> value that changes the base; or texts "KEY=VALUE".
     vary : mapping or list of str, optional
-        Dotted key -> list or array of values, range {"from": ..., "to": ..., "count": ...}, or text of them as of the
-        option `--vary`: "100N:2kN:20log", "10kg,50kg"; or texts "KEY=VALUES".
+        Dotted key -> its values: a list or array; a range {"from": ..., "to": ..., "count": ...}; or text as of the
+        option `--vary`, such as "100N:2kN:20log" or "10kg,50kg". Or a list of texts "KEY=VALUES".
     jobs : int or None
         Processes; None for as many as the work is worth. A script that asks for several must call this function below
         `if __name__ == "__main__":`, since each process imports it.

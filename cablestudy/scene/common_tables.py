@@ -132,12 +132,12 @@ class Comparison(NamedTuple):
 
 @lru_cache(maxsize=4096)
 def comparison(text):
-    """Parse a limit on a column of the table, such as "clearance >= 6 m" or "6 m <= clearance".
+    """Parse the text of a limit on a result, a column of the table, such as "clearance >= 6 m" or "6 m <= clearance".
 
     Returns
     -------
     Comparison
-        With the column first: where the text begins with the number, the sign is mirrored.
+        With the column first: if the text begins with the number, the sign is mirrored.
 
     Raises
     ------

@@ -105,8 +105,8 @@ class Rows(LazyRows):
     def _copied_lines(self, varied_headers):
         """Yield the lines of the CSV file below its head, with stored numbers copied as text.
 
-        Stored rows are JSON lists of numbers, with the text of a CSV line but for brackets and `null`. To copy it is
-        much faster than to read and write the numbers.
+        Stored rows are JSON lists of numbers. Without brackets and `null` their text is part of a CSV line. To copy the
+        text is much faster than to read and write the numbers.
 
         Parameters
         ----------

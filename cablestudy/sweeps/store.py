@@ -190,7 +190,7 @@ class RowStore:
         identity : dict
             All that the new rows depend on, from `fingerprint.identity` of the edited study.
         partial : list of str
-            Headers of the cells that are known of partial rows, which have only some of the columns.
+            Headers of the cells that partial rows have: those with only some of the columns.
         records : iterable of tuple
             New rows, from `record.pack`. They may be computed from the stored ones while these are replaced.
         """

@@ -56,8 +56,8 @@ class PlainRows(list):
 def stored_table(study, files, again):
     """Open the stored results of a study without computing anything, for a `with` block: yields `Stored`.
 
-    They are taken from the database of its rows if that is complete, else from its CSV file, else from the database
-    with the rows that are done so far.
+    The results are those in the database of rows if it is complete; else those in the CSV file; else the rows that the
+    database has so far.
 
     Parameters
     ----------

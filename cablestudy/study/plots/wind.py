@@ -80,7 +80,7 @@ def wind_response(winds, at_rest=None, on=None):
     Parameters
     ----------
     winds : list of DynamicAnalysis
-        Stable motion in one wind each; the spectra of several uncorrelated winds add.
+        Motion in each wind, stable. Several winds are uncorrelated: their spectra add.
     at_rest : list of DynamicAnalysis, optional
         Motion with the winches at rest; by default computed from `winds`.
     on : str, optional
