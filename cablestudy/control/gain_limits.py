@@ -32,14 +32,15 @@ class Limit:
     Attributes
     ----------
     factor : float
-        The gain itself [rad/s]; of the gain of one coordinate alone its factor [-].
+        The gain [rad/s]; or, if only one coordinate's gain changes, the factor on it [-].
     omega : float
         Frequency of the pole there. [rad/s]
     rate : float
         Growth of the pole, over its frequency, per relative change of the gain: about the damping ratio of a mode
         without control that the gain takes away. [-]
     slope : complex
-        Change of the eigenvalue of the loop gain over the gain with frequency there. [s]
+        dl/dw: l is the eigenvalue of the loop gain, divided by the gain, and w the frequency. [s^2], or [s] with a
+        factor [-].
     """
 
     factor: float
@@ -230,21 +231,22 @@ class StableGains:
         return gain if most or bounded_by_peak else None
 
     def single_limits(self, gain, finer=None, beyond=np.inf):
-        """Gain margin of each of k measured coordinates alone: factor by which its gain may grow, others unchanged.
+        """Gain margin of each of k measured coordinates: factor by which its gain may grow while the others stay.
 
         Parameters
         ----------
         gain : float
             Gain of all coordinates, with which the loop is stable. [rad/s]
         finer : callable, optional
-            Loop gain over the gain of finer elements, s, shape (f,) [rad/s] -> shape (f, k, k).
+            Function of s, shape (f,) [rad/s] -> loop gain with finer elements of the cables, divided by the gain, shape
+            (f, k, k). [s]
         beyond : float
-            Frequency above which limits are located with `finer`. [rad/s]
+            A limit at a frequency above this is located again, with `finer`. [rad/s]
 
         Returns
         -------
         ndarray, shape (k,)
-            Infinite without limit, 0 where the loop is unstable without the gain of this coordinate. [-]
+            Infinite without limit; 0 if the loop is unstable when this coordinate alone has no gain. [-]
 
         Notes
         -----
@@ -422,23 +424,24 @@ def limit_near(loop_gain, similar):
 
 
 def limits_near(loop_gain, similar):
-    """Find crossings of the imaginary axis by poles, near a known crossing of a similar loop.
+    """Find gains and frequencies at which poles cross the imaginary axis, near such a crossing of a similar loop.
 
-    This is a local search in place of a whole curve over frequency, for loop gains that differ by the errors of a
-    model.
+    A local search replaces the whole curve over frequency. It serves for two loop gains that differ by no more than the
+    errors of a model.
 
     Parameters
     ----------
     loop_gain : callable
-        Loop gain over the gain: s, shape (f,) [rad/s] -> shape (f, k, k). [s]
+        Function of s, shape (f,) [rad/s] -> loop gain divided by the gain, shape (f, k, k). [s]
     similar : Limit
-        The known crossing: the search begins at its frequency, with the eigenvalues l whose -1/l is near its gain.
+        Crossing of the similar loop. The search begins at its frequency. It follows those eigenvalues l of `loop_gain`
+        for which -1/l, the gain of a crossing where it is real, is near the gain of `similar`.
 
     Yields
     ------
     Limit
-        Gain and frequency of one crossing for each of these eigenvalues that has one, that with the nearest -1/l first;
-        other numbers as of `similar`.
+        One crossing for each of these eigenvalues, if it is found; that with the nearest -1/l first. `rate` and `slope`
+        are those of `similar`.
     """
     omega = similar.omega
 

@@ -114,9 +114,11 @@ def winch_loads(layout, winches):
 
 
 def suspension_system(layout, kept, winches=(), markers=(), midspans=()):
-    """Assemble the `LinearSystem` of a suspension from winches and forces to displacements and tensions.
+    """Assemble the `LinearSystem` of a suspension.
 
-    Its coordinates are the modal amplitudes of all cables, then the free displacements of bodies and points.
+    Its inputs are movements of winches, and loads on bodies and points. Its outputs are displacements, forces of links
+    and tensions of cables. Its coordinates are the modal amplitudes of all cables, then the free displacements of
+    bodies and points.
 
     Parameters
     ----------
@@ -125,21 +127,22 @@ def suspension_system(layout, kept, winches=(), markers=(), midspans=()):
     kept : list of ReducedCable
         Modes and residual vectors of each cable that are coordinates.
     winches : sequence of Winch
+        Winches that reel in cables, or move their ends.
     markers : sequence of Marker
         Places on bodies whose displacements are outputs.
     midspans : sequence of ndarray, shape (3, k)
-        Displacement at mid-span of each cable by its k coordinates, modes and then six ends, along the axes of its
-        chord frame (`wind.strips.midspan_shapes`). By default none is an output.
+        For each cable, displacement at mid-span per unit of its k coordinates, modes and then six ends, along the axes
+        of its chord frame (`wind.strips.midspan_shapes`). Default: mid-spans are no outputs.
 
     Returns
     -------
     LinearSystem
-        Inputs: `winch.CABLE` (length reeled in, m), then `BODY.force_x` to `BODY.moment_z` of all free displacements,
-        at the reference point.
+        Inputs: `winch.CABLE`, the length reeled in or the displacement of the end [m]; then, for each free displacement
+        of a body, its load, one of `BODY.force_x` to `BODY.moment_z` at the reference point [N], [N m].
 
-        Outputs: those displacements, `BODY.MARKER.x` and so on, `CABLE.midspan.x` and so on, `LINK.force`,
-        `CABLE.tension_from`, `CABLE.tension_to`. In the state space displacements need no derivatives of inputs;
-        tensions at moved ends do.
+        Outputs: the free displacements of bodies, `BODY.MARKER.x` and so on, `CABLE.midspan.x` and so on [m], [rad];
+        `LINK.force`, `CABLE.tension_from`, `CABLE.tension_to` [N]. In a state space displacements need no derivatives
+        of inputs; tensions at ends that winches move do.
 
     Raises
     ------

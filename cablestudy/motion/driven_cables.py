@@ -345,10 +345,10 @@ class DrivenCables:
         return needed
 
     def loop_gain_of(self, kept, models=None):
-        """Build the loop gain over the gain, L/g = P Z^-1 F A C1 N, with chosen modes of each cable.
+        """Build the loop gain L divided by the gain g, L/g = P Z^-1 F A C1 N, with chosen modes of each cable.
 
         At a complex frequency s, Z is the dynamic stiffness of the bodies on their cables, F the forces on the bodies
-        per length that winches reel in, P gives the measured coordinates, A allocates them to winches, and C1 N is the
+        per length that winches reel in, P gives the measured coordinates, A allocates these to winches, and C1 N is the
         control law of unit gain behind its notches.
 
         Parameters
@@ -356,13 +356,13 @@ class DrivenCables:
         kept : list of ReducedCable
             Modes of each cable, and vectors that stand for its other modes.
         models : Models, optional
-            Elements of the cables to which these belong; by default those of this object.
+            Elements of the cables that have these modes. Default: `models` of this object.
 
         Returns
         -------
         LoopGain or callable
-            Function of s, shape (f,) -> shape (f, k, k) for k measured coordinates. Where rounding spoils the response
-            of a cable it is no `LoopGain`, but that of the coupled modes. [s]
+            Function of s, shape (f,) [rad/s] -> L/g, shape (f, k, k), for k measured coordinates [s]. Where rounding
+            spoils the response of a cable, L/g of the coupled modes takes its place: `Loop.unit_gain`.
         """
         closed_loop, effects = self.closed_loop, self._effects
         layout, plant = closed_loop.layout, closed_loop.plant
@@ -418,27 +418,29 @@ class DrivenCables:
         return [np.flatnonzero(modes & (element.omega > least)) for modes, element in pairs]
 
     def _poles_and_starts(self, modes, estimated):
-        """List poles beside which the loop gain is computed, and places where the search for narrow poles begins.
+        """List poles beside which the loop gain is computed, and points where searches for narrow poles begin.
 
-        With W the frequency of a mode with fixed ends and p its estimated pole, the shift is d = |p| - W. As modes that
-        nearly coincide shift together, such a mode has five poles, Re p + i (W + j d) for j = 0 to 4. It has as many
-        starts: the same, or for a large shift Re p + i (W + j d/5) for j = 1 to 5. The poles of the model are in both
-        lists. Modes are added only if |p| or W is above the frequencies up to which the model surely has all poles.
+        Both lists begin with the poles of the model. Each mode of a cable whose pole may lie above those adds five
+        entries. With its frequency W with fixed ends, its estimated pole p and the shift d = |p| - W they are
+
+            poles Re p + i (W + j d), j = 0 to 4;    starts: the same, or Re p + i (W + j d/5), j = 1 to 5, if d is
+            large.
+
+        The multiples of d serve for modes that nearly coincide, since these shift together.
 
         Parameters
         ----------
         modes : list of ndarray of int
-            Numbers of n modes in all, of each cable.
+            For each cable, indices of modes; n in all.
         estimated : ndarray, complex, shape (n,)
             p of these modes, by `poles_of_modes`. [rad/s]
 
         Returns
         -------
-        poles : ndarray, complex
-            Poles of the model, then those of the modes. [rad/s]
-        starts : ndarray, complex
-            Poles of the model, then the starts of the modes. [rad/s]
-        errors : ndarray
+        poles, starts : ndarray, complex, shape (N,)
+            The two lists. A mode is in them only if |p| or W is above the frequency below which all poles are certainly
+            those of the model. [rad/s]
+        errors : ndarray, shape (N,)
             Distance at which a pole may be from each start, over its frequency: |d|/W, at least the accuracy. [-]
         """
         elements, highest = self.loop_gain.elements, self._highest_surely_known

@@ -15,29 +15,32 @@ WIND_INPUT = "gust"  # name of the input of a state space that is a gust
 
 
 def in_time(closed_loop, output, input_, components, times):
-    """Response of a displacement over time to an input of a closed loop, and of the winches: `TimeResponse`.
+    """Compute how a displacement and the winches of a closed loop respond over time to one input.
 
-    Its relative error is estimated by the sum of
+    The relative errors of the response are estimated by the sum of three changes:
 
-    * the change to a smaller space of the coordinates (`Plant.coarse_space_in_time`);
-    * twice the change to twice as many modes: at a corner of the input in time amplitudes of modes fall with the square
-    of
-      their frequency, so that twice as many make the error half as large;
-    * twice the change by twice as many approximants of a delay, in the smaller space: after a delay a step makes a
-      corner that contains all frequencies.
+    * that to a smaller space of the coordinates (`Plant.coarse_space_in_time`);
+    * twice that to twice as many modes. A corner of the input in time excites modes with amplitudes that fall with the
+      square of their frequency, so that twice as many modes make the error half as large;
+    * twice that to twice as many approximants of a delay, in the smaller space. Behind a delay a step makes a corner in
+      time, which contains all frequencies.
 
     Parameters
     ----------
     closed_loop : ClosedLoop
         A stable loop; with a gain of zero its winches rest.
     output : str
-        Name of the displacement, of `ClosedLoop.outputs`.
+        Name of the displacement, one of `ClosedLoop.outputs`.
     input_ : str
         `winch.CABLE`, `reference.COORDINATE`, or WIND_INPUT: speed of a gust along the mean wind, equal everywhere.
     components : list of time_response.Component
         The input as a sum of functions of time.
     times : ndarray, shape (m,)
-        Uniform, from zero. [s]
+        Points of time, uniform, from zero. [s]
+
+    Returns
+    -------
+    TimeResponse
 
     Raises
     ------
@@ -106,7 +109,7 @@ def uniform_gust(gusts):
 
 
 def _response_in_space(closed_loop, loop, motion, space, output, input_, components, times, law_states=None):
-    """Response over time to an input of a closed loop, with its plant in all n coordinates or in r of a subspace.
+    """Compute the `in_time` response with the n coordinates of the plant, or in a subspace of them.
 
     Parameters
     ----------
@@ -115,22 +118,23 @@ def _response_in_space(closed_loop, loop, motion, space, output, input_, compone
     loop : Loop
         Loop about all n coordinates, whose gain, notches and allocation are used.
     motion : LinearSystem
-        Equations of motion of the plant, in r coordinates.
+        Equations of motion of the plant: in n coordinates, or in the r coordinates of the subspace.
     space : ndarray, shape (n, r), or None
-        Basis of the subspace; None where all n coordinates are kept.
+        Basis of the subspace; None to keep all n coordinates.
     output, input_ : str
         Names of a displacement, and of an input: `winch.CABLE`, `reference.COORDINATE` or WIND_INPUT.
     components : list of time_response.Component
         The input as a sum of functions of time.
     times : ndarray, shape (m,)
-        Uniform, from zero. [s]
+        Points of time, uniform, from zero. [s]
     law_states : tuple, optional
-        State space of the control law with another approximation of its delay, in place of `Loop.law_states`.
+        State space of the control law, and names of its states, with another approximation of its delay. Default:
+        `Loop.law_states`.
 
     Returns
     -------
     TimeResponse
-        Displacement with the loop and without it, and movements of the winches; its errors are zero.
+        Displacement with the loop and without it, and movements of the winches. Errors are not estimated.
     """
     loads, allocation = np.zeros((len(closed_loop.motion), 1)), loop.allocation
     if closed_loop.gusts is not None:

@@ -43,10 +43,10 @@ def assemble(cables, connection, bodies, imposed=None, stiffness=0.0):
 
 
 def assemble_dense(matrices, connection, bodies, imposed, stiffness=0.0):
-    """Assemble the `LinearSystem` of cables, bodies and winches from dense matrices: of one system, or of many (...).
+    """Assemble the `LinearSystem` of cables, bodies and winches from dense matrices.
 
     Symbols and equations are those of `assemble`: the ends of the c cables move by G x + H u, x being the b
-    displacements of the bodies and u the movements of the i winches.
+    displacements of the bodies and u the movements of the i winches. Leading axes `...` are those of many systems.
 
     Parameters
     ----------
@@ -94,7 +94,8 @@ def _assemble_sparse(cables, matrices, connection, bodies, imposed, stiffness):
     """Assemble the `LinearSystem` of `assemble` from a sparse G, the end displacements per displacement of the bodies.
 
     With T = [I, 0; 0, G], from the coordinates of the system to all modes and cable ends, each matrix is T^T A T plus
-    that of the bodies, A being the block-diagonal matrix of all cables. Its inputs have the matrices -T^T A [0; H].
+    that of the bodies. A is the block-diagonal matrix of all cables. -T^T A [0; H] acts on the inputs, the movements of
+    the winches: it is B2, B1 or B0 if A is that of mass, damping or stiffness.
 
     Parameters
     ----------

@@ -304,8 +304,8 @@ def residual_vectors(omega, coupling, omitted):
     Returns
     -------
     ndarray, shape (g, n, k)
-        The vectors as columns: amplitudes of the modes, orthonormal, ascending in frequency; k = min(6, n). Columns are
-        zero in place of vectors that are dependent on others but for rounding.
+        The vectors as columns: amplitudes of the modes, orthonormal, ascending in frequency; k = min(6, n). If fewer
+        vectors are independent but for rounding, the other columns are zero.
     """
     if not omitted.any():
         return np.zeros((*omega.shape, min(coupling.shape[-1], omega.shape[-1])))

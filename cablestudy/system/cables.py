@@ -278,7 +278,10 @@ class Models:
         return error
 
     def mesh_error(self, amplitudes, square, ends):
-        """Estimated relative error of squared frequencies of a suspension by the mesh of each of its c cables.
+        """Estimate the relative error of squared frequencies of a suspension by the mesh of each of its c cables.
+
+        It is E/w^2 for a mass-normalised mode, whose strain energy is w^2/2. E is a share of the energy in the two
+        highest polynomials of a cable's elements: an estimate of the error of twice the strain energy.
 
         Parameters
         ----------
@@ -286,14 +289,14 @@ class Models:
             For each group of g cables on equal meshes: amplitudes of their n modes with fixed ends, relative to the
             static shapes, in r mass-normalised modes of the suspension. [-]
         square : ndarray, shape (c, r)
-            Squared angular frequencies of these r modes, given for each cable. [rad^2/s^2]
+            w^2: squared angular frequencies of these r modes, given for each cable. [rad^2/s^2]
         ends : ndarray, shape (c, 6, r)
-            Displacements of the six ends of each cable in them. [1/sqrt(kg)]
+            Displacements of both ends of each cable along x, y, z in these modes, global axes. [1/sqrt(kg)]
 
         Returns
         -------
         ndarray, shape (c, r)
-            A share of the energy in the two highest polynomials of the elements, over that of the mode. [-]
+            Part of the error that each cable makes; zero without mass. [-]
         """
         error = np.zeros(square.shape)
         for group, of_group in zip(self.groups, amplitudes, strict=True):

@@ -94,11 +94,11 @@ def observed(system):
 
     Notes
     -----
-    To compare coordinates of different units, each one vibrates alone with the amplitude z = 1/sqrt(k), at the
-    frequency w = sqrt(k/m), k and m being its entries on the diagonals of stiffness and mass. This changes an output C0
-    z + C1 z' + C2 z'' by |C0| z + |C1| w z + |C2| w^2 z. A coordinate affects the output directly if its change is more
-    than rounding of the largest change by any coordinate. Coordinates that mass, damping or stiffness couple to such a
-    one, perhaps through others, affect the output too.
+    To compare coordinates of different units, let each vibrate alone with the amplitude a = 1/sqrt(k), at the frequency
+    w = sqrt(k/m), k and m being its entries on the diagonals of stiffness and mass. It then changes an output,
+    y = C0 z + C1 z' + C2 z'', by |C0| a + |C1| w a + |C2| w^2 a. It affects the output directly if this is more than
+    rounding of the largest change by any coordinate. Coordinates that mass, damping or stiffness couple to such a one,
+    perhaps through others, affect the output too.
     """
     diagonals = (np.diagonal(matrix, axis1=-2, axis2=-1) for matrix in (system.stiffness.real, system.mass))
     root_k, root_m = map(np.sqrt, diagonals)

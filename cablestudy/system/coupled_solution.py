@@ -297,8 +297,8 @@ def modes_of_row(trial, row, error, finer=None):
 
     Modes coincide if their frequencies agree within their errors, so that their order is not certain. The error of each
     of them becomes the largest of their errors plus the relative distance of the highest from the lowest frequency.
-    Their shapes are replaced by combinations, orthogonal for M, that move different coordinates as far as possible:
-    principal axes of the mean index of the moving coordinates.
+    Their shapes Phi are replaced by combinations Phi V, orthogonal for M, that move different coordinates as far as
+    possible: V are the eigenvectors of the symmetric part of Phi^T N M Phi, N being the diagonal matrix of 1, 2, 3...
 
     Parameters
     ----------

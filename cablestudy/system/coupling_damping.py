@@ -197,13 +197,12 @@ class CouplingDamping:
         -----
         An attribute that is computed for many cables in one call. The methods, in the order in which they are tried:
 
-        1. A similar element is known: its resolvent is corrected to first order, unchecked. That serves for small
-        changes of a
-           loop gain.
-        2. The poles are found in windows of frequency, if the element allows it.
+        1. If there is a similar element, its resolvent is corrected to first order. This serves for small changes of a
+           loop gain. The error is not checked.
+        2. The poles are found in windows of frequency, if the element allows this (`windowed`).
         3. The poles of all modes are found at once.
 
-        Of 2 and 3 the first sum is taken whose error against the equations is small enough (`_relative_errors`).
+        Of 2 and 3 the first sum is used whose error against the equations is small enough (`_relative_errors`).
         """
         by_all_modes = []
         for cable in cables:
@@ -232,10 +231,10 @@ class CouplingDamping:
         return None
 
     def sum_over_poles(self, residues):
-        """Make a function of s: partial fractions x^d sum of residue/(x - pole), over the poles of `pole_sum`.
+        """Make a function of s: x^d times the sum of residue/(x - pole) over the N poles of `pole_sum`.
 
-        It is what the modes of the cable take away from the dynamic stiffness of its static shapes, the polynomial of
-        `pole_sum`. x is s, with d = 2; or s^2 + viscous s, with d = 1, if hysteretic damping alone couples the modes.
+        Such sums are what the modes of the cable take away from the dynamic stiffness of its static shapes. x is s,
+        with d = 2. If hysteretic damping alone couples the modes, x is s^2 + viscous s, with d = 1.
 
         Parameters
         ----------

@@ -376,8 +376,8 @@ class EndsOfLarge(Ends):
         Returns
         -------
         tuple of ndarray, shapes (k,), (nodes, 3, k), (nodes, 3, k)
-            Frequencies [rad/s] and mass-normalised shapes of k independent vectors, and the forces K V that hold the
-            shapes, as of `_holding_forces`.
+            Frequencies [rad/s] and mass-normalised shapes of k independent vectors, and the forces on the nodes that
+            hold these shapes (K V, scaled as in `_holding_forces`).
 
         Notes
         -----

@@ -204,28 +204,30 @@ def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
 def _add_law(motion, allocation, law, errors, force, fixed, scaled):
     """Add the control law and the winches to the rows of the first-order equations that `equations` makes, in place.
 
-    With the errors e behind the notches, A = U R (`Allocation`) and the state space a, b, c, d of the law, the r winch
-    movements p and the states l of the law obey
+    With the errors e behind the notches, and the state space a, b, c, d of the law, the r independent winch movements p
+    and the states l of the law obey
 
         p' = c l + d w,    l' = a l + b w,    w = -gain R e,    v = U p.
 
     The lengths v that winches reel in, v' and v'' act on the m coordinates by B0, B1 and B2. Terms with the gain go
-    into `scaled`, others into `force` and `fixed`. "Rows" are coefficients of the N states and of inputs, w columns in
-    all.
+    into `scaled`, others into `force` and `fixed`. "Rows" hold the coefficients of the N states and of the inputs,
+    N_c columns in all.
 
     Parameters
     ----------
     motion : LinearSystem
+        Of m coordinates, with B0, B1 and B2.
     allocation : Allocation
+        R: movements by errors; U: lengths that winches reel in by movements.
     law : tuple of 4 ndarray
         a, b, c, d.
     errors : (ndarray, ndarray)
-        Rows that give e and e' of the k measured coordinates, shape (..., k, w) both.
-    force : ndarray, shape (..., m, w)
+        Rows that give e and e' of the k measured coordinates, shape (..., k, N_c) both.
+    force : ndarray, shape (..., m, N_c)
         Rows that give the force on each coordinate, without what the gain multiplies.
-    fixed, scaled : ndarray, shapes (..., N, w) and (..., k, N, w)
-        Rows of the state rates: without the gain, and those that it multiplies, by the error of each measured
-        coordinate.
+    fixed, scaled : ndarray, shapes (..., N, N_c) and (..., k, N, N_c)
+        Rows that give the rates of the states: the part without the gain; and the part that the gain multiplies, by the
+        error of each measured coordinate.
     """
     a, b, c, d = law
     m, size, order, r = len(motion), fixed.shape[-2], np.asarray(a).shape[-1], allocation.movements.shape[-1]

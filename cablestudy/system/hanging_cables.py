@@ -200,21 +200,21 @@ class Cables:
         )
 
     def meshes(self, orders):
-        """Make a mesh for each of the c cables that resolves a given number of waves.
+        """Make a mesh for each of the c cables, from the sum of the polynomial orders of its elements.
 
-        The number is given by the sum of the polynomial orders of all elements along a piece of the cable. It holds for
-        the piece between two `edges` that has most waves. Other pieces have fewer elements, in proportion to the time
-        that a wave takes along them.
+        The sum along a piece of a cable, between two of its `edges`, says how many waves the elements of this piece
+        resolve. It is given for the piece that a wave takes longest to pass. The other pieces get fewer elements, of
+        the same order, in proportion to the time that a wave takes along them.
 
         Parameters
         ----------
         orders : ndarray, shape (c,)
-            Sum of orders of each cable; it is rounded up to elements of equal, even order.
+            Sum of orders for each cable; it is rounded up to elements of equal, even order.
 
         Returns
         -------
         list of (Mesh or None)
-            None for a cable without mass.
+            None for a cable without mass, or with a slack segment.
         """
         meshes = [None] * self.count
         for cable in np.flatnonzero(self.heavy).tolist():

@@ -35,10 +35,10 @@ def keep_modes(system, chosen):
     -----
     With the kept modes Phi and their frequencies W, z = Phi q + S u, S = R B0, R = K^-1 - Phi W^-2 Phi^T.
 
-    Damping couples the modes left out with those kept. As the inputs move the former, they drive q by -Phi^T C S u'. As
-    q moves, the former add -C0 R C Phi q' to the outputs, without which responses would not be reciprocal. Of q' the
-    part B2 u' that an input causes at once is not counted here, nor what inputs alone would add by damping: so
-    displacements need no derivatives of inputs.
+    Damping couples the modes left out with those kept, both ways. Inputs move the modes left out, which drive q by
+    -Phi^T C S u'. The motion of q moves the modes left out, which add -C0 R C Phi (q' - Phi^T B2 u') to the outputs;
+    without this term responses would not be reciprocal. Phi^T B2 u', the part of q' that an input causes at once, is
+    taken off, and what inputs alone would add by damping is left out: so displacements need no derivatives of inputs.
     """
     compliance, shapes = system.strain_modes
     others = np.delete(shapes, chosen, axis=1)
@@ -122,7 +122,7 @@ def _in_modes(system, chosen, static, c, d):
 
 
 def inertia_shares(system, output, input_):
-    """Share of each undamped mode in the inertia between one output and one input, by which modes to keep are chosen.
+    """Share of each undamped mode in the inertia between one output and one input: it serves to choose modes to keep.
 
     Parameters
     ----------

@@ -332,9 +332,9 @@ class Search:
     def _limits(self, rows, highest):
         """Frequency up to which each of the c cables of some rows (suspensions) keeps its modes in the first trial.
 
-        Without its modes, a cable of the first frequency W changes w^2 by about r (w/W)^2, w being the highest
-        frequency that is asked for and r the share of the cables in the mass. If that is well below the accuracy, no
-        mode is kept.
+        Let w be the highest frequency that is asked for, W the first one of a cable and r the share of all cables in
+        the mass of a row. Without its modes the cable changes w^2 by about r (w/W)^2, relative. It keeps none if this
+        is well below the accuracy and W well above w. Else it keeps those up to a multiple of w (`_margin`).
 
         Parameters
         ----------
@@ -346,8 +346,8 @@ class Search:
         Returns
         -------
         ndarray, shape (m, c)
-            Zero for no modes. Where modes serve for the form of cables (`shaped`), it is at least a multiple of W.
-            [rad/s]
+            Zero for no modes. If the modes must give the form of cables too (`shaped`), at least `shaping_modes` times
+            W. [rad/s]
         """
         # Dunkerley: masses on a string lower its first mode at most by this
         lowering = np.sqrt(1 + (np.pi / 2) ** 2 * self.cables.carried).reshape(self._rows, -1)[rows]
@@ -365,9 +365,9 @@ class Search:
         return np.where(self._heavy[rows], limits, 0.0)
 
     def _with_enough_coordinates(self, rows, models, highest, limits):
-        """Solve rows (suspensions) with more and more modes of cables, until those left out matter no more.
+        """Solve rows (suspensions) with more and more modes of cables.
 
-        That is so where the error that they make is within its part of the accuracy.
+        A row is solved when the error by the modes left out is within its part of the accuracy (`coordinates_share`).
 
         Parameters
         ----------
@@ -406,7 +406,7 @@ class Search:
         return outcomes, highest, limits
 
     def _judge(self, trial, models, rows, highest, limits):
-        """Judge for each row (suspension) of a trial if its c cables keep enough modes, and which they need else.
+        """Decide for each row (suspension) of a trial if its c cables keep enough modes; else widen their limits.
 
         Parameters
         ----------
@@ -424,8 +424,8 @@ class Search:
         Returns
         -------
         good : ndarray of bool, shape (m,)
-            True where all modes were found, where the error by modes of cables left out is within its part of the
-            accuracy, and where cables with own modes near those asked for keep enough of them.
+            True if three conditions hold: all modes were found; the error by modes of cables left out is within its
+            part of the accuracy; and cables with own modes near those asked for keep enough of them.
         highest : ndarray, shape (m,)
             Highest frequency that was found; a multiple of the previous estimate where too few modes were found.
             [rad/s]
@@ -447,9 +447,9 @@ class Search:
     def _wider_limits(self, error, allowed, limits, near, highest):
         """Limits of the modes of cables for the next trial, wider where the modes left out make too large an error.
 
-        The error is taken to fall with the power n = `left_out_power` of a limit. So a limit grows by a factor in
-        proportion to e^(1/n), e being the error over its allowed value; the factor is bounded. Cables that keep modes
-        have limits of at least `_margin` times the highest frequency.
+        The error of a cable falls about as limit^-n, n = `left_out_power`. If it is x > 1 times the value allowed, the
+        limit grows in proportion to x^(1/n), within bounds. That value is `allowed`/2, divided equally among the cables
+        of a row that make an error. Cables that keep modes have limits of at least `_margin` times `highest`.
 
         Parameters
         ----------

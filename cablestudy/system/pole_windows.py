@@ -118,9 +118,9 @@ def poles_and_vectors(matrices, omega):
 def _poles_of_coupled_modes(matrices, omega):
     """Solve `poles_and_vectors` for modes all of which damping couples.
 
-    The linear problem is that of the inverse matrix, with the states W q (and q', for three matrices): the frequencies
-    W of the modes differ by many powers of ten, and the rounding of an eigen-solution has the size of the largest
-    eigenvalue. Where damping is weak, a problem of half the size serves instead (`eigen_by_solvents`).
+    The states of the linear problem are W q (and q', for three matrices), W being the frequencies of the modes. The
+    inverse of its matrix is solved: W differ by many powers of ten, and the rounding of an eigen-solution has the size
+    of the largest eigenvalue. Where damping is weak, a problem of half the size serves instead (`eigen_by_solvents`).
 
     Parameters
     ----------

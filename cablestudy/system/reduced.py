@@ -44,8 +44,7 @@ class ReducedSystem:
         Parameters
         ----------
         count : int
-            Number k of modes; all where there are fewer. In each system of a stack equally many cable coordinates must
-            move bodies (`coupled`).
+            Number k of modes; if there are fewer, k is their number.
 
         Returns
         -------
@@ -59,6 +58,10 @@ class ReducedSystem:
         ------
         ConvergenceError
             The iteration for a large system did not converge.
+
+        Notes
+        -----
+        In all systems of a stack equally many cable coordinates must move bodies (`coupled`).
         """
         if isinstance(self.inertia, np.ndarray):
             moves_bodies = coupled(self.coupling, np.diagonal(self.inertia, axis1=-2, axis2=-1)[..., None, :])

@@ -193,10 +193,10 @@ def _eigen_of_weakly_damped(a):
 
 
 def _separating_change(a, poles, right):
-    """Random matrix of which a small multiple, added to a matrix A, takes poles of A apart that nearly coincide.
+    """Random matrix: a small multiple of it, added to a matrix A, separates poles of A that nearly coincide.
 
-    It acts in the space of such poles if their eigenvectors are nearly parallel. Its norm there is the size of these
-    poles; other poles do not change.
+    It acts only in the space of such poles whose eigenvectors are nearly parallel; other poles do not change. Its norm
+    there is the size of these poles.
 
     Parameters
     ----------
@@ -336,10 +336,11 @@ class DelayedResponse:
 
 
 def delayed_response(response, slow, fast, highest):
-    """`DelayedResponse` of a system with a delay: its exact response, and lightly damped poles of approximations.
+    """Make the `DelayedResponse` of a system with a delay: its exact response, and approximate poles that are sharp.
 
-    Below a limit of frequency the poles are those of `slow`, above it those of `fast`. The limit is the middle of the
-    widest gap between poles of `fast` in a band below `highest`, so that no pole is taken twice or lost.
+    Sharp poles are lightly damped. Below a limit of frequency they are those of `slow`, above it those of `fast`. The
+    limit is the middle of the widest gap between poles of `fast` in a band below `highest`, so that no pole is taken
+    twice or lost.
 
     Parameters
     ----------
@@ -353,7 +354,7 @@ def delayed_response(response, slow, fast, highest):
     Returns
     -------
     DelayedResponse
-        Integrals over frequency treat the sharp peaks of its response by these poles, the rest by numbers.
+        Integrals over frequency treat the sharp peaks of its response by these poles, the rest numerically.
     """
     slow, fast = _sharp(slow), _sharp(fast)
     sizes = np.unique(np.append(np.abs(fast.poles), [SYSTEM.gap * highest, highest]))

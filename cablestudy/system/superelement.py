@@ -200,9 +200,9 @@ class Superelement:
         Returns
         -------
         Superelement
-            With the frequencies sqrt(R^T W^2 R) and the coupling R^T m to the ends; static shapes of the ends stay.
-            Damping of strain becomes R^T D R. Of modal damping the diagonal of the combinations is kept, and what they
-            leave out acts at the ends, against their slow movements.
+            With the frequencies sqrt(R^T W^2 R) and the coupling R^T m to the ends; static shapes of the ends stay. The
+            elastic stiffness E of the modes, on which damping of strain acts, becomes R^T E R. Of modal damping the
+            combinations keep the diagonal. The rest acts at the ends, against their slow movements.
         """
         square, coupling = (self.omega**2) @ shapes**2, shapes.T @ self.coupling
         rate = 2 * self.damping_ratio * self.omega
@@ -225,11 +225,11 @@ class Superelement:
         )
 
     def truncate(self, chosen):
-        """Copy with some modes, the others held at zero: without their static part and inertia, as in modal truncation.
+        """Copy with some modes, by modal truncation: the others are held at zero, without compliance and inertia.
 
-        Held at zero is the absolute amplitude q + m u of each mode left out, u being the end displacements and m the
-        coupling. With the participation p = -W^2 m, the stiffness of the ends becomes k + sum of p p^T/W^2 over these
-        modes. It is then not the static stiffness of the cable.
+        Held at zero is the absolute amplitude q + m u of each mode left out: q is relative to the static shapes, u are
+        the end displacements and m is the coupling. With the participation p = -W^2 m, the stiffness of the ends
+        becomes k + sum of p p^T/W^2 over these modes, more than the static stiffness k of the cable.
 
         Parameters
         ----------
