@@ -25,9 +25,9 @@ def drag_of(scenes, body_names, cable_names):
     Returns
     -------
     Drag
-        Its arrays have a leading axis of n scenes: the horizontal mean wind [m/s]; the density of the air [kg/m^3];
-        drag coefficient times diameter, ice included, of the cables, 0 where the wind acts on bodies alone [m]; drag
-        coefficient times area, and centre of pressure, of the bodies, 0 where it acts on cables alone [m^2], [m].
+        Its arrays have a leading axis of n scenes: horizontal mean wind [m/s]; density of the air [kg/m^3]; of cables,
+        drag coefficient times diameter with ice [m]; of bodies, drag coefficient times area [m^2] and centre of
+        pressure [m]. What the wind does not act on, bodies or cables by `wind.on`, has zeros.
     """
     winds = [scene.wind for scene in scenes]
     angle = np.array([wind.direction for wind in winds])

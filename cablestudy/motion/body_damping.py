@@ -17,11 +17,11 @@ from cablestudy.system.tolerances import SYSTEM
 def damping_ratios(modes):
     """Compute the damping ratio of one mode of a body in each of many rows, each to the accuracy of its row.
 
-    A pole s has the damping ratio -Re s/|s|: it is 1 where the mode does not oscillate, and 0 where it is no more than
+    A pole s has the damping ratio -Re s/|s|. This is 1 if the mode does not oscillate, and set to 0 if no more than
     rounding. The poles are those of models with all modes of the cables. Finer and finer models are tried until the
-    estimated error is within the accuracy, or until the mesh has as many unknowns as may be. Where the scene states the
-    elements of the cables, only the model with these is used, and no error is known. No digit of a row depends on the
-    other rows.
+    estimated error is within the accuracy, or until meshes have as many unknowns as are allowed. If the scene states
+    the elements of the cables, only the model with these is used, and the error is unknown. No digit of a row depends
+    on the other rows.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def _solved_together(tried):
 
     Rows of a group belong to one `Trial`, which holds the undamped modes of several suspensions. They also agree in the
     laws of damping of their cables, in whether their models have all modes of the cables, and in whether the air damps
-    cables. Rows with the same suspension of a trial, as those of load cases that hang alike, are in different groups.
+    cables. Rows with the same suspension of a trial, such as load cases in equal equilibrium, are in different groups.
 
     Parameters
     ----------
@@ -115,9 +115,9 @@ class DampingRatio:
 def _ratios_of_trial(modes, airflows):
     """Compute the damping ratios of the modes of bodies in n suspensions of one `Trial`, and estimate their errors.
 
-    The relative error is `MOTION.coarser_mesh_safety` times the relative change of the ratio to coarser meshes of the
-    cables. It is not a number where the ratio is 1 (no oscillation) and for stated elements; a ratio of 0 has that of
-    rounding.
+    The relative error is `MOTION.coarser_mesh_safety` times the relative change of the ratio by coarser meshes of the
+    cables. It is not a number where the ratio is 1 (no oscillation) and for stated elements; for a ratio of 0 it is
+    `MOTION.rounding`.
 
     Parameters
     ----------

@@ -95,8 +95,8 @@ class ClosedLoop:
         """The `Loop` with its gain; None for a scene without control.
 
         A gain that the scene states is taken as it is. An automatic gain is the largest one that keeps both the gain
-        margin and the peak of the sensitivity (I + L)^-1 that the scene asks for, L being the loop gain. With an
-        automatic gain, or a delay, it also has its `StableGains`, the gains with which it is stable.
+        margin and the peak of the sensitivity (I + L)^-1 that the scene asks for, L being the loop gain. If its gain is
+        automatic or it has a delay, the `Loop` also has `StableGains`, the gains with which it is stable.
 
         Raises
         ------

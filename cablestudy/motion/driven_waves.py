@@ -207,19 +207,18 @@ class DrivingBounds:
 
 
 def driven_modes(effects, loop_gains, gains):
-    """Decide which modes of each cable a gain could make grow, for many rows.
+    """Decide which modes of each cable a gain of the winches could make grow, for many suspensions ("rows").
 
-    It could do so if the gain may shift the pole of a mode by more than `MOTION.driven_decay` times its rate of decay.
-    The upper bound on the shift (module's docstring) rules out most modes. The others are judged by the estimated shift
-    of their own poles, and by the decay of these, to which bodies that move with the mode add: a mode across a cable
-    may have hardly any other damping.
+    It could if it shifts the pole of the mode by more than `MOTION.driven_decay` times its rate of decay. For most
+    modes the upper bound on the shift (module's docstring) excludes this. For the others the shift and the decay of
+    their poles are estimated. Bodies that move with a mode damp it, too: one across a cable by little else, perhaps.
 
     Parameters
     ----------
     effects : list of DrivingBounds
         Bounds on the effects of a gain, of each row.
     loop_gains : list of LoopGain
-        Their `elements` have the n modes of each cable that are judged.
+        Of each row; `elements` have the n modes of each cable.
     gains : list of float
         [rad/s]
 
@@ -321,15 +320,15 @@ def _driving_gains_of_rows(effects):
 
 
 def _driving_gain_of_cable(effects, cable, of_measured, of_winches, winch_gain):
-    """Gain above which waves across and along one cable could be driven, in n rows, shape (n, 2, f). [rad/s]
+    """Gain above which waves across and along one cable could be driven, in n suspensions ("rows").
 
-    It is the gain with which the bound on the shift of the pole of a wave is the share r = `MOTION.driven_decay` of its
-    rate of decay d, over a safety factor s = `MOTION.driven_wave_safety`. At each of f frequencies W:
+    A wave is taken as a mode of the frequency W. With the bound x on the shift of its pole per gain (see the module's
+    docstring), and its rate of decay a, this gain is
 
-        gain = r d/(x s),   x = |C1 N| |b| |A| |P u|/(2 W)
+        gain = r a/(x s),   x = |C1 N| |b| |A| |P u|/(2 W),   r = `MOTION.driven_decay`.
 
-    with the bound x of the module's docstring on the shift per gain. r d is at least the growth `UNDAMPED` W, which is
-    no instability. Of the four waves across of `_waves`, and of the two along, the one with the largest x counts.
+    The safety factor is s = `MOTION.driven_wave_safety`. r a is at least `UNDAMPED` W, a growth that is no instability.
+    Of the four waves across of `_waves` the one with the largest x counts, and so of the two along.
 
     Parameters
     ----------
@@ -340,6 +339,11 @@ def _driving_gain_of_cable(effects, cable, of_measured, of_winches, winch_gain):
     of_measured, of_winches, winch_gain : ndarray, shapes (n, d, k, f), (n, d, i, f), (n, k, i, f)
         P Z^-1, F^T Z^-1 and |A| |C1 N| from `_responses_of_rows`, with the axes behind the row reversed: d free
         displacements of bodies, k measured coordinates, i winches.
+
+    Returns
+    -------
+    ndarray, shape (n, 2, f)
+        For waves across and along the cable, at f frequencies. [rad/s]
     """
     forces, decay, *sizes = _waves(effects, cable)
     connection, reeling, omega = _stacked(effects, "connection", "reeling", "omega")

@@ -195,12 +195,12 @@ class GustResponse:
 
     @cached_property
     def displacement_truncation_error(self):
-        """Largest relative error of a variance by the modes left out, which decides on the number of modes. [-]
+        """Largest relative error of a variance by the modes left out: by it the number of modes is chosen. [-]
 
-        Each variance is that of one place, summed over x, y and z, and so is its error. Places are the bodies and
-        markers, with the variances of their displacements, of their velocities, and of their displacements as a
-        telescope sees them; and mid-spans of cables, with displacements only. Free points count where the plant has
-        static responses to loads on them (`Plant.points`), or where no body is free.
+        Each variance is that of one place, summed over x, y and z, and so is its error. For bodies and markers it is
+        that of displacements, of velocities, and of displacements weighted as a telescope sees them (`seen_weights`);
+        for mid-spans of cables that of displacements only. Free points count if the plant has static responses to loads
+        on them (`Plant.points`), or if no body is free.
         """
         suspension, plant = self.closed_loop.equilibrium.suspension, self.closed_loop.plant
         points_count = plant.points or not suspension.free[: suspension.bodies].any()

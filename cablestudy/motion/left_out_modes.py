@@ -289,9 +289,9 @@ class LeftOutModes:
     def _changes(self, spectra, weights, variances, others, least, closed=False):
         """Estimate by how much the modes that the model leaves out change the variances of r outputs, shape (w, r).
 
-        It is the integral over frequency of the spectrum with all modes less that with the modes of the model,
-        weighted, as an absolute value, times the factor `MOTION.left_out_safety`. It is zero where no change is worth
-        stating, and where the responses with all modes are not known (`_unknown`).
+        The estimate is |integral of weight (S_all - S_model)| over frequency, times `MOTION.left_out_safety`: S are the
+        spectra of an output with all modes and with those of the model. It is zero if no change can be as large as
+        `least` says, and if rounding spoils the response with all modes (`_unknown`).
 
         Parameters
         ----------
@@ -300,12 +300,12 @@ class LeftOutModes:
         weights : dict
             w functions of frequency [Hz] by which the spectrum is multiplied, one for each kind of variance.
         variances, others : ndarray, shape (w, r)
-            Variances by the model, and their errors by other causes: a change that is small beside these need not be
-            exact.
+            Variances by the model, and their errors by other causes: a change that is small beside these errors need
+            not be exact.
         least : float
-            Relative change of an RMS that is worth stating. [-]
+            Least relative change of an RMS that matters. [-]
         closed : bool
-            True for responses with the control loop closed; they are so anyway of a loop that does more than integrate.
+            True for responses with the control loop closed; with a law that is no integrator they always are.
         """
         if not self._may_change(spectra, weights, variances, least) or self._unknown(closed or self._fast_loop):
             return np.zeros(variances.shape)

@@ -17,8 +17,8 @@ from cablestudy.system.tolerances import SYSTEM
 class LoopGainErrors:
     """Errors of the largest stable gain and of margins, from what the loop gain of `DrivenCables` leaves open.
 
-    They are found by comparison with other loop gains: of cables changed by the errors of their models, of cables that
-    follow the drag of the mean wind, or with other vectors in place of the highest modes.
+    They are found by comparison with other loop gains: of cables changed by the errors of their models, of cables in
+    equilibrium under the drag of the mean wind too, or with other vectors in place of the highest modes.
 
     Parameters
     ----------
@@ -33,10 +33,9 @@ class LoopGainErrors:
         """Loop gains changed by the possible errors of the models of the cables: list of one to three `LoopGain`.
 
         1. The frequencies of all modes are lower by the estimated errors of the mesh.
-        2. If cables have modal damping, the upper half of their modes has none: the damping that it adds grows with the
-        number
-           of modes, and is uncertain.
-        3. If vectors stand for the highest modes in the loop gain, they stand for more of them.
+        2. If cables have modal damping, the upper half of their modes has none. The damping by these modes grows with
+           their number, and is uncertain.
+        3. If vectors stand for the highest modes in the loop gain, they stand for more modes.
         """
         driven, loop_gain, elements = self._driven, self._driven.loop_gain, self._driven.loop_gain.elements
         mesh_errors = [np.zeros(len(element.omega)) for element in elements]
@@ -54,7 +53,7 @@ class LoopGainErrors:
 
     @cached_property
     def by_drag(self):
-        """Loop gain of cables that follow the drag of the mean wind, ends where they are: list of one, or none."""
+        """Loop gain of cables in equilibrium under the drag of the mean wind, ends unmoved: list of one, or none."""
         driven, drag = self._driven, self._driven.closed_loop.plant.mean_drag
         if drag is None or not drag.normal_drag.any():
             return []
@@ -62,21 +61,24 @@ class LoopGainErrors:
         return [driven.loop_gain_of(models.with_modes(driven.modes_in_loop(models)), models)]
 
     def _mesh_errors(self, group):
-        """Estimate the relative errors, by the mesh, of the frequencies W of n modes of each cable: list of (n,). [-]
+        """Estimate the relative errors, by the mesh, of the frequencies W of n modes of each cable.
 
         W^2 is twice the strain energy of a mode of modal mass 1. With the error E of twice the strain energy by the
         mesh, W has the relative error E/(2 W^2), at most 1/2.
 
-        Far above the modes that decide on the loop, only the joint response of all modes to moving ends matters, in
-        which errors of single modes cancel. Six vectors (`residual_vectors`), combinations of these modes, have the
-        same response. So the error of such a mode is at most the mean of those of the vectors, weighted by its squared
-        amplitude in each.
+        Far above the modes that decide on the loop, only the joint response of all modes to moving ends matters. There
+        errors of single modes cancel. Six combinations of these modes (`residual_vectors`) have the same response. So
+        the error of such a mode is at most the mean of their errors, weighted by its squared amplitudes in them.
 
         Parameters
         ----------
         group : MeshGroup
-            The cables, which have equal meshes. Their n modes are those in the loop gain, and vectors that stand for
-            others.
+            Cables on equal meshes. Their n modes are those in the loop gain, and vectors that stand for others.
+
+        Returns
+        -------
+        list of ndarray, shape (n,)
+            For each cable. [-]
         """
         elements, multiple = self._driven.loop_gain.elements, MOTION.single_mode_errors
         far, vectors, amplitudes, errors = [], [], [], []

@@ -117,16 +117,15 @@ class LoopStability:
     def _search_driven_cables(self):
         """Raise a trial gain until it is at least the largest stable one: a generator that returns its `DrivenCables`.
 
-        `DrivenCables` have the loop gain with all modes of cables that their trial gain could drive to instability. So
-        the largest stable gain that follows from it is right if it is at most the trial gain; else it is the next trial
-        gain. Where the loop is stable with every gain, `MOTION.unlimited_gain` times the lowest frequency stands for
-        the largest one.
+        `DrivenCables` give the largest stable gain (`limit`) with all modes of cables that their trial gain could drive
+        to instability. This gain is right if it is at most the trial gain; else it becomes the next trial gain, for at
+        most `MOTION.gain_trials` trials. If the loop is stable with every gain, `MOTION.unlimited_gain` times the
+        lowest frequency takes its place.
 
         Yields
         ------
         DrivenCables
-            Those of each trial gain, before they are asked for their `limit`, the largest stable gain: so that the
-            caller can compute the limits of many loops together.
+            Those of each trial gain, before their `limit` is used: the caller can compute it for many loops together.
 
         Raises
         ------

@@ -25,14 +25,14 @@ def peak(analysis, names, mean=0.0, crossings=0.0, mean_error=0.0):
     mean : float
         Their mean value, in their unit.
     crossings : float
-        Least relative error of the rate n at which the mean is crossed. [-]
+        Lower bound on the relative error of n, the rate at which the mean is crossed. [-]
     mean_error : float
         Relative error of the mean value. [-]
 
     Returns
     -------
     largest, error : float
-        In the unit of the outputs; its estimated relative error. [-]
+        Largest size, in the unit of the outputs, and its estimated relative error [-].
     """
     rms, error = analysis.rms(names, "value", open_loop=False)
     if not rms:

@@ -250,9 +250,9 @@ class Plant:
     def delayed_response(self, loop, coarse=False, speeds=False):
         """Response of all outputs to the gusts with a loop that has a delay: `DelayedResponse`.
 
-        It has the exact response over frequency, and poles that make sharp peaks in it. Up to a limit below the
-        frequency `right_up_to` of the loop these are poles with a Padé approximant of the delay. Above it the winches
-        hardly move, and the poles are those with the winches at rest.
+        It has the exact response over frequency, and the poles that make sharp peaks in this. Up to a limit of
+        frequency these are poles with a Padé approximant of the delay. The limit is below `right_up_to` of the loop, up
+        to which the approximant is right. Above it the winches hardly move: the poles are those with winches at rest.
 
         Parameters
         ----------

@@ -17,13 +17,13 @@ WIND_INPUT = "gust"  # name of the input of a state space that is a gust
 def in_time(closed_loop, output, input_, components, times):
     """Compute how a displacement and the winches of a closed loop respond over time to one input.
 
-    The relative errors of the response are estimated by the sum of three changes:
+    The relative errors of the response are estimated by the sum of
 
-    * that to a smaller space of the coordinates (`Plant.coarse_space_in_time`);
-    * twice that to twice as many modes. A corner of the input in time excites modes with amplitudes that fall with the
-      square of their frequency, so that twice as many modes make the error half as large;
-    * twice that to twice as many approximants of a delay, in the smaller space. Behind a delay a step makes a corner in
-      time, which contains all frequencies.
+    * its change by a smaller space of coordinates (`Plant.coarse_space_in_time`);
+    * twice that by twice as many modes: at a corner of the input in time amplitudes of modes fall with the square of
+      their frequency, so that twice as many modes make the error half as large;
+    * twice that by twice as many approximants of a delay, in the smaller space: behind a delay a step makes a corner,
+      which contains all frequencies.
 
     Parameters
     ----------
@@ -128,8 +128,7 @@ def _response_in_space(closed_loop, loop, motion, space, output, input_, compone
     times : ndarray, shape (m,)
         Points of time, uniform, from zero. [s]
     law_states : tuple, optional
-        State space of the control law, and names of its states, with another approximation of its delay. Default:
-        `Loop.law_states`.
+        `Loop.law_states` (state space of the control law, and names of its states) with another approximant of a delay.
 
     Returns
     -------

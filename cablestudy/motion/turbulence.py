@@ -198,22 +198,22 @@ def _variances_of_rows(turbulences, integrals):
 def _residues_of_rows(turbulences, coarse=False, speeds=False):
     """Response of the outputs of each of many rows to the gusts, as a sum over poles.
 
-    It is D + sum over j of c_j b_j/(s - l_j), with the poles l_j of the plant, with its loop closed if it has one. A
-    loop with a delay adds a remainder to this sum.
+    It is D + sum over j of c_j b_j/(s - l_j) (`Residues`). l_j are the poles of the plant, with its loop closed if it
+    has one, c_j and b_j the shares of outputs and inputs. A loop with a delay adds a remainder to this sum.
 
     Parameters
     ----------
     turbulences : list of Turbulence
         Plant of each row, with a loop or without.
     coarse : bool
-        True to leave out the highest modes, by `Plant.coarse_space`: the change tells the error by modes.
+        True to leave out the highest modes, by `Plant.coarse_space`: the change shows the error by modes.
     speeds : bool
         True for the speeds of the winches instead of the outputs.
 
     Returns
     -------
     list of (Residues or DelayedResponse)
-        For each row; the latter with a delay.
+        For each row a `DelayedResponse` with a delay, else `Residues`.
     """
     Turbulence.space.compute(turbulences)
     found, groups = [None] * len(turbulences), {}

@@ -91,7 +91,7 @@ class CondensedCables:
         return replace(self, further=np.stack(further) + (0.0 if self.further is None else self.further))
 
     def dynamic_stiffness(self, s):
-        """Dynamic stiffness D(s) at the six end displacements of each of g cables, its derivative, and the motion.
+        """Dynamic stiffness D(s) at the six end displacements of each of g cables, its derivative, and the shapes X.
 
         With the coordinates q of a cable (modes with fixed ends, or others), its end displacements u and their matrices
         Q = s^2 M + s C + K,

@@ -28,12 +28,11 @@ def coupled_modes(
     model : FixedModel, optional
         Elements of each cable that the scene states. They take the place of `accuracy`.
     cables : Cables, optional
-        The cables with their damping, where they were already made; else they are made of `equilibrium` and `damping`.
+        The cables with their damping. Default: made of `equilibrium` and `damping`.
     damped : bool
-        True if the modes serve for damping too: meshes are finer, and more modes of the cables are coordinates.
+        True to compute damping from the modes too: meshes are finer, and more modes of the cables are coordinates.
     shaped : bool
-        True if the modes must represent the form of each cable under loads too: more modes of the cables are
-        coordinates.
+        True to compute the form of each cable under loads from the modes too: more modes of the cables are coordinates.
 
     Returns
     -------
@@ -69,7 +68,7 @@ def coupled_modes_of_cases(equilibrium, count, accuracy, damping, planes=None, d
     planes : tuple, optional
         Directions in which the cables move, as of `Dynamics`. Default: all.
     damped : bool
-        True if the modes serve for damping too: meshes are finer, and more modes of the cables are coordinates.
+        True to compute damping from the modes too: meshes are finer, and more modes of the cables are coordinates.
     model : FixedModel, optional
         Elements of each cable that the scene states, in place of `accuracy`; with the drag on all n c cables.
 

@@ -54,7 +54,7 @@ class Trial:
         return taken
 
     def _systems(self, row):
-        """Yield the undamped systems of all n rows (suspensions), those with matrices of equal sizes as one stack.
+        """Yield the undamped systems of all n rows (suspensions) in stacks of rows with matrices of equal sizes.
 
         Rows of one stack have equally many coordinates of cables, and equally many of these are coupled to bodies.
 
@@ -68,7 +68,7 @@ class Trial:
         rows : ndarray of int, shape (m,), or 0
             Indices of the rows of a stack; 0 if there is one row only, without an axis of rows.
         index : ndarray of int, shape (m, size), or (size,)
-            Indices among all N of the coordinates of the cables of these rows.
+            For each of these rows, indices of its cables' coordinates among all N.
         system : ReducedSystem
             Mass and stiffness of the stack.
         """

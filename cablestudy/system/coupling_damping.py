@@ -56,13 +56,13 @@ class PoleSum:
 
         Notes
         -----
-        The stiffness at the ends is Q_ee - Q_en Q_nn^-1 Q_ne. With d, the degree of Q, it is a polynomial of degree d
-        less x^d times the sum of residue_j/(x - pole_j), and
+        The stiffness at the ends is Q_ee - Q_en Q_nn^-1 Q_ne. With d, the degree of Q, this is a polynomial of degree d
+        less x^d times the sum of residue_j/(x - pole_j), where
 
             residue_j = (Q_en(pole_j) left_j) (right_j Q_ne(pole_j))/pole_j^d.
 
-        The polynomial is U^T Q U with the static shapes U = [-K_nn^-1 K_ne; I], but for its highest coefficient, which
-        is M_ee - M_en M_ne.
+        The coefficients of the polynomial are those of U^T Q U, U = [-K_nn^-1 K_ne; I] being the static shapes. The
+        highest one is M_ee - M_en M_ne instead.
         """
         n = left.shape[-2]
         static, *_, mass = matrices

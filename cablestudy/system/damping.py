@@ -33,9 +33,9 @@ def damped_poles(system, omega, shapes, coupled=SYSTEM.coupled_modes):
 
     Notes
     -----
-    The poles are those of s^2 I + s Phi^T C Phi + W^2 + i Phi^T Im(K) Phi. The columns of Phi are these modes, the
-    further ones, and Ritz vectors: the static response of the system to the damping forces of these modes, Im(K) phi,
-    or C phi where the former vanish. Modes and poles are paired so that the sum of the shares of the modes in the
+    The poles are those of s^2 I + s Phi^T C Phi + W^2 + i Phi^T Im(K) Phi. The columns of Phi are the k modes, the
+    further ones, and Ritz vectors. These are the static response of the system to the damping forces of the k modes:
+    Im(K) phi, or C phi if those vanish. Modes and poles are paired so that the sum of the shares of the modes in the
     motion of their poles is largest. A mode that does not oscillate has the ratio
 
         phi^T C phi/(2 W) + phi^T Im(K) phi/(2 W^2).

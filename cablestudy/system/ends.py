@@ -77,9 +77,9 @@ class Ends:
         Returns
         -------
         Superelement
-            With all n modes. For hysteretic and Kelvin-Voigt damping its `damping_ratio` are the equivalent ones of the
-            modes, E_jj/W_j^2 times loss factor/2, or times W_j time/2: W is the frequency and E the elastic part of the
-            stiffness.
+            With all n modes. For damping of strain its `damping_ratio` are equivalent ones: E_jj/W_j^2 times loss
+            factor/2 (hysteretic) or W_j time/2 (Kelvin-Voigt) for mode j. W_j is its frequency and E the elastic part
+            of the modal stiffness.
         """
         omega, coupling, stiffness, inertia = (matrix[index] for matrix in self._undamped)
         participation = -(omega[:, None] ** 2) * coupling

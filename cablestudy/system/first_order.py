@@ -294,8 +294,8 @@ def _force_of_actuator(feedback, movement, rate):
 def _filter_by_notches(notches, error, error_rate, fixed, begin):
     """Pass the control errors through the notch filters, in place, and write the equations of the filters' states n.
 
-    Each filter turns an error e into c n + d e, with n' = a n + b e. "Rows" are coefficients of the N states and of
-    inputs, w columns in all.
+    Each filter turns an error e into c n + d e, with n' = a n + b e. "Rows" hold the coefficients of the N states and
+    of the inputs, w columns in all.
 
     Parameters
     ----------
@@ -324,9 +324,9 @@ def _filter_by_notches(notches, error, error_rate, fixed, begin):
 
 
 def state_rows(system, forces=None, loop=None, actuators=()):
-    """Rows that give x', the winch movements and the outputs of a system, of which state spaces are made.
+    """Rows of coefficients for the matrices of state spaces: they give x', the winch movements and the outputs.
 
-    A row has the coefficients of the N states x; then, where there are `forces`, those of the p inputs u, of u' and of
+    A row has the coefficients of the N states x; then, if there are `forces`, those of the p inputs u, of u' and of
     u'': w = N or N + 3 p columns.
 
     Parameters
@@ -353,8 +353,8 @@ def state_rows(system, forces=None, loop=None, actuators=()):
     Notes
     -----
     The inputs u are, in this order, the references of the loop, the lengths u_w that the winches reel in beside the
-    loop, and the forces. In all a winch reels in l = l_loop + u_w, l_loop being the last states times
-    `Equations.winches`. The outputs of the system are y = C0 z + C1 z' + C2 z'' + D0 l + D1 l' + D2 l''.
+    loop, and the forces. In all the winches reel in l = l_loop + u_w, where l_loop is `Equations.winches` times the
+    last states. The outputs of the system are y = C0 z + C1 z' + C2 z'' + D0 l + D1 l' + D2 l''.
     """
     of_loop = (loop.allocation, loop.notches, loop.law_space) if loop else ()
     first_order = equations(system, *of_loop, forces=forces)

@@ -41,6 +41,8 @@ class ReducedSystem:
     def lowest(self, count):
         """The lowest undamped modes of the N coordinates of cables and d free displacements of bodies, winches at rest.
 
+        In all systems of a stack equally many cable coordinates must move bodies (`coupled`).
+
         Parameters
         ----------
         count : int
@@ -58,10 +60,6 @@ class ReducedSystem:
         ------
         ConvergenceError
             The iteration for a large system did not converge.
-
-        Notes
-        -----
-        In all systems of a stack equally many cable coordinates must move bodies (`coupled`).
         """
         if isinstance(self.inertia, np.ndarray):
             moves_bodies = coupled(self.coupling, np.diagonal(self.inertia, axis1=-2, axis2=-1)[..., None, :])

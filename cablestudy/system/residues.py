@@ -67,10 +67,10 @@ def eigen_of_rows(a):
     first: the small eigenvalues of a graded matrix then keep more digits (Stewart, Matrix Algorithms II: Eigensystems,
     2001, section 2.3).
 
-    A matrix without a full set of eigenvectors, such as that of a critically damped filter, is changed by little, and
-    only in the space of the poles that coincide, so that it has one (Davies, Approximate diagonalization, SIAM Journal
-    on Matrix Analysis and Applications 29, 2007). The need for that is judged by the share of each state in each pole:
-    its entry of V times its entry of V^-1, V being the matrix of eigenvectors. These shares do not depend on units.
+    A matrix may lack a full set of eigenvectors, such as that of a critically damped filter. It is then changed
+    slightly so that it has one, only in the space of the poles that coincide (Davies, Approximate diagonalization, SIAM
+    Journal on Matrix Analysis and Applications 29, 2007). This is done if the shares of states in a pole are too large:
+    V_jk (V^-1)_kj for state j and pole k, V being the matrix of eigenvectors. They do not depend on units.
     """
     groups = component_numbers(joined_states(a))
     whole, found = ~groups.any(axis=-1), [None] * len(a)
