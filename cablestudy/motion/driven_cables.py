@@ -423,8 +423,8 @@ class DrivenCables:
         Both lists begin with the poles of the model. Each mode of a cable whose pole may lie above those adds five
         entries. With its frequency W with fixed ends, its estimated pole p and the shift d = |p| - W they are
 
-            poles Re p + i (W + j d), j = 0 to 4;    starts: the same, or Re p + i (W + j d/5), j = 1 to 5, if d is
-            large.
+            poles     Re p + i (W + j d), j = 0 to 4,
+            starts    the same; if |d| is large, Re p + i (W + j d/5), j = 1 to 5.
 
         The multiples of d serve for modes that nearly coincide, since these shift together.
 

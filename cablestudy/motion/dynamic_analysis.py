@@ -78,10 +78,10 @@ class DynamicAnalysis:
         return ModelSizes(*arguments, self.fewest_modes)
 
     def closed_loop_of(self, count, responses=False, computed=0):
-        """`ClosedLoop` with a model of the lowest modes of the suspension, stable or not, shared by equal cases.
+        """Build the `ClosedLoop` with a model of the lowest modes of the suspension, or take that of an equal case.
 
-        It is kept in the dict `plants_and_loops` in four layers, whose keys add what the next object depends on: the
-        plant (modes, winches, outputs), that plant in this wind, the loop about the plant, that loop in this wind.
+        It may be unstable. The dict `plants_and_loops` keeps it for equal cases, in four layers whose keys add what the
+        next object depends on: plant (modes, winches, outputs), plant in this wind, loop about the plant, loop in wind.
 
         Parameters
         ----------
@@ -91,7 +91,7 @@ class DynamicAnalysis:
             True for a model that has, beside these modes, static responses to the inertia and damping of moving bodies:
             they stand for modes that are left out, see `Plant`.
         computed : int
-            Number of modes that are computed, if it is larger: of these the lowest `count` are taken.
+            Number of modes that are computed, if it is larger than `count`: the lowest `count` of them are taken.
 
         Raises
         ------

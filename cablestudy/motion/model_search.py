@@ -103,7 +103,7 @@ def solve_modes(analyses, equilibrium):
 
     Analyses whose first models agree in number of modes, accuracy, planes and elements (`DynamicAnalysis.first_model`)
     are computed in one call, which costs less than one for each. What these analyses need later is computed for all of
-    them, too, when one is asked for it.
+    them as soon as one needs it (`DynamicAnalysis.together`).
 
     Parameters
     ----------

@@ -20,10 +20,10 @@ def in_time(closed_loop, output, input_, components, times):
     The relative errors of the response are estimated by the sum of
 
     * its change by a smaller space of coordinates (`Plant.coarse_space_in_time`);
-    * twice that by twice as many modes: at a corner of the input in time amplitudes of modes fall with the square of
-      their frequency, so that twice as many modes make the error half as large;
-    * twice that by twice as many approximants of a delay, in the smaller space: behind a delay a step makes a corner,
-      which contains all frequencies.
+    * twice its change by twice as many modes: at a corner of the input in time amplitudes of modes fall with the square
+      of their frequency, so that twice as many modes make the error half as large;
+    * twice its change by twice as many approximants of a delay, in the smaller space: behind a delay a step makes a
+      corner, which contains all frequencies.
 
     Parameters
     ----------

@@ -76,9 +76,10 @@ def _first_waves(plant):
 
         w = n pi/l sqrt(F/m),   zeta = ratio + e (loss + time w)/2 + c/(2 m w),   s = w (-zeta + i sqrt(1 - zeta^2))
 
-    F is EA along and the mean tension T across. ratio, loss and time are numbers of the damping of the cable; e is the
-    share of strain in the energy of the wave, 1 along and `MOTION.strained_share` across. c is the viscous damping per
-    length, across with that by the air. zeta is kept between two bounds.
+    F is EA along and the mean tension T across. n is the least one for which w is above the modes of the plant. ratio,
+    loss and time are the damping ratio, loss factor and Kelvin-Voigt time of the cable; e is the share of strain in the
+    energy of the wave, 1 along and `MOTION.strained_share` across. c is the viscous damping per length, across with
+    that by the air. zeta is kept between `MOTION.least_wave_damping` and `most_wave_damping`.
 
     Returns
     -------

@@ -174,7 +174,7 @@ class GroupCoordinates:
         square : ndarray, shape (g, r)
             w^2: squared angular frequencies of r modes of the suspension, for each of the g cables. [rad^2/s^2]
         ends : ndarray, shape (g, 6, r)
-            u: displacements of the six ends of each cable in these modes, which are mass-normalised. [1/sqrt(kg)]
+            u: displacements of both ends of each cable along x, y, z in these mass-normalised modes. [1/sqrt(kg)]
 
         Returns
         -------

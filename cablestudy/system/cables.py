@@ -312,13 +312,13 @@ class Models:
             For each group of g cables on equal meshes: amplitudes of their n modes with fixed ends, relative to the
             static shapes. [sqrt(kg) m]
         ends : ndarray, shape (c, 6, r)
-            Displacements of the six ends of each cable, global axes. [m]
+            Displacements of both ends of each cable along x, y, z, global axes. [m]
 
         Returns
         -------
         list of (ndarray, ndarray), one for each cable
-            Positions of the nodes relative to end 1, shape (nodes, 3), and displacements, shape (nodes, 3, r); global
-            axes, from end 1 to end 2. [m] A cable without mass has its two ends as nodes.
+            Positions of the nodes relative to end 1, shape (nodes, 3) [m], and displacements, shape (nodes, 3, r) [m];
+            global axes, nodes from end 1 to end 2. A cable without mass has its two ends as nodes.
         """
         nodes = [(chord, of_ends.reshape(2, 3, -1)) for chord, of_ends in zip(self._chords, ends, strict=True)]
         for group, of_group in zip(self.groups, amplitudes, strict=True):
@@ -360,7 +360,7 @@ class Models:
             For each group of g cables on equal meshes: amplitudes of their n modes with fixed ends, relative to the
             static shapes, in mass-normalised motions. [-]
         ends : ndarray, shape (c, 6, r)
-            Displacements of the six ends of each cable in these motions, global axes. [1/sqrt(kg)]
+            Displacements of both ends of each cable along x, y, z in these motions, global axes. [1/sqrt(kg)]
 
         Returns
         -------

@@ -65,8 +65,8 @@ def coupled_modes_of_cases(equilibrium, count, accuracy, damping, planes=None, d
         Largest relative error of the frequencies that is allowed. [-]
     damping : sequence of Damping
         Of the n c cables, those of one case after the other.
-    planes : tuple, optional
-        Directions in which the cables move, as of `Dynamics`. Default: all.
+    planes : tuple of tuple of int, optional
+        Axes of the chord frame along which cables move, in groups that do not couple, such as ((0, 1), (2,)).
     damped : bool
         True to compute damping from the modes too: meshes are finer, and more modes of the cables are coordinates.
     model : FixedModel, optional

@@ -72,8 +72,8 @@ def truncate_modes(system, chosen):
         z = Phi q + S u,    S = P B2,    P = M^-1 - Phi Phi^T, the sum of phi phi^T over the modes left out.
 
     The forces that hold these modes would appear in the outputs, by C2 z'', as if they were inertia forces: changes of
-    D0, D1 and C1 take them out. Without damping the response of each mode left out is then missing, c g/(W^2 + s^2)
-    with c = (C0 - W^2 C2) phi and g = phi^T (B0 - W^2 B2). Modes without mass are left out of P.
+    D0, D1 and C1 take them out. Without damping the outputs then lack, for each mode left out, exactly its response
+    c g/(W^2 + s^2), c = (C0 - W^2 C2) phi, g = phi^T (B0 - W^2 B2). Modes without mass are left out of P.
     """
     compliance, shapes = system.strain_modes
     others, square = massive_modes(np.delete(shapes, chosen, axis=1), np.delete(compliance, chosen))

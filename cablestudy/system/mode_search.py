@@ -103,7 +103,7 @@ class Search:
         orders : ndarray, shape (m, c)
             Sum of orders along each cable of the last meshes.
         mesh_errors : ndarray, shape (m, c)
-            Largest error of a squared frequency by the mesh of each cable. Up to accuracy/c it is allowed. [-]
+            Largest relative error of a squared frequency by the mesh of each cable; accuracy/c is allowed. [-]
         highest : ndarray, shape (m,)
             Highest frequency of the last trial. [rad/s]
 
@@ -468,7 +468,7 @@ class Search:
         Returns
         -------
         ndarray, shape (m, c)
-            [rad/s]
+            Limits of the next trial. [rad/s]
         """
         cables_with_error = np.maximum(np.count_nonzero(error, axis=1), 1)[:, None]
         excess = np.maximum(2 * error * cables_with_error / allowed, 1.0)

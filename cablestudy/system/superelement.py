@@ -347,7 +347,7 @@ class Superelement:
 
         For damped strain it is, with its elastic parts E, R, S and the complex loss factor c of `Strain.factor` at s,
 
-            k + c S + g J - (c R + g m)^T (W^2 + c E + g)^-1 (c R + g m).
+            k + c S + g J + s D - (c R + g m)^T (W^2 + c E + g)^-1 (c R + g m).
         """
         s = np.asarray(s, dtype=complex)
         if self.strain is not None:
