@@ -19,7 +19,7 @@ class ControlledBody:
     Parameters
     ----------
     scene : SuspensionScene
-        With control, for all but its `notch_frequencies_known`.
+        With control; `notch_frequencies_known` needs none.
     plant : Plant
         The suspension without its loop.
 

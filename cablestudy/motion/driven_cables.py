@@ -68,7 +68,7 @@ class DrivenCables:
     Parameters
     ----------
     closed_loop : ClosedLoop
-        With control, and stable without.
+        With control, and stable with the winches at rest.
     gain : float
         Gain of the controller. [rad/s]
     others : sequence of DrivenCables

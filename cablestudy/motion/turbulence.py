@@ -199,7 +199,7 @@ def _residues_of_rows(turbulences, coarse=False, speeds=False):
     """Response of the outputs of each of many rows to the gusts, as a sum over poles.
 
     It is D + sum over j of c_j b_j/(s - l_j) (`Residues`). l_j are the poles of the plant, with its loop closed if it
-    has one, c_j and b_j the shares of outputs and inputs. A loop with a delay adds a remainder to this sum.
+    has one, c_j and b_j belong to outputs and inputs. A loop with a delay adds a remainder to this sum.
 
     Parameters
     ----------

@@ -66,7 +66,7 @@ def coupled_modes_of_cases(equilibrium, count, accuracy, damping, planes=None, d
     damping : sequence of Damping
         Of the n c cables, those of one case after the other.
     planes : tuple of tuple of int, optional
-        Axes of the chord frame along which cables move, in groups that do not couple, such as ((0, 1), (2,)).
+        Axes of the chord frame along which cables move, in uncoupled groups, as ((0, 1), (2,)). Default: all.
     damped : bool
         True to compute damping from the modes too: meshes are finer, and more modes of the cables are coordinates.
     model : FixedModel, optional

@@ -29,7 +29,7 @@ class CableRecord:
     first_mode : float
         Its lowest mode with fixed ends; infinite without mass. [Hz]
     limit : float
-        Up to which modes are kept. [Hz]
+        Frequency up to which modes are kept. [Hz]
     error : float
         Largest relative error of the frequencies by the modes left out. [-]
     """
@@ -69,7 +69,7 @@ class CoupledModes:
     Attributes
     ----------
     frequency : ndarray, shape (k,)
-        Undamped. [Hz]
+        Undamped frequencies. [Hz]
     error : ndarray, shape (k,)
         Estimated relative error of each; not a number for stated elements. [-]
     coincident : tuple of (int, int)

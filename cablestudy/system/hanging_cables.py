@@ -54,8 +54,8 @@ class Cables:
         `Catenary.global_end_stiffness` of the cables, where it is known. [N/m]
     drag : SteadyDrag, optional
         As for `FixedModel`.
-    planes : tuple, optional
-        As for `Dynamics`: directions in which the cables move; by default all.
+    planes : tuple of tuple of int, optional
+        Axes of the chord frame along which cables move, in uncoupled groups, as ((0, 1), (2,)). Default: all.
 
     Attributes
     ----------

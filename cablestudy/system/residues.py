@@ -21,7 +21,7 @@ CIRCLE = np.exp(2j * np.pi * (np.arange(24) + 0.5) / 24)  # points of a contour 
 
 @dataclass(frozen=True)
 class Eigen:
-    """Eigenvalues and eigenvectors of A.
+    """Eigenvalues and eigenvectors of the matrix A of a state space, N states.
 
     Attributes
     ----------
@@ -268,11 +268,11 @@ class Residues:
     poles : ndarray, complex, shape (N,)
         [rad/s]
     inputs : ndarray, complex, shape (N, i)
-        b_j.
+        b_j: how far each input drives pole j.
     outputs : ndarray, complex, shape (o, N)
-        c_j.
+        c_j: share of pole j in each output.
     direct : ndarray, shape (o, i)
-        D.
+        D: change of each output by each input at once.
     one_sided : bool
         True if the sum is the response for Im s > 0 alone, as of a complex stiffness: its poles are then no pairs.
     """
@@ -308,7 +308,7 @@ class Residues:
 class DelayedResponse:
     """Frequency response of a system with a delay, and those of its poles that make sharp peaks in it.
 
-    Integrals over frequency treat the peaks by the poles and the smooth remainder by numbers, see `split`.
+    Integrals over frequency treat the peaks by the poles and the smooth remainder numerically, see `split`.
 
     Attributes
     ----------

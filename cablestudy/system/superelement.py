@@ -57,9 +57,9 @@ class Superelement:
     viscous : float
         Viscous damping per length over mass per length. [1/s]
     residual_damping : ndarray, shape (6, 6), or 0
-        What the modal damping of omitted modes adds at the ends, where it was kept. [N s/m]
-    carried : ndarray, shape (c, n + 6), or None
-        B: displacement of each point mass along each axis times the root of the mass, by modes [-] and by ends
+        Damping at the ends by the modal damping of omitted modes, if kept, or of a cable without mass. [N s/m]
+    carried : ndarray, shape (3 p, n + 6), or None
+        B: displacement of each of p point masses along each axis times the root of the mass, by modes [-] and by ends
         [sqrt(kg)]; None without point masses.
     air : ndarray, shape (n + 6, n + 6), or None
         Damping by the wind, of modes and ends. [1/s], [N s/m]
