@@ -18,7 +18,8 @@ from straight_scenes import ACTUATORS, LOOP, NOTCH, closed_loop_of, everything, 
 from suspension_cases import case_at, case_of, scene_at, value
 
 from cablestudy.control.margins_grid import frequencies, highest
-from cablestudy.errors import NoSolutionError
+from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.columns import find
 from cablestudy.study.motion_columns import SENSITIVITY
@@ -213,8 +214,11 @@ def test_what_grows_is_refused_by_name(changes, words):
         assert f"stable below {limit:.4g} rad/s" in message
 
 
-def test_a_loop_that_is_stable_for_every_gain_has_no_limit():
-    """One winch, one coordinate, much damping: the dense model is stable up to 1e6 rad/s."""
+def test_a_loop_that_is_stable_for_every_gain_has_no_limit(monkeypatch):
+    """One winch, one coordinate, much damping: the dense model is stable up to 1e6 rad/s.
+
+    The first trial gain is lower than that, and no limit is stated from it alone.
+    """
     changes = {"cable__density": 1e-7, "cable__damping__time": 0.5, "winches": {"west": {}}}
     text = one_axis(control={"gain": 0.01, "notch": "none"}, **changes)
     own = Straight(text)
@@ -222,6 +226,9 @@ def test_a_loop_that_is_stable_for_every_gain_has_no_limit():
     assert max(poles) < 1e-9
     assert closed_loop_of(text).stability.largest_gain is None
     assert value(case_of(text), "gain_margin") is None
+    monkeypatch.setattr(type(MOTION), "gain_trials", 1)
+    with pytest.raises(ConvergenceError, match=r"after 1 trials it is .* still above the trial gain"):
+        _ = closed_loop_of(text).stability.largest_gain
 
 
 # ------------------------------------------------------------------------------------------------------- actuators

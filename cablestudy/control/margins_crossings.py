@@ -52,7 +52,7 @@ class Crossings:
 
     @cached_property
     def slope(self):
-        """Change of the eigenvalue with frequency, shape (c,). [s]"""
+        """Change of the eigenvalue with frequency, complex, shape (c,). [s^2]"""
         return (self.values[:, 1] - self.values[:, 0]) / (self.omega[:, 1] - self.omega[:, 0])
 
     @cached_property

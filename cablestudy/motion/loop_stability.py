@@ -118,9 +118,8 @@ class LoopStability:
         """Raise a trial gain until it is at least the largest stable one: a generator that returns its `DrivenCables`.
 
         `DrivenCables` give the largest stable gain (`limit`) with all modes of cables that their trial gain could drive
-        to instability. This gain is right if it is at most the trial gain; else it becomes the next trial gain, for at
-        most `MOTION.gain_trials` trials. If the loop is stable with every gain, `MOTION.unlimited_gain` times the
-        lowest frequency takes its place.
+        to instability. This gain is right if it is at most the trial gain; else it becomes the next trial gain. If the
+        loop is stable with every gain, `MOTION.unlimited_gain` times the lowest frequency takes its place.
 
         Yields
         ------
@@ -130,7 +129,7 @@ class LoopStability:
         Raises
         ------
         NoSolutionError, ConvergenceError
-            The loop is unstable without gain, or could drive too many modes.
+            The loop is unstable without gain or could drive too many modes, or `MOTION.gain_trials` were not enough.
         """
         driven_cables, first_gains = self._trials.driven_cables, self._trials.first_gains
         self._closed_loop.check_open()
@@ -150,9 +149,12 @@ class LoopStability:
             needed_gain = limit.factor if limit else MOTION.unlimited_gain * self._lowest_frequency
             if self._exponent(needed_gain) <= powers[-1]:
                 driven_cables.update(dict.fromkeys(powers, driven_of_gain))
-                break
+                return driven_of_gain
             gain = needed_gain
-        return driven_of_gain
+        raise ConvergenceError(
+            f"the largest stable gain is not found: after {MOTION.gain_trials} trials it is {needed_gain:.3g} rad/s, "
+            "still above the trial gain that decides which modes of cables are looked at"
+        )
 
     def _first_trial_gain(self):
         """Find the first of `_trial_gains` that can be judged [rad/s]: a generator, as `_search_driven_cables`."""
