@@ -426,7 +426,7 @@ def test_winches_reel_cables_with_loads():
     """Static gain of the state space against central differences of neighbouring lengths; tensions at both ends too."""
     loads = ["cables.a.loads=[{at: 30 m, mass: 60 kg}]", "cables.c.loads=[{at: 20 m, force: [50, 20, -500]}]"]
     case = SuspensionCase(held(*loads))
-    kept = case.modes(60).solution.kept
+    kept = case.modes(60).kept
     model = state_space(Layout(case.equilibrium), kept, [Winch(0, TO), Winch(1, FROM)])
     rows = [model.outputs.index(label) for label in model.outputs if label[0] in COUPLED]
     found = model.response(np.zeros(1))[0].real[rows]

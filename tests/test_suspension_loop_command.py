@@ -240,7 +240,7 @@ def test_a_loop_that_needs_too_large_a_model_says_what_for(monkeypatch):
 
     closed_loop = SuspensionCase(load_scene(NET, ["control.gain=8"])[1]).analysis.closed_loop_of(64)
     closed_loop.check_open()
-    lowest = closed_loop.modes.solution.omega[0]
+    lowest = closed_loop.modes.omega[0]
     trial_gain = lowest * 2 ** np.ceil(np.log2(8 / lowest))
     monkeypatch.setattr(Dynamics, "modes", refused)
     message = rf"a gain of {trial_gain:.4g} rad/s, which needs modes of a cable up to .* Hz: \d"

@@ -386,11 +386,11 @@ def test_stated_errors_hold_on_random_suspensions(seed):
 def test_the_coordinates_without_damping_are_those_of_the_whole_system():
     """Both ways to the same matrices: one factorises the stiffness of the bodies alone."""
     found = coupled_modes(platform(strain=-3e-3), 12)
-    omega, shapes = found.solution.model.reduced.lowest(12)
+    omega, shapes = found.model.reduced.lowest(12)
     expected, others = found.system.lowest(12)
     assert omega == pytest.approx(expected, rel=1e-12)
     assert shapes.T @ (found.system.mass @ shapes) == pytest.approx(np.eye(12), abs=1e-11)
-    assert found.solution.model.reduced.mass_times(others) == pytest.approx(found.system.mass @ others, abs=1e-12)
+    assert found.model.reduced.mass_times(others) == pytest.approx(found.system.mass @ others, abs=1e-12)
 
 
 @pytest.mark.parametrize("order", [4, 6, 8])
@@ -438,4 +438,4 @@ def test_one_model_serves_a_case(monkeypatch):
     monkeypatch.setattr(Dynamics, "lowest", lambda self, count: made.append(self) or lowest(self, count))
     found = coupled_modes(platform(), 12, 1e-6)
     assert len(made) == 1
-    assert "system" not in vars(found.solution)
+    assert "system" not in vars(found.model)

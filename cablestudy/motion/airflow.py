@@ -128,24 +128,24 @@ class Airflow:
         """The `LinearSystem` of some `CoupledModes` with the aerodynamic damping of cables and bodies."""
         if not self.damps:
             return modes.system
-        layout, solution = modes.layout, modes.solution
-        kept = self.damped(solution.models, solution.kept, layout.equilibrium)
+        layout = modes.layout
+        kept = self.damped(modes.models, modes.kept, layout.equilibrium)
         system = layout.system([cable.element for cable in kept])
         return system.with_damped_bodies(self.damping_of_bodies(layout, np.eye(system.bodies)))
 
-    def gusts(self, solution, layout, shapes):
+    def gusts(self, modes, layout, shapes):
         """`Gusts` on the coordinates.
 
         Parameters
         ----------
-        solution : Solution
+        modes : CoupledModes
             Models and coordinates of the cables.
         layout : Layout
         shapes : ndarray, shape (n, m)
             Combinations of its coordinates.
         """
         wind, areas = self.scene.wind, self.areas(layout.equilibrium)
-        strips_and_amplitudes = on_cables(solution, layout, shapes, self.drag)
+        strips_and_amplitudes = on_cables(modes, layout, shapes, self.drag)
         return gusts(wind, self.drag, layout, shapes, *strips_and_amplitudes, areas, davenport(wind))
 
     def areas(self, equilibrium):

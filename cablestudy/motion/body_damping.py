@@ -73,12 +73,12 @@ def _solved_together(tried):
     """
     groups, uses = {}, Counter()
     for row, mode, airflow in tried:
-        model, cables_in_air = mode.damped[0].solution.model, airflow is not None and airflow.damps_cables
+        model, cables_in_air = mode.damped[0].model, airflow is not None and airflow.damps_cables
         use = id(model.trial), model.row
         key = id(model.trial), uses[use], model.complete, model.laws, cables_in_air
         uses[use] += 1
         groups.setdefault(key, []).append((row, mode, airflow))
-    return [sorted(group, key=lambda member: member[1].damped[0].solution.model.row) for group in groups.values()]
+    return [sorted(group, key=lambda member: member[1].damped[0].model.row) for group in groups.values()]
 
 
 def _next_damped(models):
@@ -86,7 +86,7 @@ def _next_damped(models):
     mode, airflow = next(models, (None, None))
     if mode is None:
         return None
-    if mode.modes.solution.model.modal and not mode.exact:
+    if mode.modes.model.modal and not mode.exact:
         raise NoSolutionError(MODAL)
     return mode.damped and (mode, airflow)
 
@@ -133,7 +133,7 @@ def _ratios_of_trial(modes, airflows):
     """
     search, exact = _PoleSearch(modes, airflows), modes[0].exact
     models = search.trial.coordinates.models
-    all_modes = exact or modes[0].damped[0].solution.model.complete
+    all_modes = exact or modes[0].damped[0].model.complete
     fine = models if all_modes else models.with_all_displacements(MOTION.damped_pole_freedoms)
     poles, near = search.poles(fine)
     differs = np.array([mesh != other for mesh, other in zip(models.meshes, fine.meshes, strict=True)], dtype=bool)
@@ -176,14 +176,14 @@ class _PoleSearch:
 
     def __init__(self, modes, airflows):
         self._modes, self._numbers = zip(*(mode.damped for mode in modes), strict=True)
-        self._airflows, self.trial = airflows, self._modes[0].solution.model.trial
-        self._rows = np.array([modes.solution.model.row for modes in self._modes])
+        self._airflows, self.trial = airflows, self._modes[0].model.trial
+        self._rows = np.array([modes.model.row for modes in self._modes])
         layout, every = self.trial.layout, len(self._rows) == self.trial.rows
         self._layout = layout if every else layout.take(self._rows)
         self._cable_count = self.trial.coordinates.models.cables.count // self.trial.rows
         self._cables = (self._cable_count * self._rows[:, None] + np.arange(self._cable_count)).ravel()
         pairs = list(zip(self._modes, self._numbers, strict=True))
-        self._omega = np.array([modes.solution.omega[number] for modes, number in pairs])
+        self._omega = np.array([modes.omega[number] for modes, number in pairs])
         self._shapes = [modes.shapes[:, number] for modes, number in pairs]
         self._displacements = np.stack([shape[len(shape) - len(layout.free) :] for shape in self._shapes])
         self._condensed = {}
@@ -239,9 +239,9 @@ class _PoleSearch:
             condensed, count, air = models.condensed(self._cables), self._cable_count, {}
             for row, airflow in enumerate(self._airflows):
                 if airflow is not None and airflow.damps_cables:
-                    cables, solution = slice(count * row, count * (row + 1)), self._modes[row].solution
-                    of_row = models.take(self._cables[cables], solution.models.cables)
-                    for cable, matrix in airflow.damping_of_cables(of_row, None, self._modes[row].layout.equilibrium):
+                    cables, modes = slice(count * row, count * (row + 1)), self._modes[row]
+                    of_row = models.take(self._cables[cables], modes.models.cables)
+                    for cable, matrix in airflow.damping_of_cables(of_row, None, modes.layout.equilibrium):
                         air[count * row + cable] = matrix
             self._condensed[models] = [cables.with_further(air) for cables in condensed] if air else condensed
         return self._condensed[models]
@@ -275,4 +275,4 @@ class _PoleSearch:
         """Pole of the model of the coupled modes of a row; not a number where the mode does not oscillate. [rad/s]"""
         modes, airflow, lowest = self._modes[row], self._airflows[row], slice(self._numbers[row] + 1)
         system = modes.system if airflow is None else airflow.damped_system(modes)
-        return damped_poles(system, modes.solution.omega[lowest], modes.shapes[:, lowest])[0][-1]
+        return damped_poles(system, modes.omega[lowest], modes.shapes[:, lowest])[0][-1]

@@ -121,7 +121,7 @@ class ClosedLoop:
         """The `Loop` with the gain of the scene, or with a tiny one where the gain is yet to follow from a margin."""
         law, gain = law_from(self.scene.control)
         if gain is None:
-            gain = MOTION.little_gain * self.modes.solution.omega[0]
+            gain = MOTION.little_gain * self.modes.omega[0]
         return Loop(self.motion, self.body.allocation, gain, self.body.notches, law)
 
     @cached_property
@@ -146,7 +146,7 @@ class ClosedLoop:
     @cached_property
     def with_twice_the_modes(self):
         """Copy with twice as many modes; None of stated elements, or where these are too many or cannot be computed."""
-        plant, count, cables = self.plant, 2 * len(self.modes), self.modes.solution.models.cables
+        plant, count, cables = self.plant, 2 * len(self.modes), self.modes.models.cables
         if plant.model is not None or count > MOTION.more_modes[-1]:
             return None
         try:

@@ -130,7 +130,7 @@ class ControlledBody:
     def _compliance_shares(self):
         """Share of each mode of the model in the static compliance of each measured coordinate, shape (k, m). [-]"""
         kept, modes = self._plant.kept, self._plant.modes
-        amplitudes = self._measurable[1][:, : len(kept)] / modes.solution.omega[kept]
+        amplitudes = self._measurable[1][:, : len(kept)] / modes.omega[kept]
         return amplitudes**2 / self._compliance[:, None]
 
     @cached_property

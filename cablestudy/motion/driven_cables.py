@@ -55,7 +55,7 @@ def open_poles(closed_loop):
     Those of modes that were computed and are not in its model are estimated.
     """
     poles = np.append(closed_loop.open_poles, closed_loop.plant.other_poles)
-    return poles[np.abs(poles) > MOTION.zero_pole * closed_loop.modes.solution.omega[0]]
+    return poles[np.abs(poles) > MOTION.zero_pole * closed_loop.modes.omega[0]]
 
 
 class DrivenCables:
@@ -91,7 +91,7 @@ class DrivenCables:
 
     def __init__(self, closed_loop, gain, others=(), resolved_to=0.0):
         self.closed_loop, self._gain, self._effects = closed_loop, gain, closed_loop.stability.effects
-        self._base, self.fixed_elements = closed_loop.modes.solution, closed_loop.plant.model is not None
+        self._base, self.fixed_elements = closed_loop.modes, closed_loop.plant.model is not None
         self.resolved_to = max(self._highest_resolved, resolved_to)
         models = self._models()
         self._alike = [other for other in others if other.models.equal(models)]

@@ -68,8 +68,8 @@ class DrivingBounds:
 
     def __init__(self, closed_loop):
         self.closed_loop, self.equilibrium = closed_loop, closed_loop.equilibrium
-        self.cables = closed_loop.modes.solution.models.cables
-        self.omega = RANGE * closed_loop.modes.solution.omega[0]
+        self.cables = closed_loop.modes.models.cables
+        self.omega = RANGE * closed_loop.modes.omega[0]
         self.connection = dense(closed_loop.layout.connection).reshape(self.cables.count, 6, -1)
         self.reeling = reeling(self.equilibrium, closed_loop.winches).reshape(self.cables.count, 6, -1)
 

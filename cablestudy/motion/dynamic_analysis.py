@@ -128,7 +128,7 @@ class DynamicAnalysis:
         modes = result_of(self.modes[count])
         if not self.midspans or self.model is not None:
             return modes
-        if modes.fewest_modes_of_cable >= modes.solution.models.cables.across * shaping_modes(self.sizes.accuracy):
+        if modes.fewest_modes_of_cable >= modes.models.cables.across * shaping_modes(self.sizes.accuracy):
             return modes
         if (count, "shaped") not in self.modes:
             self.modes[count, "shaped"] = self._coupled_modes(count, shaped=True)

@@ -270,7 +270,7 @@ class GustResponse:
         They are bounds by which rounding is told: `force^2/stiffness`, of rates times the lowest frequency squared.
         """
         displacements = [name.endswith((".x", ".y", ".z")) for name in self.names]
-        slow = float(self.closed_loop.modes.solution.omega[0]) ** 2
+        slow = float(self.closed_loop.modes.omega[0]) ** 2
         factors = np.array([slow if name == "rate" else 1.0 for name in weights])
         energy = self.closed_loop.gusts.force_on_cables**2 / self.stiffness
         return factors[:, None] * np.where(displacements, energy, 0.0)

@@ -48,7 +48,7 @@ class BodiesOnAllModes:
     """
 
     def __init__(self, plant):
-        self._plant, self._models, self.highest = plant, plant.modes.solution.models, plant.modes.solution.omega[-1]
+        self._plant, self._models, self.highest = plant, plant.modes.models, plant.modes.omega[-1]
         connection = dense(plant.layout.connection)
         self._moved = connection.reshape(self._models.cables.count, 6, connection.shape[-1])
 
@@ -378,7 +378,7 @@ class _Responses:
     @cached_property
     def _units(self):
         """Forces on the free displacements that each do the same work at rest, shape (d,)."""
-        return 1 / np.sqrt(np.diagonal(np.linalg.inv(dense(self.plant.modes.solution.model.reduced.stiffness))))
+        return 1 / np.sqrt(np.diagonal(np.linalg.inv(dense(self.plant.modes.model.reduced.stiffness))))
 
     @cached_property
     def first(self):

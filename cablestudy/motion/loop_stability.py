@@ -139,7 +139,7 @@ class LoopStability:
         gain = first_gains[gain]
         powers, driven_of_gain = [], None  # exponents of the trial gains, and the last `DrivenCables`
         for _ in range(MOTION.gain_trials):
-            if powers and driven_of_gain.models is not self._closed_loop.modes.solution.models:
+            if powers and driven_of_gain.models is not self._closed_loop.modes.models:
                 driven_cables.pop(powers[-1], None)  # its models may be large
                 driven_of_gain = None
             powers.append(self._exponent(gain))
@@ -332,14 +332,14 @@ class LoopStability:
         The lowest n - d modes of the cables with fixed ends lie below mode n of the whole, d being the number of free
         displacements (interlacing of eigenvalues under constraints: Courant and Hilbert, I.4.3).
         """
-        closed_loop, effects, solution = self._closed_loop, self.effects, self._closed_loop.modes.solution
-        elements, have_all_modes = solution.models.elements, closed_loop.plant.model is not None
-        have_all_modes &= solution.models.complete
-        resolved = np.inf if have_all_modes else solution.with_all_modes.omega[-1]
+        closed_loop, effects, modes = self._closed_loop, self.effects, self._closed_loop.modes
+        elements, have_all_modes = modes.models.elements, closed_loop.plant.model is not None
+        have_all_modes &= modes.models.complete
+        resolved = np.inf if have_all_modes else modes.with_all_modes.omega[-1]
         if resolved < np.inf and effects.driven_up_to(gain).max(initial=0.0) > resolved:
             return False
         fixed = np.sort(np.concatenate([element.omega for element in elements]))
-        lowest = fixed[: max(len(closed_loop.modes) - len(closed_loop.layout.free), 0)].max(initial=0.0)
+        lowest = fixed[: max(len(modes) - len(closed_loop.layout.free), 0)].max(initial=0.0)
         driven = effects.may_drive(elements, gain)
         return not any(
             (of_cable & (element.omega >= lowest)).any() for of_cable, element in zip(driven, elements, strict=True)

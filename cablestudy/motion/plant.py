@@ -159,7 +159,7 @@ class Plant:
     @cached_property
     def _parts_of_system(self):
         """Arguments of `control.suspension.suspension_system`; raises NoSolutionError as that."""
-        models, kept = self.modes.solution.models, self.modes.solution.kept
+        models, kept = self.modes.models, self.modes.kept
         midspans = midspan_shapes(models, kept, self.equilibrium.catenary) if self.midspans else ()
         parts = self.layout, self.in_air(models, kept), self.winches, self.markers, midspans
         check_size(*parts[:2])
@@ -199,7 +199,7 @@ class Plant:
 
         s = i W - (c + h/W)/2, c and h being the viscous and hysteretic damping of the shape.
         """
-        computed, count, system = self.modes.solution.with_all_modes, len(self.modes), self.full_system
+        computed, count, system = self.modes.with_all_modes, len(self.modes), self.full_system
         if len(computed.omega) <= count:
             return np.zeros(0, dtype=complex)
         omega, shapes = computed.omega[count:], computed.shapes[:, count:]
@@ -233,10 +233,9 @@ class Plant:
     @property
     def lacked_compliance(self):
         """Largest share in the static compliance of a free displacement that the lowest modes, `fewer_modes`, lack."""
-        solution = self.modes.solution
         lowest = slice(int(MOTION.fewer_modes * len(self.modes)))
-        displacements = self.layout.bodies(solution.shapes[:, lowest]) / solution.omega[lowest]
-        compliance = np.diagonal(np.linalg.inv(dense(solution.model.reduced.stiffness)))
+        displacements = self.layout.bodies(self.modes.shapes[:, lowest]) / self.modes.omega[lowest]
+        compliance = np.diagonal(np.linalg.inv(dense(self.modes.model.reduced.stiffness)))
         return float((1 - (displacements**2).sum(axis=1) / compliance).max(initial=0.0))
 
     @cached_property
@@ -302,7 +301,7 @@ class Plant:
     @cached_property
     def gusts(self):
         """`Gusts` on the coordinates; None without wind."""
-        return self.airflow and self.airflow.gusts(self.modes.solution, self.layout, self.basis[1])
+        return self.airflow and self.airflow.gusts(self.modes, self.layout, self.basis[1])
 
     @cached_property
     def all_modes(self):

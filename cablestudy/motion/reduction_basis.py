@@ -40,7 +40,7 @@ def _applied_and_midspan_loads(plant):
     system, applied = plant.full_system, applied_loads(plant)
     if not plant.midspans:
         return applied
-    without_modes = plant.modes.solution.models.lowest_omega > TURN * plant.modes.frequency[-1]
+    without_modes = plant.modes.models.lowest_omega > TURN * plant.modes.frequency[-1]
     loads = _midspan_loads(plant)[:, np.repeat(without_modes, 3)]
     return np.concatenate([applied, system.mass @ system.compliance(loads)], axis=1)
 
@@ -90,7 +90,7 @@ def loads_and_bases(plants, size):
         inertia = systems.mass @ systems.compliance(moving)
         all_loads = np.concatenate([applied, moving, inertia], axis=-1)
         responses = systems.compliance(all_loads)
-        omega, shapes = zip(*((plant.modes.solution.omega, plant.modes.shapes) for plant in members), strict=True)
+        omega, shapes = zip(*((plant.modes.omega, plant.modes.shapes) for plant in members), strict=True)
         bases = basis_of_rows(systems, omega, np.stack(shapes), responses)
         for plant, of_row, (frequencies, vectors) in zip(members, all_loads, bases, strict=True):
             kept = np.concatenate([plant.kept, np.arange(len(plant.modes), len(frequencies))])

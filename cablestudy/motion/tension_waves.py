@@ -101,7 +101,7 @@ def _first_waves(plant):
     poles = []  # a wave across strains the cable by a share of its energy alone, and loses less by strain
     for force, strain_share, rate in ((stiffness, 1.0, viscous), (tension, MOTION.strained_share, viscous + air)):
         lowest = np.pi / length * np.sqrt(force / mass)
-        omega = lowest * np.maximum(np.ceil(plant.modes.solution.omega[-1] / lowest), 1.0)  # above those of the model
+        omega = lowest * np.maximum(np.ceil(plant.modes.omega[-1] / lowest), 1.0)  # above those of the model
         damping = ratio + strain_share * (loss + time * omega) / 2 + rate / (2 * mass * omega)
         damping = np.clip(damping, MOTION.least_wave_damping, MOTION.most_wave_damping)
         poles.append(np.repeat(omega * (-damping + 1j * np.sqrt(1 - damping**2)), 2))  # for the tensions at both ends

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.system.coupled_trial import Solution
+from cablestudy.system.coupled_trial import RowModel
 from cablestudy.system.damping import damping_ratios
 from cablestudy.system.mode_pairs import pair_modes
 from cablestudy.system.tolerances import SYSTEM
@@ -68,46 +68,71 @@ class CoupledModes:
 
     Attributes
     ----------
-    frequency : ndarray, shape (k,)
-        Undamped frequencies. [Hz]
+    omega : ndarray, shape (k,)
+        Undamped angular frequencies, ascending. [rad/s]
     error : ndarray, shape (k,)
         Estimated relative error of each; not a number for stated elements. [-]
     coincident : tuple of (int, int)
         First and last number (from 1) of each run of modes whose frequencies agree within their errors: their motions
         may be combined at will.
-    solution : Solution
-        Models and coordinates of the cables, and the system.
+    model : RowModel
+        Coordinates and matrices of the suspension.
     shapes : ndarray, shape (n, k)
         In the coordinates of the system, mass-normalised.
+    truncation_error : ndarray, shape (c, k)
+        Relative error of the squared frequencies by modes that each cable leaves out. [-]
     finer : callable or None
         Computes modes of a finer model, more of them, for `damped`; None where these modes serve.
+    all_modes : CoupledModes or None
+        All modes that were computed, of which these are the lowest; None where these are all.
     """
 
-    frequency: np.ndarray
+    omega: np.ndarray
     error: np.ndarray
     coincident: tuple
-    solution: Solution
+    model: RowModel
     shapes: np.ndarray
+    truncation_error: np.ndarray
     finer: Callable | None = None
+    all_modes: "CoupledModes | None" = None
 
     def __len__(self):
-        return len(self.frequency)
+        return len(self.omega)
+
+    @property
+    def frequency(self):
+        """Undamped frequencies, shape (k,). [Hz]"""
+        return self.omega / (2 * np.pi)
+
+    @property
+    def with_all_modes(self):
+        """All modes that were computed."""
+        return self.all_modes or self
 
     @property
     def layout(self):
         """`Layout`."""
-        return self.solution.model.layout
+        return self.model.layout
 
     @property
     def system(self):
         """The `LinearSystem`."""
-        return self.solution.model.system
+        return self.model.system
+
+    @property
+    def models(self):
+        """`Models` of the cables."""
+        return self.model.coordinates.models
+
+    @property
+    def kept(self):
+        """Coordinates of each cable: list of ReducedCable."""
+        return self.model.kept
 
     @property
     def fewest_modes_of_cable(self):
         """Fewest modes that a cable with mass has among the coordinates, those of both planes; none without such."""
-        solution = self.solution
-        pairs = zip(solution.models.meshes, solution.kept, strict=True)
+        pairs = zip(self.models.meshes, self.kept, strict=True)
         return min((kept.modes for mesh, kept in pairs if mesh is not None), default=np.inf)
 
     def first(self, count):
@@ -115,14 +140,13 @@ class CoupledModes:
         if count >= len(self):
             return self
         lowest, runs = self.take(np.arange(count)), tuple(run for run in self.coincident if run[1] <= count)
-        solution = replace(lowest.solution, all_modes=self.solution.with_all_modes)
-        return replace(lowest, coincident=runs, solution=solution, finer=None)
+        return replace(lowest, coincident=runs, finer=None, all_modes=self.with_all_modes)
 
     @cached_property
     def damping_ratio(self):
         """Damping ratio of the pole of each mode, see `damping.damping_ratios`, shape (k,). [-]"""
         modes = self.damped
-        return damping_ratios(modes.system, modes.solution.omega, modes.shapes)
+        return damping_ratios(modes.system, modes.omega, modes.shapes)
 
     @cached_property
     def damped(self):
@@ -142,11 +166,11 @@ class CoupledModes:
         The difference to a coarser model with fewer modes that damping may couple. Not a number for an exact choice of
         elements, and for modal damping, whose effect on a mode that moves the ends of cables grows with their modes.
         """
-        cables = self.solution.models.cables
+        cables = self.models.cables
         if cables.modal.any() or self.damped is self:
             return np.full(len(self), np.nan) if cables.heavy.any() else self.error
         ratio = self.damping_ratio
-        coarse = damping_ratios(self.system, self.solution.omega, self.shapes, SYSTEM.coupled_modes // 2)
+        coarse = damping_ratios(self.system, self.omega, self.shapes, SYSTEM.coupled_modes // 2)
         for first, last in self.coincident:  # their poles come in any order
             run = slice(first - 1, last)
             coarse[run] = np.sort(coarse[run])[np.argsort(np.argsort(ratio[run]))]
@@ -166,8 +190,8 @@ class CoupledModes:
         ndarray, shape (k,)
         """
         motion = int(np.flatnonzero(self.layout.free == 6 * body + axis)[0])
-        displacement = self.layout.bodies(self.shapes)[motion] / (2 * np.pi * self.frequency)
-        return displacement**2 / self.solution.model.reduced.compliance(motion)
+        displacement = self.layout.bodies(self.shapes)[motion] / self.omega
+        return displacement**2 / self.model.reduced.compliance(motion)
 
     def run_of(self, mode):
         """The modes that coincide with one, itself among them: slice of their indices, from 0."""
@@ -192,8 +216,8 @@ class CoupledModes:
     @cached_property
     def _nodes(self):
         """Positions of the nodes of each cable from its end 1, and their displacements: list, see `Models.nodes`."""
-        amplitudes = self.solution.model.coordinates.amplitudes(self.shapes)
-        return self.solution.models.nodes(amplitudes, self.layout.ends(self.layout.bodies(self.shapes)))
+        amplitudes = self.model.coordinates.amplitudes(self.shapes)
+        return self.models.nodes(amplitudes, self.layout.ends(self.layout.bodies(self.shapes)))
 
     @cached_property
     def displacements(self):
@@ -215,19 +239,13 @@ class CoupledModes:
 
     def take(self, chosen):
         """Some of these modes, by their indices (from 0), in that order, without a word about which coincide."""
-        solution = self.solution
         return replace(
             self,
-            frequency=self.frequency[chosen],
+            omega=self.omega[chosen],
             error=self.error[chosen],
             coincident=(),
-            solution=replace(
-                solution,
-                omega=solution.omega[chosen],
-                shapes=solution.shapes[:, chosen],
-                truncation_error=solution.truncation_error[:, chosen],
-            ),
             shapes=self.shapes[:, chosen],
+            truncation_error=self.truncation_error[:, chosen],
         )
 
     def up_to(self, frequency):
@@ -237,10 +255,9 @@ class CoupledModes:
     @cached_property
     def _energy(self):
         """Shares of bodies and cables in the kinetic energy: `body_energy` and `cable_energy`."""
-        displacements, solution = self.layout.bodies(self.shapes), self.solution
-        amplitudes = solution.model.coordinates.amplitudes(self.shapes)
+        displacements, amplitudes = self.layout.bodies(self.shapes), self.model.coordinates.amplitudes(self.shapes)
         bodies = self.layout.moving_mass(displacements)
-        cables = solution.models.moving_mass(amplitudes, self.layout.ends(displacements))
+        cables = self.models.moving_mass(amplitudes, self.layout.ends(displacements))
         total = bodies.sum(axis=(0, 1)) + cables.sum(axis=(0, 1))
         return bodies / total, cables / total
 
@@ -260,7 +277,7 @@ class CoupledModes:
     @cached_property
     def cables(self):
         """Mesh and modes of each cable: tuple of `CableRecord`."""
-        return tuple(_cable_record(self.solution, cable, name) for cable, name in enumerate(self._cable_names))
+        return tuple(_cable_record(self, cable, name) for cable, name in enumerate(self._cable_names))
 
     @property
     def _cable_names(self):
@@ -320,17 +337,17 @@ def modes_of_row(trial, row, error, finer=None):
     NoSolutionError
         The equilibrium is not stable.
     """
-    solution = trial.solution(row)
-    error, shapes = error[: len(solution.omega)].copy(), solution.shapes.copy()
-    coincident = tuple(coincident_runs(solution.omega, np.where(np.isnan(error), SYSTEM.frequency_rounding, error)))
+    model, omega, shapes, truncation_error = trial.modes_of(row)
+    error = error[: len(omega)].copy()
+    coincident = tuple(coincident_runs(omega, np.where(np.isnan(error), SYSTEM.frequency_rounding, error)))
     number = np.arange(len(shapes))[:, None] + 1.0
     for first, last in coincident:
         run = slice(first - 1, last)
-        error[run] = error[run].max() + solution.omega[last - 1] / solution.omega[first - 1] - 1
+        error[run] = error[run].max() + omega[last - 1] / omega[first - 1] - 1
         # combinations by the principal axes of the mean number of the coordinates that move
-        by_number = shapes[:, run].T @ (number * solution.model.reduced.mass_times(shapes[:, run]))
+        by_number = shapes[:, run].T @ (number * model.reduced.mass_times(shapes[:, run]))
         shapes[:, run] = shapes[:, run] @ np.linalg.eigh(by_number + by_number.T)[1]
-    return CoupledModes(solution.omega / (2 * np.pi), error, coincident, solution, shapes, finer)
+    return CoupledModes(omega, error, coincident, model, shapes, truncation_error, finer)
 
 
 def coincident_runs(omega, error):
@@ -344,18 +361,18 @@ def coincident_runs(omega, error):
             first = last + 1
 
 
-def _cable_record(solution, cable, name):
+def _cable_record(modes, cable, name):
     """`CableRecord` of one cable, by its index."""
-    mesh, kept = solution.models.meshes[cable], solution.kept[cable]
+    mesh, kept = modes.models.meshes[cable], modes.kept[cable]
     return CableRecord(
         name=name,
         elements=mesh.elements if mesh else 0,
         order=mesh.order if mesh else 0,
         modes=kept.modes,
         residuals=kept.residuals,
-        first_mode=float(solution.models.lowest_omega[cable]) / (2 * np.pi),
-        limit=float(solution.model.coordinates.limits[cable]) / (2 * np.pi),
-        error=float(np.abs(solution.truncation_error[cable]).max(initial=0.0)) / 2,
+        first_mode=float(modes.models.lowest_omega[cable]) / (2 * np.pi),
+        limit=float(modes.model.coordinates.limits[cable]) / (2 * np.pi),
+        error=float(np.abs(modes.truncation_error[cable]).max(initial=0.0)) / 2,
     )
 
 

@@ -1,7 +1,6 @@
 """Undamped modes of suspensions with one choice of meshes and coordinates of their cables: one trial of a search."""
 
 from copy import copy
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -139,8 +138,18 @@ class Trial:
         """Estimated relative error of each frequency, shape (n, k). [-]"""
         return np.maximum((np.abs(self.truncation_error) + self.mesh_error).sum(axis=1) / 2, SYSTEM.frequency_rounding)
 
-    def solution(self, row):
-        """`Solution` of one row: its modes of finite frequency.
+    def modes_of(self, row):
+        """Model and modes of finite frequency of one row.
+
+        Returns
+        -------
+        model : RowModel
+        omega : ndarray, shape (k,)
+            Angular frequencies, ascending. [rad/s]
+        shapes : ndarray, shape (coordinates, k)
+            Mass-normalised, in the coordinates of all cables and then of the bodies.
+        truncation_error : ndarray, shape (c, k)
+            `truncation_error` of this row. [-]
 
         Raises
         ------
@@ -153,7 +162,7 @@ class Trial:
             raise NoSolutionError(f"no modes about this equilibrium: {reason}")
         finite = slice(np.count_nonzero(np.isfinite(omega)))  # frequencies ascend
         shapes = np.concatenate([self._cable_shapes[slice(*self._begin[row : row + 2])], self._body_shapes[row]])
-        return Solution(model, omega[finite], shapes[:, finite], self.truncation_error[row, :, finite])
+        return model, omega[finite], shapes[:, finite], self.truncation_error[row, :, finite]
 
 
 class RowModel:
@@ -215,42 +224,3 @@ class RowModel:
     def system(self):
         """The `LinearSystem`."""
         return self.layout.system([kept.element for kept in self.kept])
-
-
-@dataclass(frozen=True)
-class Solution:
-    """Undamped modes of one row of a `Trial`, and the coordinates and matrices that they belong to.
-
-    Attributes
-    ----------
-    model : RowModel
-    omega : ndarray, shape (k,)
-        Angular frequencies, ascending. [rad/s]
-    shapes : ndarray, shape (coordinates, k)
-        Mass-normalised, in the coordinates of all cables and then of the bodies.
-    truncation_error : ndarray, shape (c, k)
-        `Trial.truncation_error` of this row. [-]
-    all_modes : Solution or None
-        With all modes that were computed, of which these are the lowest; None where these are all.
-    """
-
-    model: RowModel
-    omega: np.ndarray
-    shapes: np.ndarray
-    truncation_error: np.ndarray
-    all_modes: "Solution | None" = None
-
-    @property
-    def with_all_modes(self):
-        """The `Solution` with all modes that were computed."""
-        return self.all_modes or self
-
-    @property
-    def models(self):
-        """`Models` of the cables."""
-        return self.model.coordinates.models
-
-    @property
-    def kept(self):
-        """Coordinates of each cable: list of ReducedCable."""
-        return self.model.kept

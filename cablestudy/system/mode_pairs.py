@@ -32,7 +32,7 @@ def pair_modes(modes, others):
         return np.zeros(0, dtype=int)
     motion, other_motion = (model.layout.displaced(model.layout.bodies(model.shapes)) for model in (modes, others))
     products = [_product(motion, others.layout.mass @ other_motion)]  # phi^T M psi of the bodies, then of each cable
-    models, meshes = others.solution.models, modes.solution.models.meshes
+    models, meshes = others.models, modes.models.meshes
     for cable, (mesh, mass) in enumerate(zip(models.meshes, models.cables.mass.tolist(), strict=True)):
         if mesh is not None:
             interpolated = _interpolation(meshes[cable], mesh) @ modes.displacements[cable].swapaxes(0, 1)

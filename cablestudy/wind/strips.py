@@ -266,10 +266,10 @@ def midspan_shapes(models, kept, catenary):
     return at_midspan
 
 
-def on_cables(solution, layout, shapes, drag):
-    """`strips` with the coordinates of a `Solution`, and their `amplitudes` in shapes of the suspension."""
-    on_each = strips(solution.models, solution.kept, layout.equilibrium, drag)
-    return on_each, amplitudes(solution.model.coordinates, layout, shapes, [group.cables for group in on_each])
+def on_cables(modes, layout, shapes, drag):
+    """`strips` with the coordinates of `CoupledModes`, and their `amplitudes` in shapes of the suspension."""
+    on_each = strips(modes.models, modes.kept, layout.equilibrium, drag)
+    return on_each, amplitudes(modes.model.coordinates, layout, shapes, [group.cables for group in on_each])
 
 
 def amplitudes(coordinates, layout, shapes, groups):

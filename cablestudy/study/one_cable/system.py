@@ -65,11 +65,11 @@ class CableAirflow(Airflow):
         super().__init__(scene, drag)
         self._wind, self._on_cable, self.side = wind, on_cable, side
 
-    def gusts(self, solution, layout, shapes):
+    def gusts(self, modes, layout, shapes):
         """`Gusts` on the coordinates, see `Airflow.gusts`: the turbulence is the same in all directions."""
         rms, no_bodies = self._wind.turbulence, np.zeros((0, 3, shapes.shape[1]))
         wind = self.scene.wind.model_copy(update={"turbulence_intensity": None, "turbulence_rms": (rms,) * 3})
-        strips_and_amplitudes, coherence = on_cables(solution, layout, shapes, self._on_cable), along_cable(self._wind)
+        strips_and_amplitudes, coherence = on_cables(modes, layout, shapes, self._on_cable), along_cable(self._wind)
         return Gusts(wind, np.eye(3), *strips_and_amplitudes, no_bodies, np.zeros((0, 3)), np.zeros(0), coherence)
 
 

@@ -281,7 +281,7 @@ def _drawing_of_coupled_mode(case, modes, drawing, plane, number):
 def _moving_cables(equilibrium, modes, number):
     """About CABLE_POINTS places along each cable, and their displacements in a mode, both (j, 3): list of pairs."""
     starts, cables = equilibrium.ends[equilibrium.suspension.of_cables, 0], []
-    for start, mesh, nodal in zip(starts, modes.solution.models.meshes, modes.nodes(number), strict=True):
+    for start, mesh, nodal in zip(starts, modes.models.meshes, modes.nodes(number), strict=True):
         places_and_moves = np.stack(nodal)
         if mesh is not None:
             _, between = interpolate_elements(mesh, np.moveaxis(places_and_moves, 0, 1))

@@ -221,7 +221,7 @@ def mode_notes(modes):
         reasons.setdefault(cable.reason, []).append(cable.name)
     for reason, names in list(reasons.items())[: STUDY.listed_parts]:
         yield f"{first_of(names, STUDY.listed_parts)}: {reason}"
-    yield from _of_modal_damping(modes.damped.solution.models)
+    yield from _of_modal_damping(modes.damped.models)
     for first, last in modes.coincident[: STUDY.listed_parts]:
         yield f"modes {first} to {last} coincide: their motions may be combined at will"
     if len(modes.coincident) > STUDY.listed_parts:

@@ -230,8 +230,8 @@ def linear_model(case, found, nodes=False):
     nodes : bool
         Whether forces on the nodes of the cables are inputs too.
     """
-    system = suspension_system(found.layout, found.solution.kept, *_winches_and_markers(case)).viscous()
-    return with_node_forces(system, found.layout, found.solution.model.coordinates) if nodes else system
+    system = suspension_system(found.layout, found.kept, *_winches_and_markers(case)).viscous()
+    return with_node_forces(system, found.layout, found.model.coordinates) if nodes else system
 
 
 def with_node_forces(system, layout, coordinates):
