@@ -195,6 +195,13 @@ def suspension_systems(layouts, kept, winches, markers, midspans):
     -------
     LinearSystem
         Of n rows, with dense matrices; coordinates, inputs and outputs are those of `suspension_system`.
+
+    Notes
+    -----
+    A winch moves the end of its cable, which gives the input matrices B0, B1 and B2 of its displacement, speed and
+    acceleration. It also changes the loads on the bodies at once, by the weight that it takes off the cable
+    (`_Ends.lifted`) and by the lever arm of the cable's force (`_Ends.moments`), which is added to B0. Loads on bodies
+    and points follow the winches among the inputs.
     """
     layout, winch_count = layouts[0], len(winches[0])
     ends = _Ends(layouts, winches)

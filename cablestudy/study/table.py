@@ -120,11 +120,10 @@ class Table:
         """
         if not names and top is None:
             return self
-        named_fields = dict.fromkeys(replace(self.field(name), hidden=False, unless="") for name in names)
-        labels = [field for field in self.fields if field.label and field not in named_fields]
-        named = {field.name for field in named_fields}
+        named = {field.name: replace(field, hidden=False, unless="") for field in map(self.field, names)}
+        labels = [field for field in self.fields if field.label and field.name not in named]
         kept_fields = [field for field in self.fields if field.kept and field.name not in named]
-        fields = (*labels, *self._varied(named_fields), *named_fields, *kept_fields) if named_fields else self.fields
+        fields = (*labels, *self._varied(named.values()), *named.values(), *kept_fields) if named else self.fields
         shown_names = {field.name for field in fields}
 
         def errors():

@@ -200,12 +200,13 @@ class Group:
         self._modes, self._coordinates = {}, {}
         self.linear_models, self.modes_in_wind = ([{} for _ in scenes] for _ in range(2))
         self._scenes = scenes
-        self._conductors = conductors_of(scenes, at_rest)
-        if self._conductors is None:
+        self._conductors = conductors = conductors_of(scenes, at_rest)
+        if conductors is None:
             self.reference, self.problems = at_rest(scenes, numbers_at_rest(scenes))
         else:
-            self.reference, self.problems = self._conductors.reference, self._conductors.problems
-        unloaded = scenes[0].case is None and not any(loads_of(scenes[0], of_case=True)) and self._conductors is None
+            self.reference, self.problems = conductors.reference, conductors.problems
+        unloaded = scenes[0].case is None and not any(loads_of(scenes[0], of_case=True)) and conductors is None
+        # from here on, the scenes are without the cables that their load cases lack
         lost, self._scenes = scenes[0].load_case.lost, [scene.without_lost() for scene in scenes]
         self._lost = f"without {', '.join(lost)}: " if lost else ""
         try:
@@ -213,10 +214,8 @@ class Group:
         except NoSolutionError as error:
             raise NoSolutionError(f"{self._lost}{error}") from None
         reference_lengths = self.reference.lengths if self._of_case is None else self._of_case.lengths
-        present = cables_left(self.reference, self._scenes[0])
-        present_lengths = reference_lengths[:, present]
-        drag, conductors = self._loaded and self._loaded.drag, self._conductors
-        states = self.reference, self.equilibrium
+        present_lengths = reference_lengths[:, cables_left(self.reference, self._scenes[0])]
+        drag, states = self._loaded and self._loaded.drag, (self.reference, self.equilibrium)
         self.errors = errors = EquilibriumErrors(*states, drag, lambda: self.in_mean_wind, conductors)
         self.cables = CableResults(self._scenes, states[1], present_lengths, lambda: errors.drag_change.cables)
         self.cable_indices = {name: index for index, name in enumerate(self._scenes[0].cables)}
