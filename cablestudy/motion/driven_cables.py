@@ -90,7 +90,7 @@ class DrivenCables:
     """
 
     def __init__(self, closed_loop, gain, others=(), resolved_to=0.0):
-        self.closed_loop, self._gain, self._effects = closed_loop, gain, closed_loop.stability.effects
+        self.closed_loop, self.gain, self._effects = closed_loop, gain, closed_loop.stability.effects
         self._base, self.fixed_elements = closed_loop.modes, closed_loop.plant.model is not None
         self.resolved_to = max(self._highest_resolved, resolved_to)
         models = self._models()
@@ -143,7 +143,7 @@ class DrivenCables:
             The gain could drive more modes than can be computed.
         """
         notches, law = self.closed_loop.body.notches, self.closed_loop.untuned_loop.law
-        return StableGains(self.loop_gain, result_of(self.poles_outcome), notches, law, self._gain)
+        return StableGains(self.loop_gain, result_of(self.poles_outcome), notches, law, self.gain)
 
     @cached_property
     def errors(self):
@@ -168,18 +168,18 @@ class DrivenCables:
         """`limit` and `resolving`: meshes are refined until they resolve the waves at the limit, as far as they can."""
         driven, limits = self, self.gains.limits
         for _ in range(MOTION.resolution_trials):
-            if not limits or limits[0].factor > self._gain or driven.resolves(limits[0].omega):
+            if not limits or limits[0].factor > self.gain or driven.resolves(limits[0].omega):
                 break
             resolved_to = min(MOTION.resolved_beyond * limits[0].omega, self._highest_resolvable)
             if resolved_to <= driven.resolved_to:
                 break
-            driven = DrivenCables(self.closed_loop, self._gain, resolved_to=resolved_to)
+            driven = DrivenCables(self.closed_loop, self.gain, resolved_to=resolved_to)
             limits = driven._limits_near(limits)
         return (driven._located_by_equations(limits[0]) if limits else None), driven
 
     def _located_by_equations(self, limit):
         """A `Limit` located without poles in windows, which are less accurate; itself where there are none."""
-        if self.spoilt or not self.loop_gain.windowed or limit.undamped or limit.factor > self._gain:
+        if self.spoilt or not self.loop_gain.windowed or limit.undamped or limit.factor > self.gain:
             return limit
         return limit_near(self.loop_gain.by_equations, limit) or limit
 
@@ -232,12 +232,12 @@ class DrivenCables:
     @cached_property
     def all_modes_up_to(self):
         """Frequency up to which all modes are needed for a law that is no integrator; 0 of an integrator. [rad/s]"""
-        return 0.0 if self.closed_loop.untuned_loop.law.integrates_only else self._effects.loop_up_to(self._gain)
+        return 0.0 if self.closed_loop.untuned_loop.law.integrates_only else self._effects.loop_up_to(self.gain)
 
     @cached_property
     def _highest_driven(self):
         """Frequencies up to which waves across and along each cable are driven or needed, shape (2, c). [rad/s]"""
-        highest = np.maximum(self._effects.driven_up_to(self._gain), self.all_modes_up_to)
+        highest = np.maximum(self._effects.driven_up_to(self.gain), self.all_modes_up_to)
         if highest.max(initial=0.0) > self._highest_resolved:
             hertz = highest.max() / TURN
             doing(f"modes of the cables that {self._gain_in_words} could drive are sought up to {hertz:.4g} Hz")
@@ -255,7 +255,7 @@ class DrivenCables:
 
     @property
     def _gain_in_words(self):
-        return self.closed_loop.untuned_loop.law.described(self._gain, 4)
+        return self.closed_loop.untuned_loop.law.described(self.gain, 4)
 
     @property
     def _highest_resolvable(self):
@@ -394,7 +394,7 @@ class DrivenCables:
         yield from ((one, open_poles(one.closed_loop)) for one in trials if one.spoilt)
         trials = [one for one in trials if not one.spoilt]
         loop_gains = [one.loop_gain for one in trials]
-        driven = driven_modes([one._effects for one in trials], loop_gains, [one._gain for one in trials])
+        driven = driven_modes([one._effects for one in trials], loop_gains, [one.gain for one in trials])
         needed = {one: outcome_of(partial(one._needed_modes, modes)) for one, modes in zip(trials, driven, strict=True)}
         yield from ((one, error) for one, error in needed.items() if isinstance(error, Exception))
         needed = without_errors(needed)
@@ -477,7 +477,7 @@ class DrivenCables:
     def _critical_modes(self, limit):
         """Modes of each cable that the gain could drive, near the frequency of a `Limit`: list of bool, shape (n,)."""
         elements = self.models.elements
-        driven = [True] * len(elements) if self.spoilt else self._effects.may_drive(elements, self._gain)
+        driven = [True] * len(elements) if self.spoilt else self._effects.may_drive(elements, self.gain)
         return [
             in_loop & of_cable & (np.abs(element.omega / limit.omega - 1) < MOTION.critical_modes)
             for element, in_loop, of_cable in zip(elements, self._in_loop, driven, strict=True)

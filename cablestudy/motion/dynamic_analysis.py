@@ -368,16 +368,29 @@ class DynamicAnalysis:
         """`DynamicAnalysis`, of a subclass too, with some attributes changed; it shares the dicts that are filled."""
         return DynamicAnalysis(**{one.name: getattr(self, one.name) for one in fields(DynamicAnalysis)} | changes)
 
-    def _check_resolved(self):
-        """Refuse a largest gain at which nothing is known of the waves that cross the cables: ConvergenceError."""
-        driven = self._with_limits.stability.driven
-        limit, resolving = driven.limit, driven.resolving
+    @property
+    def _known_limit(self):
+        """`Limit` of the gain, None where the loop is stable with any.
+
+        Raises
+        ------
+        ConvergenceError
+            Modes of cables that were not looked at may make it smaller.
+        """
+        stability = self._with_limits.stability
+        limit, resolving = stability.limit, stability.driven.resolving
         if limit is not None and not resolving.resolves(limit.omega):
             frequency, resolved = limit.omega / (2 * np.pi), resolving.resolved_to / (2 * np.pi)
             raise ConvergenceError(
                 f"the loop may become unstable at {frequency:.4g} Hz with a gain of about {limit.factor:.2g} rad/s, "
                 f"but waves of the cables are resolved up to {resolved:.4g} Hz: the largest gain is not known"
             )
+        if stability.limit_above_trials:
+            raise ConvergenceError(
+                f"modes of the cables that a gain of {stability.driven.gain:.2g} rad/s could drive are looked at, and "
+                "the loop is stable up to a larger one: the largest gain is not known"
+            )
+        return limit
 
     @property
     def _limit_errors(self):
@@ -404,28 +417,26 @@ class DynamicAnalysis:
     @property
     def largest_gain(self):
         """Gain below which the loop is stable [rad/s], None where there is none; and its estimated relative error."""
-        self._check_resolved()
-        return self._with_limits.stability.largest_gain, self._limit_errors[0]
+        limit = self._known_limit
+        return limit and limit.factor, self._limit_errors[0]
 
     @property
     def gain_margin(self):
         """Largest over stated gain [dB], None where there is no limit; and its estimated relative error."""
         gain = self.loop_for_margins.loop.gain
-        limit = self._with_limits.stability.largest_gain if gain else None
-        if not limit:
+        limit = self._known_limit if gain else None
+        if limit is None:
             return None, self._limit_errors[0] if gain else 0.0
-        self._check_resolved()
-        margin, error = float(20 * np.log10(limit / gain)), self._limit_errors[0]
+        margin, error = float(20 * np.log10(limit.factor / gain)), self._limit_errors[0]
         return margin, 20 * np.log10(1 + error) / abs(margin) if margin else error
 
     @property
     def phase_crossover(self):
         """Frequency of the pole that the largest gain puts on the axis [Hz], None without limit; its relative error."""
         gain = self.loop_for_margins.loop.gain
-        limit = self._with_limits.stability.limit if gain else None
+        limit = self._known_limit if gain else None
         if limit is None:
             return None, self._limit_errors[0] if gain else 0.0
-        self._check_resolved()
         return limit.omega / (2 * np.pi), self._limit_errors[1]
 
     def response_of(self, open_loop):

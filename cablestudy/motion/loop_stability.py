@@ -118,8 +118,8 @@ class LoopStability:
         """Raise a trial gain until it is at least the largest stable one: a generator that returns its `DrivenCables`.
 
         `DrivenCables` give the largest stable gain (`limit`) with all modes of cables that their trial gain could drive
-        to instability. This gain is right if it is at most the trial gain; else it becomes the next trial gain. If the
-        loop is stable with every gain, `MOTION.unlimited_gain` times the lowest frequency takes its place.
+        to instability. This gain is right if it is at most the trial gain; else it becomes the next trial gain. After
+        `MOTION.gain_trials` trials it is left as it is, see `limit_above_trials`.
 
         Yields
         ------
@@ -129,7 +129,7 @@ class LoopStability:
         Raises
         ------
         NoSolutionError, ConvergenceError
-            The loop is unstable without gain or could drive too many modes, or `MOTION.gain_trials` were not enough.
+            The loop is unstable without gain, or could drive too many modes.
         """
         driven_cables, first_gains = self._trials.driven_cables, self._trials.first_gains
         self._closed_loop.check_open()
@@ -146,15 +146,21 @@ class LoopStability:
             driven_of_gain = self._driven_cables_of(gain)
             yield driven_of_gain
             limit = driven_of_gain.limit
-            needed_gain = limit.factor if limit else MOTION.unlimited_gain * self._lowest_frequency
+            needed_gain = self._gain_to_reach(limit)
             if self._exponent(needed_gain) <= powers[-1]:
                 driven_cables.update(dict.fromkeys(powers, driven_of_gain))
-                return driven_of_gain
+                break
             gain = needed_gain
-        raise ConvergenceError(
-            f"the largest stable gain is not found: after {MOTION.gain_trials} trials it is {needed_gain:.3g} rad/s, "
-            "still above the trial gain that decides which modes of cables are looked at"
-        )
+        return driven_of_gain
+
+    def _gain_to_reach(self, limit):
+        """Trial gain [rad/s] that confirms a `Limit`, or None: that the loop is stable with any gain."""
+        return limit.factor if limit else MOTION.unlimited_gain * self._lowest_frequency
+
+    @property
+    def limit_above_trials(self):
+        """True if `limit` is above the last trial gain: modes of cables that were not looked at may make it smaller."""
+        return self._exponent(self._gain_to_reach(self.driven.limit)) > self._exponent(self.driven.gain)
 
     def _first_trial_gain(self):
         """Find the first of `_trial_gains` that can be judged [rad/s]: a generator, as `_search_driven_cables`."""
