@@ -107,7 +107,7 @@ class CoupledModes:
     @property
     def with_all_modes(self):
         """All modes that were computed."""
-        return self.all_modes or self
+        return self if self.all_modes is None else self.all_modes
 
     @property
     def layout(self):
