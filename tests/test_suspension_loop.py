@@ -230,6 +230,9 @@ def test_a_loop_that_is_stable_for_every_gain_has_no_limit(monkeypatch):
     for name in ("largest_gain", "gain_margin", "phase_crossover"):
         with pytest.raises(ConvergenceError, match="stable up to a larger one: the largest gain is not known"):
             value(case_of(text), name)
+    text["control"]["gain"] = {"auto": {"gain_margin": 12.0}}
+    with pytest.raises(ConvergenceError, match="the largest gain is not known"):
+        value(case_of(text), "gain")
 
 
 # ------------------------------------------------------------------------------------------------------- actuators

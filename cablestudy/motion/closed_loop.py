@@ -102,6 +102,8 @@ class ClosedLoop:
         ------
         NoSolutionError
             No gain follows from the margin or the sensitivity; or no winch moves what is measured.
+        ConvergenceError
+            The largest gain, from which a margin is counted, is not known.
         """
         control = self.scene.control
         if control is None:
@@ -194,7 +196,7 @@ class ClosedLoop:
         message = f"the loop is unstable at {self.gains_in_words(loop.gain)}: {motion}; "
         try:
             limit = self.stability.largest_gain
-        except NoSolutionError as error:
+        except (NoSolutionError, ConvergenceError) as error:
             return message + str(error)
         if limit is None:
             return message + "no gain below it is the largest stable one"

@@ -6,7 +6,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from cablestudy.control.margins import Margins
-from cablestudy.errors import ConvergenceError, outcome_of, result_of, without_errors
+from cablestudy.errors import outcome_of, result_of, without_errors
 from cablestudy.motion.closed_loop import ClosedLoop
 from cablestudy.motion.gust_response import GustResponse
 from cablestudy.motion.loop_stability import LoopStability
@@ -369,30 +369,6 @@ class DynamicAnalysis:
         return DynamicAnalysis(**{one.name: getattr(self, one.name) for one in fields(DynamicAnalysis)} | changes)
 
     @property
-    def _known_limit(self):
-        """`Limit` of the gain, None where the loop is stable with any.
-
-        Raises
-        ------
-        ConvergenceError
-            Modes of cables that were not looked at may make it smaller.
-        """
-        stability = self._with_limits.stability
-        limit, resolving = stability.limit, stability.driven.resolving
-        if limit is not None and not resolving.resolves(limit.omega):
-            frequency, resolved = limit.omega / (2 * np.pi), resolving.resolved_to / (2 * np.pi)
-            raise ConvergenceError(
-                f"the loop may become unstable at {frequency:.4g} Hz with a gain of about {limit.factor:.2g} rad/s, "
-                f"but waves of the cables are resolved up to {resolved:.4g} Hz: the largest gain is not known"
-            )
-        if stability.limit_above_trials:
-            raise ConvergenceError(
-                f"modes of the cables that a gain of {stability.driven.gain:.2g} rad/s could drive are looked at, and "
-                "the loop is stable up to a larger one: the largest gain is not known"
-            )
-        return limit
-
-    @property
     def _limit_errors(self):
         """Estimated relative errors of the largest gain and of its frequency, by models and by the mean drag. [-]"""
         return self._with_limits.stability.driven.errors.of_limit.sum(axis=0).tolist()
@@ -417,14 +393,14 @@ class DynamicAnalysis:
     @property
     def largest_gain(self):
         """Gain below which the loop is stable [rad/s], None where there is none; and its estimated relative error."""
-        limit = self._known_limit
+        limit = self._with_limits.stability.limit
         return limit and limit.factor, self._limit_errors[0]
 
     @property
     def gain_margin(self):
         """Largest over stated gain [dB], None where there is no limit; and its estimated relative error."""
         gain = self.loop_for_margins.loop.gain
-        limit = self._known_limit if gain else None
+        limit = self._with_limits.stability.limit if gain else None
         if limit is None:
             return None, self._limit_errors[0] if gain else 0.0
         margin, error = float(20 * np.log10(limit.factor / gain)), self._limit_errors[0]
@@ -434,7 +410,7 @@ class DynamicAnalysis:
     def phase_crossover(self):
         """Frequency of the pole that the largest gain puts on the axis [Hz], None without limit; its relative error."""
         gain = self.loop_for_margins.loop.gain
-        limit = self._known_limit if gain else None
+        limit = self._with_limits.stability.limit if gain else None
         if limit is None:
             return None, self._limit_errors[0] if gain else 0.0
         return limit.omega / (2 * np.pi), self._limit_errors[1]

@@ -119,7 +119,7 @@ class LoopStability:
 
         `DrivenCables` give the largest stable gain (`limit`) with all modes of cables that their trial gain could drive
         to instability. This gain is right if it is at most the trial gain; else it becomes the next trial gain. After
-        `MOTION.gain_trials` trials it is left as it is, see `limit_above_trials`.
+        `MOTION.gain_trials` trials it is left as it is, and `limit` refuses a larger one.
 
         Yields
         ------
@@ -156,11 +156,6 @@ class LoopStability:
     def _gain_to_reach(self, limit):
         """Trial gain [rad/s] that confirms a `Limit`, or None: that the loop is stable with any gain."""
         return limit.factor if limit else MOTION.unlimited_gain * self._lowest_frequency
-
-    @property
-    def limit_above_trials(self):
-        """True if `limit` is above the last trial gain: modes of cables that were not looked at may make it smaller."""
-        return self._exponent(self._gain_to_reach(self.driven.limit)) > self._exponent(self.driven.gain)
 
     def _first_trial_gain(self):
         """Find the first of `_trial_gains` that can be judged [rad/s]: a generator, as `_search_driven_cables`."""
@@ -232,7 +227,7 @@ class LoopStability:
         gain = law_from(self._closed_loop.scene.control)[1]
         return self.driven.for_gain(np.inf if gain is None else gain)
 
-    @property
+    @cached_property
     def limit(self):
         """`Limit`: the smallest gain at which a pole crosses the imaginary axis; None where none does.
 
@@ -240,11 +235,25 @@ class LoopStability:
         ------
         NoSolutionError
             A mode as good as undamped decides.
+        ConvergenceError
+            Waves or modes of cables that were not looked at may make the limit smaller.
         """
-        limit = self.driven.limit
+        driven = self.driven
+        limit, resolving = driven.limit, driven.resolving
         if limit and limit.undamped:
             gains = self._closed_loop.gains_in_words((1 + CONTROL.above_undamped_limit) * limit.factor)
             raise undamped(1j * limit.omega, self.gains.open_ratio(limit.omega), f"no largest gain: at {gains} ")
+        if limit and not resolving.resolves(limit.omega):
+            frequency, resolved = limit.omega / (2 * np.pi), resolving.resolved_to / (2 * np.pi)
+            raise ConvergenceError(
+                f"the loop may become unstable at {frequency:.4g} Hz with a gain of about {limit.factor:.2g} rad/s, "
+                f"but waves of the cables are resolved up to {resolved:.4g} Hz: the largest gain is not known"
+            )
+        if self._exponent(self._gain_to_reach(limit)) > self._exponent(driven.gain):
+            raise ConvergenceError(
+                f"modes of the cables that a gain of {driven.gain:.2g} rad/s could drive are looked at, and "
+                "the loop is stable up to a larger one: the largest gain is not known"
+            )
         return limit
 
     @property

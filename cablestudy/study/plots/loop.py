@@ -8,7 +8,7 @@ from matplotlib.ticker import MultipleLocator
 
 from cablestudy.control.response import Phase
 from cablestudy.control.tolerances import CONTROL
-from cablestudy.errors import NoSolutionError, NothingToDrawError
+from cablestudy.errors import ConvergenceError, NoSolutionError, NothingToDrawError
 from cablestudy.study.loop_in_time import MILLI
 from cablestudy.study.loop_report import curves, decibels, drawn_frequencies, loop_gain, singular_values
 from cablestudy.study.plots.style import (
@@ -103,22 +103,23 @@ def _title(closed_loop):
 def _span(closed_loop):
     """Default range of frequencies, about those that are marked, and number of points: (low [Hz], high [Hz], int)."""
     marked = [*closed_loop.body.coupled_frequencies, closed_loop.loop.gain / TURN]
-    marked += [closed_loop.stability.limit.omega / TURN] if _has_limit(closed_loop) else []
+    limit, _ = _limit_of(closed_loop)
+    marked += [limit.omega / TURN] if limit else []
     marked += [notch.rolloff_omega / TURN for notch in closed_loop.body.notches if notch]
     return min(0.2 * max(marked), SPAN_BELOW / SPAN_ABOVE * 10 * min(marked)), SPAN_ABOVE * max(marked), CURVE_POINTS
 
 
-def _has_limit(closed_loop):
-    """True if the loop has a largest gain, and it can be computed."""
+def _limit_of(closed_loop):
+    """`Limit` of the gain, None where there is none; and whether it is known: a pair."""
     try:
-        return closed_loop.stability.largest_gain is not None
-    except NoSolutionError:
-        return False
+        return closed_loop.stability.limit, True
+    except (NoSolutionError, ConvergenceError):
+        return None, False
 
 
-def _margin(closed_loop):
-    """Gain margin of a loop that has a largest gain. [dB]"""
-    return float(decibels(closed_loop.stability.largest_gain / closed_loop.loop.gain))
+def _margin(closed_loop, limit):
+    """Gain margin of a loop by the `Limit` of its gain. [dB]"""
+    return float(decibels(limit.factor / closed_loop.loop.gain))
 
 
 def _magnitude(axes, closed_loop, frequency, value):
@@ -131,8 +132,8 @@ def _magnitude(axes, closed_loop, frequency, value):
     axes.axhline(0.0, color=GREY, lw=0.8)
     axes.set_ylim(max(LEAST_MAGNITUDE, np.nanmin(sizes) - 5), np.nanmax(sizes) + 10)
     axes.set_ylabel("loop gain [dB]")
-    if _has_limit(closed_loop):
-        margin, crossing = _margin(closed_loop), closed_loop.stability.limit.omega / TURN
+    if limit := _limit_of(closed_loop)[0]:
+        margin, crossing = _margin(closed_loop, limit), limit.omega / TURN
         axes.annotate("", (crossing, 0), (crossing, -margin), arrowprops={"color": RED, **ARROW})
         axes.plot(crossing, -margin, "o", color=RED, ms=4, zorder=5,
                   label=with_minus(f"gain margin {margin:.4g} dB at {crossing:.4g} Hz"))  # fmt: skip
@@ -221,9 +222,9 @@ def _nyquist(axes, closed_loop, value):
     if margins and margins.gain_crossover and not several:
         (at_crossover,) = loop_gain(closed_loop, np.array([margins.gain_crossover]))[:, 0, 0]
         axes.plot(at_crossover.real, at_crossover.imag, "s", color=GREEN, ms=4, zorder=5, label=_phase_label(margins))
-    if _has_limit(closed_loop):
-        axes.plot(-closed_loop.loop.gain / closed_loop.stability.largest_gain, 0, "o", color=RED, ms=4, zorder=5,
-                  label=with_minus(f"gain margin {_margin(closed_loop):.4g} dB"))  # fmt: skip
+    if limit := _limit_of(closed_loop)[0]:
+        axes.plot(-closed_loop.loop.gain / limit.factor, 0, "o", color=RED, ms=4, zorder=5,
+                  label=with_minus(f"gain margin {_margin(closed_loop, limit):.4g} dB"))  # fmt: skip
     name = "the eigenvalues of L" if several else "L"
     axes.set(xlim=(-0.6 - NYQUIST_HALF, -0.6 + NYQUIST_HALF), ylim=(-NYQUIST_HALF, NYQUIST_HALF))
     axes.set(xlabel=f"real part of {name}", ylabel=f"imaginary part of {name}")
@@ -247,14 +248,13 @@ def _eigenvalues(value):
 def _write_margins(axes, closed_loop):
     """Write gains and margins of a loop beside its Nyquist plot, a line for each: its name, and the number."""
     axes.set_axis_off()
-    limit, loop, law = _has_limit(closed_loop), closed_loop.loop, closed_loop.loop.law
-    largest = closed_loop.stability.largest_gain if limit else None
+    (limit, known), loop, law = _limit_of(closed_loop), closed_loop.loop, closed_loop.loop.law
     lines = [("gain", f"{loop.gain:.4g} rad/s")]
     lines += [("proportional gain", f"{loop.gain * law.proportional:.4g}")] if law.proportional else []
     lines += [("derivative gain", f"{loop.gain * law.derivative:.4g} s")] if law.derivative else []
     lines += [("delay", f"{law.delay:.4g} s")] if law.delay else []
-    lines += [("largest gain", f"{largest:.4g} rad/s" if largest else "none")]
-    lines += [("gain margin", f"{_margin(closed_loop):.4g} dB")] if limit else []
+    lines += [("largest gain", f"{limit.factor:.4g} rad/s" if limit else "none" if known else "not known")]
+    lines += [("gain margin", f"{_margin(closed_loop, limit):.4g} dB")] if limit else []
     stability = closed_loop.stability
     lines += _margins_in_words(stability.margins) if stability.stable else [("loop", "unstable")]
     for row, (name, number) in enumerate(lines):
