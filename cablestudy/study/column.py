@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from math import isfinite
+from types import NoneType
 
 import numpy as np
 
@@ -167,7 +168,7 @@ def value_and_error(column, case):
     case.check(column)
     result = column.compute(case)
     number, error = result if isinstance(result, tuple) else (result, None)
-    if not isinstance(number, float | int | None):
+    if not isinstance(number, (float, int, NoneType)):
         number = np.asarray(number).item()
     if isinstance(number, float) and not isfinite(number):
         raise lacking_error(case.scene, column) if lacks(case.scene, column) else not_finite(column)

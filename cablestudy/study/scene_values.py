@@ -27,7 +27,7 @@ class SceneValues:
     """Values of n scenes of one cable as arrays with an axis of scenes. All have point loads at equally many places."""
 
     def __init__(self, scenes):
-        self.scenes, self._numbers = scenes, {}
+        self.scenes, self._numbers, self._tables = scenes, {}, {"": scenes}
 
     def __len__(self):
         return len(self.scenes)
@@ -43,8 +43,12 @@ class SceneValues:
         return self._numbers[path]
 
     def _values_at(self, path):
-        """Value of each scene at a path with dots: list."""
-        return [attribute(scene, path) for scene in self.scenes]
+        """Value of each scene at a path with dots, None where part of the path is missing: list."""
+        parent, _, name = path.rpartition(".")
+        if parent not in self._tables:
+            self._tables[parent] = self._values_at(parent)
+        tables = self._tables[parent]
+        return [table.get(name) if isinstance(table, dict) else getattr(table, name, None) for table in tables]
 
     def words(self, path):
         """A word of each scene, like `cable.tension.at`; empty where there is none: ndarray of str, shape (n,)."""
