@@ -31,7 +31,7 @@ def measure(bars):
     """Times [s] and peak memory [bytes] for one size."""
     from cablestudy.cable import catenary, equilibrium
     from cablestudy.cable.dynamics import Dynamics
-    from cablestudy.cable.element import mesh_segments
+    from cablestudy.cable.meshes import mesh_segments
     from cablestudy.cable.span import Span
 
     area = 2.69e-6

@@ -10,7 +10,8 @@ from references import catenary_mp, dense
 
 from cablestudy.cable import catenary, equilibrium, initial_length
 from cablestudy.cable.assembly import masses
-from cablestudy.cable.element import basis, mesh_segments
+from cablestudy.cable.element import basis
+from cablestudy.cable.meshes import mesh_segments
 from cablestudy.cable.span import CORES, Span
 from cablestudy.cable.stiffness import tangent_stiffness
 from cablestudy.scene.scene import CableScene

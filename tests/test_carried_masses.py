@@ -30,7 +30,7 @@ from test_wind_cable import spectrum_of
 from cablestudy.cable import catenary, equilibrium
 from cablestudy.cable.damping import Damping
 from cablestudy.cable.dynamics import Dynamics
-from cablestudy.cable.element import mesh_pieces, mesh_segments, pieces
+from cablestudy.cable.meshes import mesh_pieces, mesh_segments, pieces
 from cablestudy.cable.stiffness import tangent_stiffness
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.control.one_cable import state_space

@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from cablestudy.cable import catenary, equilibrium
 from cablestudy.cable.dynamics import Dynamics
-from cablestudy.cable.element import mesh_pieces, pieces
+from cablestudy.cable.meshes import mesh_pieces, pieces
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import ConvergenceError
 

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from cablestudy.cable.element import MASSES, Mesh, basis, lagrange, mass_matrix, mesh_segments
+from cablestudy.cable.element import MASSES, Mesh, basis, lagrange, mass_matrix
+from cablestudy.cable.meshes import mesh_segments
 from cablestudy.errors import NoSolutionError
 
 ORDERS = (1, 2, 3, 4, 8, 16, 33, 64)

@@ -14,7 +14,8 @@ from slack_chain import span_margin
 
 from cablestudy.cable import catenary, equilibrium
 from cablestudy.cable.assembly import SPATIAL, System
-from cablestudy.cable.element import basis, mesh_segments
+from cablestudy.cable.element import basis
+from cablestudy.cable.meshes import mesh_segments
 from cablestudy.cable.newton import REASONS, SLACK, Record
 from cablestudy.cable.state import interpolate, sag
 from cablestudy.cable.stiffness import internal_forces

@@ -7,7 +7,7 @@ from references import bars
 from scenes import INCLINED, PAPER, SAGGING, cells, scene
 
 from cablestudy.cable import catenary, equilibrium
-from cablestudy.cable.element import mesh_segments
+from cablestudy.cable.meshes import mesh_segments
 from cablestudy.cable.state import interpolate
 from cablestudy.study.cable_columns import over_strength
 from cablestudy.study.one_cable.case import CableCase

@@ -28,7 +28,7 @@ from straight_scenes import (
 )
 from suspension_cases import case_at, case_of, scene_at, value, variances_of
 
-from cablestudy.cable.element import mesh_segments
+from cablestudy.cable.meshes import mesh_segments
 from cablestudy.control.loop import Loop
 from cablestudy.errors import NoSolutionError
 from cablestudy.motion import gust_response

@@ -10,7 +10,8 @@ from cables import EA, MASS, batch, chord_span, full_stiffness, paper_span
 from cablestudy.cable import catenary, equilibrium
 from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE
 from cablestudy.cable.dynamics import PLANAR, Dynamics
-from cablestudy.cable.element import Mesh, mesh_segments
+from cablestudy.cable.element import Mesh
+from cablestudy.cable.meshes import mesh_segments
 
 SPANS = {
     "taut": paper_span(),

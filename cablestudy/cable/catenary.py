@@ -315,33 +315,6 @@ class Catenary(SegmentedCable):
         return np.where(self.slack, np.nan, sag)
 
 
-def travel_shares(catenary, edges):
-    """Relative times that a transverse wave takes along the pieces of one cable, by which elements are distributed.
-
-    The wave speed is sqrt(T/m) with the tension T and the mass per length m, so that the time is the integral of
-    sqrt(m/T) ds. A piece gets as many elements as its time demands (`element.counts_of_pieces`).
-
-    Parameters
-    ----------
-    catenary : Catenary
-        Of one cable.
-    edges : sequence of float
-        Ends of the n pieces along the cable, shares of the unstretched length: n + 1 of them, ascending from 0 to 1.
-
-    Returns
-    -------
-    list of float
-        Time of each of the n pieces over the longest of these times, by Gauss's rule. [-]
-    """
-    nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
-    low, high = np.array(edges[:-1]), np.array(edges[1:])
-    positions = (low[:, None] + high[:, None] + (high - low)[:, None] * nodes) / 2
-    force = catenary.tension_at(positions.ravel())
-    tension = np.maximum(np.sqrt((force**2).sum(axis=-1)), CABLE.least_divisor).reshape(positions.shape)
-    time = (high - low) * ((1 / np.sqrt(tension)) @ weights)
-    return (time / time.max()).tolist()
-
-
 def solve(span, tension=None):
     """Equilibrium of an elastic cable between its ends, under weight and point loads, or of a batch of cables.
 

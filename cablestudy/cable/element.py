@@ -4,16 +4,11 @@ Positions are interpolated at Gauss-Lobatto points, and strain is taken at `orde
 bar of constant strain, and no order locks. Lumped mass is Lobatto quadrature.
 """
 
-import itertools
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from math import ceil
 
 import numpy as np
 from numpy.polynomial import legendre
-
-from cablestudy.cable.tolerances import CABLE
-from cablestudy.errors import NoSolutionError
 
 MASSES = ("lumped", "consistent", "blended")
 
@@ -174,118 +169,3 @@ class Mesh:
     def point_positions(self):
         """Arc length of each Gauss point over the unstretched length, shape (n, q). [-]"""
         return self.edges[:-1, None] + self.sizes[:, None] * basis(self.order).points
-
-
-def mesh_segments(fractions, elements, order=1, mass="lumped", point_masses=()):
-    """Mesh of a cable with a node at each of its k point loads, and elements of about equal length between them.
-
-    Each segment between two loads, or a load and an end, has one element at least. Loads that almost coincide, or are
-    almost at an end, do not make a segment.
-
-    Parameters
-    ----------
-    fractions : ndarray, shape (k + 1,)
-        Share of the unstretched length of each segment. [-]
-    elements : int
-        Total number of elements.
-    order : int
-        Polynomial order of the elements.
-    mass : {"lumped", "consistent", "blended"}
-        Mass matrix: diagonal, by exact integration, or the mean of both.
-    point_masses : tuple of (float, float)
-        For each point mass its place as a share of the unstretched length, and its mass over that of the cable; it is
-        put on the nearest edge of an element. [-]
-
-    Returns
-    -------
-    Mesh
-
-    Raises
-    ------
-    NoSolutionError
-        Fewer elements than segments.
-    """
-    edges = _without_close(_segment_edges(fractions))
-    lengths = np.diff(edges)
-    segments = len(lengths)
-    if elements < segments:
-        raise NoSolutionError(f"{segments - 1} point loads need at least {segments} elements, got {elements}")
-    # elements beyond the first one of each segment: whole numbers by the method of the largest remainder
-    quota = np.maximum(lengths * elements - 1, 0.0)
-    quota *= (elements - segments) / quota.sum() if quota.sum() > 0 else 0.0
-    floor = np.floor(quota + 1e-9)
-    counts = 1 + floor.astype(int)
-    counts[np.argsort(floor - quota, kind="stable")[: elements - counts.sum()]] += 1
-    return mesh_pieces(tuple(edges), tuple(counts.tolist()), order, mass, point_masses)
-
-
-def pieces(fractions, singularities):
-    """Divide a cable into pieces, short where its tension T(s) changes sharply, so that one element suits each piece.
-
-    On a segment T(s) is analytic but for a complex point s0 and its conjugate. A piece is halved if it is longer than
-    the distance from its middle to s0 and than `CABLE.shortest_piece`. The error of the polynomials on a piece then
-    falls geometrically with their order.
-
-    Parameters
-    ----------
-    fractions : ndarray, shape (k + 1,)
-        Share of the unstretched length of each segment between the k point loads. [-]
-    singularities : ndarray of complex, shape (k + 1,)
-        s0 of each segment: complex arc length, over the unstretched length, at which T would vanish
-        (`Catenary.singularities`). [-]
-
-    Returns
-    -------
-    tuple of float
-        Edges of the pieces over the unstretched length, from 0 to 1. [-]
-    """
-    edges = [0.0]
-    segments = itertools.pairwise(_segment_edges(fractions))
-    for segment, singularity in zip(segments, singularities.tolist(), strict=True):
-        undecided = [segment]  # intervals (low, high) that may have to be halved, the next one last
-        while undecided:
-            low, high = undecided.pop()
-            middle = (low + high) / 2
-            if high - low > max(abs(middle - singularity), CABLE.shortest_piece):
-                undecided += [(middle, high), (low, middle)]
-            else:
-                edges.append(high)
-    return tuple(edges)
-
-
-def counts_of_pieces(elements, shares):
-    """Number of elements of each piece, a tuple: `elements` times its share, rounded up, and one at least.
-
-    The shares are those of `catenary.travel_shares`: 1 for the piece that a wave takes longest to pass.
-    """
-    return tuple(ceil(elements * share - 1e-9) or 1 for share in shares)
-
-
-@lru_cache(maxsize=256)
-def mesh_pieces(edges, counts, order, mass="lumped", point_masses=()):
-    """`Mesh` with a number of equal elements for each piece, the same object for the same arguments.
-
-    Parameters
-    ----------
-    edges : tuple of float, length k + 1
-    counts : tuple of int, length k
-    point_masses : tuple
-        See `Mesh`; each is put on the nearest edge.
-    """
-    pieces = zip(itertools.pairwise(edges), counts, strict=True)
-    element_edges = [low + (high - low) * np.arange(count) / count for (low, high), count in pieces]
-    return Mesh(np.array(_without_close([*np.concatenate(element_edges), 1.0])), order, mass, point_masses)
-
-
-def _segment_edges(fractions):
-    """Edges of segments on [0, 1], from the fractions of the k + 1 segments: a list of k + 2 numbers."""
-    return [0.0, *np.cumsum(fractions)[:-1].tolist(), 1.0]
-
-
-def _without_close(edges):
-    """Ascending edges on [0, 1] without those closer than `merged_loads` to the one before or to the last one."""
-    kept = [0.0]
-    for edge in edges[1:-1]:
-        if kept[-1] + CABLE.merged_loads < edge < 1 - CABLE.merged_loads:
-            kept.append(edge)
-    return [*kept, 1.0]

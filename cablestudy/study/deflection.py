@@ -7,9 +7,9 @@ import numpy as np
 from cablestudy.cable import segment
 from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, System
 from cablestudy.cable.catenary import solve, split
-from cablestudy.cable.element import mesh_segments
 from cablestudy.cable.equilibrium import external_forces, from_catenary
 from cablestudy.cable.equilibrium import solve as solve_elements
+from cablestudy.cable.meshes import mesh_segments
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.tolerances import STUDY
 

@@ -1,7 +1,7 @@
 """Search for the coarsest finite-element model of a cable whose results have an asked accuracy, level by level.
 
 The elements are linearised about the equilibrium in closed form (`cable.catenary`); each level has more of them on the
-piece with most waves, or a higher order. A piece is a part along which the cable bends little (`element.pieces`).
+piece with most waves, or a higher order. A piece is a part along which the cable bends little (`meshes.pieces`).
 """
 
 from collections.abc import Callable

@@ -6,9 +6,10 @@ from math import ceil
 
 import numpy as np
 
-from cablestudy.cable.catenary import GAUSS_POINTS, travel_shares
+from cablestudy.cable.catenary import GAUSS_POINTS
 from cablestudy.cable.damping import Damping, grows_with_modes
-from cablestudy.cable.element import basis, counts_of_pieces, mesh_pieces, mesh_segments, pieces
+from cablestudy.cable.element import basis
+from cablestudy.cable.meshes import edges_of_pieces, mesh_by_waves, mesh_segments
 from cablestudy.cable.steady_drag import SteadyDrag, uneven_drag
 from cablestudy.system.condensed_cables import CondensedCables, laws_of
 from cablestudy.system.coupling_damping import Strain
@@ -130,12 +131,8 @@ class Cables:
 
     @cached_property
     def edges(self):
-        """Edges of the pieces along which each cable bends little, shares of its length; see `element.pieces`."""
-        singularities, fraction = self.catenary.singularities, self.catenary.segments.fraction
-        loaded = fraction.shape[-1] > 1
-        bent = (np.abs(0.5 - singularities) < 1)[:, 0]
-        divided = (bent | loaded) & self.heavy
-        return [pieces(fraction[i], singularities[i]) if divided[i] else (0.0, 1.0) for i in range(self.count)]
+        """Edges of the pieces along which each cable bends little, shares of its length; see `meshes.pieces`."""
+        return edges_of_pieces(self.catenary, self.heavy)
 
     @cached_property
     def point_masses(self):
@@ -220,10 +217,8 @@ class Cables:
         for cable in np.flatnonzero(self.heavy).tolist():
             elements = ceil(orders[cable] / SYSTEM.highest_order)
             order = 2 * ceil(orders[cable] / elements / 2)  # even ones, so that many cables share a mesh
-            edges = self.edges[cable]
-            shares = travel_shares(self.catenary.take(cable), edges) if len(edges) > 2 else [1.0]
-            counts = counts_of_pieces(elements, shares)
-            meshes[cable] = mesh_pieces(edges, counts, order, point_masses=self.point_masses[cable])
+            of_cable = self.edges[cable], elements, order, self.point_masses[cable]
+            meshes[cable] = mesh_by_waves(self.catenary, cable, *of_cable)
         return meshes
 
 

@@ -18,7 +18,8 @@ from math import ceil, sqrt
 
 import numpy as np
 
-from cablestudy.cable.element import Mesh, basis, lagrange, mesh_segments
+from cablestudy.cable.element import Mesh, basis, lagrange
+from cablestudy.cable.meshes import mesh_segments
 from cablestudy.statics.suspension import outward
 from cablestudy.system.superelement import of_shapes, with_ends
 from cablestudy.wind.cable_pairs import Arc, load_points

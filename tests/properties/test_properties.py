@@ -16,7 +16,7 @@ from slack_chain import span_margin
 from cablestudy.cable import catenary, equilibrium
 from cablestudy.cable.assembly import SPATIAL, System
 from cablestudy.cable.dynamics import Dynamics
-from cablestudy.cable.element import mesh_segments
+from cablestudy.cable.meshes import mesh_segments
 from cablestudy.cable.stiffness import internal_forces
 
 PROFILE = settings(

@@ -10,7 +10,7 @@ from solved import solve
 
 from cablestudy.cable import catenary, equilibrium
 from cablestudy.cable.dynamics import Dynamics
-from cablestudy.cable.element import mesh_pieces, mesh_segments, pieces
+from cablestudy.cable.meshes import mesh_pieces, mesh_segments, pieces
 from cablestudy.errors import CablestudyError, ConvergenceError
 from cablestudy.scene.cable_table import DampingTable
 from cablestudy.study.one_cable.case import CableCase

@@ -7,9 +7,9 @@ import numpy as np
 from cablestudy.cable import equilibrium
 from cablestudy.cable.assembly import IN_PLANE, SPATIAL
 from cablestudy.cable.dynamics import PLANAR, Dynamics
-from cablestudy.cable.element import counts_of_pieces, mesh_pieces, mesh_segments
 from cablestudy.cable.equilibrium import refusal
 from cablestudy.cable.geometry import midspan
+from cablestudy.cable.meshes import mesh_by_waves, mesh_segments
 from cablestudy.cable.steady_drag import uneven_drag
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import ConvergenceError, NoSolutionError
@@ -165,12 +165,7 @@ def mesh_of(case):
     results, index = case.results, case.index
     pieces, point_masses = results.pieces(index), case.point_masses
     if case.level is not None:
-        elements, order = case.level
-        if len(pieces) == 2:
-            return mesh_pieces(pieces, (elements,), order, point_masses=point_masses)
-        # on each piece as many as its share of the waves needs
-        shares = results.travel_shares(index, pieces) if elements > 1 else [1.0] * (len(pieces) - 1)
-        return mesh_pieces(pieces, counts_of_pieces(elements, shares), order, point_masses=point_masses)
+        return mesh_by_waves(results.catenary, index, pieces, *case.level, point_masses)
     return fixed_mesh(results, index, point_masses)
 
 

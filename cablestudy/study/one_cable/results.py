@@ -4,8 +4,8 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.cable.catenary import solve, travel_shares
-from cablestudy.cable.element import pieces
+from cablestudy.cable.catenary import solve
+from cablestudy.cable.meshes import edges_of_pieces
 from cablestudy.cable.newton import UNDETERMINED
 from cablestudy.cable.span import CORES
 from cablestudy.cable.taut import lambda_squared
@@ -309,29 +309,20 @@ class Results:
         """True where a cable has next to no tension somewhere, shape (n,)."""
         return self.catenary.folded
 
-    @cached_property
-    def _bent(self):
-        """True where a segment bends so much that it is divided into shorter pieces, shape (n,)."""
-        fraction = self.catenary.segments.fraction
-        middle = np.cumsum(fraction, axis=-1) - fraction / 2
-        return (fraction > np.abs(middle - self.catenary.singularities)).any(axis=-1)
-
     def pieces(self, case):
-        """Edges of the pieces along which one cable bends little, shares of its length; see `element.pieces`.
+        """Edges of the pieces along which one cable bends little, shares of its length; see `meshes.pieces`.
 
         NoSolutionError or ConvergenceError where it has no equilibrium, or hangs folded and has no motion.
         """
         self.check(case)
         if self.folded[case]:
             raise NoSolutionError(LIMP if self.limp[case] else NO_MOTION)
-        fraction = self.catenary.segments.fraction
-        if fraction.shape[-1] == 1 and not self._bent[case]:
-            return 0.0, 1.0
-        return pieces(fraction[case], self.catenary.singularities[case])
+        return self._edges[case]
 
-    def travel_shares(self, case, edges):
-        """Travel time of a transverse wave along each piece over the longest one, see `catenary.travel_shares`."""
-        return travel_shares(self.catenary.take(case), edges)
+    @cached_property
+    def _edges(self):
+        """`pieces` of all cables that have motion, others whole: list."""
+        return edges_of_pieces(self.catenary, ~self.folded & self.catenary.record.converged)
 
 
 def along(span, stiffness, axis, moved=None):
