@@ -245,6 +245,21 @@ def test_damping_ratios_are_those_of_the_poles(damping):
     assert np.sort(found.damping_ratio) == pytest.approx(np.sort(expected), rel=1e-3, abs=1e-7)
 
 
+def test_few_modes_with_hysteretic_and_viscous_damping():
+    """Both forces span the space of the solution: the lowest modes of dense bars, at half of critical damping."""
+    state, loss, per_length = platform(), 0.2, 3.0
+    found = coupled_modes(state, 3, damping=Damping("hysteretic", loss_factor=loss, viscous=per_length),
+                          model=FixedModel(6))  # fmt: skip
+    reference = bar_suspension.dense(state, 6)
+    _, viscous = reference.damping({"viscous": per_length}, [0.3] * 8)
+    zero, unit = np.zeros_like(viscous), np.eye(len(viscous))
+    left = np.block([[zero, unit], [-(reference.K + 1j * loss * reference.elastic), -viscous]])
+    poles = scipy.linalg.eigvals(left, np.block([[unit, zero], [zero, reference.M]]))
+    poles = poles[poles.imag > 0]
+    lowest = poles[np.argsort(np.abs(poles))][:3]
+    assert np.sort(found.damping_ratio) == pytest.approx(np.sort(-lowest.real / np.abs(lowest)), rel=1e-6)
+
+
 def test_the_error_of_the_damping_ratio_is_stated():
     state, damping = platform(), Damping("kelvin_voigt", time=1e-3)
     found, exact = (coupled_modes(state, 12, accuracy, damping) for accuracy in (1e-4, 1e-9))

@@ -34,19 +34,18 @@ def damped_poles(system, omega, shapes, coupled=SYSTEM.coupled_modes):
     Notes
     -----
     The poles are those of s^2 I + s Phi^T C Phi + W^2 + i Phi^T Im(K) Phi. The columns of Phi are the k modes, the
-    further ones, and Ritz vectors. These are the static response of the system to the damping forces of the k modes:
-    Im(K) phi, or C phi if those vanish. Modes and poles are paired so that the sum of the shares of the modes in the
+    further ones, and Ritz vectors. These are the static response of the system to the damping forces of the k modes,
+    Im(K) phi and C phi. Modes and poles are paired so that the sum of the shares of the modes in the
     motion of their poles is largest. A mode that does not oscillate has the ratio
 
         phi^T C phi/(2 W) + phi^T Im(K) phi/(2 W^2).
     """
     count, loss, damping = len(omega), system.stiffness.imag, system.damping
-    damping_forces = loss @ shapes
-    damping_forces = damping_forces if np.any(damping_forces) else damping @ shapes
-    if not np.any(damping_forces):
+    damping_forces = [forces for forces in (loss @ shapes, damping @ shapes) if np.any(forces)]
+    if not damping_forces:
         return 1j * omega, np.zeros(count)
     omega, basis = _with_coupled_modes(system, omega, shapes, coupled)
-    static_omega, static_shapes = ritz(system, basis, system.compliance(damping_forces))
+    static_omega, static_shapes = ritz(system, basis, system.compliance(np.concatenate(damping_forces, axis=1)))
     omega, basis = np.concatenate([omega, static_omega]), np.concatenate([basis, static_shapes], axis=1)
     damping, loss = basis.T @ (damping @ basis), basis.T @ (loss @ basis)
     poles, share = _oscillating_poles(omega, damping, loss)
