@@ -15,12 +15,12 @@ from test_ends import damped
 
 from cablestudy.cable import dynamics
 from cablestudy.motion.body_mode import largest_share
-from cablestudy.motion.tolerances import MOTION
 from cablestudy.study.notes import gondola_notes
 from cablestudy.study.one_cable import system as one_cable_system
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.system.cables import Models
 from cablestudy.system.mode_search import Search
+from cablestudy.system.tolerances import SYSTEM
 
 
 def frequency_on(mass, stiffness):
@@ -128,7 +128,7 @@ def test_a_mesh_with_all_the_unknowns_there_may_be_is_not_tried_again(monkeypatc
         raise AssertionError
 
     monkeypatch.setattr(Models, "large", np.array([True]))
-    monkeypatch.setattr(type(MOTION), "damped_pole_freedoms", 24)
+    monkeypatch.setattr(type(SYSTEM), "damped_pole_freedoms", 24)
     monkeypatch.setattr(one_cable_system, "coupled_modes", never)
     strained = scene("model={accuracy: 1e-6}", "cable.damping={model: hysteretic, loss_factor: 0.02}")
     row = solve(strained, "gondola_damping_ratio")

@@ -1,11 +1,13 @@
 """Coupled modes of suspensions against closed forms, dense bars and continuous cables."""
 
+import math
 import tracemalloc
 
 import counted_modes
 import numpy as np
 import pytest
 import scipy.linalg
+import scipy.optimize
 from campaign import campaign
 from command import run
 from references import bar_suspension, continuous_suspension
@@ -22,7 +24,7 @@ from cablestudy.system.cables import Models
 from cablestudy.system.coupled import Layout
 from cablestudy.system.coupled_modes import coupled_modes, coupled_modes_of_cases
 from cablestudy.system.coupled_trial import Trial
-from cablestudy.system.damping import damping_ratios
+from cablestudy.system.damping import damped_poles
 from cablestudy.system.hanging_cables import Cables, FixedModel
 from cablestudy.system.tolerances import SYSTEM
 
@@ -269,6 +271,28 @@ def test_the_error_of_the_damping_ratio_is_stated():
     assert np.isnan(coupled_modes(state, 12, damping=Damping(ratio=0.01)).damping_error).all()
 
 
+@pytest.mark.parametrize("accuracy", [0.1, 1e-2, 1e-4, 1e-6])
+def test_the_stated_error_counts_modes_of_cables_that_are_left_out(accuracy):
+    """A body between two strings of tension T, length L and mass m per length moves across them; viscous damping c.
+
+    With x = w L sqrt(m/T): cot x = M x/(2 m L), and c/(2 m w) times the strings' share of the kinetic energy.
+    """
+    mass, line, span, tension, per_length, stiffness = 5.0, 0.2, 10.0, 1e6, 0.02, 1e8
+    stretch = 1 + tension / stiffness
+    ends = [(-span, 0.0, 0.0), (span, 0.0, 0.0)]
+    cables = [(end, ("bob", (0.0, 0.0, 0.0)), stiffness, line) for end in ends]
+    state = with_lengths(suspension({"bob": {"at": (0, 0, 0), "mass": mass, "free": ("y",)}}, cables),
+                         [span / stretch] * 2)  # fmt: skip
+    found = coupled_modes(state, 1, accuracy, damping=Damping("modal", viscous=per_length))
+    line, per_length = line / stretch, per_length / stretch
+    x = scipy.optimize.brentq(lambda x: 2 * line * span * math.cos(x) - mass * x * math.sin(x), 0.1, 1.5)
+    of_strings = line * (span - span / (2 * x) * math.sin(2 * x))
+    share = of_strings / (of_strings + mass * math.sin(x) ** 2)
+    expected = per_length / (2 * line * x / span * math.sqrt(tension / line)) * share
+    assert abs(found.damping_ratio[0] / expected - 1) < found.damping_error[0] + 1e-9
+    assert found.damping_error[0] < 2 * accuracy
+
+
 def test_modes_that_damping_couples_share_it():
     """Two equal strings of different damping side by side, joined by a light body: neither keeps its own ratio."""
     anchors = [(0.0, 0.0, 10.0), (1.0, 0.0, 10.0)]
@@ -336,7 +360,7 @@ def test_modes_that_are_left_out_leave_their_damping(share):
     def ratios(limit):
         system = layout.system([one.element for one in models.coordinates(np.full(cables.count, limit)).kept])
         omega, shapes = system.lowest(6)
-        return omega, damping_ratios(system, omega, shapes)
+        return omega, damped_poles(system, omega, shapes)[1]
 
     omega, expected = ratios(np.inf)
     first = min(element.omega[0] for element in models.elements)

@@ -115,7 +115,7 @@ class DampingRatio:
 def _ratios_of_trial(modes, airflows):
     """Compute the damping ratios of the modes of bodies in n suspensions of one `Trial`, and estimate their errors.
 
-    The relative error is `MOTION.coarser_mesh_safety` times the relative change of the ratio by coarser meshes of the
+    The relative error is `SYSTEM.coarser_mesh_safety` times the relative change of the ratio by coarser meshes of the
     cables. It is not a number where the ratio is 1 (no oscillation) and for stated elements; for a ratio of 0 it is
     `MOTION.rounding`.
 
@@ -134,17 +134,17 @@ def _ratios_of_trial(modes, airflows):
     search, exact = _PoleSearch(modes, airflows), modes[0].exact
     models = search.trial.coordinates.models
     all_modes = exact or modes[0].damped[0].model.complete
-    fine = models if all_modes else models.with_all_displacements(MOTION.damped_pole_freedoms)
+    fine = models if all_modes else models.with_all_displacements(SYSTEM.damped_pole_freedoms)
     poles, near = search.poles(fine)
     differs = np.array([mesh != other for mesh, other in zip(models.meshes, fine.meshes, strict=True)], dtype=bool)
     ratio, finest = _ratios(poles), search.any_cable(differs)
     estimated = (ratio > 0) & (ratio < 1) & (not exact)
     coarse_poles = near = np.where(estimated, poles, near)
     if estimated.any():
-        coarse = models.with_all_displacements(MOTION.damped_pole_freedoms, coarser=SYSTEM.finer_orders)
-        coarse_poles = search.poles_near(coarse, np.where(estimated, poles, np.nan), MOTION.known_pole_distance)
+        coarse = models.with_all_displacements(SYSTEM.damped_pole_freedoms, coarser=SYSTEM.finer_orders)
+        coarse_poles = search.poles_near(coarse, np.where(estimated, poles, np.nan), SYSTEM.known_pole_distance)
     change = np.abs(_ratios(coarse_poles) - ratio) / np.where(estimated, ratio, 1.0)
-    error = np.where(estimated, np.maximum(MOTION.coarser_mesh_safety * change, MOTION.rounding), np.nan)
+    error = np.where(estimated, np.maximum(SYSTEM.coarser_mesh_safety * change, MOTION.rounding), np.nan)
     error = np.where((ratio == 0) & (not exact), MOTION.rounding, error)
     lost, outcomes = np.isnan(poles) | (estimated & np.isnan(coarse_poles)), []
     for row in range(len(modes)):
@@ -225,7 +225,7 @@ class _PoleSearch:
             if np.isnan(others[row]):
                 poles[row] = -self._omega[row]
         if not np.isnan(others).all():
-            poles = np.where(np.isnan(others), poles, self.poles_near(models, others, MOTION.known_pole_distance))
+            poles = np.where(np.isnan(others), poles, self.poles_near(models, others, SYSTEM.known_pole_distance))
         return poles, near
 
     def poles_near(self, models, near, far):

@@ -17,11 +17,7 @@ class MotionTolerances:
     most_body_modes: int = 400  # and at most
     light_damping: float = 0.02  # damping ratio up to which a pole is looked for from that without damping on,
     pole_distance: float = 0.5  # no farther than this times the damping ratio, since another mode may be near
-    known_pole_distance: float = 0.1  # relative distance from a known pole, from which on it is another one
     undamped_rounding: float = 1e-24  # damping ratio up to which it is rounding of a mode that nothing damps
-    # displacements of a cable all of whose modes are computed for a damped pole: half a second
-    damped_pole_freedoms: int = 1200
-    coarser_mesh_safety: float = 3.0  # on the change from coarser meshes, where it falls slowly
     sharper: tuple = (1.0, 1e-2, 1e-4)  # accuracies of the modes that are tried for a number, over that asked for
     next_mode: float = 1.1  # least frequency of modes above those computed, over that of a body's mode
     # share of a mode in a compliance over the largest one, from which on errors might make it the largest

@@ -10,10 +10,10 @@ import numpy as np
 
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
 from cablestudy.motion import peaks
-from cablestudy.motion.tolerances import MOTION
 from cablestudy.study.column import DIAMETER, MM, STRONG, UM, Column, scaled
 from cablestudy.study.load_cases import wind_direction
 from cablestudy.study.tolerances import STUDY
+from cablestudy.system.tolerances import SYSTEM
 from cablestudy.wind.peak import peak_factor
 
 WINCH = "gondola.mass, winch.controller"
@@ -58,7 +58,7 @@ def damping_ratio_of_gondola(case):
     if mode.damping.finest and not mode.damping.within(mode.accuracy):
         raise ConvergenceError(
             f"{DAMPING_RATIO}: estimated error {mode.damping.error:.1e}, asked for {mode.accuracy:g}: it needs all "
-            f"modes of the cable, of which no mesh has more than {MOTION.damped_pole_freedoms}"
+            f"modes of the cable, of which no mesh has more than {SYSTEM.damped_pole_freedoms}"
         )
     return mode.damping_ratio
 

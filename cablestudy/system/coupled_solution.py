@@ -7,7 +7,8 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.system.coupled_trial import RowModel
-from cablestudy.system.damping import damping_ratios
+from cablestudy.system.damped_pole import ratios_near
+from cablestudy.system.damping import damped_poles
 from cablestudy.system.mode_pairs import pair_modes
 from cablestudy.system.tolerances import SYSTEM
 
@@ -144,9 +145,34 @@ class CoupledModes:
 
     @cached_property
     def damping_ratio(self):
-        """Damping ratio of the pole of each mode, see `damping.damping_ratios`, shape (k,). [-]"""
+        """Damping ratio of the pole of each mode, shape (k,): with all motion of the cables where that is found. [-]
+
+        Else that of the model of the modes, see `damping.damped_poles`: with modal damping, for stated elements, and
+        for a mode that does not oscillate.
+        """
+        ratio, found = self._poles_and_ratios[1], self._ratio_with_all_motion
+        return np.where(np.isnan(found), ratio, found)
+
+    @cached_property
+    def _poles_and_ratios(self):
+        """Pole of each mode [rad/s] and its damping ratio [-] by the model of the modes: `damping.damped_poles`."""
         modes = self.damped
-        return damping_ratios(modes.system, modes.omega, modes.shapes)
+        return damped_poles(modes.system, modes.omega, modes.shapes)
+
+    @cached_property
+    def _ratio_with_all_motion(self):
+        """Damping ratio of each pole with all motion of the cables, not a number where it is not found. [-]"""
+        models, (poles, ratio) = self.damped.models, self._poles_and_ratios
+        sought = (ratio > SYSTEM.frequency_rounding) & ~np.isnan(self.error) & (not models.cables.modal.any())
+        meshes = models if models.complete else models.with_all_displacements(SYSTEM.damped_pole_freedoms)
+        return self._ratios_near(np.where(sought, poles, complex(np.nan, np.nan)), meshes)
+
+    def _ratios_near(self, poles, models):
+        """Damping ratios of the poles nearest to some, by elements of the cables: `damped_pole.ratios_near`. [-]"""
+        if np.isnan(poles).all():
+            return np.full(len(poles), np.nan)
+        cables = models.condensed(np.arange(models.cables.count))
+        return ratios_near(self.damped.layout, cables, poles, self.damped.shapes)
 
     @cached_property
     def damped(self):
@@ -163,19 +189,18 @@ class CoupledModes:
     def damping_error(self):
         """Estimated relative error of each damping ratio, shape (k,). [-]
 
-        The difference to a coarser model with fewer modes that damping may couple. Not a number for an exact choice of
-        elements, and for modal damping, whose effect on a mode that moves the ends of cables grows with their modes.
+        By what coarser meshes of the cables change, zero of a ratio that is no more than rounding. Not a number for
+        stated elements, for a mode that does not oscillate, and for modal damping, whose effect on a mode that moves
+        the ends of cables grows with their modes.
         """
-        cables = self.models.cables
-        if cables.modal.any() or self.damped is self:
-            return np.full(len(self), np.nan) if cables.heavy.any() else self.error
-        ratio = self.damping_ratio
-        coarse = damping_ratios(self.system, self.omega, self.shapes, SYSTEM.coupled_modes // 2)
-        for first, last in self.coincident:  # their poles come in any order
-            run = slice(first - 1, last)
-            coarse[run] = np.sort(coarse[run])[np.argsort(np.argsort(ratio[run]))]
-        change = np.abs(ratio - coarse) / np.where(ratio > SYSTEM.frequency_rounding, ratio, 1.0)
-        return change / np.maximum(1 - change, SYSTEM.least_true_share)  # the true ratio may be smaller by the change
+        poles, ratio = self._poles_and_ratios
+        found, models = self._ratio_with_all_motion, self.damped.models
+        near = np.where(np.isnan(found), complex(np.nan, np.nan), poles)
+        coarse = models.with_all_displacements(SYSTEM.damped_pole_freedoms, coarser=SYSTEM.finer_orders)
+        change = np.abs(self._ratios_near(near, coarse) / found - 1)
+        error = np.maximum(SYSTEM.coarser_mesh_safety * change, SYSTEM.frequency_rounding)
+        known_as_zero = (ratio <= SYSTEM.frequency_rounding) & ~np.isnan(self.error)
+        return np.where(known_as_zero, 0.0, error)
 
     def compliance_shares(self, body, axis):
         """Share of each mode in the static compliance of a free motion of a body: all of them add up to one. [-]

@@ -81,6 +81,36 @@ def poles_near(layout, cables, near, displacements, damping, far):
     return poles
 
 
+def ratios_near(layout, cables, poles, shapes):
+    """Damping ratios -Re s/|s| of the poles of one suspension nearest to estimates, no motion of its cables left out.
+
+    Parameters
+    ----------
+    layout : Layout
+    cables : list of CondensedCables
+        Of all its cables.
+    poles : ndarray, complex, shape (k,)
+        Estimates, above the real axis; not a number where none is asked for. [rad/s]
+    shapes : ndarray, shape (n, k)
+        Of these modes; the last rows are the free displacements of the bodies.
+
+    Returns
+    -------
+    ndarray, shape (k,)
+        Not a number where no pole is found within `SYSTEM.known_pole_distance`, and nearer than any other estimate:
+        where cables move alone their motion shows nothing at the bodies. [-]
+    """
+    displacements = shapes[len(shapes) - len(layout.free) :].T
+    damping = layout.damping if np.ndim(layout.damping) else 0.0
+    distance = np.abs(poles[:, None] - poles) / np.abs(poles[:, None])
+    others = np.where(distance > SYSTEM.coincident_poles, distance, np.inf)
+    far = np.fmin(SYSTEM.known_pole_distance, np.fmin.reduce(others, axis=1, initial=np.inf) / 2)
+    one_by_one = zip(poles[:, None], displacements[:, None], far[:, None], strict=True)
+    found = [poles_near(layout, cables, near, moved, damping, most) for near, moved, most in one_by_one]
+    found = np.array(found, dtype=complex).reshape(-1)
+    return -found.real / np.abs(found)
+
+
 def _dynamic_stiffness(layout, ends, slopes, s, damping):
     """D(s) and its derivative, shape (n, d, d), sparse where the layout's are, from those of the ends of all cables."""
     shape, (body_stiffness, body_mass) = layout.shape, layout.body_matrices

@@ -5,12 +5,7 @@ import numpy as np
 from cablestudy.system.tolerances import SYSTEM
 
 
-def damping_ratios(system, omega, shapes, coupled=SYSTEM.coupled_modes):
-    """Damping ratio -Re s/|s| of the pole that belongs to each mode, shape (k,); see `damped_poles`. [-]"""
-    return damped_poles(system, omega, shapes, coupled)[1]
-
-
-def damped_poles(system, omega, shapes, coupled=SYSTEM.coupled_modes):
+def damped_poles(system, omega, shapes):
     """Find the pole of the damped system that belongs to each of k undamped modes, and its damping ratio -Re s/|s|.
 
     Parameters
@@ -21,8 +16,6 @@ def damped_poles(system, omega, shapes, coupled=SYSTEM.coupled_modes):
         W: angular frequencies of some of the lowest modes, in any order. [rad/s]
     shapes : ndarray, shape (n, k)
         Mass-normalised shapes of these modes.
-    coupled : int
-        Number of further modes that damping may couple to these, and that span the space of the solution too.
 
     Returns
     -------
@@ -33,10 +26,11 @@ def damped_poles(system, omega, shapes, coupled=SYSTEM.coupled_modes):
 
     Notes
     -----
-    The poles are those of s^2 I + s Phi^T C Phi + W^2 + i Phi^T Im(K) Phi. The columns of Phi are the k modes, the
-    further ones, and Ritz vectors. These are the static response of the system to the damping forces of the k modes,
-    Im(K) phi and C phi. Modes and poles are paired so that the sum of the shares of the modes in the
-    motion of their poles is largest. A mode that does not oscillate has the ratio
+    The poles are those of s^2 I + s Phi^T C Phi + W^2 + i Phi^T Im(K) Phi. The columns of Phi are the k modes,
+    `SYSTEM.coupled_modes` further ones that damping may couple to these, and Ritz vectors. These are the static
+    response of the system to the damping forces of the k modes, Im(K) phi and C phi. Modes and poles are paired so that
+    the sum of the shares of the modes in the motion of their poles is largest. A mode that does not oscillate has the
+    ratio
 
         phi^T C phi/(2 W) + phi^T Im(K) phi/(2 W^2).
     """
@@ -44,7 +38,7 @@ def damped_poles(system, omega, shapes, coupled=SYSTEM.coupled_modes):
     damping_forces = [forces for forces in (loss @ shapes, damping @ shapes) if np.any(forces)]
     if not damping_forces:
         return 1j * omega, np.zeros(count)
-    omega, basis = _with_coupled_modes(system, omega, shapes, coupled)
+    omega, basis = _with_coupled_modes(system, omega, shapes)
     static_omega, static_shapes = ritz(system, basis, system.compliance(np.concatenate(damping_forces, axis=1)))
     omega, basis = np.concatenate([omega, static_omega]), np.concatenate([basis, static_shapes], axis=1)
     damping, loss = basis.T @ (damping @ basis), basis.T @ (loss @ basis)
@@ -74,9 +68,9 @@ def _oscillating_poles(omega, damping, loss):
     return poles[oscillating], share / share.sum(axis=0)
 
 
-def _with_coupled_modes(system, omega, shapes, coupled):
-    """Frequencies and shapes of modes, and after them those of so many others that damping may couple to them."""
-    other_omega, other_shapes = system.lowest(len(omega) + coupled)
+def _with_coupled_modes(system, omega, shapes):
+    """Frequencies and shapes of modes, and after them those of others that damping may couple to them."""
+    other_omega, other_shapes = system.lowest(len(omega) + SYSTEM.coupled_modes)
     product = shapes.T @ (system.mass @ other_shapes)
     others = np.delete(np.arange(len(other_omega)), assign_columns(product**2)[1])
     other_omega, other_shapes = other_omega[others], other_shapes[:, others]

@@ -47,7 +47,6 @@ class SystemTolerances:
     # modes of a cable of such elements whose modal damping counts: an eigenvalue problem of a second
     modally_damped_modes: int = 1800
     frequency_rounding: float = 1e-12  # error of a frequency by rounding
-    least_true_share: float = 0.01  # of a damping ratio, which may be smaller by what it changes
     # modes that the other model needs beyond those asked for: the partner of the highest may be among them
     modes_beyond: int = 8
 
@@ -60,6 +59,10 @@ class SystemTolerances:
     pole_steps: int = 30  # iterations
     dense_numbers: int = 60_000  # in the matrices of cables that are solved at once: a processor's cache holds them
     pole_change: float = 1e-12  # relative change of a pole, of the size of its rounding
+    known_pole_distance: float = 0.1  # relative distance from a known pole, from which on it is another one
+    # displacements of a cable all of whose modes are computed for a damped pole: half a second
+    damped_pole_freedoms: int = 1200
+    coarser_mesh_safety: float = 3.0  # on the change of a damping ratio from coarser meshes, where it falls slowly
     dependent_ritz: float = 1e-10  # size of a vector over the largest, below which rounding determines it
     # product of two modes above which they are not orthogonal: of some that coincide not all were asked for
     not_orthogonal: float = 1e-6

@@ -34,7 +34,7 @@ from cablestudy.study.one_cable.system import analysis_of, in_cable_wind_of
 from cablestudy.study.refinement import with_accuracy
 from cablestudy.study.scene_values import load_count
 from cablestudy.system.assemble import assemble
-from cablestudy.system.damping import damping_ratios
+from cablestudy.system.damping import damped_poles
 from cablestudy.system.ends import Ends
 from cablestudy.system.state_spaces import StateSpaces
 from cablestudy.system.superelement import GONDOLA, GROUND
@@ -215,7 +215,7 @@ class ModeOfSystem:
     @property
     def damping_ratio(self):
         """Damping ratio of the mode with the winch at rest, 1 without oscillation [-]; and None, no error."""
-        ratio = damping_ratios(self._system, *self._lowest)
+        _, ratio = damped_poles(self._system, *self._lowest)
         return min(ratio[self.number], 1.0), None
 
 

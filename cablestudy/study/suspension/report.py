@@ -306,7 +306,8 @@ def mode_errors(case, modes, count):
         NaN where they are not known; 0 where both x and x_f are zero, as of a mode without damping. [-]
     """
     if case.model is None:
-        return case.mode_errors(modes)[:count], modes.damping_error[:count]
+        by_drag = case.group.errors.modes[case.index]
+        return case.mode_errors(modes)[:count], modes.damping_error[:count] + by_drag
     errors = np.full((2, count), np.nan)
     try:
         finer = case.finer.modes(count + SYSTEM.modes_beyond)
