@@ -648,13 +648,30 @@ def test_the_exact_search_begins_at_the_form():
 @pytest.mark.parametrize(
     ("text", "options", "message"),
     [
-        (KNOT, (), "scene.yaml: no cable has a force density"),
+        (KNOT.replace(", free: true, mass: 2 kg", ""), (), "--form-finding: no effect: no cable ends at a free point"),
         (FORM, ("--table", "bodies"), "--table bodies: there are the tables points, cables"),
         (FORM, ("--format", "csv"), "--format csv: one table at a time: give --table points, cables"),
     ],
 )
-def test_form_finding_says_what_it_lacks(text, options, message):
-    assert run("static", scene(text), "--form-finding", *options, code=None).err == f"{message}\n"
+def test_form_finding_refuses_what_has_no_effect(text, options, message):
+    assert run("static", scene(text), "--form-finding", *options, code=2).err == f"{message}\n"
+
+
+def test_form_finding_without_points_tells_the_tensions_between_the_ground():
+    text = "cables: {a: {from: [0, 0, 0], to: [3, 4, 0], force_density: 7, unstretched_length: 5}}\n"
+    found = run("static", scene(KNOT.splitlines()[0].replace(", unstretched_length: 2.4 m", "") + "\n" + text),
+                "--form-finding", "--format", "json")  # fmt: skip
+    (cable,) = json.loads(found.out)["cables"]["rows"]
+    assert (cable["length_m"], cable["tension_N"]) == (5.0, 35.0)
+
+
+def test_form_finding_names_each_cable_without_a_force_density():
+    told = "force_density: missing key: 'cablestudy static --form-finding' needs it"
+    found = run("static", scene(KNOT), "--form-finding", code=2).lines
+    assert found == [f"scene.yaml:3:13: cables.a.{told}", f"scene.yaml:3:40: cables.b.{told}"]
+    some = FORM.replace(f", force_density: {DENSITIES[1]}", "")
+    (line,) = run("static", scene(some), "--form-finding", code=2).lines
+    assert line == f"scene.yaml:5:7: cables.c1.{told}"
 
 
 @pytest.mark.parametrize("mass", [1e9, 3e14])

@@ -47,7 +47,7 @@ def form(scene, table: Text | None = None):
     """The form of a net by force densities."""
     from cablestudy.study.suspension.report import chosen_tables, form_tables
 
-    return Answer(tables=_named(table, chosen_tables(form_tables(scene.model), table)))
+    return Answer(tables=_named(table, chosen_tables(form_tables(scene.document, scene.model), table)))
 
 
 def modes(

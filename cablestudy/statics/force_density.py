@@ -15,7 +15,6 @@ import numpy as np
 
 from cablestudy.cable.matrices import solved
 from cablestudy.errors import NoSolutionError
-from cablestudy.statics.tangent import GROUND
 from cablestudy.statics.tolerances import STATICS
 
 
@@ -42,19 +41,15 @@ def find_form(suspension):
     NoSolutionError
         A cable at a free junction has no force density, or the force densities do not hold a junction.
     """
-    owner, shape = suspension.owner[suspension.of_cables], suspension.shape
+    shape = suspension.shape
     flat = suspension.broadcast((int(np.prod(shape)),))  # cases along one axis
     density = flat.force_density
     if density is None:
         raise NoSolutionError("no cable has a force density")
-    free = flat.free[:, :3].copy()
-    free[: flat.bodies] = False
-    at_free = np.where(owner == GROUND, False, free.any(axis=-1)[owner]).any(axis=-1)  # cables at a free junction
-    missing = at_free & ~np.isfinite(density).all(axis=0)
-    if missing.any():
-        names = [flat.cable_names[i] for i in np.flatnonzero(missing)]
+    if names := cables_without_force_density(flat):
         raise NoSolutionError(f"no force density of {', '.join(names)}")
-    cables, position = np.flatnonzero(at_free), np.array(flat.position)
+    free = _free_coordinates(flat)
+    cables, position = np.flatnonzero(_at_free_junction(flat)), np.array(flat.position)
     ends = flat.ends(position, flat.rotation)
     for case in range(len(position)):
         for axis in range(3):
@@ -66,6 +61,27 @@ def find_form(suspension):
     ends = form.ends(position, flat.rotation)[:, flat.of_cables]
     length = np.sqrt(((ends[..., 1, :] - ends[..., 0, :]) ** 2).sum(axis=-1))
     return form.broadcast(shape), (density * length).reshape((*shape, length.shape[-1]))
+
+
+def cables_without_force_density(suspension):
+    """Names of the cables that end at a free junction and have no force density, in some row: list of str."""
+    missing = _at_free_junction(suspension)
+    if suspension.force_density is not None:
+        missing = missing & ~np.isfinite(suspension.force_density).all(axis=0)
+    return [suspension.cable_names[i] for i in np.flatnonzero(missing)]
+
+
+def _free_coordinates(suspension):
+    """True for each coordinate x, y and z that a free junction finds; bodies do not move. Shape (b, 3)."""
+    free = suspension.free[:, :3].copy()
+    free[: suspension.bodies] = False
+    return free
+
+
+def _at_free_junction(suspension):
+    """True for each cable with an end at a free junction, shape (c,)."""
+    free = np.append(_free_coordinates(suspension).any(axis=-1), False)  # the ground last, at the index GROUND
+    return free[suspension.owner[suspension.of_cables]].any(axis=-1)
 
 
 def _coordinates(suspension, moving, cables, density, load, ends):

@@ -5,8 +5,9 @@ from math import isnan
 
 import numpy as np
 
-from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
-from cablestudy.statics.force_density import find_form
+from cablestudy.errors import CablestudyError, Mistakes, NoSolutionError, SceneError
+from cablestudy.scene.scene import missing
+from cablestudy.statics.force_density import cables_without_force_density, find_form
 from cablestudy.statics.suspension import AXES
 from cablestudy.study.column import value_and_error
 from cablestudy.study.notes import comparison_notes
@@ -181,7 +182,7 @@ def _stiffness_table(case):
     return Table.of(fields, lines)
 
 
-def form_tables(scene):
+def form_tables(document, scene):
     """Tables of the form of a cable net by the force density method (Schek 1974).
 
     A force density q is the tension T of a cable over the distance l of its ends, T = q l. Where it is given for each
@@ -189,6 +190,8 @@ def form_tables(scene):
 
     Parameters
     ----------
+    document : Document
+        Of the scene, for the places of missing keys.
     scene : SuspensionScene
 
     Returns
@@ -199,10 +202,19 @@ def form_tables(scene):
 
     Raises
     ------
+    SceneError
+        Cables at free points state no force density.
     NoSolutionError
-        A cable at a free point states no force density, or the force densities do not hold a point.
+        The force densities do not hold a point.
     """
-    form, tension = find_form(numbers_of([scene]))
+    numbers = numbers_of([scene])
+    with Mistakes() as mistakes:
+        for name in cables_without_force_density(numbers):
+            with mistakes.at():
+                raise missing(document, f"cables.{name}.force_density", "static --form-finding")
+    if numbers.force_density is None:
+        raise SceneError("--form-finding: no effect: no cable ends at a free point")
+    form, tension = find_form(numbers)
     name, density = Field("name", "name", label=True), form.force_density[0]
     points = (name, *(Field(f"{axis}_m", axis, "m") for axis in "xyz"))
     cables = (name, Field("force_density_N_per_m", "force density", "N/m"), Field("tension_N", "tension", "N"),
