@@ -10,7 +10,7 @@ import termios
 from itertools import pairwise
 
 import pytest
-from command import CARLINA, CONFIGS, refusal, rows_of, run, stored_table, study_file, table_of
+from command import CARLINA, CONFIGS, refusal, rows_of, run, stored_table, study_file, table_of, write
 
 from cablestudy.study.markdown import fitted, text_width, whole
 from cablestudy.study.table import Field, Table
@@ -237,6 +237,16 @@ def test_what_is_refused(arguments, message):
     outcome = run(*arguments, code=2)
     assert outcome.out == ""
     assert [line.replace("main ", "cablestudy ") for line in outcome.lines if "note: " not in line] == [message]
+
+
+def test_unknown_columns_are_told_together_and_no_picture_is_overwritten(folder):
+    write("cable.svg", "of before")
+    outcome = run("static", CARLINA, "--columns", "sagg,sag,preloda", "--plot", "cable.svg", code=2)
+    assert outcome.lines == [
+        "--columns: the table has no column 'sagg' (did you mean sag?)",
+        "--columns: the table has no column 'preloda' (did you mean preload?)",
+    ]
+    assert (folder / "cable.svg").read_text() == "of before"
 
 
 DIGITS = [

@@ -13,6 +13,7 @@ from picture import undrawn
 import cablestudy as cs
 from cablestudy.errors import SceneError
 from cablestudy.pages.page import inline_picture
+from cablestudy.pages.results import check_columns
 from cablestudy.pages.tables import END_ROWS, MOST_ROWS, error_text, table_html
 from cablestudy.pages.user_input import flat, written
 from cablestudy.study.notes import above_accuracy
@@ -381,7 +382,7 @@ def test_one_more_dimension_and_standard_input(folder):
     ("arguments", "words"),
     [
         (["absent.yaml"], "no such file"),
-        ([GUY, "--columns", "sagg"], "--columns: no table of the page has a column 'sagg'"),
+        ([GUY, "--columns", "gondola_rms"], "--columns: no table of the page has a column 'gondola_rms'"),
         ([GUY, "--columns", "sag,"], "expected names joined by commas"),
         ([GUY, "--where", "sag < 1 m"], "--where sag < 1 m: no effect: "),
         ([CONFIGS / "guy-preload.yaml", "--columns", "sagg"], "--columns: unknown column 'sagg'"),
@@ -401,6 +402,31 @@ def test_one_more_dimension_and_standard_input(folder):
 def test_wrong_use_is_one_line_and_writes_nothing(folder, arguments, words):
     with undrawn():
         refused_in_one_line(folder, words, "report", *arguments)
+
+
+def test_unknown_columns_of_a_scene_are_refused_before_anything_is_computed(folder, monkeypatch):
+    monkeypatch.setattr("cablestudy.pages.report.sections", None)
+    lines = run("report", GUY, "--columns", "sagg,sag,frequncy,n1.sag,nonsense", code=2).lines
+    assert lines == [
+        "--columns: unknown column 'sagg' (did you mean sag?)",
+        "--columns: unknown column 'frequncy' (did you mean frequency?)",
+        "--columns: no table has a column 'n1.sag' (give sag: its table has a row for each part)",
+        "--columns: unknown column 'nonsense' ('cablestudy columns' lists them)",
+    ]
+
+
+@pytest.mark.parametrize("name", ["carlina", "line-limits", "zipline", "suspensions/carlina-net-wind"])
+@undrawn()
+def test_each_column_of_a_table_of_results_can_be_asked_for(folder, monkeypatch, name):
+    names = []
+
+    def collect(page, table, caption):
+        names.extend(name for field in table.fields for name in (field.name, field.plain))
+
+    monkeypatch.setattr("cablestudy.pages.page.Page.results", collect)
+    run("report", CONFIGS / f"{name}.yaml")
+    assert len(names) > 50
+    check_columns(names)
 
 
 def test_a_folder_in_the_way_is_refused_before_anything_is_computed(folder):

@@ -7,7 +7,7 @@ from functools import wraps
 import click
 
 from cablestudy.activity import ActivityDisplay, end_display
-from cablestudy.cli.tables import check_one_table, discard_output, show, show_tables, while_it_is_read
+from cablestudy.cli.tables import check_columns, check_one_table, discard_output, show, show_tables, while_it_is_read
 from cablestudy.errors import CablestudyError, NothingToDrawError, SceneError, one_line
 
 FAILED_CHECK, WRONG_USE, NO_ANSWER, INTERRUPTED = 1, 2, 3, 130
@@ -105,7 +105,7 @@ def finish(scene, answer, style, plot=None, explain=False, quiet=False):
     Raises
     ------
     SceneError
-        An option has no effect on this answer.
+        An option has no effect on this answer, or names columns that it does not have; nothing is written.
     """
     end_display()
     _check_effects(answer, style, plot)
@@ -131,7 +131,9 @@ def _check_effects(answer, style, plot):
     """Refuse options that have no effect on an `Answer`, or that take one table where it has several: SceneError."""
     if style.top and answer.table is not None and answer.table.single:
         raise SceneError("--top: no effect: the table has one row (--columns A,B,... chooses what is shown of it)")
-    if answer.table is None:
+    if answer.table is not None:
+        check_columns(answer.table, style)
+    else:
         check_one_table(answer.tables, style)
     if plot and answer.draw is None and not answer.failures:
         raise SceneError("--plot: no effect: there is no picture of this")

@@ -11,7 +11,7 @@ from math import isfinite
 
 import click
 
-from cablestudy.errors import NoSolutionError, SceneError
+from cablestudy.errors import Mistakes, NoSolutionError, SceneError
 
 STYLES = ("md", "csv", "json", "jsonl", "parquet")
 ONE_TABLE = ("csv", "jsonl", "parquet")  # those that hold one table
@@ -131,8 +131,7 @@ def show(table, style):
         for name, value in row.items():
             if isinstance(value, float) and not isfinite(value):
                 raise NoSolutionError(f"{name} is not a finite number")
-    for name in style.columns_of(table):
-        _check_column(table, name)
+    check_columns(table, style)
     table = style.of(table)
     with while_it_is_read():
         if style == "md" and sys.stdout.isatty():
@@ -143,6 +142,14 @@ def show(table, style):
             write_parquet(table, sys.stdout.buffer)
         else:
             sys.stdout.writelines(table.pieces(style))
+
+
+def check_columns(table, style):
+    """Refuse the columns of a `Style` that a table does not have, each in a line: SceneError."""
+    with Mistakes() as mistakes:
+        for name in style.columns_of(table):
+            with mistakes.at():
+                _check_column(table, name)
 
 
 def _check_column(table, name):

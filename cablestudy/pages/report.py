@@ -17,7 +17,7 @@ from cablestudy.interface.study import sweep_words
 from cablestudy.pages import user_input
 from cablestudy.pages.markup import element, paragraph, text
 from cablestudy.pages.page import Page
-from cablestudy.pages.results import limits, sections
+from cablestudy.pages.results import check_columns, limits, sections
 from cablestudy.pages.tables import TableGrid
 from cablestudy.scene.document import MAPPING, STDIN, apply_sets, read_base, read_file, resolve_base
 from cablestudy.scene.scene import is_study
@@ -164,8 +164,9 @@ def write_report(
         of_study += [f"--where {where}"] if where is not None else []
         if of_study:
             raise SceneError(*(f"{option}: no effect: {source.name} is a scene, not a study" for option in of_study))
+        check_columns(columns)
         page = _scene_page(source, sets, None if case == "all" else case, title, (command, started), columns)
-    page.check_columns()
+    page.check_columns()  # those that exist, but not in the tables of this page
     write_whole(file, page.html())
     return Report(file, tuple(page.failures), tuple(page.warnings))
 

@@ -1,9 +1,14 @@
 """The results of a scene as sections of a page: statics, load cases, modes, loop, wind; see `interface.scene`."""
 
 from dataclasses import replace
+from difflib import get_close_matches
 
+from cablestudy.errors import Mistakes
+from cablestudy.interface.files import is_column
 from cablestudy.interface.scene_commands import lines_with_cases
 from cablestudy.study.column import attribute
+from cablestudy.study.columns import find
+from cablestudy.study.one_cable.wind_report import BELOW
 from cablestudy.study.table import Field, Table, join_tables
 
 CAPTIONS = {
@@ -51,12 +56,43 @@ KEY_FIGURES = {
         ("motion", "rms_mm", "largest RMS in the wind", max),
     ),
 }  # fmt: skip
+# columns of tables of results that are none of a study, with their units and without
+ONLY_IN_TABLES = (
+    "case", "name", "load", "slope_1_deg", "slope_1", "slope_2_deg", "slope_2", "body", "row", "rx", "ry", "rz",
+    "number", "type", "symmetry", "frequency_Hz", "frequency", "participation", "lock_in_speed_m_per_s",
+    "lock_in_speed", "damping_ratio", "moves", "body_share", "coordinate", "notch_frequency_Hz", "notch_frequency",
+    *(f"variance_share_below_{limit:g}_Hz" for limit in BELOW), "integration_error",
+)  # fmt: skip
 OF_EACH_CABLE = ("sag", "clearance")  # columns of cables that stand in a table of their own for all load cases
 OF_CASES = (
     ("min_tension_N", "smallest tension", "N", min),
     ("max_tension_N", "largest tension", "N", max),
     ("utilisation", "largest utilisation", "", max),
 )
+
+
+def check_columns(names):
+    """Refuse names that no table of results of a scene can have, each in a line: SceneError.
+
+    Tables of the parts of a suspension name a column as a study does, without the part before it.
+    """
+    with Mistakes() as mistakes:
+        for name in names:
+            with mistakes.at("--columns"):
+                _check_column(name)
+
+
+def _check_column(name):
+    """Raise ValueError for the name of a column that no table of results of a scene can have."""
+    part, _, quantity = name.rpartition(".")
+    if name in ONLY_IN_TABLES or (not part and (is_column(name) or is_column(f"part.{name}"))):
+        return
+    if is_column(name):
+        raise ValueError(f"no table has a column {name!r} (give {quantity}: its table has a row for each part)")
+    similar = get_close_matches(name, ONLY_IN_TABLES, 1, cutoff=0.75)
+    if similar:
+        raise ValueError(f"unknown column {name!r} (did you mean {similar[0]}?)")
+    find(name)
 
 
 def sections(page, scene):
