@@ -199,6 +199,21 @@ def test_a_load_out_of_the_plane_gets_a_panel_of_its_own():
     assert "upwards [mm]" in labels
 
 
+@pytest.mark.parametrize(
+    ("force", "shown"),
+    [
+        ("[0, 0, -5]", ["upwards"]),
+        ("[300, 0, -5]", ["upwards", "horizontally"]),  # the column deflection is that along the force
+        ("[0, 500, -1]", ["sideways"]),  # 8 m, beside 40 mm upwards and 0.4 m horizontally
+    ],
+)
+def test_panels_show_how_a_load_moves_the_cable_where_that_is_much_or_along_its_force(force, shown):
+    case = case_of("carlina", f"cable.loads=[{{fraction: 0.3, force: {force}}}]")
+    _, *panels, difference = draw(plots.static_form(case)).axes
+    assert [axes.get_ylabel().split()[1] for axes in panels] == shown
+    assert len(difference.lines) == len(shown) + 1  # and the place of the load
+
+
 # ---------------------------------------------------------------------------------------------------- mode shapes
 
 

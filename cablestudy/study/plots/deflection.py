@@ -16,15 +16,15 @@ DIFFERENCES = {
     "sideways": {"color": RED, "ls": "--", "label": "sideways"},
     "horizontal": {"color": GREEN, "ls": "-.", "label": "horizontal"},
 }
+SHARE = 0.1  # of the largest component of a deflection, above which another has a panel
 PANEL_HEIGHT = 1.9  # of a panel [in]
 
 
 def deflections(case, abscissa, label):
     """Panels with the deflection of a cable by its point loads: non-linear and linear curves, and their difference.
 
-    There is a panel for the vertical component; for the sideways one if loads act out of the cable's plane; and for the
-    horizontal one if it is larger than the vertical one. One more panel shows the difference, linear minus non-linear,
-    of all these components.
+    There is a panel for each component, vertical, sideways and horizontal, that is larger than a tenth of the largest
+    or in which most of a load acts. One more panel shows the difference, linear minus non-linear, of all these.
 
     Parameters
     ----------
@@ -42,13 +42,7 @@ def deflections(case, abscissa, label):
     """
     span, (mesh, *nodal) = case.span, nodal_deflections(case)
     positions, deflection = interpolate_elements(mesh, np.stack(nodal, axis=-1))  # (j, 3, 2), last axis: full, linear
-    along, across, sideways = deflection[:, 0], deflection[:, 1], deflection[:, 2]  # of the chord
-    level, up = span.cosine * along - span.sine * across, span.sine * along + span.cosine * across
-    movement = {"vertical": up, "sideways": sideways, "horizontal": level}
-    names = ["vertical"] if span.planar else ["vertical", "sideways"]
-    # a load along the chord, or across a vertical one, moves the cable more horizontally than vertically
-    if np.abs(level).max() > np.abs(up).max():
-        names.append("horizontal")
+    movement, names = _components(span, deflection), _components_to_show(span, deflection[:, :, 0])
     panel = partial(_paint, abscissa(positions), label, abscissa(span.load_positions / span.unstretched_length))
     painted = [
         partial(panel, "Deflection from the unloaded form", f"movement\n{WORDS[name]} ",
@@ -58,6 +52,21 @@ def deflections(case, abscissa, label):
     differences = [(movement[name][:, 1] - movement[name][:, 0], DIFFERENCES[name]) for name in names]
     painted.append(partial(panel, "Difference of the two", "linear − full\n", differences))
     return [(PANEL_HEIGHT, paint) for paint in painted]
+
+
+def _components(span, vectors):
+    """Components of vectors in the chord frame, shape (j, 3, ...): name -> array of shape (j, ...)."""
+    along, across, sideways = vectors[:, 0], vectors[:, 1], vectors[:, 2]
+    level, up = span.cosine * along - span.sine * across, span.sine * along + span.cosine * across
+    return {"vertical": up, "sideways": sideways, "horizontal": level}
+
+
+def _components_to_show(span, deflection):
+    """Names of the components of deflections, shape (j, 3), that have a panel; see `deflections`."""
+    largest = {name: np.abs(values).max() for name, values in _components(span, deflection).items()}
+    forces = _components(span, span.load_forces)
+    of_loads = {max(forces, key=lambda name: abs(forces[name][load])) for load in range(len(span.load_forces))}
+    return [name for name in largest if largest[name] > SHARE * max(largest.values()) or name in of_loads]
 
 
 def interpolate_elements(mesh, nodal):
