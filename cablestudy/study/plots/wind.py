@@ -2,7 +2,6 @@
 
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -75,7 +74,7 @@ def wind_response(winds, at_rest=None, on=None):
     """Figure of the motion of a body in turbulent wind: spectra, cumulative variance, and ellipses of the RMS.
 
     The body is that of the control loop, or the first one; without any free body it is the first cable at mid-span. The
-    motion is drawn with and without the loop, and with and without actuators. Above is the spectrum of the wind speed.
+    motion is drawn with the winches at rest and with the loop, and with it without actuators. Above is the spectrum of the wind speed.
 
     Parameters
     ----------
@@ -100,8 +99,9 @@ def wind_response(winds, at_rest=None, on=None):
     closed_loop = winds[0].closed_loop
     body, point = _drawn(closed_loop)
     names = [f"{body}.{axis}" for axis in (*PLACES, *TURNS) if f"{body}.{axis}" in closed_loop.outputs]
-    frequency = _grid([*winds, *(at_rest or ())], names)
-    states = _states(winds, at_rest or winds, names, point, frequency)
+    states_of_control = _states_of_control(winds, at_rest or winds, point)
+    frequency = _grid(states_of_control, names)
+    states = _drawn_states(names, point, frequency, states_of_control)
     kinds = _kinds(states, names)  # displacements, rotations, or both
     if not kinds:
         raise NothingToDrawError(f"the wind does not move {body.removesuffix(MIDSPAN)}: there is nothing to draw")
@@ -177,10 +177,13 @@ def _drawn(closed_loop):
     return body, corrected if corrected in markers else markers[0] if markers else body
 
 
-def _grid(winds, names):
+def _grid(states_of_control, names):
     """Frequencies of FREQUENCIES with equal ratios, and closer ones near the narrow poles of some outputs. [Hz]"""
-    responses = [wind.response_of(open_loop) for wind in winds for open_loop in (False, True)]
-    poles = np.concatenate([response.resonances(names) for response in responses])
+    poles = [np.zeros(0)]
+    for *_, winds, open_loop in states_of_control:
+        with suppress(NoSolutionError, ConvergenceError):  # which is not drawn then
+            poles += [wind.response_of(open_loop).resonances(names) for wind in winds]
+    poles = np.concatenate(poles)
     poles = poles[np.abs(poles.real) < NARROW_POLE * np.abs(poles)]
     on_peaks = near_poles(poles, HALF_WIDTHS, *FREQUENCIES)
     return np.unique(np.concatenate([np.geomspace(*FREQUENCIES, CURVE_POINTS), on_peaks]))
@@ -192,28 +195,39 @@ def _share_below(frequency, spectrum):
     return np.concatenate([[0.0], np.cumsum(variance)]) / variance.sum()
 
 
-def _states(winds, at_rest, names, point, frequency):
-    """The `DrawnState` of each state of control: winches at rest, loop, actuators."""
+def _states_of_control(winds, at_rest, point):
+    """States of control that are drawn, that of `winds` last: list of (label, colour, dashes, analyses, open loop).
+
+    With the winches at rest, and with the loop, are the RMS of the tables `open_loop` and `motion`, with actuators.
+    """
     closed_loop = winds[0].closed_loop
     rest = "at mid-span" if point.endswith(MIDSPAN) else "without control"
     rest = f"winch{'es' * (len(closed_loop.winches) != 1)} at rest" if closed_loop.winches else rest
-    controlled, state_of = winds[0].response.loop, partial(_drawn_state, names, point, frequency)
-    if not closed_loop.actuators:
-        if not controlled:
-            return [state_of(rest, RED, "-", at_rest, open_loop=True)]
-        return [state_of(rest, GREY, "--", at_rest, open_loop=True), state_of("winch loop closed", RED, "-", winds)]
-    states = [state_of("loop and actuators" if controlled else "with actuators", RED, "-", winds)]
-    with suppress(NoSolutionError, ConvergenceError):  # unstable without them, for example
-        without = [winds[0].without_actuators]
-        if without[0].response.loop:
-            at_rest = state_of("winches at rest, no actuators", GREY, ":", without, open_loop=True)
-            states = [at_rest, state_of("loop, no actuators", "#000000", "--", without), *states]
-        else:
-            states = [state_of("without actuators", GREY, "--", without, open_loop=True), *states]
-    return states
+    controlled, without = winds[0].response.loop, [winds[0].without_actuators] if closed_loop.actuators else []
+    if not controlled and not without:
+        return [(rest, RED, "-", at_rest, True)]
+    if not controlled:
+        return [("without actuators", GREY, "--", without, True), ("with actuators", RED, "-", winds, False)]
+    if not without:
+        return [(rest, GREY, "--", at_rest, True), ("winch loop closed", RED, "-", winds, False)]
+    return [
+        (f"actuators, {rest}", GREY, ":", at_rest, True),
+        ("loop, no actuators", "#000000", "--", without, False),
+        ("loop and actuators", RED, "-", winds, False),
+    ]
 
 
-def _drawn_state(names, point, frequency, label, colour, dashes, winds, open_loop=False):
+def _drawn_states(names, point, frequency, states_of_control):
+    """The `DrawnState` of each state of control, except those without a response, such as unstable ones."""
+    *others, last = states_of_control
+    drawn = []
+    for state in others:
+        with suppress(NoSolutionError, ConvergenceError):
+            drawn.append(_drawn_state(names, point, frequency, *state))
+    return [*drawn, _drawn_state(names, point, frequency, *last)]
+
+
+def _drawn_state(names, point, frequency, label, colour, dashes, winds, open_loop):
     """Compute the curves that are drawn of one state of control, such as "winches at rest".
 
     Parameters
