@@ -214,10 +214,10 @@ class Properties(KeyTable):
 
     @property
     def section_fill_factor(self):
-        """Metallic area over that of the circle of the diameter, also where both are given. [-]"""
+        """Metallic area over that of the circle of the diameter, also where both are given, rounded: at most 1. [-]"""
         if self.area is None or self.diameter is None:
             return self.fill_factor
-        return self.area / (math.pi * (self.diameter * self.diameter) / 4)
+        return min(1.0, self.area / (math.pi * (self.diameter * self.diameter) / 4))
 
     @property
     def section_axial_stiffness(self):
