@@ -139,13 +139,13 @@ def test_materials_may_stand_in_the_scene_itself():
 
 @pytest.mark.parametrize(("size", "scale"), [("diameter: 20 mm", 4), ("area: 314.16 mm^2", 4), ("diameter: 10 mm", 1)])
 def test_a_solid_wire_whose_area_is_rounded_up_is_scaled_to_another_size(size, scale):
-    """78.54 mm^2 is more than a circle of 10 mm holds, by 5e-8."""
+    """78.54 mm^2 is more than a circle of 10 mm holds, by 2.3e-6 of it."""
     wire = "{diameter: 10 mm, area: 78.54 mm^2, axial_stiffness: 1 MN, mass_per_length: 0.1 kg/m}"
     cable = scene_of(
         f"materials: {{wire: {wire}}}\ncable: {{chord: 9 m, material: wire, {size}, preload: 9 N}}\n"
     ).cable
-    assert (cable.section_axial_stiffness, cable.section_mass) == pytest.approx((scale * 1e6, scale * 0.1), rel=1e-6)
-    assert cable.section_diameter == pytest.approx(0.01 * scale**0.5, rel=1e-6)
+    assert (cable.section_axial_stiffness, cable.section_mass) == pytest.approx((scale * 1e6, scale * 0.1), rel=2.4e-6)
+    assert cable.section_diameter == pytest.approx(0.01 * scale**0.5, rel=2.4e-6)
 
 
 def test_a_study_sees_what_the_file_says_and_a_changed_file_is_another_study():
