@@ -237,6 +237,26 @@ def test_points_alone_without_a_wanted_tension_are_refused(method):
         lengths.solve(hung_point(), method, high=5000.0)
 
 
+def test_two_weightless_cables_in_line_have_the_tension_that_something_decides():
+    """Without load and weight any equal tensions are in balance: those of the bounds, the reference, or none."""
+    lines = [cable((-5, 0, 0), "b", 1e6, given=None), cable("b", (5, 0, 0), 1e6, given=None)]
+    along = (True, False, False, False, False, False)
+    scene = suspension([body("b", (0, 0, 0), 2.0, free=along)], lines)
+    low = np.array([[0.0, 0.0], [70.0, 70.0]])
+    found, problems = lengths.solve(replace(scene, mass=np.full((2, 1), 2.0)), "balanced", low=low)
+    assert problems[0].startswith(
+        "nothing decides the tensions of c0, c1: nothing pulls at them, and they weigh nothing"
+    )
+    assert problems[1] == ""
+    np.testing.assert_allclose(found.lengths[1], 5 / (1 + 70 / 1e6), rtol=1e-14)
+    nearest, problem = lengths.solve(scene, "closest", reference=30.0)
+    assert problem == ""
+    np.testing.assert_allclose(nearest.lengths, 5 / (1 + 30 / 1e6), rtol=1e-14)
+    pulled, problem = lengths.solve(replace(scene, force=np.array([[20.0, 0, 0]])), "least")
+    assert problem == ""
+    np.testing.assert_allclose(pulled.lengths[0], 5 / (1 + 20 / 1e6), rtol=1e-9)
+
+
 def test_cases_of_a_batch():
     """Places of the body and masses that differ, one of them out of reach: each case as alone."""
     scene = robot()

@@ -17,6 +17,7 @@ from cablestudy.statics.tolerances import STATICS
 # Least tension allowed of a cable over the least that it can have by its own weight: ratios tried in turn. Near a ratio
 # of 1 the length of a cable hardly changes its tension, and the steps of the search are good for little
 LEAST_RATIOS = (1.5, 2.0, 1.05, 1 + STATICS.least_tension_error)
+DECIDES = "state tensions.min, or the method closest with a reference"
 UNITS = ((1e6, "MN"), (1e3, "kN"), (1.0, "N"))
 
 
@@ -95,6 +96,11 @@ def solve(suspension, method="balanced", low=0.0, high=np.inf, reference=0.0, mo
     texts = np.full(n, "", dtype=object)
     for case in np.flatnonzero(~(result.distribution.held & result.distribution.within & result.record.converged)):
         texts[case] = describe_failure(problem, result, case)
+    for case in np.flatnonzero((texts == "") & undecided_tensions(problem, result)):
+        names = ", ".join(suspension.cable_names[cable] for cable in open_cables)
+        texts[case] = (
+            f"nothing decides the tensions of {names}: nothing pulls at them, and they weigh nothing; {DECIDES}"
+        )
     found = rest.equilibrium(suspension, problem.suspension, result.state, result.record)
     return found, texts.reshape(shape)
 
@@ -148,8 +154,7 @@ def at_wanted_tensions(problem, suspension):
     if undecided.any():
         names = ", ".join(suspension.cable_names[cable] for cable in problem.open_cables[undecided])
         raise NoSolutionError(
-            f"nothing decides the tensions of {names}: what is free is in balance somewhere for any tensions; "
-            "state tensions.min, or the method closest with a reference"
+            f"nothing decides the tensions of {names}: what is free is in balance somewhere for any tensions; {DECIDES}"
         )
     solution = rest.pose(problem.with_preloads(tension).broadcast(suspension.shape))
     reasons = np.full(suspension.shape, "", dtype=object)
@@ -158,6 +163,16 @@ def at_wanted_tensions(problem, suspension):
             reasons[case] = explain(solution.take(case))
     as_described = replace(solution.suspension, stated=suspension.stated, value=suspension.broadcast().value)
     return replace(solution, suspension=as_described), reasons
+
+
+def undecided_tensions(problem, result):
+    """True where the open cables have no weight and the tensions found, if any, would not show in a length, shape (n,).
+
+    The search then ends at any tension near zero.
+    """
+    rounding = np.finfo(float).eps * problem.suspension.axial_stiffness[:, problem.open_cables]
+    zero = (result.possible <= 0) & (result.distribution.tension <= rounding)
+    return zero.any(axis=-1) & zero.all(axis=-1)
 
 
 def with_stable_attitudes(problem, result):
