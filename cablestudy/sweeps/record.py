@@ -1,20 +1,16 @@
 """One row of a table as it is stored: a tuple of plain values with a check sum."""
 
 import json
-import re
-from itertools import chain
 from typing import Annotated, NamedTuple
 from zlib import crc32
 
 from pydantic import Field, FiniteFloat, Strict, StrictInt, StrictStr, TypeAdapter
-from pydantic_core import to_json
 
 from cablestudy.study.cable_columns import TEXTS
 from cablestudy.study.table_rows import OK
 
+COMPACT = json.JSONEncoder(separators=(",", ":"))
 EXACT = 2**53  # beyond, a float does not hold an integer exactly
-# a number below 1e-4 as pydantic writes it: 0.00001 and 1e-7, where `repr` has 1e-05 and 1e-07
-UNLIKE_REPR = re.compile(r"0\.0000|e-\d(?!\d)")
 
 Number = Annotated[StrictInt, Field(gt=-EXACT, lt=EXACT)] | Annotated[FiniteFloat, Strict()]
 CELLS, ERRORS = TypeAdapter(list[Number | None]), TypeAdapter(dict[str, Number | None])
@@ -52,36 +48,19 @@ def pack_all(rows):
         Row from 1, key, status, JSON of the cells, JSON of the errors or "", JSON of the notes or "", check sum.
     """
     packed = []
-    for (case, key, status, _, errors, notes), cells in zip(rows, _json([row[3] for row in rows]), strict=True):
+    for case, key, status, cells, errors, notes in rows:
         if status != OK and status is not None:  # a message may quote a file name that is no valid text
             status = status.encode(errors="backslashreplace").decode()
         stored = (
             case + 1,
             key,
             status,
-            cells,
+            COMPACT.encode(cells),
             json.dumps(errors, allow_nan=False) if errors else "",
             json.dumps(notes) if notes else "",
         )
         packed.append((*stored, check_sum(*stored)))
     return packed
-
-
-def _json(lists):
-    """JSON of each of many lists of cells, with numbers as `repr` writes them.
-
-    Lists of numbers are written by pydantic in one call, ten times as fast as by json, but for numbers that it writes
-    otherwise.
-    """
-    if not lists or str in set(map(type, chain.from_iterable(lists))):
-        return list(map(_json_of_one, lists))
-    texts = [f"[{cells}]" for cells in to_json(lists).decode()[2:-2].split("],[")]
-    return [_json_of_one(cells) if UNLIKE_REPR.search(text) else text for cells, text in zip(lists, texts, strict=True)]
-
-
-def _json_of_one(cells):
-    """JSON of one list of cells."""
-    return json.dumps(cells, separators=(",", ":"))
 
 
 def check_sum(row, key, status, cells, errors, notes):
