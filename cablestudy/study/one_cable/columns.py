@@ -153,9 +153,9 @@ class OneCableGroup(Group):
         self._case, self.reference, self._loaded, self._coordinates = case, equilibria_of([case]), None, {}
         self._conductors = None  # their errors are in those of the case
         self.cable_indices, self.body_indices = {CABLE: 0}, {GONDOLA: 0}
-        self.errors = EquilibriumErrors(self.reference, self.reference, None, lambda: (self.reference, None), None)
-        self.errors.rounding = np.array([max(STUDY.rounding, case.statics_error)])
-        self.errors.rounding_movement = np.zeros((1, 1, 6))
+        rounding = np.array([max(STUDY.rounding, case.statics_error)])
+        states = self.reference, self.reference
+        self.errors = EquilibriumErrors(*states, None, lambda: (self.reference, None), None, rounding)
 
     def failure(self, _):
         """None, since the case has an equilibrium."""

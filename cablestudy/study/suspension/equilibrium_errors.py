@@ -21,11 +21,13 @@ class EquilibriumErrors:
     in_wind : callable
         Function without arguments -> `Equilibrium` about which the suspensions move, in the mean wind, and its `Drag`.
     conductors : SuspendedConductors or None
+    rounding : ndarray, shape (n,), optional
+        Errors by rounding, of equilibria whose positions and attitudes have none; computed by default.
     """
 
-    def __init__(self, reference, equilibrium, drag, in_wind, conductors):
+    def __init__(self, reference, equilibrium, drag, in_wind, conductors, rounding=None):
         self._reference, self._equilibrium, self._drag = reference, equilibrium, drag
-        self._in_wind, self._conductors = in_wind, conductors
+        self._in_wind, self._conductors, self._rounding = in_wind, conductors, rounding
 
     @cached_property
     def drag_change(self):
@@ -77,6 +79,8 @@ class EquilibriumErrors:
     @cached_property
     def rounding(self):
         """Errors of tensions, positions and attitudes by rounding and the search, shape (n,). [-]"""
+        if self._rounding is not None:
+            return self._rounding
         errors = [self._reference.record.correction] if None in self._reference.suspension.stated else []
         for state in {id(state): state for state in (self._reference, self._equilibrium)}.values():
             uncertainty = state.uncertainty
@@ -87,6 +91,8 @@ class EquilibriumErrors:
     @cached_property
     def rounding_movement(self):
         """Errors of positions [m] and attitudes [rad] of bodies and points by rounding, shape (n, b, 6)."""
+        if self._rounding is not None:
+            return np.zeros((*self._equilibrium.position.shape[:-1], 6))
         return np.maximum(self._reference.uncertainty.place, self._equilibrium.uncertainty.place)
 
     @cached_property
