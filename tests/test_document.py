@@ -101,6 +101,8 @@ def test_tags_that_are_not_of_yaml_are_refused():
         ("a: b: c\n", "f.yaml:1:5: ': ' is not allowed here (indentation? quotes around text with ': '?)"),
         ("a: 1\n b: 2\n", "f.yaml:2:3: ': ' is not allowed here (indentation? quotes around text with ': '?)"),
         ("  a: 1\nb: 2\n", "f.yaml:2:1: does not fit the lines above (check the indentation)"),
+        ("a:\n  b: 1\n  c 2 kN\n  d: 3\n", "f.yaml:3:3: expected 'key: value'"),
+        ("a: 1\nb:2\nc: 3\n", "f.yaml:2:1: expected 'key: value'"),
         ("a: @x\n", "f.yaml:1:4: text that begins with this character must be quoted"),
         ("a: 1\nb: \x00\n", "f.yaml:2:4: character U+0000 is not text (is this a YAML file?)"),
         ('a: "\\0"\n', "f.yaml:1:4: character U+0000 is not text"),

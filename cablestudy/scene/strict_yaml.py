@@ -45,7 +45,7 @@ _MESSAGES = (
     (r"flow sequence", "list: expected ',' or ']' (is a bracket not closed?)", True),
     (r"flow mapping", "mapping: expected ',' or '}' (is a brace not closed?)", True),
     (r"mapping values are not", "': ' is not allowed here (indentation? quotes around text with ': '?)", False),
-    (r"could not find expected ':'|required simple key", "expected 'key: value'", False),
+    (r"could not find expected ':'|required simple key", "expected 'key: value'", True),
     (r"expected key|block end|'-' indicator", "does not fit the lines above (check the indentation)", False),
     (r"document start", "does not fit the lines above (check the indentation)", False),
     (r"cannot start any token", "text that begins with this character must be quoted", False),
