@@ -162,6 +162,8 @@ def check_output(option: str, path: str | None, endings: Collection[str], noun: 
     if os.path.splitext(path)[1].lower() not in endings:
         raise SceneError(f"{option} {path}: unknown kind of {noun} (allowed: {', '.join(endings)})")
     folder, name = os.path.split(path)
+    if folder and not os.path.isdir(folder):
+        raise SceneError(f"{option} {path}: no such folder")
     is_too_long = len(os.fsencode(name)) > LONGEST_NAME
     if not os.access(folder or ".", os.W_OK) or os.path.isdir(path) or is_too_long:
         raise SceneError(f"{option} {path}: cannot be written")

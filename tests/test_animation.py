@@ -74,5 +74,5 @@ def test_a_page_has_the_same_picture_in_it(picture, tmp_path):
 def test_what_cannot_be_drawn_is_refused(tmp_path):
     assert refusal(*GIF, "x.mp4") == "--animate x.mp4: unknown kind of picture (allowed: .gif, .html)"
     absent = tmp_path / "absent" / "x.gif"
-    assert refusal(*GIF, absent) == f"--animate {absent}: cannot be written"
+    assert refusal(*GIF, absent) == f"--animate {absent}: no such folder"
     assert refusal(*GIF, "x.gif", "--case", "all") == "--animate: no effect: --case all has the modes of each case"

@@ -242,7 +242,7 @@ def test_outputs_that_cannot_be_written_are_refused(folder):
     for command, file in (("static", "scene.yaml"), ("modes", "scene.yaml"), ("sweep", "study.yaml")):
         line = "--plot x.gif: unknown kind of picture (allowed: .png, .svg, .pdf)"
         assert refused(folder, command, file, "--plot", "x.gif") == [line]
-    assert refused(folder, "static", "scene.yaml", "--plot", "no/x.png") == ["--plot no/x.png: cannot be written"]
+    assert refused(folder, "static", "scene.yaml", "--plot", "no/x.png") == ["--plot no/x.png: no such folder"]
 
 
 @pytest.mark.parametrize(

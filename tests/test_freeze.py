@@ -145,6 +145,11 @@ def test_what_is_refused(tmp_path):
     line = refusal("freeze", scene, "--out", scene)
     assert line == f"--out {scene}: is the scene itself, whose comments would be lost; give another name"
     assert scene.read_bytes() == (CONFIGS / "guy.yaml").read_bytes()
+    built = tmp_path / "built.yaml"
+    built.write_text("base: guy.yaml\n")
+    line = refusal("freeze", built, "--out", scene)
+    assert line == f"--out {scene}: is a file that the scene reads, whose comments would be lost; give another name"
+    assert scene.read_bytes() == (CONFIGS / "guy.yaml").read_bytes()
     assert "below the least" in refusal("freeze", scene, "--set", "cable.preload=1 mN", code=3)
     folder = tmp_path / "empty"
     folder.mkdir()

@@ -226,6 +226,8 @@ def test_a_column_is_asked_for_once():
         (["--sort", ""], ["main sweep: --sort is empty ('main sweep --help' shows how)"]),
         (["--sort", "cable.sagg"], ["--sort: the study does not vary 'cable.sagg' (did you mean cable.preload?)"]),
         (["--best", "mass"], ["--best: expected 'min COLUMN' or 'max COLUMN', got 'mass'"]),
+        (["--best", "min mass, max sag"],
+         ["--best: one row is best in one column, got 'min mass, max sag' (--pareto takes several)"]),
         (["--best", "least mass"], ["--best: expected 'min COLUMN' or 'max COLUMN', got 'least mass'"]),
         (["--best", "min masss"], ["--best: unknown column 'masss' (did you mean mass?)"]),
         (["--best", "max status"], ["--best: status is text, which has no max"]),

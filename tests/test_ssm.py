@@ -365,7 +365,7 @@ def test_both_ends_of_a_long_response_are_those_of_the_whole():
         ("--response 1:10:²", "COUNT"),
         ("--out model.txt", ".npz, .mat, .json"),
         ("--out model", ".npz, .mat, .json"),
-        ("--out missing/model.npz", "cannot be written"),
+        ("--out missing/model.npz", "no such folder"),
         ("--plot bode.png", "--response"),
         ("--plot bode.gif --response 1:2:3", ".png"),
         ("--with winch", "winch"),

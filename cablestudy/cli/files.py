@@ -128,6 +128,11 @@ def new(kind, file, quiet):
     echo_notes([f"written: {file}; try", *lines], quiet)
 
 
+def _is_same_file(name, other):
+    """True for two names of one file that is there."""
+    return os.path.exists(name) and os.path.exists(other) and os.path.samefile(name, other)
+
+
 @click.command(cls=OneValueEach)
 @SCENE
 @SET
@@ -143,10 +148,12 @@ def freeze(scene, sets, out, quiet):
     from cablestudy.interface.files import write_whole
 
     out = None if out == "-" else out
-    if out and os.path.exists(out) and os.path.exists(scene) and os.path.samefile(out, scene):
-        raise SceneError(f"--out {out}: is the scene itself, whose comments would be lost; give another name")
+    loaded_scene = read(scene, sets, None)
+    if out and any(_is_same_file(out, name) for name in loaded_scene.document.files):
+        what = "is the scene itself" if _is_same_file(out, scene) else "is a file that the scene reads"
+        raise SceneError(f"--out {out}: {what}, whose comments would be lost; give another name")
     heading = f"# {scene if scene.isprintable() else 'scene'}, with the unstretched lengths of its reference state\n"
-    text = heading + read(scene, sets, None).freeze()
+    text = heading + loaded_scene.freeze()
     if out is None:
         click.echo(text, nl=False)
     else:

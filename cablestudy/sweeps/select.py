@@ -148,6 +148,8 @@ def _read_sort(text, study):
 
 
 def _read_best(text, study):
+    if "," in text:
+        raise SceneError(f"--best: one row is best in one column, got {text.strip()!r:.80} (--pareto takes several)")
     key, large = _read_objective("--best", text, study)
     return {"key": key, "descending": large, "best": True}
 
