@@ -11,6 +11,7 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 from command import CARLINA, SLACK, refused_in_one_line, rows_of, run, table_of
+from picture import faults
 from references import dense
 from scenes import case_of, choice_of
 from scipy.io import loadmat
@@ -282,7 +283,10 @@ def test_a_response_without_a_number_is_an_empty_cell():
 def test_bode_plot_draws_the_curves(attached, labels):
     span, shown = ssm.read_response_range("0.1:100:50"), choice_of(attached=attached).curves()
     frequency, *numbers = ssm_tables.drawn_points(span, shown)
-    magnitude, phase = plots.bode(shown, frequency, *numbers).axes
+    figure = plots.bode(shown, frequency, *numbers)
+    magnitude, phase = figure.axes
+    assert [text.get_text() for one in figure.legends for text in one.texts] == (labels if labels != 1 else [])
+    assert magnitude.get_legend() is None
     drawn = [line.get_label() for line in magnitude.lines]
     assert labels in (drawn, len(drawn))
     for k, curve in enumerate(shown):
@@ -290,6 +294,17 @@ def test_bode_plot_draws_the_curves(attached, labels):
         value = curve.value(frequency)
         assert np.array_equal(magnitude.lines[k].get_ydata(), np.abs(value))
         np.testing.assert_allclose(phase.lines[k].get_ydata(), np.degrees(np.unwrap(np.angle(value))), rtol=1e-12)
+
+
+def test_a_bode_plot_of_many_responses_has_room_for_their_legend():
+    inputs = ",".join(f"end_{end}_{axis}" for end in (1, 2) for axis in "xyz")
+    span, shown = ssm.read_response_range("0.1:100:50"), choice_of(input=inputs, output=inputs).curves()
+    figure = plots.bode(shown, *ssm_tables.drawn_points(span, shown))
+    assert len(shown) == 36
+    assert faults(figure) == []
+    upper, lower = (axes.get_window_extent().height / figure.dpi for axes in figure.axes)
+    assert upper > 2
+    assert lower > 1.4
 
 
 def comb(frequency):

@@ -342,6 +342,9 @@ def test_a_picture_has_the_variance_that_is_printed(on, sets):
         shown["winch loop closed"] = f"gondola_rms{part}"
     printed = cells(case.scene, *shown.values())
     assert list(curves) == [*shown, *["by the wind on the cable"] * (on == "both")]
+    if on == "both":  # the legend stands above the panel and covers no curve
+        gondola.figure.draw_without_rendering()
+        assert gondola.get_legend().get_window_extent().y0 > gondola.get_window_extent().y0 + 0.9 * gondola.bbox.height
     for line, (label, name) in zip(share.lines, shown.items(), strict=True):
         frequency, spectrum = curves[label]  # [mm^2/Hz], from 1e-3 to 1e2 Hz
         below = 1e-3 * spectrum[0]  # flat at low frequencies

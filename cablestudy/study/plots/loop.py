@@ -365,7 +365,7 @@ def bode(curves, frequency, *numbers, title="frequency responses"):
     title : str
         Title of a figure of several curves; one curve has its label as the title.
     """
-    figure = Figure(figsize=(WIDTH, 5.2), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 5.2 + 0.09 * (len(curves) - 1)), layout="constrained")
     magnitude, phase = panels(figure, 2, 1, height_ratios=(3, 2))
     for k, (colour, dashes, curve) in enumerate(zip(cycle(SERIES), cycle(DASHES), curves, strict=False)):
         look = {"color": colour, "ls": dashes, "lw": 1.1, "label": curve.label}  # dashed, since curves may coincide
@@ -379,7 +379,7 @@ def bode(curves, frequency, *numbers, title="frequency responses"):
         phase.yaxis.set_major_locator(MultipleLocator(90 if high - low < 800 else 180))
     magnitude.set_xlim(frequency[0], frequency[-1])
     if len(curves) > 1:
-        magnitude.legend(loc="lower left")
+        legend_below(figure, entries_of(magnitude))
     title = curves[0].label if len(curves) == 1 else title
     heading(figure, title[0].upper() + title[1:])
     figure.align_ylabels()

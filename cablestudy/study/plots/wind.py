@@ -330,7 +330,8 @@ def _spectra(axes, frequency, states, kind, several):
     if several:
         by_cable = scale**2 * states[-1].parts[names[0]]
         axes.loglog(frequency, by_cable, color=BLUE, ls="--", label="by the wind on the cable")
-    axes.legend(loc="lower left", **BOX)
+    above = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.97), "ncols": 3, "borderaxespad": 0.1}
+    axes.legend(**(above if several else {"loc": "lower left", **BOX}))  # the third curve would be behind the box
     axes.set_ylabel(f"spectrum of\n{motion}s [{unit}²/Hz]")
 
 
