@@ -45,9 +45,9 @@ def study(text):
     return study_file(".", text, GUY)
 
 
-THICK = ["guy.yaml:5:13: cable.diameter: 16 without a unit is 16 m",
-         "guy.yaml:13:48: cases.ice.ice.thickness: 20 without a unit is 20 m",
-         "guy.yaml:15:57: cases.ice-and-wind.ice.thickness: 20 without a unit is 20 m"]  # fmt: skip
+THICK = ["guy.yaml:5:13: cable.diameter: warning: 16 without a unit is 16 m",
+         "guy.yaml:13:48: cases.ice.ice.thickness: warning: 20 without a unit is 20 m",
+         "guy.yaml:15:57: cases.ice-and-wind.ice.thickness: warning: 20 without a unit is 20 m"]  # fmt: skip
 
 
 def test_large_lengths_without_a_unit_are_told():
@@ -60,18 +60,19 @@ def test_large_lengths_without_a_unit_are_told():
     assert found == THICK
     study("vary: [{cable.diameter: [16, 18]}]\ncolumns: [mass]\n")
     places = {"2:26": 16, "2:30": 18}
-    lines = [f"study.yaml:{at}: cable.diameter: {thick} without a unit is {thick} m" for at, thick in places.items()]
+    told = "cable.diameter: warning: {0} without a unit is {0} m"
+    lines = [f"study.yaml:{at}: {told.format(thick)}" for at, thick in places.items()]
     assert run("sweep", "study.yaml", "--no-write").lines == run("validate", "study.yaml").lines == lines
     study("columns: [mass]\n")
     with_comma = run("sweep", "study.yaml", "--dry-run", "--vary", "cable.diameter=1,85 mm").lines  # two values
-    assert with_comma == ["--vary cable.diameter: 1 without a unit is 1 m"]
+    assert with_comma == ["--vary cable.diameter: warning: 1 without a unit is 1 m"]
 
 
 def test_what_may_be_why_a_suspension_hangs_nowhere_is_told(folder):
     run("new", "suspension", "camera.yaml")
     path = folder / "camera.yaml"
     write(path, path.read_text().replace("diameter: 4 mm", "diameter: 4"))
-    told = "camera.yaml:7:13: cable.diameter: 4 without a unit is 4 m"
+    told = "camera.yaml:7:13: cable.diameter: warning: 4 without a unit is 4 m"
     for command in ("static", "modes"):
         lines = run(command, path.name, code=3).lines
         assert lines[0] == told
@@ -91,13 +92,13 @@ def test_only_the_first_likely_mistakes_of_a_study_are_told():
 
 
 def test_an_intensity_of_turbulence_without_a_percent_sign_is_told():
-    told = "--set wind.turbulence_intensity: 15 without a unit is 1500 %"
+    told = "--set wind.turbulence_intensity: warning: 15 without a unit is 1500 %"
     assert told in run("static", CARLINA, "--set", "wind.turbulence_intensity=15").lines
     assert run("static", CARLINA, "--set", "wind.turbulence_intensity=15 %").err == ""
 
 
 def test_temperatures_near_absolute_zero_are_told():
-    told = "--set cases.cold.temperature: 75 without a unit is 75 K, -198.15 degC"
+    told = "--set cases.cold.temperature: warning: 75 without a unit is 75 K, -198.15 degC"
     for temperature, lines in (("75", [told]), ("275", []), ("-60 degC", [])):
         change = f"cases.cold.temperature={temperature}"
         assert run("static", GUY, "--case", "cold", "--set", change).lines == lines
@@ -107,7 +108,7 @@ def test_a_limit_of_a_utilisation_without_a_percent_sign_is_told():
     limits = "--limits", "--set"
     for that in ("utilisation <= 60", "{that: 60 >= utilisation}"):
         (told,) = run("static", GUY, *limits, f"limits={{a: {that}}}").lines
-        assert told.endswith("60 without a unit is 6000 %")
+        assert told.endswith(": warning: 60 without a unit is 6000 %")
     for that in ("utilisation <= 60 %", "utilisation <= 0.6", "utilisation <= 1.2", "sag <= 60"):
         assert run("static", GUY, *limits, f"limits={{a: {that}}}").err == ""
 
@@ -131,14 +132,14 @@ def test_a_rope_at_another_size_than_its_own_is_told(folder):
         rows = rows_of(outcome.out, "csv")
         return [float(row["mass_kg"]) / float(row["unstretched_length_m"]) for row in rows], outcome.lines
 
-    scaled = "a-14 has 14 mm, and is scaled to another size here (diameter: null takes its own)"
+    scaled = "warning: a-14 has 14 mm, and is scaled to another size here (diameter: null takes its own)"
     thick = 0.9 * (math.pi * 16**2 / 4 * (90 / (math.pi * 14**2 / 4))) / 90  # as much of the circle is metal
     assert masses("") == (pytest.approx([thick, 1.2]), [f"line.yaml:1:33: cable.diameter: {scaled}"])
     assert masses(", cable.diameter: [null, null]") == (pytest.approx([0.9, 1.2]), [])
 
 
 def test_a_thick_cable_of_solid_wire_is_told():
-    solid = "a solid bar of steel; a rope has a fill_factor below 1 ('cablestudy materials' lists ropes)"
+    solid = "warning: a solid bar of steel; a rope has a fill_factor below 1 ('cablestudy materials' lists ropes)"
 
     def said(*changes, **more):
         return run("static", GUY, *with_sets(*changes), "--columns", "mass", **more).err

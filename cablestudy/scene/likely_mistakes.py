@@ -39,6 +39,11 @@ def likely_mistakes(document):
     return (*_bare_numbers(document), *_bare_shares(document), *_doubtful_sections(document))
 
 
+def _warning(document, path, text):
+    """The warning about the value at a path of a document, with its place."""
+    return str(mistake(document.place(path), ".".join(path), f"warning: {text}"))
+
+
 def _bare_numbers(document):
     """Yield lengths from 1 m, intensities of turbulence above 100 % and temperatures below 200 K, without a unit."""
     for path, value in leaves(document.value):
@@ -46,12 +51,11 @@ def _bare_numbers(document):
         if number is None:
             continue
         if number >= UNLIKELY and any(fnmatchcase(key, pattern) for pattern in LENGTHS):
-            yield str(mistake(document.place(path), key, f"{value} without a unit is {value} m"))
+            yield _warning(document, path, f"{value} without a unit is {value} m")
         if number > STRONGEST and key == INTENSITY:
-            yield str(mistake(document.place(path), key, f"{value} without a unit is {100 * number:g} %"))
+            yield _warning(document, path, f"{value} without a unit is {100 * number:g} %")
         if number < COLDEST and any(fnmatchcase(key, pattern) for pattern in TEMPERATURES):
-            text = f"{value} without a unit is {value} K, {number - 273.15:.6g} degC"
-            yield str(mistake(document.place(path), key, text))
+            yield _warning(document, path, f"{value} without a unit is {value} K, {number - 273.15:.6g} degC")
 
 
 def _bare_shares(document):
@@ -63,8 +67,7 @@ def _bare_shares(document):
             stated = comparison(limit.get("that") if isinstance(limit, dict) else limit)
             number = bare_number(stated.number)
             if stated.column.endswith(SHARE) and number is not None and number >= LARGE_SHARE:
-                text = f"{number:g} without a unit is {100 * number:g} %"
-                yield str(mistake(document.place(path), ".".join(path), text))
+                yield _warning(document, path, f"{number:g} without a unit is {100 * number:g} %")
 
 
 def _doubtful_sections(document):
@@ -80,7 +83,7 @@ def _doubtful_sections(document):
         likely = material and (_check_resized_rope(name, material, table) or _check_solid_bar(name, material, table))
         if likely:
             key, text = likely
-            yield str(mistake(document.place((*path, key)), ".".join((*path, key)), text))
+            yield _warning(document, (*path, key), text)
 
 
 def _check_resized_rope(name, material, table):
