@@ -31,30 +31,54 @@ def search_models(analyses):
     dict
         Analysis -> (`ClosedLoop`, `GustResponse` or None without wind), or the error that says why there are none.
     """
-    sizes = {analysis: outcome_of(lambda a=analysis: a.sizes_to_try) for analysis in analyses}
-    outcomes, pending, responses = dict(sizes), dict(sizes), dict.fromkeys(analyses)
+    outcomes, responses = {}, dict.fromkeys(analyses)  # responses: with the previous model of each analysis
+    # analyses that need another model, with the numbers of modes that they try, or the error that there are none
+    pending = {analysis: outcome_of(lambda a=analysis: a.sizes_to_try) for analysis in analyses}
     for trial in itertools.count():
-        outcomes |= closed_loops_of(pending, trial)
-        closed_loops = without_errors({analysis: outcomes[analysis] for analysis in pending})
-        Turbulence.space.compute(_turbulence_of_stated_gains(closed_loops.values()))
-        for analysis, closed_loop in closed_loops.items():
-            outcomes[analysis] = outcome_of(partial(analysis.response_with, closed_loop, responses[analysis]))
-        responses = without_errors({analysis: outcomes[analysis] for analysis in closed_loops})
-        in_wind = [response for response in responses.values() if response is not None]
-        Plant.stiffness_of_outputs.compute([response.closed_loop.plant for response in in_wind])
-        Turbulence.variances.compute([response.turbulence for response in in_wind])
-        GustResponse.own_variances.compute(in_wind)
-        pending = {}
+        loop_outcomes = closed_loops_of(pending, trial)
+        closed_loops = without_errors(loop_outcomes)
+        response_outcomes = _responses_with(closed_loops, responses)
+        responses = without_errors(response_outcomes)
+        outcomes |= loop_outcomes | response_outcomes
+        larger = {}
         for analysis, response in responses.items():
-            closed_loop = closed_loops[analysis]
-            last = trial + 1 == len(sizes[analysis]) or len(closed_loop.modes) < sizes[analysis][trial]
-            if response is None or last or analysis.sizes.suffice(response):
+            closed_loop, sizes = closed_loops[analysis], pending[analysis]
+            # no model is larger: this is the last size to try, or there are no more modes
+            largest = trial + 1 == len(sizes) or len(closed_loop.modes) < sizes[trial]
+            if response is None or largest or analysis.sizes.suffice(response):
                 outcomes[analysis] = outcome_of(partial(analysis.with_critical_modes, closed_loop, response))
             else:
-                pending[analysis] = sizes[analysis]
-        if not pending:
-            break
-    return outcomes
+                larger[analysis] = sizes
+        if not larger:
+            return outcomes
+        pending = larger
+
+
+def _responses_with(closed_loops, previous):
+    """Responses to gusts with the models of many analyses, and their variances, computed together.
+
+    Parameters
+    ----------
+    closed_loops : dict
+        Analysis -> its `ClosedLoop`.
+    previous : dict
+        Analysis -> `GustResponse` with its previous, smaller model; None where there was none.
+
+    Returns
+    -------
+    dict
+        Analysis -> `GustResponse`, None without wind, or the error that says why there is none.
+    """
+    Turbulence.space.compute(_turbulence_of_stated_gains(closed_loops.values()))
+    responses = {
+        analysis: outcome_of(partial(analysis.response_with, closed_loop, previous[analysis]))
+        for analysis, closed_loop in closed_loops.items()
+    }
+    in_wind = [response for response in without_errors(responses).values() if response is not None]
+    Plant.stiffness_of_outputs.compute([response.closed_loop.plant for response in in_wind])
+    Turbulence.variances.compute([response.turbulence for response in in_wind])
+    GustResponse.own_variances.compute(in_wind)
+    return responses
 
 
 def closed_loops_of(sizes, trial=0):
@@ -114,18 +138,27 @@ def solve_modes(analyses, equilibrium):
     """
     for analysis in analyses:
         analysis.together = analyses
-    indices_by_model = {}  # key of the first model -> {id of a dict of modes: index of one analysis that shares it}
-    for index, analysis in enumerate(analyses):
-        if analysis.first_model[0] not in analysis.modes:
-            indices_by_model.setdefault(analysis.first_model, {})[id(analysis.modes)] = index
-    for (count, accuracy, planes, elements), by_dict in indices_by_model.items():
-        indices = list(by_dict.values())
+    for (count, accuracy, planes, elements), indices in _indices_by_first_model(analyses).items():
         group, model = [analyses[index] for index in indices], elements
         damping = [cable.damping for analysis in group for cable in analysis.scene.cables.values()]
         if elements and elements.drag is not None:
             model = replace(elements, drag=concatenate([analysis.model.drag for analysis in group]))
-        arguments = equilibrium.take(np.array(indices)), count, accuracy, damping, planes
-        for analysis, modes in zip(group, coupled_modes_of_cases(*arguments, damped=True, model=model), strict=True):
+        rows = equilibrium.take(np.array(indices))
+        modes_of_group = coupled_modes_of_cases(rows, count, accuracy, damping, planes, damped=True, model=model)
+        for analysis, modes in zip(group, modes_of_group, strict=True):
             # the modes with damping, or the error that says why there are none
             result = modes if isinstance(modes, Exception) else outcome_of(lambda modes=modes: modes.damped)
             analysis.modes[count] = result
+
+
+def _indices_by_first_model(analyses):
+    """Indices of analyses whose first modes are not known, of each first model: dict of `first_model` -> list of int.
+
+    Of analyses that share their dict of modes one stands for all, the last.
+    """
+    by_model = {}  # first model -> {id of a dict of modes: index of an analysis that has it}
+    for index, analysis in enumerate(analyses):
+        count, *_ = analysis.first_model
+        if count not in analysis.modes:
+            by_model.setdefault(analysis.first_model, {})[id(analysis.modes)] = index
+    return {model: list(index_by_dict.values()) for model, index_by_dict in by_model.items()}
