@@ -109,7 +109,7 @@ def basis_of_rows(system, omega, shapes, responses):
     Parameters
     ----------
     system : LinearSystem
-        The n suspensions ("rows") in all N coordinates, see `control.suspension.suspension_system`.
+        The n suspensions ("rows") in all N coordinates, see `control.suspension.suspension_systems`.
     omega : list of ndarray, shape (k,)
         Angular frequencies of k undamped modes of each. [rad/s]
     shapes : ndarray, shape (n, N, k)
@@ -136,7 +136,7 @@ def motion_of_rows(whole: LinearSystem, omega, shapes, winches, damping):
     Parameters
     ----------
     whole : LinearSystem
-        The n suspensions ("rows") in all N coordinates z, see `control.suspension.suspension_system`.
+        The n suspensions ("rows") in all N coordinates z, see `control.suspension.suspension_systems`.
     omega : ndarray, shape (n, m)
         W: angular frequencies of the shapes. [rad/s]
     shapes : ndarray, shape (n, N, m)

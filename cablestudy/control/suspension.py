@@ -6,7 +6,7 @@ which differs by the weight w dL of what was reeled in. As in the statics of a s
 more: its mass is not added to a body on which the winch stands.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from cablestudy.statics.rigid import cross_matrix
 from cablestudy.statics.suspension import AXES, GROUND, tangents
 from cablestudy.system.assemble import assemble_dense
 from cablestudy.system.coupled import Layout
-from cablestudy.system.linear import MODAL, LinearSystem
+from cablestudy.system.linear import MODAL
 
 FROM, TO = 0, 1
 ENDS = ("from", "to")
@@ -41,6 +41,62 @@ class Marker:
     name: str
     body: int
     place: tuple  # of 3 float, from the reference point, body axes [m]
+
+
+@dataclass(frozen=True)
+class SystemParts:
+    """Parts of the linear system of one suspension, from which `suspension_systems` assembles it.
+
+    Attributes
+    ----------
+    layout : Layout
+        Bodies and cables about the equilibrium.
+    kept : list of ReducedCable
+        Modes and residual vectors of each cable that are coordinates.
+    winches : sequence of Winch
+        Winches that reel in cables, or move their ends.
+    markers : sequence of Marker
+        Places on bodies whose displacements are outputs.
+    midspans : sequence of ndarray, shape (3, k)
+        For each cable, displacement at mid-span per unit of its k coordinates, modes and then six ends, along the axes
+        of its chord frame (`wind.strips.midspan_shapes`). Default: mid-spans are no outputs.
+    """
+
+    layout: Layout
+    kept: list
+    winches: list = ()
+    markers: list = ()
+    midspans: list = ()
+
+    @property
+    def size(self):
+        """Number of coordinates of the system."""
+        return len(self.layout.free) + sum(len(cable.element.omega) for cable in self.kept)
+
+    def check_size(self):
+        """Refuse a system with too many coordinates: NoSolutionError."""
+        if self.size > CONTROL.state_space_coordinates:
+            raise NoSolutionError(
+                f"the linear model has {self.size} coordinates, and a state space is made of at most "
+                f"{CONTROL.state_space_coordinates}"
+            )
+
+    @property
+    def signature(self):
+        """Names and numbers that suspensions have in common whose systems are assembled together: tuple."""
+        suspension = self.layout.equilibrium.suspension
+        strains = [cable.element.strain for cable in self.kept]
+        return (
+            tuple((cable.modes, len(cable.element.omega)) for cable in self.kept),
+            any(strain is not None and strain.law == "hysteretic" for strain in strains),
+            tuple((winch.cable, winch.end, winch.direction is None) for winch in self.winches),
+            tuple((marker.name, marker.body) for marker in self.markers),
+            bool(self.midspans),
+            (suspension.cable_names, suspension.body_names, suspension.link_names),
+            self.layout.free.tobytes(),
+            suspension.owner.tobytes(),
+            id(self.layout) if self.layout.large else None,  # a large one is assembled by itself
+        )
 
 
 class _Ends:
@@ -72,29 +128,40 @@ class _Ends:
     """
 
     def __init__(self, layouts, winches):
-        equilibria, spans = zip(*((at.equilibrium, at.equilibrium.catenary.span) for at in layouts), strict=True)
+        equilibria = [at.equilibrium for at in layouts]
         suspension = equilibria[0].suspension
-        forces = np.stack([equilibrium.end_forces[suspension.of_cables] for equilibrium in equilibria])
-        self.direction, tension = tangents(forces)
-        count, cables, *_ = forces.shape
-        movements, lifted = np.zeros((2, count, cables, 2, 3, len(winches[0])))
-        moments = np.zeros((count, len(suspension.body_names), 6, len(winches[0])))
+        self._spans = [equilibrium.catenary.span for equilibrium in equilibria]
+        forces = np.stack([equilibrium.end_forces[suspension.of_cables] for equilibrium in equilibria])  # on bodies
+        self.direction, self._tension = tangents(forces)
+        (rows, cables, *_), bodies, count = forces.shape, len(suspension.body_names), len(winches[0])
+        movements, lifted = np.zeros((2, rows, cables, 2, 3, count))  # by cable, end and axis
+        moments = np.zeros((rows, bodies, 6, count))
         for column, of_rows in enumerate(zip(*winches, strict=True)):
-            cable, end = of_rows[0].cable, of_rows[0].end
-            if of_rows[0].direction is None:
-                stretch = 1 + tension[:, cable, end] / np.array([span.axial_stiffness[cable] for span in spans])
-                movements[:, cable, end, :, column] = stretch[:, None] * self.direction[:, cable, end]
-                load = np.array([span.mass[cable] * span.gravity[cable] for span in spans])
-                vertical = np.array([np.broadcast_to(span.vertical, (cables, 3))[cable] for span in spans])
-                lifted[:, cable, end, :, column] = load[:, None] * vertical
+            cable, end, direction = of_rows[0].cable, of_rows[0].end, of_rows[0].direction
+            if direction is None:
+                movements[:, cable, end, :, column] = self._movement_by_reeling(cable, end)
+                lifted[:, cable, end, :, column] = self._load_per_length(cable)
                 continue
-            movements[:, cable, end, :, column] = along = np.array([winch.direction for winch in of_rows])
+            directions = np.array([winch.direction for winch in of_rows])
+            movements[:, cable, end, :, column] = directions
             body = suspension.owner[cable, end]
             if body != GROUND:
-                moments[:, body, 3:, column] = np.cross(along, forces[:, cable, end])
-        of_ends, of_bodies = (count, 6 * cables, len(winches[0])), (count, 6 * moments.shape[1], len(winches[0]))
-        self.movements, self.lifted = movements.reshape(of_ends), lifted.reshape(of_ends)
-        self.moments = moments.reshape(of_bodies)
+                moments[:, body, 3:, column] = np.cross(directions, forces[:, cable, end])
+        self.movements = movements.reshape(rows, 6 * cables, count)
+        self.lifted = lifted.reshape(rows, 6 * cables, count)
+        self.moments = moments.reshape(rows, 6 * bodies, count)
+
+    def _movement_by_reeling(self, cable, end):
+        """Displacement of an end of a cable per length reeled in there, (1 + T/EA) t, shape (n, 3). [-]"""
+        axial_stiffness = np.array([span.axial_stiffness[cable] for span in self._spans])
+        stretch = 1 + self._tension[:, cable, end] / axial_stiffness
+        return stretch[:, None] * self.direction[:, cable, end]
+
+    def _load_per_length(self, cable):
+        """Uniform load on a cable, upwards where it is its weight, shape (n, 3). [N/m]"""
+        load = np.array([span.mass[cable] * span.gravity[cable] for span in self._spans])
+        upwards = np.array([np.broadcast_to(span.vertical, (*span.mass.shape, 3))[cable] for span in self._spans])
+        return load[:, None] * upwards
 
 
 def reeling(equilibrium, winches):
@@ -113,88 +180,39 @@ def winch_loads(layout, winches):
     return layout.connection.T @ ends.lifted[0] + ends.moments[0][layout.free]
 
 
-def suspension_system(layout, kept, winches=(), markers=(), midspans=()):
-    """Assemble the `LinearSystem` of a suspension.
-
-    Its inputs are movements of winches, and loads on bodies and points. Its outputs are displacements, forces of links
-    and tensions of cables. Its coordinates are the modal amplitudes of all cables, then the free displacements of
-    bodies and points.
-
-    Parameters
-    ----------
-    layout : Layout
-        Bodies and cables about the equilibrium.
-    kept : list of ReducedCable
-        Modes and residual vectors of each cable that are coordinates.
-    winches : sequence of Winch
-        Winches that reel in cables, or move their ends.
-    markers : sequence of Marker
-        Places on bodies whose displacements are outputs.
-    midspans : sequence of ndarray, shape (3, k)
-        For each cable, displacement at mid-span per unit of its k coordinates, modes and then six ends, along the axes
-        of its chord frame (`wind.strips.midspan_shapes`). Default: mid-spans are no outputs.
-
-    Returns
-    -------
-    LinearSystem
-        Inputs: `winch.CABLE`, the length reeled in or the displacement of the end [m]; then, for each free displacement
-        of a body, its load, one of `BODY.force_x` to `BODY.moment_z` at the reference point [N], [N m].
-
-        Outputs: the free displacements of bodies, `BODY.MARKER.x` and so on, `CABLE.midspan.x` and so on [m], [rad];
-        `LINK.force`, `CABLE.tension_from`, `CABLE.tension_to` [N]. In a state space displacements need no derivatives
-        of inputs; tensions at ends that winches move do.
+def suspension_system(layout, kept, winches=(), markers=()):
+    """Assemble the `LinearSystem` of one suspension, with the arguments of `SystemParts`; see `suspension_systems`.
 
     Raises
     ------
     NoSolutionError
         There are too many coordinates.
     """
-    check_size(layout, kept)
-    return suspension_systems([layout], [kept], [winches], [markers], [midspans]).take(0)
+    parts = SystemParts(layout, kept, winches, markers)
+    parts.check_size()
+    return suspension_systems([parts]).take(0)
 
 
-def check_size(layout, kept):
-    """Refuse a system with too many coordinates, arguments as of `suspension_system`: NoSolutionError."""
-    coordinates = len(layout.free) + sum(len(cable.element.omega) for cable in kept)
-    if coordinates > CONTROL.state_space_coordinates:
-        raise NoSolutionError(
-            f"the linear model has {coordinates} coordinates, and a state space is made of at most "
-            f"{CONTROL.state_space_coordinates}"
-        )
-
-
-def signature(layout, kept, winches, markers, midspans):
-    """Names and numbers that rows of `suspension_systems` have in common, arguments as of one of them: tuple."""
-    suspension = layout.equilibrium.suspension
-    of_cables = *((cable.modes, len(cable.element.omega)) for cable in kept), bool(midspans)
-    hysteretic = any(cable.element.strain is not None and cable.element.strain.law == "hysteretic" for cable in kept)
-    of_winches = *((winch.cable, winch.end, winch.direction is None) for winch in winches), hysteretic
-    of_markers = tuple((marker.name, marker.body) for marker in markers)
-    names = suspension.cable_names, suspension.body_names, suspension.link_names
-    alone = id(layout) if layout.large else None  # a large one is assembled by itself
-    return of_cables, of_winches, of_markers, names, layout.free.tobytes(), suspension.owner.tobytes(), alone
-
-
-def suspension_systems(layouts, kept, winches, markers, midspans):
+def suspension_systems(parts):
     """Assemble the `LinearSystem` of n suspensions ("rows") from winches and forces to displacements and tensions.
 
     Parameters
     ----------
-    layouts : list of Layout
-        Bodies and cables of each row about the equilibrium. Rows must have equal `signature`.
-    kept : list of (list of ReducedCable)
-        For each row, the modes and residual vectors of each cable that are coordinates.
-    winches : list of (sequence of Winch)
-    markers : list of (sequence of Marker)
-        For each row, places on bodies whose displacements are outputs.
-    midspans : list of (sequence of ndarray, shape (3, k))
-        For each row, the displacement at mid-span of each cable by its k coordinates, modes and then six ends; an empty
-        sequence for no such outputs.
+    parts : list of SystemParts
+        Of each row. Rows must have equal `SystemParts.signature`.
 
     Returns
     -------
     LinearSystem
-        Of n rows, with dense matrices; coordinates, inputs and outputs are those of `suspension_system`.
+        Of n rows, with dense matrices. Its coordinates are the modal amplitudes of all cables, then the free
+        displacements of bodies and points.
+
+        Inputs: `winch.CABLE`, the length reeled in or the displacement of the end [m]; then, for each free displacement
+        of a body, its load, one of `BODY.force_x` to `BODY.moment_z` at the reference point [N], [N m].
+
+        Outputs: the free displacements of bodies, `BODY.MARKER.x` and so on, `CABLE.midspan.x` and so on [m], [rad];
+        `LINK.force`, `CABLE.tension_from`, `CABLE.tension_to` [N]. In a state space displacements need no derivatives
+        of inputs; tensions at ends that winches move do.
 
     Notes
     -----
@@ -203,31 +221,65 @@ def suspension_systems(layouts, kept, winches, markers, midspans):
     (`_Ends.lifted`) and by the lever arm of the cable's force (`_Ends.moments`), which is added to B0. Loads on bodies
     and points follow the winches among the inputs.
     """
-    layout, winch_count = layouts[0], len(winches[0])
-    ends = _Ends(layouts, winches)
-    matrices = [[cable.element.matrices() for cable in of_row] for of_row in kept]
-    matrices = [tuple(map(np.stack, zip(*of_rows, strict=True))) for of_rows in zip(*matrices, strict=True)]
-    if layout.large:  # of one row, and sparse
-        system = layout.system([cable.element for cable in kept[0]], ends.movements[0])
-        system = system.with_arrays(lambda matrix: dense(matrix)[None])
-    else:
-        connection = np.stack([at.connection for at in layouts])
-        stiffness, mass = (np.stack(of_rows) for of_rows in zip(*(at.body_matrices for at in layouts), strict=True))
-        system = assemble_dense(matrices, connection, mass, ends.movements, stiffness)
-        if layout.equilibrium.links is not None:
-            system = system.with_damped_bodies(np.stack([at.damping for at in layouts]))
-    connection = np.stack([dense(at.connection) for at in layouts])
-    modal, free = len(system) - system.bodies, system.bodies
-    static, *by_rates = system.b
-    static = static.copy()
-    static[:, modal:] += np.swapaxes(connection, -1, -2) @ ends.lifted + ends.moments[:, layout.free]
-    c, d = _outputs(layouts, matrices, connection, ends, markers, midspans)
-    input_names, output_names = labels(layout, winches[0], markers[0], bool(midspans[0]))
-    names = _coordinates(layout, kept[0]), input_names[:winch_count], output_names
-    b = static, *(matrix.real for matrix in by_rates)
-    driven_by_winches = LinearSystem(system.mass, system.damping, system.stiffness, b, free, c, d, *names)
-    forces = np.broadcast_to(np.eye(free + modal)[:, modal:], (len(layouts), free + modal, free))
-    return driven_by_winches.with_forces(forces, input_names[winch_count:])
+    first, layouts = parts[0], [row.layout for row in parts]
+    layout = first.layout
+    ends = _Ends(layouts, [row.winches for row in parts])
+    matrices = _matrices_of_cables(parts)
+    connection = np.stack([dense(at.connection) for at in layouts])  # G, shape (n, 6 c, d)
+    system = _with_moved_ends(parts, matrices, connection, ends.movements)
+    total, free = len(system), system.bodies
+    modal = total - free
+    by_length, by_speed, by_acceleration = system.b
+    by_length = by_length.copy()
+    by_length[:, modal:] += np.swapaxes(connection, -1, -2) @ ends.lifted + ends.moments[:, layout.free]
+    c, d = _outputs(parts, matrices, connection, ends)
+    input_names, output_names = labels(layout, first.winches, first.markers, bool(first.midspans))
+    system = replace(
+        system,
+        b=(by_length, by_speed.real, by_acceleration.real),
+        c=c,
+        d=d,
+        coordinates=_coordinates(layout, first.kept),
+        inputs=input_names[: len(first.winches)],
+        outputs=output_names,
+    )
+    loads_on_bodies = np.broadcast_to(np.eye(total)[:, modal:], (len(parts), total, free))
+    return system.with_forces(loads_on_bodies, input_names[len(first.winches) :])
+
+
+def _matrices_of_cables(parts):
+    """M, C and K of each of the c cables, of n suspensions, for its m modes and then its six end displacements.
+
+    Returns
+    -------
+    list of tuple of 3 ndarray, shape (n, m + 6, m + 6)
+    """
+    of_rows = [[cable.element.matrices() for cable in row.kept] for row in parts]
+    return [tuple(map(np.stack, zip(*of_cable, strict=True))) for of_cable in zip(*of_rows, strict=True)]
+
+
+def _with_moved_ends(parts, matrices, connection, movements):
+    """`LinearSystem` of n suspensions, whose inputs are the displacements of cable ends by winches, without outputs.
+
+    Parameters
+    ----------
+    parts : list of SystemParts
+    matrices : list of tuple of 3 ndarray, shape (n, m + 6, m + 6)
+        Of each cable, see `_matrices_of_cables`.
+    connection : ndarray, shape (n, 6 c, d)
+        G: displacements of the ends of all cables per free displacement.
+    movements : ndarray, shape (n, 6 c, i)
+        H: displacements of these ends per movement of each winch.
+    """
+    layouts = [row.layout for row in parts]
+    if layouts[0].large:  # of one row, and sparse
+        system = layouts[0].system([cable.element for cable in parts[0].kept], movements[0])
+        return system.with_arrays(lambda matrix: dense(matrix)[None])
+    stiffness, mass = (np.stack(of_rows) for of_rows in zip(*(at.body_matrices for at in layouts), strict=True))
+    system = assemble_dense(matrices, connection, mass, movements, stiffness)
+    if layouts[0].equilibrium.links is None:
+        return system
+    return system.with_damped_bodies(np.stack([at.damping for at in layouts]))
 
 
 def _of_bodies(layout, words, units):
@@ -237,16 +289,18 @@ def _of_bodies(layout, words, units):
 
 
 def labels(layout, winches=(), markers=(), midspans=False):
-    """Name and unit of each input and each output of `suspension_system`, mid-spans among them or not: two tuples."""
+    """Name and unit of each input and each output of `suspension_systems`, mid-spans among them or not: two tuples."""
     suspension = layout.equilibrium.suspension
-    inputs = [(f"winch.{suspension.cable_names[winch.cable]}", "m") for winch in winches]
-    bodies = suspension.body_names
-    places = [f"{bodies[marker.body]}.{marker.name}.{axis}" for marker in markers for axis in "xyz"]
-    places += [f"{name}.midspan.{axis}" for name in suspension.cable_names if midspans for axis in "xyz"]
-    forces = [(f"{name}.force", "N") for name in suspension.link_names]
-    forces += [(f"{name}.tension_{end}", "N") for name in suspension.cable_names for end in ENDS]
-    displacements = [*_of_bodies(layout, AXES, LENGTHS), *((place, "m") for place in places)]
-    return (*inputs, *_of_bodies(layout, LOADS, LOAD_UNITS)), (*displacements, *forces)
+    cables, bodies = suspension.cable_names, suspension.body_names
+    reeled = [(f"winch.{cables[winch.cable]}", "m") for winch in winches]
+    inputs = (*reeled, *_of_bodies(layout, LOADS, LOAD_UNITS))
+    places = [f"{bodies[marker.body]}.{marker.name}" for marker in markers]
+    places += [f"{cable}.midspan" for cable in cables if midspans]
+    of_places = [(f"{place}.{axis}", "m") for place in places for axis in "xyz"]
+    forces = [f"{link}.force" for link in suspension.link_names]
+    forces += [f"{cable}.tension_{end}" for cable in cables for end in ENDS]
+    outputs = (*_of_bodies(layout, AXES, LENGTHS), *of_places, *((force, "N") for force in forces))
+    return inputs, outputs
 
 
 def _coordinates(layout, kept):
@@ -259,7 +313,7 @@ def _coordinates(layout, kept):
     return (*coordinates, *_of_bodies(layout, AXES, LENGTHS))
 
 
-def _outputs(layouts, matrices, connection, ends, markers, midspans):
+def _outputs(parts, matrices, connection, ends):
     """Output matrices of n suspensions: y = C0 z + C1 z' + C2 z'' + D0 v + D1 v' + D2 v''.
 
     z are the N coordinates (modal amplitudes of all cables, then the d free displacements of bodies) and v the lengths
@@ -268,48 +322,56 @@ def _outputs(layouts, matrices, connection, ends, markers, midspans):
 
     Parameters
     ----------
-    layouts : list of Layout
-        Bodies and cables of each suspension.
+    parts : list of SystemParts
+        Of each suspension.
     matrices : list of tuple of 3 ndarray, shape (n, m + 6, m + 6)
         For each of the c cables M, C and K, for its m modes and then its six end displacements.
     connection : ndarray, shape (n, 6 c, d)
         G: displacements of the ends of all cables per free displacement.
     ends : _Ends
         Displacements of the ends by the winches.
-    markers : list of (sequence of Marker)
-        For each suspension, places on bodies whose displacements are outputs.
-    midspans : list of (sequence of ndarray, shape (3, m + 6))
-        For each suspension, displacement at mid-span of each cable by its modes and ends; empty for no such outputs.
 
     Returns
     -------
     c, d : tuple of 3 ndarray, shapes (n, o, N) and (n, o, i)
         C0, C1, C2 and D0, D1, D2. C0 and D0 are complex where damping is hysteretic.
     """
-    suspension, movements = layouts[0].equilibrium.suspension, ends.movements
+    layouts, winches = [row.layout for row in parts], ends.movements.shape[-1]
     modal = sum(stiffness.shape[-1] - 6 for *_, stiffness in matrices)
 
-    def without_winches(c):
-        """Matrices C of outputs on which the winches do not act at once, and D of zeros."""
-        return c, np.zeros((*c.shape[:2], movements.shape[-1]))
+    def by_bodies(matrix):
+        """C of outputs by the free displacements of bodies alone, from a matrix of shape (n, p, d); and D of zeros."""
+        c = np.pad(matrix, ((0, 0), (0, 0), (modal, 0)))
+        return c, np.zeros((*c.shape[:2], winches))
 
-    # each part has C and D of order 0, 1 and 2: displacements do not depend on velocities and accelerations
-    displacements = [without_winches(np.pad(_displacements(layouts, markers), ((0, 0), (0, 0), (modal, 0))))]
-    if midspans[0]:
-        of_cables = list(map(np.stack, zip(*midspans, strict=True)))
-        displacements.append(_of_cables(of_cables, connection, movements, modal))
-    parts = [[(c * (order == 0), d * (order == 0)) for order in range(3)] for c, d in displacements]
-    if suspension.link_names:
-        stretch = np.stack([np.pad(at.elongation, ((0, 0), (modal, 0))) for at in layouts])
-        suspensions = [at.equilibrium.suspension for at in layouts]
-        stiffness, damping = (np.stack([np.broadcast_to(getattr(one, name), stretch.shape[1]) for one in suspensions])
-                              for name in ("link_stiffness", "link_damping"))  # fmt: skip
+    # of each part of the outputs its C0 and D0, C1 and D1, C2 and D2
+    outputs = [_static(*by_bodies(_displacements(layouts, [row.markers for row in parts])))]
+    if parts[0].midspans:
+        of_cables = list(map(np.stack, zip(*(row.midspans for row in parts), strict=True)))
+        outputs.append(_static(*_of_cables(of_cables, connection, ends.movements, modal)))
+    if layouts[0].equilibrium.suspension.link_names:
+        stiffness, damping, elongation = _of_links(layouts)
         factors = stiffness, damping, np.zeros_like(damping)
-        parts.append([without_winches(factor[..., None] * stretch) for factor in factors])
-    parts.append(_tensions(matrices, connection, ends, modal))
-    by_order = [zip(*of_order, strict=True) for of_order in zip(*parts, strict=True)]
-    joined = [[np.concatenate(matrices, axis=1) for matrices in of_order] for of_order in by_order]
-    return tuple(zip(*joined, strict=True))
+        outputs.append([by_bodies(factor[..., None] * elongation) for factor in factors])
+    outputs.append(_tensions(matrices, connection, ends, modal))
+    c = tuple(np.concatenate([part[order][0] for part in outputs], axis=1) for order in range(3))
+    d = tuple(np.concatenate([part[order][1] for part in outputs], axis=1) for order in range(3))
+    return c, d
+
+
+def _static(c, d):
+    """Matrices (C_j, D_j), j = 0, 1, 2, of outputs that do not depend on velocities and accelerations: list."""
+    return [(c, d), (0 * c, 0 * d), (0 * c, 0 * d)]
+
+
+def _of_links(layouts):
+    """Stiffness and damping of the l links of n suspensions, shape (n, l), and elongations by bodies, (n, l, d)."""
+    elongation = np.stack([at.elongation for at in layouts])
+    suspensions = [at.equilibrium.suspension for at in layouts]
+    links = elongation.shape[1]
+    stiffness = np.stack([np.broadcast_to(suspension.link_stiffness, links) for suspension in suspensions])
+    damping = np.stack([np.broadcast_to(suspension.link_damping, links) for suspension in suspensions])
+    return stiffness, damping, elongation
 
 
 def _displacements(layouts, markers):

@@ -13,7 +13,7 @@ import numpy as np
 from cablestudy.cable.matrices import dense
 from cablestudy.control.loop_state_space import ExactResponse
 from cablestudy.control.motion import Actuator, actuated, motion_of_rows, with_actuators
-from cablestudy.control.suspension import FROM, TO, Marker, Winch, check_size, signature, suspension_systems
+from cablestudy.control.suspension import FROM, TO, Marker, SystemParts, Winch, suspension_systems
 from cablestudy.errors import NoSolutionError, outcome_of
 from cablestudy.motion.left_out_modes import BodiesOnAllModes
 from cablestudy.motion.reduction_basis import MIDSPAN, applied_loads, loads_and_bases, space_with_fewer_modes
@@ -141,14 +141,14 @@ class Plant:
 
         Plants with arrays of equal sizes are computed together: no digit of one depends on the others.
         """
-        for members in batches(plants, lambda plant: signature(*plant._parts_of_system), _size):
-            systems = suspension_systems(*map(list, zip(*(plant._parts_of_system for plant in members), strict=True)))
+        for members in batches(plants, lambda plant: plant._parts_of_system.signature, _size):
+            systems = suspension_systems([plant._parts_of_system for plant in members])
             for row, (plant, mask) in enumerate(zip(members, observed(systems), strict=True)):
                 yield plant, (systems.take(row), mask)
 
     @property
     def full_system(self):
-        """`LinearSystem` with all coordinates of the cables, see `control.suspension.suspension_system`."""
+        """`LinearSystem` with all coordinates of the cables, see `control.suspension.suspension_systems`."""
         return self._system_and_observed[0]
 
     @property
@@ -158,11 +158,11 @@ class Plant:
 
     @cached_property
     def _parts_of_system(self):
-        """Arguments of `control.suspension.suspension_system`; raises NoSolutionError as that."""
+        """`SystemParts` of the full system; raises NoSolutionError where it has too many coordinates."""
         models, kept = self.modes.models, self.modes.kept
         midspans = midspan_shapes(models, kept, self.equilibrium.catenary) if self.midspans else ()
-        parts = self.layout, self.in_air(models, kept), self.winches, self.markers, midspans
-        check_size(*parts[:2])
+        parts = SystemParts(self.layout, self.in_air(models, kept), self.winches, self.markers, midspans)
+        parts.check_size()
         return parts
 
     @computed_together
@@ -405,5 +405,4 @@ class Plant:
 
 def _size(plant):
     """Number of coordinates of the full system of a plant."""
-    layout, kept, *_ = plant._parts_of_system
-    return len(layout.free) + sum(len(cable.element.omega) for cable in kept)
+    return plant._parts_of_system.size

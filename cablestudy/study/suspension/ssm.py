@@ -243,7 +243,7 @@ def with_node_forces(system, layout, coordinates):
     Parameters
     ----------
     system : LinearSystem
-        From `control.suspension.suspension_system`; its last outputs are the tensions, two of each cable.
+        From `control.suspension.suspension_systems`; its last outputs are the tensions, two of each cable.
     layout : Layout
         Coordinates of the bodies, and their connection to the ends of the cables.
     coordinates : Coordinates
