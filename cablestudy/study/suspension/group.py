@@ -197,29 +197,43 @@ class Group:
     """
 
     def __init__(self, scenes):
-        self._modes, self._coordinates = {}, {}
-        self.linear_models, self.modes_in_wind = ([{} for _ in scenes] for _ in range(2))
-        self._scenes = scenes
-        self._conductors = conductors = conductors_of(scenes, at_rest)
-        if conductors is None:
+        self.linear_models, self.modes_in_wind = [{} for _ in scenes], [{} for _ in scenes]
+        self._modes, self._coordinates = {}, {}  # kept by `modes` and `coordinates`
+        self._conductors = conductors_of(scenes, at_rest)
+        if self._conductors is None:
             self.reference, self.problems = at_rest(scenes, numbers_at_rest(scenes))
         else:
-            self.reference, self.problems = conductors.reference, conductors.problems
-        unloaded = scenes[0].case is None and not any(loads_of(scenes[0], of_case=True)) and conductors is None
-        # from here on, the scenes are without the cables that their load cases lack
-        lost, self._scenes = scenes[0].load_case.lost, [scene.without_lost() for scene in scenes]
-        self._lost = f"without {', '.join(lost)}: " if lost else ""
-        try:
-            self._loaded = None if unloaded else loaded_state(self.reference, self._scenes, cables=self._of_case)
-        except NoSolutionError as error:
-            raise NoSolutionError(f"{self._lost}{error}") from None
-        reference_lengths = self.reference.lengths if self._of_case is None else self._of_case.lengths
-        present_lengths = reference_lengths[:, cables_left(self.reference, self._scenes[0])]
-        drag, states = self._loaded and self._loaded.drag, (self.reference, self.equilibrium)
-        self.errors = errors = EquilibriumErrors(*states, drag, lambda: self.in_mean_wind, conductors)
-        self.cables = CableResults(self._scenes, states[1], present_lengths, lambda: errors.drag_change.cables)
+            self.reference, self.problems = self._conductors.reference, self._conductors.problems
+        self._scenes = [scene.without_lost() for scene in scenes]  # with the cables that the load cases leave
+        lost = scenes[0].load_case.lost
+        self._without_lost = f"without {', '.join(lost)}: " if lost else ""  # begins messages
+        self._loaded = self._loaded_state()
+        self.errors = EquilibriumErrors(
+            self.reference,
+            self.equilibrium,
+            drag=self._loaded and self._loaded.drag,
+            in_wind=lambda: self.in_mean_wind,
+            conductors=self._conductors,
+        )
+        self.cables = self._cable_results()
         self.cable_indices = {name: index for index, name in enumerate(self._scenes[0].cables)}
         self.body_indices = {name: index for index, name in enumerate(self.reference.suspension.body_names)}
+
+    def _loaded_state(self):
+        """`LoadedState` of all cases; None where they are the reference state, without a load case."""
+        first = self._scenes[0]
+        if first.case is None and not any(loads_of(first, of_case=True)) and self._conductors is None:
+            return None
+        try:
+            return loaded_state(self.reference, self._scenes, cables=self._of_case)
+        except NoSolutionError as error:
+            raise NoSolutionError(f"{self._without_lost}{error}") from None
+
+    def _cable_results(self):
+        """`CableResults` of the cables that the load cases leave."""
+        lengths = self.reference.lengths if self._of_case is None else self._of_case.lengths
+        lengths, errors = lengths[:, cables_left(self.reference, self._scenes[0])], self.errors
+        return CableResults(self._scenes, self.equilibrium, lengths, lambda: errors.drag_change.cables)
 
     @property
     def _of_case(self):
@@ -406,8 +420,11 @@ class Group:
                 return NoSolutionError(f"in the reference state: {self._too_long[index]}")
         if at_rest_failure is None and self._loaded.problems[index]:
             return NoSolutionError(self._loaded.problems[index])
-        states = (self.without_wind, self.equilibrium)
-        return at_rest_failure or next(filter(None, (_failure(state, index, self._lost) for state in states)), None)
+        return (
+            at_rest_failure
+            or _failure(self.without_wind, index, self._without_lost)
+            or _failure(self.equilibrium, index, self._without_lost)
+        )
 
     def take(self, index):
         """The `Equilibrium` of one case."""

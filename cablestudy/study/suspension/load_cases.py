@@ -131,45 +131,67 @@ def drag_change(equilibrium, drag):
     drag : Drag or None
         The wind, and drag areas of cables and bodies; without it all errors are 0.
     """
-    shape = equilibrium.lengths.shape
+    cases, cables = equilibrium.lengths.shape
     displacement = np.zeros((*equilibrium.position.shape[:2], 6))
-    links = np.zeros((shape[0], equilibrium.suspension.owner.shape[0] - shape[1]))
-    no_change = DragChange(np.zeros(shape[0]), displacement, *np.zeros((2, shape[0])), links)
-    if drag is None:
-        return no_change
-    drag_of_cables = drag_on_cables(drag, equilibrium)
-    windy = (drag_of_cables.normal_drag > 0) & equilibrium.record.converged[:, None]
-    case, cable = np.nonzero(windy)
-    if not len(case):
-        return no_change
-    cables_in_wind = drag_of_cables.take((case, cable)), equilibrium.catenary.take((case, cable)), drag.stretched
-    between_held_ends = uneven_drag_errors(*cables_in_wind)
-    cables = DragErrors(
-        *(np.zeros(shape + getattr(between_held_ends, field.name).shape[1:]) for field in fields(DragErrors))
-    )
-    assign_rows(cables, (case, cable), between_held_ends)
-    calm = np.nonzero(windy.any(axis=1)[:, None] & ~windy)
-    if len(calm[0]):
-        assign_rows(cables, calm, DragErrors.none(equilibrium.catenary.take(calm)))
-    rows = np.unique(case)  # cases with wind on a cable
-    displacement[rows], ends = _movement_of_bodies(equilibrium, rows, cables.end_forces[rows])
-    ends, ends_of_links = ends[:, : shape[1]], ends[:, shape[1] :]
-    stiffness_of_links = equilibrium.end_stiffness[rows, shape[1] :]
+    links = np.zeros((cases, equilibrium.suspension.owner.shape[0] - cables))
+    form_error, stiffness_error = np.zeros((2, cases))
+    windy = np.zeros((cases, cables), dtype=bool)
+    if drag is not None:
+        drag_of_cables = drag_on_cables(drag, equilibrium)
+        windy = (drag_of_cables.normal_drag > 0) & equilibrium.record.converged[:, None]
+    if not windy.any():
+        return DragChange(np.zeros(cases), displacement, form_error, stiffness_error, links)
+    errors = _errors_between_held_ends(equilibrium, drag_of_cables, windy, drag.stretched)
+    rows = np.flatnonzero(windy.any(axis=1))  # m cases with wind on a cable
+    displacement[rows], ends = _movement_of_bodies(equilibrium, rows, errors.end_forces[rows])
+    ends_of_cables, ends_of_links = np.split(ends, [cables], axis=1)
+    stiffness_of_links = equilibrium.end_stiffness[rows, cables:]
     links[rows] = size(times(stiffness_of_links, ends_of_links[:, :, 1] - ends_of_links[:, :, 0]))
-    cable_index = np.repeat(rows, shape[1]), np.tile(np.arange(shape[1]), len(rows))  # all cables of these cases
-    held_errors, catenary = cables.take(cable_index), equilibrium.catenary.take(cable_index)
-    moved_ends = ends.reshape(-1, 2, 3), equilibrium.end_stiffness[cable_index], equilibrium.end_forces[cable_index]
-    moved_errors = held_errors.with_moved_ends(*moved_ends)
-    assign_rows(cables, cable_index, moved_errors)
-    form_error, stiffness_error = np.zeros((2, shape[0]))
-    form_error[rows] = moved_errors.form_error(catenary).reshape(len(rows), -1).max(axis=-1)
-    changes = (
-        array.reshape(ends.shape[:2] + array.shape[1:])
-        for array in (moved_errors.stiffness_change(catenary), moved_errors.end_forces)
+    # all m c cables of these cases, in one axis
+    of_rows = np.repeat(rows, cables), np.tile(np.arange(cables), len(rows))
+    catenary = equilibrium.catenary.take(of_rows)
+    moved_errors = errors.take(of_rows).with_moved_ends(
+        ends_of_cables.reshape(-1, 2, 3), equilibrium.end_stiffness[of_rows], equilibrium.end_forces[of_rows]
     )
-    stiffness_error[rows] = STUDY.second_order * stiffness_change(equilibrium, rows, displacement[rows], *changes)
+    assign_rows(errors, of_rows, moved_errors)
+    form_error[rows] = moved_errors.form_error(catenary).reshape(len(rows), cables).max(axis=-1)
+    change_of_stiffness = moved_errors.stiffness_change(catenary).reshape(len(rows), cables, 3, 3)
+    change_of_end_forces = moved_errors.end_forces.reshape(len(rows), cables, 2, 3)
+    stiffness_error[rows] = STUDY.second_order * stiffness_change(
+        equilibrium, rows, displacement[rows], change_of_stiffness, change_of_end_forces
+    )
     stiffness_error = bounded_errors(stiffness_error)
-    return DragChange(cables.error.max(axis=-1), displacement, form_error, stiffness_error, links, cables)
+    return DragChange(errors.error.max(axis=-1), displacement, form_error, stiffness_error, links, errors)
+
+
+def _errors_between_held_ends(equilibrium, drag_of_cables, windy, stretched):
+    """Errors of n equilibria by drag that is taken as uniform along each of c cables, whose ends are held.
+
+    Parameters
+    ----------
+    equilibrium : Equilibrium
+        Of the n cases.
+    drag_of_cables : SteadyDrag
+        Of each cable, shape (n, c), see `drag_on_cables`.
+    windy : ndarray of bool, shape (n, c)
+        Cables on which the wind acts.
+    stretched : bool
+        See `Drag.stretched`.
+
+    Returns
+    -------
+    DragErrors
+        Fields of shape (n, c, ...); zero in cases without wind on any cable.
+    """
+    in_wind = np.nonzero(windy)
+    errors_in_wind = uneven_drag_errors(drag_of_cables.take(in_wind), equilibrium.catenary.take(in_wind), stretched)
+    of_one = {field.name: getattr(errors_in_wind, field.name).shape[1:] for field in fields(DragErrors)}
+    errors = DragErrors(**{name: np.zeros(windy.shape + shape) for name, shape in of_one.items()})
+    assign_rows(errors, in_wind, errors_in_wind)
+    calm = np.nonzero(windy.any(axis=1)[:, None] & ~windy)  # other cables of the same cases
+    if len(calm[0]):
+        assign_rows(errors, calm, DragErrors.none(equilibrium.catenary.take(calm)))
+    return errors
 
 
 def stiffness_change(equilibrium, rows, displacement, of_cables, end_forces):
@@ -310,25 +332,20 @@ def loaded_state(reference, scenes, forced=True, cables=None):
     if len(present) < lengths.shape[-1]:  # the load case has lost cables
         suspension, lengths = suspension.with_cables(present), lengths[:, present]
         cables = cables and cables.take(present)
-    reference_cables = lengths, 1.0 + elongation(values), suspension.axial_stiffness, suspension.cable_mass
-    cables, problems = cables or CablesOfCase(*reference_cables), _shrunk(values, suspension.cable_names)
-    length_ratio = cables.length_ratio
-    converged = reference.record.converged
-    # the search begins where the reference state is, if there is one
+    if cables is None:
+        cables = CablesOfCase(lengths, 1.0 + elongation(values), suspension.axial_stiffness, suspension.cable_mass)
+    problems = _shrunk(values, suspension.cable_names)
     loaded = replace(
-        suspension,
+        _moved(suspension, reference, scenes, values),
         load_fractions=None,
-        stated=("unstretched_length",) * length_ratio.shape[-1],
-        value=cables.lengths * length_ratio,
+        stated=("unstretched_length",) * len(suspension.cable_names),
+        value=cables.lengths * cables.length_ratio,
         axial_stiffness=cables.stiffness,
-        cable_mass=cables.mass / length_ratio + ice_mass(values) * cables.load_ratio,
-        position=np.where(converged[:, None, None], reference.position, suspension.position) + _moves_of_bodies(scenes),
-        rotation=np.where(converged[:, None, None, None], reference.rotation, suspension.rotation),
-        place=suspension.place + values.moves,
+        cable_mass=cables.mass / cables.length_ratio + ice_mass(values) * cables.load_ratio,
         **(_forces(scenes, suspension) if forced else {}),
     )
     if any(loads_of(scenes[0], of_case=True)):
-        loads, loads_beyond = _case_loads(values, suspension.cable_names, loaded.value, length_ratio)
+        loads, loads_beyond = _case_loads(values, suspension.cable_names, loaded.value, cables.length_ratio)
         loaded = replace(loaded, **loads)
         problems = [problem or beyond_end for problem, beyond_end in zip(problems, loads_beyond, strict=True)]
     without_wind = pose(loaded)
@@ -343,6 +360,17 @@ def loaded_state(reference, scenes, forced=True, cables=None):
 def cables_left(reference, scene):
     """Indices of the cables of a reference state that the load case of a scene leaves: list of int."""
     return [number for number, name in enumerate(reference.suspension.cable_names) if name in scene.cables]
+
+
+def _moved(suspension, reference, scenes, values):
+    """`SuspendedSystem` with ends and bodies moved by their load cases from where the search shall begin.
+
+    It begins at the reference state, where there is one, else where the scenes say.
+    """
+    known = reference.record.converged[:, None, None]
+    position = np.where(known, reference.position, suspension.position) + _moves_of_bodies(scenes)
+    rotation = np.where(known[..., None], reference.rotation, suspension.rotation)
+    return replace(suspension, position=position, rotation=rotation, place=suspension.place + values.moves)
 
 
 def _moves_of_bodies(scenes):
