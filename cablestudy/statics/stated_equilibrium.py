@@ -228,30 +228,30 @@ def coupled_step(suspension, state, cables, sought, error):
     more than `STATICS.length_change`. The error of a sag is replaced by a measure that is nearly linear in L
     (`linear_measure`).
     """
-    rates = stated.rates(cables, suspension.stated)
+    rates, arms = stated.rates(cables, suspension.stated), state.arms[:, sought]
     forces, stiffness, _ = end_forces_and_stiffness(suspension, state, cables, rates.stiffness)
     blocks = tangent.stiffness_blocks(suspension, state.rotation, state.arms, forces, stiffness)
     measure, factor = linear_measure(error, np.array(suspension.stated, dtype=object)[sought])
+    # a rate of a value, divided by this, is one of the measure of its error
     value = suspension.value[:, sought] / np.where(np.isfinite(factor), factor, 1.0)
-    end_sign = np.array([-1.0, 1.0])[:, None]
-    value_by_ends = rates.by_end[:, sought, None, :] * end_sign / value[..., None, None]
     value_by_length = rates.by_length[:, sought] / value
+    sign_of_end = np.array([-1.0, 1.0])[:, None]
+    value_by_ends = rates.by_end[:, sought, None, :] * sign_of_end / value[..., None, None]  # (n, s, 2, 3)
     length_scale = np.where(value_by_length != 0, 1 / np.maximum(np.abs(value_by_length), STATICS.tiny), 1.0)
-    force_by_length = tangent.wrenches(state.arms[:, sought], rates.end_forces[:, sought])
     equations = CoupledEquations(
         blocks,
         scales=np.sqrt(np.maximum(tangent.magnitudes(blocks, suspension), STATICS.tiny)),
         sought=sought,
-        force_by_length=force_by_length * length_scale[..., None, None],
-        value_by_motion=tangent.wrenches(state.arms[:, sought], value_by_ends),
+        force_by_length=tangent.wrenches(arms, rates.end_forces[:, sought]) * length_scale[..., None, None],
+        value_by_motion=tangent.wrenches(arms, value_by_ends),
         value_by_length=value_by_length * length_scale,
         right=-np.clip(measure, -1.0, STATICS.error_in_step),
     )
-    motion, change = equations.solve(suspension)
+    scaled_motion, scaled_change = equations.solve(suspension)
     step, changes = np.zeros((*state.position.shape[:-1], 6)), np.zeros(state.length.shape)
     # without a definite form, as of a slack cable without weight, there are no rates
-    step[:, suspension.free] = np.nan_to_num(motion / equations.scales)
-    changes[:, sought] = np.nan_to_num(change * length_scale)
+    step[:, suspension.free] = np.nan_to_num(scaled_motion / equations.scales)
+    changes[:, sought] = np.nan_to_num(scaled_change * length_scale)
     divisor = np.maximum(1.0, np.abs(changes).max(axis=-1) / STATICS.length_change)
     return step / divisor[:, None, None], changes / divisor[:, None]
 
@@ -303,14 +303,15 @@ class CoupledEquations:
         return solution[:, :d], solution[:, d:]
 
     def _dense(self, suspension):
-        """Matrices of all cases, shape (n, d + s, d + s)."""
+        """Matrices [K, -G; M, D] of all cases, shape (n, d + s, d + s)."""
         (n, d), s, scales = self.scales.shape, len(self.sought), self.scales[:, None, :]
-        columns = tangent.by_body(suspension, self.sought, self.force_by_length) / scales
-        rows = tangent.by_body(suspension, self.sought, self.value_by_motion) / scales
+        force_by_length = tangent.by_body(suspension, self.sought, self.force_by_length) / scales  # G^T, (n, s, d)
+        value_by_motion = tangent.by_body(suspension, self.sought, self.value_by_motion) / scales  # M, (n, s, d)
         matrix = np.zeros((n, d + s, d + s))
         matrix[:, :d, :d] = tangent.scaled_dense(self.blocks, suspension, self.scales)
         matrix[:, :d, :d] += STATICS.added_stiffness * np.eye(d)
-        matrix[:, :d, d:], matrix[:, d:, :d] = -np.swapaxes(columns, -1, -2), rows
+        matrix[:, :d, d:] = -np.swapaxes(force_by_length, -1, -2)
+        matrix[:, d:, :d] = value_by_motion
         matrix[:, d:, d:] = (self.value_by_length[:, None, :] + STATICS.added_stiffness) * np.eye(s)
         return matrix
 
@@ -332,19 +333,21 @@ class CoupledEquations:
         """
         from scipy.sparse import block_array, coo_array, diags_array, eye_array
 
-        d, s, free = self.scales.shape[-1], len(self.sought), suspension.free
+        shape = len(self.sought), self.scales.shape[-1]  # (s, d)
         owner = suspension.owner[self.sought]
-        dof_number = np.where(free.ravel(), np.cumsum(free) - 1, -1).reshape(free.shape)
-        cable, end = np.nonzero(owner != GROUND)
-        column = dof_number[owner[cable, end]]  # shape (ends, 6), -1 where held
-        is_free = column >= 0
-        position = np.broadcast_to(cable[:, None], column.shape)[is_free], column[is_free]
+        cable, end = np.nonzero(owner != GROUND)  # of each of e ends that a body holds
+        freedom = tangent.free_index(suspension.free)[owner[cable, end]]  # of each motion of that body, shape (e, 6)
+        is_free = freedom >= 0
+        rows, columns = np.broadcast_to(cable[:, None], freedom.shape)[is_free], freedom[is_free]
+
+        def by_freedom(at_ends, scales):
+            """Sums for each cable over its two ends, of shape (s, 2, 6), in the columns of their bodies' motions."""
+            return coo_array((at_ends[cable, end][is_free], (rows, columns)), shape) @ diags_array(1 / scales)
+
         for case, scales in enumerate(self.scales):
-            force_by_length, value_by_motion = (
-                coo_array((entries[case, cable, end][is_free], position), shape=(s, d)) @ diags_array(1 / scales)
-                for entries in (self.force_by_length, self.value_by_motion)
-            )
-            stiffness = tangent.scaled_sparse(self.blocks.of(case), suspension, scales)
-            stiffness = stiffness + STATICS.added_stiffness * eye_array(d)
-            by_length = diags_array(self.value_by_length[case] + STATICS.added_stiffness)
-            yield block_array([[stiffness, -force_by_length.T], [value_by_motion, by_length]]).tocsc()
+            stiffness = tangent.scaled_sparse(self.blocks.of(case), suspension, scales)  # K
+            stiffness = stiffness + STATICS.added_stiffness * eye_array(shape[1])
+            force_by_length = by_freedom(self.force_by_length[case], scales)  # G^T
+            value_by_motion = by_freedom(self.value_by_motion[case], scales)  # M
+            value_by_length = diags_array(self.value_by_length[case] + STATICS.added_stiffness)  # D
+            yield block_array([[stiffness, -force_by_length.T], [value_by_motion, value_by_length]]).tocsc()

@@ -186,6 +186,11 @@ def free_values(suspension, values):
     return values.reshape(*values.shape[:-2], -1).take(np.flatnonzero(suspension.free), axis=-1)
 
 
+def free_index(free):
+    """Index of each degree of freedom among the free ones, -1 of others; shape of `free`, an ndarray of bool."""
+    return np.where(free.ravel(), np.cumsum(free) - 1, -1).reshape(free.shape)
+
+
 def solved(matrices, vectors):
     """Solutions of systems of equations, shape (n, d); those of least size where a matrix is singular.
 
@@ -320,30 +325,43 @@ def stiffness_blocks(suspension, rotation, arms, end_forces, end_stiffness):
     ends = pairs(suspension)
     sign = np.where(ends.row == ends.column, 1.0, -1.0)[:, None, None]
     between, sizes = between_bodies(suspension, sign * end_stiffness[..., ends.line, :, :], arms)
-    # and the terms with the forces on each body
+    outer, sum_of_sizes = _loads_at_arms(suspension, rotation, arms, end_forces)
+    by_rotation = np.trace(outer, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) - outer  # sum of (r.F) I - r F^T
+    leading = np.broadcast_shapes(between.shape[:-3], outer.shape[:-3])
+    count, bodies = between.shape[-3], outer.shape[-3]
+    matrices = np.zeros((*leading, count + bodies, 6, 6))
+    matrices[..., :count, :, :], matrices[..., count:, 3:, 3:] = between, by_rotation
+    by_forces = np.zeros((*leading, bodies, 6))
+    by_forces[..., 3:] = np.abs(np.diagonal(by_rotation, axis1=-2, axis2=-1)) + sum_of_sizes[..., None]
+    rows = np.concatenate([ends.row_body, np.arange(bodies)])
+    columns = np.concatenate([ends.column_body, np.arange(bodies)])
+    return Blocks(rows, columns, matrices, np.broadcast_to(sizes, by_forces.shape), by_forces)
+
+
+def _loads_at_arms(suspension, rotation, arms, end_forces):
+    """Sums over all loads F on each of b bodies, at arms r: forces of cables and links, weight and dead loads.
+
+    Parameters as of `stiffness_blocks`.
+
+    Returns
+    -------
+    outer : ndarray, shape (..., b, 3, 3)
+        Sum of r F^T. [N m]
+    sum_of_sizes : ndarray, shape (..., b)
+        Sum of |r| |F|, which bounds the rounding of the other sum. [N m]
+    """
     center, weight = weights(suspension, rotation)
-    bodies = np.arange(center.shape[-2])
-    held_cable, end, body = held_ends(suspension)
-    force, arm = end_forces[..., held_cable, end, :], arms[..., held_cable, end, :]
-    outer = (arm[..., :, None] * force[..., None, :]).reshape(*force.shape[:-1], 9)
-    of_ends = np.concatenate([outer, (size(force) * size(arm))[..., None]], axis=-1)
-    by_ends = on_bodies(of_ends, body, len(bodies))
-    # sums over all loads on each body of r F^T, and of |r| |F|, which bounds rounding
+    cable, end, body = held_ends(suspension)
+    force, arm = end_forces[..., cable, end, :], arms[..., cable, end, :]
+    outer_of_ends = (arm[..., :, None] * force[..., None, :]).reshape(*force.shape[:-1], 9)
+    sizes_of_ends = (size(force) * size(arm))[..., None]
+    by_ends = on_bodies(np.concatenate([outer_of_ends, sizes_of_ends], axis=-1), body, center.shape[-2])
     outer = by_ends[..., :9].reshape(*by_ends.shape[:-1], 3, 3) + center[..., :, None] * weight[..., None, :]
     sum_of_sizes = by_ends[..., 9] + size(weight) * size(center)
     eccentricity = eccentric(suspension, rotation)
-    if eccentricity is not None:
-        outer = outer + eccentricity
-        sum_of_sizes = sum_of_sizes + np.sqrt((eccentricity**2).sum(axis=(-1, -2)))
-    shape = np.broadcast_shapes(between.shape[:-3], outer.shape[:-3])
-    matrices = np.zeros((*shape, between.shape[-3] + len(bodies), 6, 6))
-    matrices[..., : between.shape[-3], :, :] = between
-    by_rotation = np.trace(outer, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) - outer
-    matrices[..., between.shape[-3] :, 3:, 3:] = by_rotation
-    by_forces = np.zeros((*shape, len(bodies), 6))
-    by_forces[..., 3:] = np.abs(np.diagonal(by_rotation, axis1=-2, axis2=-1)) + sum_of_sizes[..., None]
-    rows, columns = (np.concatenate([body, bodies]) for body in (ends.row_body, ends.column_body))
-    return Blocks(rows, columns, matrices, np.broadcast_to(sizes, by_forces.shape), by_forces)
+    if eccentricity is None:
+        return outer, sum_of_sizes
+    return outer + eccentricity, sum_of_sizes + np.sqrt((eccentricity**2).sum(axis=(-1, -2)))
 
 
 def scaled_dense(blocks, suspension, scales):
@@ -386,7 +404,7 @@ def sparse(blocks, suspension, free=None):
     from scipy.sparse import coo_array
 
     free = suspension.free if free is None else free
-    index = np.where(free.ravel(), np.cumsum(free) - 1, -1).reshape(free.shape)  # row of the matrix; -1 if not free
+    index = free_index(free)
     rows = np.broadcast_to(index[blocks.rows][:, :, None], blocks.matrices.shape)
     columns = np.broadcast_to(index[blocks.columns][:, None, :], blocks.matrices.shape)
     is_free = (rows >= 0) & (columns >= 0)
