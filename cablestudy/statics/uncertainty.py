@@ -109,69 +109,106 @@ def _sampled(equilibrium):
     change : ndarray, shape (..., c + l)
         Change of each tension over the largest tension of the cable [-], and of the force of each link [N].
     """
-    suspension, cables, arms = equilibrium.suspension, equilibrium.catenary, equilibrium.arms
+    suspension, cables = equilibrium.suspension, equilibrium.catenary
     kinds = tuple(kind or "unstretched_length" for kind in suspension.stated)
     force_changes, length_known = _force_changes(equilibrium, kinds)
+    stiffness, end_forces = force_changes[..., :3], force_changes[..., 3]  # by end 2; by a relative change
     net, net_rounding, error, value_rounding = _residuals(equilibrium, kinds, length_known)
-    free = suspension.free
     generator = np.random.default_rng(STATICS.seed)
-    body_signs = generator.choice([-1.0, 1.0], size=(STATICS.samples, *free.shape))
+    body_signs = generator.choice([-1.0, 1.0], size=(STATICS.samples, *suspension.free.shape))
     cable_signs = generator.choice([-1.0, 1.0], size=(STATICS.samples, len(kinds)))
-    # samples on the last axis: relative changes of stated values, and of the forces of links with their lengths
+    # samples on the last axis: relative changes of stated values, and of the forces of links with their lengths; and
+    # the net force on each body, its own rounding or residual
     changes = np.concatenate([cable_signs.T * value_rounding[..., None], -error[..., None]], axis=-1)
-    end_forces, stiffness = force_changes[..., 3], force_changes[..., :, :, :3]  # by such a change, and by end 2
+    forces = np.concatenate([np.moveaxis(body_signs, 0, -1) * net_rounding[..., None], net[..., None]], axis=-1)
     if suspension.link_names:
         stiffness, end_forces, changes = _with_links(equilibrium, stiffness, end_forces, changes, generator)
-    # net force on each body in each sample: its own rounding, or residual, and the changes of the end forces
-    signs = np.moveaxis(body_signs, 0, -1)
-    forces = np.concatenate([signs * net_rounding[..., None], net[..., None]], axis=-1)
-    cable, end, body = tangent.held_ends(suspension)
-    arm = arms[..., cable, end, :]
-    bodies = sorted(set(body.tolist()))
-    ends_of_bodies = [(owner, slice(*np.searchsorted(body, [owner, owner + 1]).tolist())) for owner in bodies]
-    _add_by_changes(forces, tangent.wrenches(arm, end_forces[..., cable, end, :]), changes, cable, ends_of_bodies)
+    held_ends = _HeldEnds.of(equilibrium)
+    held_ends.add_forces(forces, end_forces, changes)
     tension = end_forces[..., 1, :, None] * changes[..., None, :]  # (..., c + l, 3, samples + 1)
     displacement = np.zeros(forces.shape)
-    if free.any():
-        all_displacements = displacement.reshape(*displacement.shape[:-3], -1, displacement.shape[-1])  # a view
-        freedoms = np.flatnonzero(free)
-        free_forces = forces.reshape(all_displacements.shape).take(freedoms, axis=-2)
-        all_displacements[..., freedoms, :] = tangent.displacements(
-            _blocks(equilibrium, stiffness, length_known), suspension, free_forces
-        )
-        by_end = np.where(end == 1, 1.0, -1.0)[:, None, None] * stiffness[..., cable, 1, :, :]
-        by_body = np.concatenate([by_end, cross(arm[..., None, :], by_end)], axis=-1)  # K [I, -[r x]]
-        _add_by_displacements(tension, by_body, displacement, cable, ends_of_bodies)
+    if suspension.free.any():
+        displacement = _displacements(_blocks(equilibrium, stiffness, length_known), suspension, forces)
+        held_ends.add_tensions(tension, stiffness, displacement)
     unit = np.maximum(cables.max_tension, STATICS.tiny)
     unit = joined(unit, equilibrium.links and np.ones_like(equilibrium.links.extension), -1)
     return _rms(displacement), _rms(size(np.swapaxes(tension, -1, -2)) / unit[..., None])
 
 
-def _add_by_changes(forces, wrench, changes, cable, ends_of_bodies):
-    """Add to net forces on bodies, (..., b, 6, samples), those by relative changes of cables, (..., c + l, samples).
+@dataclass(frozen=True)
+class _HeldEnds:
+    """The h ends of cables and links that bodies hold, body by body.
 
-    `wrench` is the force and moment of each held end per change of its cable, (..., h, 6); the others are as of
-    `_add_by_displacements`.
+    Attributes
+    ----------
+    cable, end : ndarray of int, shape (h,)
+        Cable or link of each, and which of its two ends it is, 0 or 1.
+    arm : ndarray, shape (..., h, 3)
+        From the reference point of the body, global axes. [m]
+    of_bodies : list of (int, slice)
+        Each body that holds ends, and which of them.
     """
-    wrench = np.ascontiguousarray(wrench)
-    for body, of_body in ends_of_bodies:
-        changes_of_ends = changes.take(cable[of_body], axis=-2)
-        forces[..., body, :, :] += np.swapaxes(wrench[..., of_body, :], -1, -2) @ changes_of_ends
+
+    cable: np.ndarray
+    end: np.ndarray
+    arm: np.ndarray
+    of_bodies: list
+
+    @classmethod
+    def of(cls, equilibrium):
+        """The held ends of an equilibrium or a batch."""
+        cable, end, body = tangent.held_ends(equilibrium.suspension)
+        bodies = sorted(set(body.tolist()))
+        of_bodies = [(owner, slice(*np.searchsorted(body, [owner, owner + 1]).tolist())) for owner in bodies]
+        return cls(cable, end, equilibrium.arms[..., cable, end, :], of_bodies)
+
+    def add_forces(self, forces, end_forces, changes):
+        """Add to net forces on bodies those by relative changes of cables and links.
+
+        Parameters
+        ----------
+        forces : ndarray, shape (..., b, 6, k)
+            Force and moment on each body in k samples; changed in place. [N], [N m]
+        end_forces : ndarray, shape (..., c + l, 2, 3)
+            Force on each end per relative change. [N]
+        changes : ndarray, shape (..., c + l, k)
+        """
+        wrench = tangent.wrenches(self.arm, end_forces[..., self.cable, self.end, :])
+        wrench = np.ascontiguousarray(wrench)
+        for body, ends in self.of_bodies:
+            changes_of_ends = changes.take(self.cable[ends], axis=-2)
+            forces[..., body, :, :] += np.swapaxes(wrench[..., ends, :], -1, -2) @ changes_of_ends
+
+    def add_tensions(self, tension, stiffness, displacement):
+        """Add to tension vectors what displacements of bodies change.
+
+        Parameters
+        ----------
+        tension : ndarray, shape (..., c + l, 3, k)
+            Force of each cable and link at its end 2 in k samples; changed in place. [N]
+        stiffness : ndarray, shape (..., c + l, 2, 3, 3)
+            Force on each end per movement of end 2. [N/m]
+        displacement : ndarray, shape (..., b, 6, k)
+            Of the bodies. [m], [rad]
+        """
+        by_end = np.where(self.end == 1, 1.0, -1.0)[:, None, None] * stiffness[..., self.cable, 1, :, :]
+        by_body = np.concatenate([by_end, cross(self.arm[..., None, :], by_end)], axis=-1)  # K [I, -[r x]]
+        lead, samples = tension.shape[:-3], tension.shape[-1]
+        for body, ends in self.of_bodies:
+            count = ends.stop - ends.start
+            all_ends = by_body[..., ends, :, :].reshape(*lead, 3 * count, 6)  # one below the other
+            by_ends = (all_ends @ displacement[..., body, :, :]).reshape(*lead, count, 3, samples)
+            for index, cable in enumerate(self.cable[ends].tolist()):
+                tension[..., cable, :, :] += by_ends[..., index, :, :]
 
 
-def _add_by_displacements(tension, by_body, displacement, cable, ends_of_bodies):
-    """Add to tension vectors, (..., c + l, 3, samples), what displacements of bodies, (..., b, 6, samples), change.
-
-    `by_body` is the tension vector per displacement of the body at each held end, (..., h, 3, 6); `cable` the cable or
-    link of that end, (h,); `ends_of_bodies` has pairs of a body and the slice of the ends that it holds.
-    """
-    lead, samples = tension.shape[:-3], tension.shape[-1]
-    for body, of_body in ends_of_bodies:
-        count = of_body.stop - of_body.start
-        all_ends = by_body[..., of_body, :, :].reshape(*lead, 3 * count, 6)  # one below the other
-        by_ends = (all_ends @ displacement[..., body, :, :]).reshape(*lead, count, 3, samples)
-        for index, of_cable in enumerate(cable[of_body].tolist()):
-            tension[..., of_cable, :, :] += by_ends[..., index, :, :]
+def _displacements(blocks, suspension, forces):
+    """Static displacements of all b bodies by forces on them, zero where they are held, shape (..., b, 6, k) both."""
+    freedoms = np.flatnonzero(suspension.free)
+    displacement = np.zeros((*forces.shape[:-3], suspension.free.size, forces.shape[-1]))
+    free_forces = forces.reshape(displacement.shape).take(freedoms, axis=-2)
+    displacement[..., freedoms, :] = tangent.displacements(blocks, suspension, free_forces)
+    return displacement.reshape(forces.shape)
 
 
 def _force_changes(equilibrium, kinds):
