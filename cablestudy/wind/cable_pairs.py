@@ -137,19 +137,22 @@ def coherence_of_cables(kappa, cable, other):
     ndarray, shape (f, q, p)
         The mean for each pair of functions i and j. [-]
     """
-    places, others = (np.concatenate([arc.points for arc in arcs]) for arcs in (cable, other))
+    places = np.concatenate([arc.points for arc in cable])  # of the load points, shape (q, 3)
+    others = np.concatenate([arc.points for arc in other])  # (p, 3)
     distance = size(places[:, None] - others)
-    nearest = distance.reshape(len(cable), -1, len(other), len(others) // len(other)).min(axis=(1, 3))
+    # both axes of points, q and p, as elements and the points of each
+    by_element = len(cable), len(places) // len(cable), len(other), len(others) // len(other)
+    least_distance = distance.reshape(by_element).min(axis=(1, 3))
     spacing = np.maximum.outer([arc.spacing for arc in cable], [arc.spacing for arc in other])
-    close = nearest < WIND.close_cables * spacing
+    close = least_distance < WIND.close_cables * spacing
     if min(cable[0].order, other[0].order) == 1:  # bars have two points each, beside many others
         close[:] = False
     coherence = np.zeros((len(kappa), *distance.shape))
     if not close.all():
         np.exp(-kappa[:, None, None] * distance, out=coherence)
-    blocks = coherence.reshape(len(kappa), len(cable), -1, len(other), len(others) // len(other))
+    of_elements = coherence.reshape(len(kappa), *by_element)  # a view
     for i, j in np.argwhere(close).tolist():
-        blocks[:, i, :, j] = cable[i].mean_with(kappa, other[j])
+        of_elements[:, i, :, j] = cable[i].mean_with(kappa, other[j])
     return coherence
 
 
@@ -175,18 +178,19 @@ def coherence_of_chords(kappa, cable):
     ndarray, shape (f, q, q)
         [-]
     """
-    count = len(cable[0].points)
-    positions, weights = gauss(WIND.chord_points * count - 1)
+    elements, count = len(cable), len(cable[0].points)
+    positions, weights = gauss(WIND.chord_points * count - 1)  # of an integral over an element
     by_function = cable[0].functions(positions) * weights[:, None]
     places = np.concatenate([arc.places(positions) for arc in cable])
-    lengths = np.array([arc.arc_lengths(np.append(positions, 1.0)) for arc in cable])
-    along = (np.cumsum(lengths[:, -1]) - lengths[:, -1])[:, None] + lengths[:, :-1]
-    of_chords, of_arcs = size(places[:, None] - places), np.abs(along.ravel()[:, None] - along.ravel())
+    lengths = np.array([arc.arc_lengths(np.append(positions, 1.0)) for arc in cable])  # and of whole elements, the last
+    before = np.cumsum(lengths[:, -1]) - lengths[:, -1]  # length of all elements before each
+    along = (before[:, None] + lengths[:, :-1]).ravel()
+    straight, curved = size(places[:, None] - places), np.abs(along[:, None] - along)
     # exp(-b) - exp(-a) = -exp(-b) (exp(b - a) - 1), with the digits of a small difference
-    change = -np.exp(-kappa[:, None, None] * of_chords) * np.expm1(kappa[:, None, None] * (of_chords - of_arcs))
-    blocks = change.reshape(len(kappa), len(cable), len(positions), len(cable), len(positions))
-    means = by_function.T @ (blocks.swapaxes(2, 3) @ by_function)
-    return means.swapaxes(2, 3).reshape(len(kappa), len(cable) * count, len(cable) * count)
+    change = -np.exp(-kappa[:, None, None] * straight) * np.expm1(kappa[:, None, None] * (straight - curved))
+    of_elements = change.reshape(len(kappa), elements, len(positions), elements, len(positions)).swapaxes(2, 3)
+    means = by_function.T @ (of_elements @ by_function)  # (f, elements, elements, count, count)
+    return means.swapaxes(2, 3).reshape(len(kappa), elements * count, elements * count)
 
 
 def coherence_with_points(kappa, places, cable):

@@ -120,36 +120,73 @@ class Rods:
         the odd combination of v0 and v1. The constant function, whose slope is zero, is treated apart.
         """
         ratio = np.maximum(ratio, WIND.least_length_ratio)
-        inverse = 1 / (self.square[:, None, 1:] / ratio[..., None] + ratio[..., None])
-        constant, others = loads[..., :1], loads[..., 1:]
-        even_and_odd = self.ends[:, 1:] @ np.array([[1.0, 1.0], [1.0, -1.0]]) / np.sqrt(2)
-        even, odd = np.moveaxis(even_and_odd, -1, 0)[:, :, None]  # (n, 1, r - 1)
-        # the 2 x 2 matrix of Woodbury's formula, [[a, b], [b, c]], shape (n, m) each
-        a, b, c = ((inverse * product).sum(axis=-1) for product in (even**2, even * odd, odd**2))
-        a, c = 1 + a, 1 + c
-        determinant, constant_at_end = a * c - b**2, self.ends[:, :1, 0]
-        by_even, by_odd = (others @ np.swapaxes(inverse * one, 1, 2)[:, None] for one in (even, odd))  # (n, c, i, m)
-        factors = (np.sqrt(2) * constant_at_end * part / determinant for part in (c, b))
-        on_even, on_odd = (factor[:, None, None] for factor in factors)
-        sums = np.stack([constant - on_even * by_even + on_odd * by_odd, by_even, by_odd], axis=-1)
-        sums = sums.transpose(0, 3, 2, 1, 4)  # (n, m, i, c, 3)
-        weights = np.zeros((*ratio.shape, 3, 3))  # half of I: others inverse others^T + sums weights sums^T
-        weights[..., 0, 0] = 1 / (ratio + 2 * constant_at_end**2 * c / determinant)
-        weights[..., 1, 1], weights[..., 2, 2] = -(c / determinant), -(a / determinant)
-        weights[..., 1, 2] = weights[..., 2, 1] = b / determinant
+        inverse = 1 / (self.square[:, None, 1:] / ratio[..., None] + ratio[..., None])  # of diagonals, (n, m, r - 1)
+        sums, weights = self._of_springs(loads, ratio, inverse)
         weighted, sums = (part.reshape(*part.shape[:3], -1) for part in (sums @ weights[:, :, None], sums))
-        covariance = weighted @ np.swapaxes(sums, -1, -2)
-        size, functions = loads.shape[2], others.shape[-1]
-        at_once = max(1, WIND.coherence_entries // max(1, size * functions))  # rows whose products caches hold
-        for of_cable, own_inverse, own in zip(covariance, inverse, np.moveaxis(others, -1, 1), strict=True):
-            for begin in range(0, size, at_once):  # entries on the diagonal and to the right of it, then their mirror
-                rows, further = slice(begin, begin + at_once), slice(begin + at_once, size)
-                products = np.swapaxes(own[..., rows], 1, 2) @ own[..., begin:]  # summed over the components
-                part = own_inverse @ products.reshape(functions, -1)
-                part = part.reshape(len(part), -1, size - begin)
-                of_cable[:, rows, begin:] += part
-                of_cable[:, further, rows] += np.swapaxes(part[..., at_once:], 1, 2)
-        return 2 * covariance
+        half = weighted @ np.swapaxes(sums, -1, -2)  # of I, (n, m, i, i)
+        others = np.moveaxis(loads[..., 1:], -1, 1)  # (n, r - 1, c, i)
+        for of_cable, inverse_of_cable, loads_of_cable in zip(half, inverse, others, strict=True):
+            _add_products(of_cable, inverse_of_cable, loads_of_cable)
+        return 2 * half
+
+    def _of_springs(self, loads, ratio, inverse):
+        """Part of `covariance` by the springs at the ends of the rods, and by the constant function.
+
+        Parameters
+        ----------
+        loads : ndarray, shape (n, c, i, r)
+            Coefficients of the loads.
+        ratio : ndarray, shape (n, m)
+            rho. [-]
+        inverse : ndarray, shape (n, m, r - 1)
+            Inverse of K without springs, a diagonal matrix, for all functions but the constant one.
+
+        Returns
+        -------
+        sums : ndarray, shape (n, m, i, c, 3)
+        weights : ndarray, shape (n, m, 3, 3)
+            I/2 is sums weights sums^T + loads `inverse` loads^T, each summed over the components.
+        """
+        constant, others = loads[..., :1], loads[..., 1:]
+        constant_at_end = self.ends[:, :1, 0]
+        even_and_odd = self.ends[:, 1:] @ np.array([[1.0, 1.0], [1.0, -1.0]]) / np.sqrt(2)
+        even, odd = np.moveaxis(even_and_odd, -1, 0)[:, :, None]  # (n, 1, r - 1) each
+        # the symmetric 2 x 2 matrix of Woodbury's formula, shape (n, m) each
+        even_even, odd_odd = 1 + (inverse * even**2).sum(axis=-1), 1 + (inverse * odd**2).sum(axis=-1)
+        even_odd = (inverse * (even * odd)).sum(axis=-1)
+        determinant = even_even * odd_odd - even_odd**2
+        by_even, by_odd = (others @ np.swapaxes(inverse * one, 1, 2)[:, None] for one in (even, odd))  # (n, c, i, m)
+        of_even = (np.sqrt(2) * constant_at_end * odd_odd / determinant)[:, None, None]
+        of_odd = (np.sqrt(2) * constant_at_end * even_odd / determinant)[:, None, None]
+        by_constant = constant - of_even * by_even + of_odd * by_odd
+        weights = np.zeros((*ratio.shape, 3, 3))
+        weights[..., 0, 0] = 1 / (ratio + 2 * constant_at_end**2 * odd_odd / determinant)
+        weights[..., 1, 1] = -(odd_odd / determinant)
+        weights[..., 2, 2] = -(even_even / determinant)
+        weights[..., 1, 2] = weights[..., 2, 1] = even_odd / determinant
+        return np.stack([by_constant, by_even, by_odd], axis=-1).transpose(0, 3, 2, 1, 4), weights
+
+
+def _add_products(covariance, diagonals, loads):
+    """Add the products loads^T D loads with m diagonal matrices D, summed over c components, in place.
+
+    The products are symmetric: entries on the diagonal and to the right of it are computed, then mirrored.
+
+    Parameters
+    ----------
+    covariance : ndarray, shape (m, i, i)
+    diagonals : ndarray, shape (m, r)
+    loads : ndarray, shape (r, c, i)
+    """
+    functions, _, size = loads.shape
+    at_once = max(1, WIND.coherence_entries // max(1, size * functions))  # rows whose products caches hold
+    for begin in range(0, size, at_once):
+        rows, right, below = slice(begin, begin + at_once), slice(begin, size), slice(begin + at_once, size)
+        by_function = np.swapaxes(loads[..., rows], 1, 2) @ loads[..., right]
+        products = diagonals @ by_function.reshape(functions, -1)
+        products = products.reshape(len(products), -1, size - begin)
+        covariance[:, rows, right] += products
+        covariance[:, below, rows] += np.swapaxes(products[..., at_once:], 1, 2)
 
 
 def rods(mesh, stretch):
