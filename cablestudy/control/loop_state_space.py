@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from cablestudy.control.margins import sensitivity
-from cablestudy.system.first_order import state_rows
 from cablestudy.system.residues import Residues
+from cablestudy.system.state_rows import state_rows
 
 
 class ExactResponse:
@@ -32,16 +32,16 @@ class ExactResponse:
     """
 
     def __init__(self, motion, forces, loop, actuators, direct=None):
-        first_order, state_rate, reeled, output_rows = state_rows(motion, forces, actuators=actuators)
-        size, winches = len(state_rate), len(reeled[0])
-        inputs = (state_rate.shape[1] - size) // 3
+        rows = state_rows(motion, forces, actuators=actuators)
+        size = len(rows.state_rate)
+        inputs = (rows.state_rate.shape[1] - size) // 3
         if direct is not None:
-            output_rows[: len(direct), size + inputs - forces.shape[1] : size + inputs] += direct
-        parts = [slice(size + order * inputs, size + (order + 1) * inputs) for order in range(3)]
-        output_rows = np.concatenate([output_rows, loop.allocation.measured @ first_order.coordinates])
-        self._loop, self._winches = loop, winches
+            rows.outputs[: len(direct), size + inputs - forces.shape[1] : size + inputs] += direct
+        output_rows = np.concatenate([rows.outputs, loop.allocation.measured @ rows.equations.coordinates])
+        self._loop, self._winches = loop, len(rows.reeled)
         # by eigenvectors; of inputs u, u' and u'', the winches first
-        self._inputs = [motion.eigen.left @ state_rate[:, part] for part in parts]
+        parts = [slice(size + order * inputs, size + (order + 1) * inputs) for order in range(3)]
+        self._inputs = [motion.eigen.left @ rows.state_rate[:, part] for part in parts]
         self._outputs = output_rows[:, :size] @ motion.eigen.right
         self._direct = [output_rows[:, part] for part in parts]
 

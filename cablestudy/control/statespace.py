@@ -16,8 +16,8 @@ import numpy as np
 
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import NoSolutionError, SceneError
-from cablestudy.system.first_order import state_rows
 from cablestudy.system.linear import MASSLESS_MOTION, MODAL, LinearSystem
+from cablestudy.system.state_rows import state_rows
 
 if TYPE_CHECKING:
     import control
@@ -211,19 +211,18 @@ def state_space_of(system, second_order=None, loop=None, measured=(), actuators=
     forces, direct = system.b[0][:, winches:], system.d[0][:, winches:]
     winch_b, winch_d = (tuple(part[:, :winches] for part in parts) for parts in (system.b, system.d))
     try:
-        first_order, state_rate, (reeled, _), output_rows = state_rows(
-            replace(system, b=winch_b, d=winch_d, scale=_scale(system)), forces, loop, actuators
-        )
+        rows = state_rows(replace(system, b=winch_b, d=winch_d, scale=_scale(system)), forces, loop, actuators)
     except np.linalg.LinAlgError:
         raise NoSolutionError(MASSLESS_MOTION) from None
+    state_rate, output_rows = rows.state_rate, rows.outputs
     states, inputs, outputs = _states(system, actuators), list(system.inputs), [*system.outputs]
     if loop:  # the forces act on outputs at once, and the lengths reeled in come after the outputs of the system
         end = len(state_rate) + len(measured) + len(inputs)  # of the columns of x and u
         output_rows[:count, end - forces.shape[1] : end] += direct
-        output_rows = np.insert(output_rows, count, reeled, axis=0)
+        output_rows = np.insert(output_rows, count, rows.reeled, axis=0)
         outputs += inputs[:winches]
         inputs = [*((f"reference.{name}", unit) for name, unit in measured), *inputs]
-        states += _states_of_loop(loop, measured, first_order.winches.shape[1])
+        states += _states_of_loop(loop, measured, rows.equations.winches.shape[1])
     for actuator in actuators:
         units = {"momentum": "N m s", "torque": "N m"} if actuator.wheel else {"stroke": "m", "force": "N"}
         outputs += [(f"{actuator.name}.{quantity}", unit) for quantity, unit in units.items()]
@@ -258,7 +257,7 @@ def _states_of_loop(loop, measured, movements):
 
 
 def _from_rows(state_rate, output_rows, states, inputs, outputs, second_order=None):
-    """`StateSpace` of x' and y as rows over x, u, u', u'' (`first_order.state_rows`), no derivatives on the states.
+    """`StateSpace` of x' and y as rows over x, u, u', u'' (`system.state_rows`), no derivatives on the states.
 
     With x = q + G1 u + G2 u', G2 = B2 and G1 = B1 + A B2,
 

@@ -22,9 +22,9 @@ from cablestudy.motion.tolerances import MOTION
 from cablestudy.motion.turbulence import Turbulence
 from cablestudy.scene.actuator_tables import ReactionWheel
 from cablestudy.system.connected import observed
-from cablestudy.system.first_order import state_rows
 from cablestudy.system.linear import LinearSystem
 from cablestudy.system.residues import delayed_response
+from cablestudy.system.state_rows import state_rows
 from cablestudy.system.state_spaces import StateSpaces
 from cablestudy.system.together import batches, computed_together
 from cablestudy.wind.strips import midspan_shapes
@@ -328,7 +328,7 @@ class Plant:
 
         for members in batches(plants, numbers, _size):
             motion = LinearSystem.stack([plant.motion for plant in members])
-            count, outputs = len(motion), state_rows(motion, actuators=members[0].actuators)[-1]
+            count, outputs = len(motion), state_rows(motion, actuators=members[0].actuators).outputs
             squares = np.abs(outputs[..., : 2 * count]) ** 2
             stiffness, mass = (np.diagonal(part, axis1=-2, axis2=-1) for part in (motion.stiffness.real, motion.mass))
             by_displacements = squares[..., :count] * (motion.unit**2 / stiffness)[:, None, :]

@@ -12,6 +12,7 @@ reel in, beyond those that the loop commands; forces.
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import accumulate
 
 import numpy as np
 
@@ -165,43 +166,102 @@ def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
     A = U R, the columns of U being independent movements of the winches (`Allocation`). So one state p for each of them
     is enough, v = U p. Another law has states l between R and U: p' = c l + d w, l' = a l + b w, w = -gain R e.
     """
-    m, unit, leading, order = len(motion), motion.unit, motion.mass.shape[:-2], np.asarray(law[0]).shape[-1]
-    filters = sum(actuator.filtered for actuator in motion.feedback)
-    winches = motion.b[0].shape[-1]
-    movements = allocation.movements if allocation else np.zeros((*leading, winches, 0))
-    r = movements.shape[-1]
-    size = 2 * m + filters + 2 * sum(notch is not None for notch in notches) + (order + 1) * r
-    references = len(notches) if allocation and forces is not None else 0
-    inputs = 0 if forces is None else references + winches + forces.shape[-1]
-    width, dtype, index = size + 3 * inputs, motion.stiffness.dtype, np.arange(m)
-    # rows over the states and inputs, which give: the coordinates and their rates, the rates of the states without what
-    # the loop gain multiplies, that part, and the force on each coordinate
-    z, z_rate = np.zeros((2, *leading, m, width))
-    fixed = np.zeros((*leading, size, width), dtype)
-    scaled = np.zeros((*leading, len(notches), size, width), dtype)
-    force = np.zeros((*leading, m, width), dtype)
-    z[..., index, index], z_rate[..., index, m + index] = 1 / unit, 1.0
-    fixed[..., index, m + index] = unit
-    force[..., :m], force[..., m : 2 * m] = -motion.stiffness * (1 / unit)[..., None, :], -motion.damping
-    feedback = _feedback(motion, z, z_rate, fixed)
+    rows = _Rows(motion, allocation, notches, law, forces)
+    m, columns, index = len(motion), rows.columns, np.arange(len(motion))
+    rows.coordinates[..., index, index] = 1 / motion.unit
+    rows.rates[..., index, m + index] = 1.0
+    rows.fixed[..., index, m + index] = motion.unit
+    rows.force[..., columns.displacements] = -motion.stiffness * (1 / motion.unit)[..., None, :]
+    rows.force[..., columns.rates] = -motion.damping
+    feedback = _feedback(motion, rows)
     for actuator, measured in zip(motion.feedback, feedback, strict=True):
-        force += _outer(actuator.acts, _force_of_actuator(actuator, *measured))
+        rows.force += _outer(actuator.acts, force_of_actuator(actuator, *measured))
     if forces is not None:
-        force[..., size + inputs - forces.shape[-1] : size + inputs] += forces
-        for derivative, matrix in enumerate(motion.b):
-            force[..., size + derivative * inputs + references :][..., :winches] += matrix
+        rows.force[..., columns.input(columns.forces)] += forces
+        for order, matrix in enumerate(motion.b):
+            rows.force[..., columns.input(columns.winches, order)] += matrix
     if allocation:
-        error, error_rate = allocation.measured @ z, allocation.measured @ z_rate  # y - r, then e behind the notches
-        if inputs:
-            error[..., size : size + references] -= np.eye(references)
-            error_rate[..., size + inputs : size + inputs + references] -= np.eye(references)
-        _filter_by_notches(notches, error, error_rate, fixed, 2 * m + filters)
-        _add_law(motion, allocation, law, (error, error_rate), force, fixed, scaled)
-    fixed[..., m : 2 * m, :] = motion.accelerations(force)
-    return Equations(fixed, scaled, z, z_rate, feedback, movements)
+        error, error_rate = allocation.measured @ rows.coordinates, allocation.measured @ rows.rates  # y - r, its rate
+        if forces is not None:
+            error[..., columns.input(columns.references)] -= np.eye(len(notches))
+            error_rate[..., columns.input(columns.references, 1)] -= np.eye(len(notches))
+        _filter_by_notches(notches, error, error_rate, rows)
+        _add_law(motion, allocation, law, (error, error_rate), rows)
+    rows.fixed[..., columns.rates, :] = motion.accelerations(rows.force)
+    at_rest = np.zeros((*motion.mass.shape[:-2], motion.b[0].shape[-1], 0))  # winches without a loop
+    winches = allocation.movements if allocation else at_rest
+    return Equations(rows.fixed, rows.scaled, rows.coordinates, rows.rates, feedback, winches)
 
 
-def _add_law(motion, allocation, law, errors, force, fixed, scaled):
+class _Columns:
+    """Columns of the rows that `equations` makes: coefficients of the N states, then of the p inputs u, of u' and u''.
+
+    Parameters
+    ----------
+    motion, allocation, notches, law, forces
+        As of `equations`.
+
+    Attributes
+    ----------
+    displacements, rates, filters, notches, law, movements : slice
+        States, in this order: z times its unit, z', those of actuators' filters, two of each notch, of the control law
+        for each independent movement of the winches, and these movements.
+    references, winches, forces : slice
+        Inputs, in this order, see `input`.
+    states, inputs, count : int
+        N, p and the number of all columns.
+    """
+
+    def __init__(self, motion, allocation, notches, law, forces):
+        m, movements = len(motion), allocation.movements.shape[-1] if allocation else 0
+        filters = sum(actuator.filtered for actuator in motion.feedback)
+        of_notches = 2 * sum(notch is not None for notch in notches)
+        of_law = np.asarray(law[0]).shape[-1] * movements
+        states = _consecutive(m, m, filters, of_notches, of_law, movements)
+        self.displacements, self.rates, self.filters, self.notches, self.law, self.movements = states
+        references = len(notches) if allocation else 0
+        sizes = (0, 0, 0) if forces is None else (references, motion.b[0].shape[-1], forces.shape[-1])
+        self.references, self.winches, self.forces = _consecutive(*sizes)
+        self.states, self.inputs = self.movements.stop, sum(sizes)
+        self.count = self.states + 3 * self.inputs
+
+    def input(self, which, order=0):
+        """Columns of some inputs, or of their derivative of an order: slice."""
+        first = self.states + order * self.inputs
+        return slice(first + which.start, first + which.stop)
+
+
+def _consecutive(*sizes):
+    """Slices of some sizes, each of which begins where the one before ends: list."""
+    return [slice(end - size, end) for size, end in zip(sizes, accumulate(sizes), strict=True)]
+
+
+class _Rows:
+    """Rows over states and inputs from which `equations` are made, zero at first; arguments are those of `_Columns`.
+
+    Attributes
+    ----------
+    columns : _Columns
+        What the w entries of each row belong to.
+    coordinates, rates : ndarray, shape (..., m, w)
+        They give z and z'.
+    force : ndarray, shape (..., m, w)
+        Force on each coordinate, without what the loop gain multiplies.
+    fixed, scaled : ndarray, shapes (..., N, w) and (..., k, N, w)
+        Rates of the states: the part without the gain; and the part that the gain multiplies, by the error of each of
+        the k measured coordinates.
+    """
+
+    def __init__(self, motion, allocation, notches, law, forces):
+        self.columns = columns = _Columns(motion, allocation, notches, law, forces)
+        leading, m, dtype = motion.mass.shape[:-2], len(motion), motion.stiffness.dtype
+        self.coordinates, self.rates = np.zeros((2, *leading, m, columns.count))
+        self.force = np.zeros((*leading, m, columns.count), dtype)
+        self.fixed = np.zeros((*leading, columns.states, columns.count), dtype)
+        self.scaled = np.zeros((*leading, len(notches), columns.states, columns.count), dtype)
+
+
+def _add_law(motion, allocation, law, errors, rows):
     """Add the control law and the winches to the rows of the first-order equations that `equations` makes, in place.
 
     With the errors e behind the notches, and the state space a, b, c, d of the law, the r independent winch movements p
@@ -210,8 +270,7 @@ def _add_law(motion, allocation, law, errors, force, fixed, scaled):
         p' = c l + d w,    l' = a l + b w,    w = -gain R e,    v = U p.
 
     The lengths v that winches reel in, v' and v'' act on the m coordinates by B0, B1 and B2. Terms with the gain go
-    into `scaled`, others into `force` and `fixed`. "Rows" hold the coefficients of the N states and of the inputs,
-    N_c columns in all.
+    into `scaled` of the rows, others into `force` and `fixed`.
 
     Parameters
     ----------
@@ -222,35 +281,30 @@ def _add_law(motion, allocation, law, errors, force, fixed, scaled):
     law : tuple of 4 ndarray
         a, b, c, d.
     errors : (ndarray, ndarray)
-        Rows that give e and e' of the k measured coordinates, shape (..., k, N_c) both.
-    force : ndarray, shape (..., m, N_c)
-        Rows that give the force on each coordinate, without what the gain multiplies.
-    fixed, scaled : ndarray, shapes (..., N, N_c) and (..., k, N, N_c)
-        Rows that give the rates of the states: the part without the gain; and the part that the gain multiplies, by the
-        error of each measured coordinate.
+        Rows that give e and e' of the k measured coordinates, shape (..., k, w) both.
+    rows : _Rows
     """
-    a, b, c, d = law
-    m, size, order, r = len(motion), fixed.shape[-2], np.asarray(a).shape[-1], allocation.movements.shape[-1]
-    begin = size - r  # of the movements of the winches; the states of the laws are before them
-    laws = slice(begin - order * r, begin)
+    a, b, c, d = map(np.asarray, law)
+    b_column, c_row, d = b[..., :, None], c[..., None, :], d[..., None, None]
+    states, movements, velocities = rows.columns.law, rows.columns.movements, rows.columns.rates
+    identity = np.eye(allocation.movements.shape[-1])
     by_length, by_speed, by_acceleration = (matrix @ allocation.movements for matrix in motion.b)
-    force[..., begin:size] += by_length
-    c_rows = np.asarray(c)[..., None, :]
-    if order:
-        force[..., laws] += _kron(by_speed, c_rows) + _kron(by_acceleration, c_rows @ a)
-        fixed[..., laws, laws], fixed[..., begin:, laws] = _kron(np.eye(r), a), _kron(np.eye(r), c_rows)
+    rows.force[..., movements] += by_length
+    if a.shape[-1]:
+        rows.force[..., states] += _kron(by_speed, c_row) + _kron(by_acceleration, c_row @ a)
+        rows.fixed[..., states, states] = _kron(identity, a)
+        rows.fixed[..., movements, states] = _kron(identity, c_row)
     accelerated = motion.accelerations(np.concatenate([by_speed, by_acceleration], axis=-1))
-    by_speed, by_acceleration = np.split(accelerated, 2, axis=-1)
-    direct, c_b = np.asarray(d)[..., None, None], (c_rows @ np.asarray(b)[..., None])
-    for number in range(scaled.shape[-3]):
-        rows_of_gain, column = scaled[..., number, :, :], allocation.rates[..., number]
-        e, e_rate = (rows[..., number, :] for rows in errors)
-        if order:
-            rows_of_gain[..., laws, :] = -_outer(_kron(column[..., None], np.asarray(b)[..., None])[..., 0], e)
-        rows_of_gain[..., begin:, :] = -direct * _outer(column, e)
-        by_error = ((direct * by_speed + c_b * by_acceleration) @ column[..., None])[..., 0]
-        rows_of_gain[..., m : 2 * m, :] = -_outer(by_error, e)
-        rows_of_gain[..., m : 2 * m, :] -= direct * _outer((by_acceleration @ column[..., None])[..., 0], e_rate)
+    by_speed, by_acceleration = np.split(accelerated, 2, axis=-1)  # accelerations M^-1 B1 U and M^-1 B2 U
+    for number in range(rows.scaled.shape[-3]):
+        by_gain, rates = rows.scaled[..., number, :, :], allocation.rates[..., number, None]  # a column of R
+        e, e_rate = (of_all[..., number, :] for of_all in errors)
+        if a.shape[-1]:
+            by_gain[..., states, :] = -_outer(_kron(rates, b_column)[..., 0], e)
+        by_gain[..., movements, :] = -d * _outer(rates[..., 0], e)
+        by_error = ((d * by_speed + (c_row @ b_column) * by_acceleration) @ rates)[..., 0]
+        by_gain[..., velocities, :] = -_outer(by_error, e)
+        by_gain[..., velocities, :] -= d * _outer((by_acceleration @ rates)[..., 0], e_rate)
 
 
 def _outer(column, row):
@@ -265,25 +319,25 @@ def _kron(first, second):
     return product.reshape(*leading, rows * rows_of_second, columns * columns_of_second)
 
 
-def _feedback(motion, z, z_rate, fixed):
+def _feedback(motion, rows):
     """Movement that each actuator measures behind its filter, and its rate: list of two rows over states and inputs.
 
-    Fills the rows of `fixed` of the filters.
+    Fills the rows of the filters' states.
     """
-    feedback, state = [], 2 * len(motion)
+    feedback, state = [], rows.columns.filters.start
     for actuator in motion.feedback:
         measured = actuator.measured[..., None, :]
-        movement, rate = (measured @ z)[..., 0, :], (measured @ z_rate)[..., 0, :]
+        movement, rate = (measured @ rows.coordinates)[..., 0, :], (measured @ rows.rates)[..., 0, :]
         if actuator.filtered:  # h(s) x = x - l, l' = w_h (x - l)
             movement[..., state] -= 1.0
-            fixed[..., state, :] = np.asarray(actuator.corner)[..., None] * movement
-            rate -= fixed[..., state, :].real
+            rows.fixed[..., state, :] = np.asarray(actuator.corner)[..., None] * movement
+            rate -= rows.fixed[..., state, :].real
             state += 1
         feedback.append((movement, rate))
     return feedback
 
 
-def _force_of_actuator(feedback, movement, rate):
+def force_of_actuator(feedback, movement, rate):
     """Row that gives the force, or torque, of an actuator from those of what it measures, and of its rate, (..., w)."""
     velocity_gain, position_gain = (
         np.asarray(gain)[..., None] for gain in (feedback.velocity_gain, feedback.position_gain)
@@ -291,11 +345,10 @@ def _force_of_actuator(feedback, movement, rate):
     return velocity_gain * rate + position_gain * movement
 
 
-def _filter_by_notches(notches, error, error_rate, fixed, begin):
+def _filter_by_notches(notches, error, error_rate, rows):
     """Pass the control errors through the notch filters, in place, and write the equations of the filters' states n.
 
-    Each filter turns an error e into c n + d e, with n' = a n + b e. "Rows" hold the coefficients of the N states and
-    of the inputs, w columns in all.
+    Each filter turns an error e into c n + d e, with n' = a n + b e.
 
     Parameters
     ----------
@@ -303,95 +356,21 @@ def _filter_by_notches(notches, error, error_rate, fixed, begin):
         Filter of each of the k measured coordinates; None leaves its error as it is.
     error, error_rate : ndarray, shape (..., k, w)
         Rows that give the errors and their rates; on return those behind the filters.
-    fixed : ndarray, shape (..., N, w)
-        Rows of the state rates; on return with those of the filters' states, two for each filter.
-    begin : int
-        Index of the first of these states.
+    rows : _Rows
+        On return with n', two states of each filter.
     """
+    begin = rows.columns.notches.start
     for coordinate, notch in enumerate(notches):
         if notch is None:
             continue
         a, b, c, d = notch.state_space
-        d = np.asarray(d)[..., None]
-        states = slice(begin, begin + 2)
-        fixed[..., states, states] = a
-        fixed[..., states, :] += _outer(b, error[..., coordinate, :])
-        by_states = (c[..., None, :] @ fixed[..., states, :].real)[..., 0, :]
-        error_rate[..., coordinate, :] = d * error_rate[..., coordinate, :] + by_states
-        error[..., coordinate, :] *= d
-        error[..., coordinate, states] += c
+        states, d = slice(begin, begin + 2), np.asarray(d)[..., None]
+        # views: rows that give n', e and e'
+        n_rate, e, e_rate = rows.fixed[..., states, :], error[..., coordinate, :], error_rate[..., coordinate, :]
+        n_rate[..., states] = a
+        n_rate += _outer(b, e)
+        e_rate *= d
+        e_rate += (c[..., None, :] @ n_rate.real)[..., 0, :]
+        e *= d
+        e[..., states] += c
         begin += 2
-
-
-def state_rows(system, forces=None, loop=None, actuators=()):
-    """Rows of coefficients for the matrices of state spaces: they give x', the winch movements and the outputs.
-
-    A row has the coefficients of the N states x; then, if there are `forces`, those of the p inputs u, of u' and of
-    u'': w = N or N + 3 p columns.
-
-    Parameters
-    ----------
-    system : LinearSystem
-        Of m coordinates z, i winches as inputs, and o outputs.
-    forces : ndarray, shape (..., m, j), optional
-        Force on each coordinate by each of j forces; without it there are no inputs.
-    loop : LinearControl or Loop, optional
-        Control loop of the winches; without it only inputs move them.
-    actuators : sequence of Actuator
-        The a actuators of the system.
-
-    Returns
-    -------
-    first_order : Equations
-    state_rate : ndarray, shape (..., N, w)
-        x'.
-    reeled : tuple of 2 ndarray, shape (..., i, w)
-        Length that the loop reels in at each winch, and its speed.
-    outputs : ndarray, shape (..., o + 2 a, w)
-        Outputs of the system, then stroke and force of each reaction mass, or momentum and torque of each wheel.
-
-    Notes
-    -----
-    The inputs u are, in this order, the references of the loop, the lengths u_w that the winches reel in beside the
-    loop, and the forces. In all the winches reel in l = l_loop + u_w, where l_loop is `Equations.winches` times the
-    last states. The outputs of the system are y = C0 z + C1 z' + C2 z'' + D0 l + D1 l' + D2 l''.
-    """
-    of_loop = (loop.allocation, loop.notches, loop.law_space) if loop else ()
-    first_order = equations(system, *of_loop, forces=forces)
-    state_rate = first_order.with_gain(loop.gain) if loop else first_order.fixed
-    m, states, (winches, movements) = len(system), state_rate.shape[-2], first_order.winches.shape[-2:]
-    inputs = (state_rate.shape[-1] - states) // 3
-
-    def derivative(row):
-        """Rows of the time derivatives of the quantities that some rows give, none of which depends on u''."""
-        of_inputs = np.zeros_like(row)  # coefficients of u and u' become those of u' and u''
-        of_inputs[..., states + inputs :] = row[..., states : states + 2 * inputs]
-        return row[..., :states] @ state_rate + of_inputs
-
-    reeled = np.zeros((*state_rate.shape[:-2], winches, state_rate.shape[-1]))
-    reeled[..., states - movements : states] = first_order.winches
-    speed = derivative(reeled)
-    lengths = [reeled, speed, derivative(speed)] if loop else np.zeros((3, *reeled.shape))  # l, l' and l''
-    if inputs:
-        first_winch = inputs - forces.shape[-1] - winches  # index of the first input that is a length
-        for order, by_loop in enumerate(lengths):
-            lengths[order] = by_loop + np.eye(*by_loop.shape[-2:], states + order * inputs + first_winch)
-    motions = first_order.coordinates, first_order.rates, state_rate[..., m : 2 * m, :]  # z, z' and z''
-    of_system = sum(matrix @ motion for matrix, motion in zip(system.c, motions, strict=True))
-    of_system = of_system + sum(matrix @ length for matrix, length in zip(system.d, lengths, strict=True))
-    of_actuators = [row[..., None, :] for pair in _actuator_outputs(first_order, system, actuators) for row in pair]
-    outputs = np.concatenate([of_system, *of_actuators], axis=-2)
-    return first_order, state_rate, (reeled, speed), outputs
-
-
-def _actuator_outputs(first_order, system, actuators):
-    """Rows of each actuator: stroke and force of a reaction mass, or momentum and torque of a wheel; list of pairs."""
-    outputs, coordinates = [], first_order.coordinates
-    stroke = coordinates.shape[-2] - sum(not actuator.wheel for actuator in actuators)  # the last coordinates
-    of_actuators = zip(actuators, system.feedback, first_order.feedback, strict=True)
-    for actuator, feedback, (movement, rate) in of_actuators:
-        momentum = np.asarray(feedback.velocity_gain)[..., None] * movement
-        force = _force_of_actuator(feedback, movement, rate)
-        outputs.append((momentum if actuator.wheel else coordinates[..., stroke, :], force))
-        stroke += not actuator.wheel
-    return outputs

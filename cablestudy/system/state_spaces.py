@@ -11,8 +11,9 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.system.first_order import LinearControl, state_rows
+from cablestudy.system.first_order import LinearControl
 from cablestudy.system.residues import eigen_of_rows, residues
+from cablestudy.system.state_rows import state_rows
 
 
 class StateSpaces:
@@ -37,7 +38,8 @@ class StateSpaces:
     def __init__(self, motion, control=None, actuators=()):
         self.motion, self._control, self._actuators = motion, control, actuators
         rows = state_rows(motion, None, control, actuators)
-        self.equations, self.a, (self._reeled, self._speed), self._outputs = rows
+        self.equations, self.a = rows.equations, rows.state_rate
+        self._reeled, self._speed, self._outputs = rows.reeled, rows.speed, rows.outputs
         # a force changes an output at once by the accelerations z'' and, with a loop, by rates and accelerations of
         # winches: at once its output is this matrix times the change of the states
         self._at_once = np.zeros(self._outputs.shape, self._outputs.dtype)
