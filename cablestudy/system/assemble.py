@@ -66,28 +66,30 @@ def assemble_dense(matrices, connection, bodies, imposed, stiffness=0.0):
     -------
     LinearSystem
     """
-    modal, b = sum(of_cable.shape[-1] - 6 for of_cable, *_ in matrices), bodies.shape[-1]
-    hysteretic, leading = any(np.iscomplexobj(of_cable) for *_, of_cable in matrices), bodies.shape[:-2]
+    modal, leading = sum(mass.shape[-1] - 6 for mass, *_ in matrices), bodies.shape[:-2]
+    hysteretic = any(np.iscomplexobj(stiffness_of_cable) for *_, stiffness_of_cable in matrices)
+    size = modal + bodies.shape[-1]
     # M, C, K, and what they make of the movements of the winches: minus B2, B1, B0
-    systems = np.zeros((3, *leading, modal + b, modal + b), dtype=complex if hysteretic else float)
-    of_winches = np.zeros((3, *leading, modal + b, imposed.shape[-1]), dtype=systems.dtype)
-    systems[0, ..., modal:, modal:], systems[2, ..., modal:, modal:] = bodies, stiffness
-    begin, body = 0, slice(modal, None)
+    systems = np.zeros((3, *leading, size, size), dtype=complex if hysteretic else float)
+    of_winches = np.zeros((3, *leading, size, imposed.shape[-1]), dtype=systems.dtype)
+    begin, body = 0, slice(modal, None)  # first mode of the next cable; the bodies
+    systems[0, ..., body, body], systems[2, ..., body, body] = bodies, stiffness
     for cable, of_cable in enumerate(matrices):
         n = of_cable[0].shape[-1] - 6
         modes, ends = slice(begin, begin + n), slice(6 * cable, 6 * cable + 6)
         g, h = connection[..., ends, :], imposed[..., ends, :]
         transposed = np.swapaxes(g, -1, -2)
         for system, by_winches, matrix in zip(systems, of_winches, of_cable, strict=True):
-            system[..., modes, modes] = matrix[..., :n, :n]
-            system[..., modes, body] = matrix[..., :n, n:] @ g
+            of_modes, coupling, of_ends = matrix[..., :n, :n], matrix[..., :n, n:], matrix[..., n:, n:]
+            system[..., modes, modes] = of_modes
+            system[..., modes, body] = coupling @ g
             system[..., body, modes] = np.swapaxes(system[..., modes, body], -1, -2)
-            system[..., body, body] += transposed @ matrix[..., n:, n:] @ g
-            by_winches[..., modes, :] += matrix[..., :n, n:] @ h
-            by_winches[..., body, :] += transposed @ matrix[..., n:, n:] @ h
+            system[..., body, body] += transposed @ of_ends @ g
+            by_winches[..., modes, :] += coupling @ h
+            by_winches[..., body, :] += transposed @ of_ends @ h
         begin += n
     mass, damping, total_stiffness = systems
-    return LinearSystem(mass.real, damping.real, total_stiffness, tuple(-of_winches[::-1]), b)
+    return LinearSystem(mass.real, damping.real, total_stiffness, tuple(-of_winches[::-1]), bodies.shape[-1])
 
 
 def _assemble_sparse(cables, matrices, connection, bodies, imposed, stiffness):

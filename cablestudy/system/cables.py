@@ -55,15 +55,17 @@ class Models:
 
     def equal(self, other):
         """True if these are superelements of the same cables on the same meshes."""
-        settings = self.cables, self.meshes, self._fixed, self._most_modes
-        equal = settings == (other.cables, other.meshes, other._fixed, other._most_modes)
-        return equal and (~self.large | (self._modes_of_large == other._modes_of_large)).all()
+        same_elements = self.cables == other.cables and self.meshes == other.meshes and self._fixed == other._fixed
+        if not same_elements or self._most_modes != other._most_modes:
+            return False
+        # how many modes are computed differs of large cables only: of others all are
+        return bool((self._modes_of_large == other._modes_of_large)[self.large].all())
 
     def take(self, indices, cables=None):
         """`Models` of some cables, by their indices, ascending; `cables` are these `Cables`, where they are known."""
-        meshes = [self.meshes[cable] for cable in indices]
-        settings = self._fixed, self._most_modes, self._in_modes, self._modes_of_large[indices]
-        taken = Models(cables or self.cables.take(indices), meshes, *settings)
+        cables, meshes = cables or self.cables.take(indices), [self.meshes[cable] for cable in indices]
+        modes_of_large = self._modes_of_large[indices]
+        taken = Models(cables, meshes, self._fixed, self._most_modes, self._in_modes, modes_of_large)
         taken.groups = _taken(self.groups, indices)
         return taken
 
@@ -125,31 +127,41 @@ class Models:
 
     def _own_groups(self):
         """`groups` where they are computed for these `Models` alone: list of MeshGroup."""
-        cables, members = self.cables, {}
-        symmetric = np.asarray(cables.catenary.span.mirror_symmetric)
+        symmetric = np.asarray(self.cables.catenary.span.mirror_symmetric)
+        indices_by_key = {}  # what the cables of a group have in common -> their indices
         for cable, mesh in enumerate(self.meshes):
             if mesh is not None:
-                alone = cable if self._large(mesh) else None
-                blown = bool(self._fixed and cables.in_steady_wind[cable])
-                members.setdefault((mesh, bool(symmetric[cable]), blown, alone), []).append(cable)
-        return [self._group(mesh, blown, indices) for (mesh, _, blown, _), indices in members.items()]
+                in_wind = bool(self._fixed and self.cables.in_steady_wind[cable])
+                alone = cable if self._large(mesh) else None  # a large cable is a group by itself
+                key = mesh, in_wind, bool(symmetric[cable]), alone
+                indices_by_key.setdefault(key, []).append(cable)
+        return [self._group(mesh, in_wind, indices) for (mesh, in_wind, *_), indices in indices_by_key.items()]
 
-    def _group(self, mesh, blown, indices):
-        """`MeshGroup` of some cables on one mesh, `in_steady_wind` ones with uneven drag, which couples the planes."""
+    def _group(self, mesh, in_wind, indices):
+        """`MeshGroup` of some cables on one mesh; in a steady wind uneven drag couples the planes of their motion."""
         catenary = self.cables.catenary.take(np.array(indices))
-        if self._fixed:
-            state, record = equilibrium.solve_many(catenary, mesh, self.cables.uneven_drag(indices))
-            failed = np.flatnonzero(~record.converged)
-            if len(failed):
-                raise equilibrium.refusal(record.of(failed[0]), mesh)
-        else:
-            state = equilibrium.from_catenary(catenary, mesh)
-        dynamics = Dynamics(state, (SPATIAL,) if blown else self.cables.planes)
+        dynamics = Dynamics(self._state(catenary, mesh, indices), (SPATIAL,) if in_wind else self.cables.planes)
         if self._large(mesh):
-            ends = EndsOfLarge(dynamics, catenary.span.frame, int(self._modes_of_large[indices[0]]))
+            (cable,) = indices
+            ends = EndsOfLarge(dynamics, catenary.span.frame, int(self._modes_of_large[cable]))
+        elif self._in_modes:
+            ends = Ends(dynamics, catenary.span.frame, dynamics.dof)
         else:
-            ends = (Ends if self._in_modes else EndsOfAllMotion)(dynamics, catenary.span.frame, dynamics.dof)
+            ends = EndsOfAllMotion(dynamics, catenary.span.frame, dynamics.dof)
         return MeshGroup(np.array(indices), ends)
+
+    def _state(self, catenary, mesh, indices):
+        """State of some cables on one mesh: in equilibrium of the elements where these are `fixed`, else the catenary.
+
+        Raises ConvergenceError where one of them has no such equilibrium.
+        """
+        if not self._fixed:
+            return equilibrium.from_catenary(catenary, mesh)
+        state, record = equilibrium.solve_many(catenary, mesh, self.cables.uneven_drag(indices))
+        failed = np.flatnonzero(~record.converged)
+        if len(failed):
+            raise equilibrium.refusal(record.of(failed[0]), mesh)
+        return state
 
     @property
     def complete(self):

@@ -72,26 +72,43 @@ class Search:
             meshes = cables.meshes(orders.ravel() + SYSTEM.finer_orders * self._damped)
             models = Models(cables, meshes, modes_of_large=self._modes_up_to(limits, rows))
             trials, highest, limits = self._with_enough_coordinates(rows, models, highest, limits)
-            mesh_errors, unresolved = np.zeros(orders.shape), np.zeros(len(rows), dtype=bool)
-            for k, (row, outcome) in enumerate(zip(rows.tolist(), trials, strict=True)):
-                if isinstance(outcome, Exception):
-                    outcomes[row] = outcome
-                    continue
-                trial, row_of_trial = outcome
-                error = trial.error[row_of_trial]
-                mesh_errors[k] = trial.mesh_error[row_of_trial].max(axis=-1, initial=0.0)
-                unresolved[k] = error.max(initial=0.0) > self.accuracy
-                if not unresolved[k]:
-                    serves_for_damping = self._damped or not self._heavy[row].any()
-                    finer = partial(self._finer_modes, row, orders[k], limits[k], highest[k])
-                    finer = None if serves_for_damping else finer
-                    outcomes[row] = outcome_of(partial(modes_of_row, trial, row_of_trial, error, finer))
-            orders = self._refined_orders(rows, orders, mesh_errors, highest)
-            rows, orders, highest, limits = (array[unresolved] for array in (rows, orders, highest, limits))
-            if not len(rows):
+            for k, row in enumerate(rows.tolist()):
+                finer = partial(self._finer_modes, row, orders[k], limits[k], highest[k])
+                outcomes[row] = self._accurate_modes(row, trials[k], finer)
+            coarse = [k for k, row in enumerate(rows.tolist()) if outcomes[row] is None]
+            if not coarse:
                 return outcomes
+            trials_of_coarse = [trials[k] for k in coarse]
+            mesh_errors = [trial.mesh_error[row].max(axis=-1, initial=0.0) for trial, row in trials_of_coarse]
+            rows, orders, highest, limits = (array[coarse] for array in (rows, orders, highest, limits))
+            orders = self._refined_orders(rows, orders, np.stack(mesh_errors), highest)
         failure = self._accuracy_error("finer meshes of the cables do not help")
         return [failure if outcome is None else outcome for outcome in outcomes]
+
+    def _accurate_modes(self, row, outcome, finer):
+        """Modes of one row to the accuracy, or None: on a mesh that makes too large an error.
+
+        Parameters
+        ----------
+        row : int
+            Index of the row.
+        outcome : (Trial, int) or Exception
+            Its trial and its index there, or the error that there is none, see `_with_enough_coordinates`.
+        finer : callable
+            Makes modes of a finer model, which damping needs.
+
+        Returns
+        -------
+        CoupledModes or Exception or None
+        """
+        if isinstance(outcome, Exception):
+            return outcome
+        trial, row_of_trial = outcome
+        error = trial.error[row_of_trial]
+        if error.max(initial=0.0) > self.accuracy:
+            return None
+        serves_for_damping = self._damped or not self._heavy[row].any()
+        return outcome_of(partial(modes_of_row, trial, row_of_trial, error, None if serves_for_damping else finer))
 
     def _refined_orders(self, rows, orders, mesh_errors, highest):
         """Sums of element orders along each cable for the next meshes, higher where the mesh makes too large an error.
