@@ -422,37 +422,53 @@ class DynamicAnalysis:
     def rms(self, names, variance, open_loop):
         """RMS of some outputs together, the root of the sum of their variances, and its estimated relative error.
 
-        `names` are names of outputs, those that the model lacks left out; `variance` one of `Variances.weighted`, such
-        as "value" or "rate". The error is 0 of outputs that are held; it is not a number for an exact choice of
-        elements, whose own error is not known, nor with modal damping.
-        """
-        response, variances, names, total = self.variance_of(names, variance, open_loop)
-        if not total > 0:
-            return np.sqrt(total), 0.0 if self.model is None else np.nan
-        error, accuracy = variances.error_of(variance, names) / (2 * total), self.sizes.accuracy
-        # of what a telescope sees, which hangs on high modes, the highest ones say less if they do not suffice
-        highest = np.inf if variance not in OWN and error > accuracy else accuracy
-        least = self.sizes.least_error(response.closed_loop.modes)
-        error = max(error, min(MOTION.one_model_safety * error, highest), least)
-        return np.sqrt(total), error if self.sizes.error_known else np.nan
-
-    def variance_of(self, names, variance, open_loop):
-        """Sum of the variances of some outputs, as for `rms`, with the `GustResponse` and `Variances` that it is of.
+        Parameters
+        ----------
+        names : sequence of str
+            Names of outputs; those that the model lacks are left out.
+        variance : str
+            One of `Variances.weighted`, such as "value" or "rate".
+        open_loop : bool
+            True with the winches at rest.
 
         Returns
         -------
-        response : GustResponse
-        variances : Variances
-        names : list of str
-            Those outputs that the model has.
-        total : float
+        rms : float
+            In SI.
+        error : float
+            Zero of outputs that are held. Not a number for stated elements, whose own error is not known, nor with
+            modal damping. [-]
         """
+        response, variances, names = self._variances_of(names, variance, open_loop)
+        total = variances.sum_of(variance, names)
+        if not total > 0:
+            return np.sqrt(total), 0.0 if self.model is None else np.nan
+        own_error = variances.error_of(variance, names) / (2 * total)
+        error = self._with_safety(own_error, response.closed_loop.modes, sees_own_motion=variance in OWN)
+        return np.sqrt(total), error if self.sizes.error_known else np.nan
+
+    def _with_safety(self, error, modes, sees_own_motion):
+        """Relative error of an RMS that is stated, from that estimated from one model with some `CoupledModes`. [-]
+
+        It is taken `MOTION.one_model_safety` times, but not above the accuracy by that alone. Of what a telescope sees,
+        which hangs on high modes, the highest ones say less if they do not suffice: no such bound then.
+        """
+        accuracy = self.sizes.accuracy
+        most = accuracy if sees_own_motion or error <= accuracy else np.inf
+        return max(error, min(MOTION.one_model_safety * error, most), self.sizes.least_error(modes))
+
+    def sum_of_variances(self, names, variance):
+        """Sum of the variances of some outputs with the loop; arguments as of `rms`."""
+        _, variances, names = self._variances_of(names, variance, open_loop=False)
+        return variances.sum_of(variance, names)
+
+    def _variances_of(self, names, variance, open_loop):
+        """`GustResponse`, its `Variances`, and those of some names that the model has; arguments as of `rms`."""
         response = self.response_of(open_loop)
         variances = response.variances if variance in OWN else response.seen
         names = [name for name in names if name in variances.rows]
         response.check_damped(names)
-        rows = [variances.rows[name] for name in names]
-        return response, variances, names, variances.weighted[variance][rows].sum()
+        return response, variances, names
 
     def largest_rms(self, names, variance="value", open_loop=False):
         """Largest RMS of some outputs, each by itself, and its estimated relative error, see `rms`."""

@@ -49,6 +49,10 @@ class Variances:
         pairs = zip(self.errors_but_by_waves.items(), self.errors_by_waves(), strict=True)
         return {name: error + by_waves for (name, error), by_waves in pairs}
 
+    def sum_of(self, name, outputs):
+        """Sum of the variances `name` of `weighted` of some named outputs."""
+        return self.weighted[name][[self.rows[output] for output in outputs]].sum()
+
     def error_of(self, name, outputs):
         """Sum of the estimated errors of some named outputs, of the variances `name` of `weighted`."""
         errors = self.error if any(".tension_" in output for output in outputs) else self.errors_but_by_waves

@@ -49,7 +49,7 @@ def peak_of_change(analysis, names):
 
     Its error, which takes long for tensions, is not computed.
     """
-    rms, rms_rate = (np.sqrt(analysis.variance_of(names, variance, False)[-1]) for variance in ("value", "rate"))
+    rms, rms_rate = (np.sqrt(analysis.sum_of_variances(names, variance)) for variance in ("value", "rate"))
     return peak_factor(rms_rate / (TURN * rms), analysis.scene.wind.duration) * rms if rms else rms
 
 

@@ -166,7 +166,7 @@ def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
     A = U R, the columns of U being independent movements of the winches (`Allocation`). So one state p for each of them
     is enough, v = U p. Another law has states l between R and U: p' = c l + d w, l' = a l + b w, w = -gain R e.
     """
-    rows = _Rows(motion, allocation, notches, law, forces)
+    rows = _EquationRows(motion, allocation, notches, law, forces)
     m, columns, index = len(motion), rows.columns, np.arange(len(motion))
     rows.coordinates[..., index, index] = 1 / motion.unit
     rows.rates[..., index, m + index] = 1.0
@@ -193,7 +193,7 @@ def equations(motion, allocation=None, notches=(), law=NOTHING, forces=None):
     return Equations(rows.fixed, rows.scaled, rows.coordinates, rows.rates, feedback, winches)
 
 
-class _Columns:
+class _EquationColumns:
     """Columns of the rows that `equations` makes: coefficients of the N states, then of the p inputs u, of u' and u''.
 
     Parameters
@@ -236,12 +236,12 @@ def _consecutive(*sizes):
     return [slice(end - size, end) for size, end in zip(sizes, accumulate(sizes), strict=True)]
 
 
-class _Rows:
-    """Rows over states and inputs from which `equations` are made, zero at first; arguments are those of `_Columns`.
+class _EquationRows:
+    """Rows over states and inputs of `equations`, zero at first; arguments as of `_EquationColumns`.
 
     Attributes
     ----------
-    columns : _Columns
+    columns : _EquationColumns
         What the w entries of each row belong to.
     coordinates, rates : ndarray, shape (..., m, w)
         They give z and z'.
@@ -253,7 +253,7 @@ class _Rows:
     """
 
     def __init__(self, motion, allocation, notches, law, forces):
-        self.columns = columns = _Columns(motion, allocation, notches, law, forces)
+        self.columns = columns = _EquationColumns(motion, allocation, notches, law, forces)
         leading, m, dtype = motion.mass.shape[:-2], len(motion), motion.stiffness.dtype
         self.coordinates, self.rates = np.zeros((2, *leading, m, columns.count))
         self.force = np.zeros((*leading, m, columns.count), dtype)
@@ -282,7 +282,7 @@ def _add_law(motion, allocation, law, errors, rows):
         a, b, c, d.
     errors : (ndarray, ndarray)
         Rows that give e and e' of the k measured coordinates, shape (..., k, w) both.
-    rows : _Rows
+    rows : _EquationRows
     """
     a, b, c, d = map(np.asarray, law)
     b_column, c_row, d = b[..., :, None], c[..., None, :], d[..., None, None]
@@ -356,7 +356,7 @@ def _filter_by_notches(notches, error, error_rate, rows):
         Filter of each of the k measured coordinates; None leaves its error as it is.
     error, error_rate : ndarray, shape (..., k, w)
         Rows that give the errors and their rates; on return those behind the filters.
-    rows : _Rows
+    rows : _EquationRows
         On return with n', two states of each filter.
     """
     begin = rows.columns.notches.start
