@@ -199,6 +199,13 @@ def test_a_load_out_of_the_plane_gets_a_panel_of_its_own():
     assert "upwards [mm]" in labels
 
 
+def test_sizes_of_loads_close_together_do_not_overlap():
+    loads = ", ".join(f"{{fraction: {at}, mass: 5 kg}}" for at in (0.1, 0.12, 0.14, 0.5, 0.52, 0.9))
+    figure = plots.static_form(case_of("carlina", f"cable.loads=[{loads}]"))
+    assert faults(figure) == []
+    assert sum("49.05 N" in text.get_text() for text in figure.findobj(Text)) >= 4
+
+
 @pytest.mark.parametrize(
     ("force", "shown"),
     [

@@ -46,6 +46,20 @@ def whole(figure):
     return figure
 
 
+def test_long_names_of_anchors_do_not_overlap_beside_a_bar_of_colours():
+    """Four views with long names between two anchors, and tensions that differ."""
+    name = "a-very-long-name-of-an-anchor-at-the-north-of-the-valley"
+    lines = {"one": (name, 51), "two": ("another-quite-long-name-of-an-anchor", 51), "three": ("third", 78)}
+    cables = ", ".join(f"{k}: {{from: {a}, to: k, unstretched_length: {length} m}}" for k, (a, length) in lines.items())
+    text = f"""
+cable: {{material: steel, diameter: 20 mm}}
+points: {{{name}: [0, 0, 0], another-quite-long-name-of-an-anchor: [100, 0, 5], third: [50, 80, 10],
+         k: {{at: [50, 3, -4], free: true, mass: 40 kg}}}}
+cables: {{{cables}}}
+"""
+    whole(plots.static_form(case_of(text)))
+
+
 def test_views_below_each_other_have_their_texts_apart():
     """The label below an upper view and the title above a lower one, by at least half a line, when first drawn."""
     figure = plots.static_form(case_at("cable-robot"))

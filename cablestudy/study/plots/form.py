@@ -347,7 +347,8 @@ def with_ground(flat, ground):
 
 def room_in(axes, window, lines, columns=1):
     """`Room` for texts beside lines on the paper, shape (n, 2), in one of some columns."""
-    return marks.Room(axes, columns * window.width / (WIDTH - 1.8) / np.array([1.0, window.factor]), lines)
+    on_paper = WIDTH - 1.8 if columns == 1 else columns * 2.5  # of all columns [in]
+    return marks.Room(axes, columns * window.width / on_paper / np.array([1.0, window.factor]), lines)
 
 
 def finish_view(axes, view, window, ground, ticks=8):

@@ -19,6 +19,7 @@ TEXT_BOX = {"boxstyle": "square,pad=0.05", "fc": "white", "ec": "none", "alpha":
 ACROSS, UPRIGHT = ("center", "left", "right"), ("center", "bottom", "top")  # alignment of a text at side 0, 1, -1
 CORNERS = ((1, -1), (1, 1), (-1, 1), (-1, -1))  # of a place where its name may stand, along x and y
 DIMENSION = {"arrowstyle": "<->", "shrinkA": 0, "shrinkB": 0, "color": RED, "lw": 1}  # of a dimension
+ABOUT_RING = (((0, 9), (0, 1)), ((0, -9), (0, -1)), ((9, 0), (1, 0)), ((-9, 0), (-1, 0)))  # offsets [pt] and sides
 LOAD_ARROW = 26  # length of the arrow of a load [pt]
 
 
@@ -218,15 +219,16 @@ def mark_loads(axes, room, loads, paper):
         if np.hypot(*on_paper) < 0.5:
             axes.plot(*point, "o", ms=9, mfc="white", mec=ORANGE, mew=1.5, zorder=4)
             axes.plot(*point, "." if force @ np.cross(*paper.T) > 0 else "x", ms=5, color=ORANGE, zorder=5)
-            spots = [(point, (0, 9 * side), (0, side)) for side in (1, -1)]
+            spots = [(point, (x, y), side) for (x, y), side in ABOUT_RING]
         else:
             x, y = -LOAD_ARROW * on_paper / np.hypot(*on_paper)  # from the tip to the tail of the arrow
             look = {"arrowstyle": "-|>", "shrinkA": 0, "shrinkB": 0, "color": ORANGE, "lw": 1.6}
             axes.annotate("", point, (x, y), textcoords="offset points", arrowprops=look)
             room.reserve(point, point + np.array([x, y]) / 72 * room.per_inch)
             spots = [(point, (x + 6 * side, y), (side, 0)) for side in (1, -1)]
+            spots += [(point, (x, y + up + 3), (0, 1)) for up in (0, 11)] if y > 0 else []
         if len(loads) <= NAMED_LOADS:
-            room.write(force_text(size), spots)
+            room.write(force_text(size), spots, needed=False)
 
 
 def name_all(room, drawing, view):
