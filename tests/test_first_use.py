@@ -185,7 +185,7 @@ def test_a_condition_without_a_unit_that_divides_nothing_is_told():
     told = ["--where: without a unit 16 is 16 m"]
     for condition, notes, rows in (("< 16", told, 2), ("> 16", told, 0), ("< 0.016", [], 1), ("< 99 mm", [], 2)):
         lines = run("sweep", "study.yaml", "--no-write", "--where", f"cable.diameter {condition}").lines
-        assert lines == [*notes, f"shown: {rows} of 2 rows"]
+        assert lines == [*notes, f"selected: {rows} of 2 rows"]
 
 
 def test_lengths_with_a_unit_and_small_ones_are_not_told():

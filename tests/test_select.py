@@ -61,7 +61,7 @@ def test_where_shows_the_rows_that_satisfy_it():
     }.items():
         rows, outcome = shown("--where", condition)
         assert rows == expected
-        assert outcome.lines[-1] == f"shown: {len(rows)} of 5 rows"
+        assert outcome.lines[-1] == f"selected: {len(rows)} of 5 rows"
     for condition, expected in {
         "status != ok": "100 kN, 1 N",
         "status == 'over strength'": "100 kN",
@@ -165,7 +165,7 @@ def test_the_front_of_many_rows_takes_few_comparisons_though_all_are_on_it(monke
 def test_pareto(options, loads):
     rows, outcome = shown(*options.split("|"))
     assert preloads(rows) == loads
-    assert outcome.lines[-1] == f"shown: {len(rows)} of 5 rows"
+    assert outcome.lines[-1] == f"selected: {len(rows)} of 5 rows"
 
 
 def test_rows_that_lack_an_objective_are_counted():

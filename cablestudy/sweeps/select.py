@@ -38,9 +38,9 @@ class Selection:
         Returns
         -------
         table : Table
-            The rows that are shown.
+            The rows that are selected.
         notes : list of str
-            How many rows are shown, how many have no value of an objective, and numbers without a unit that may be a
+            How many rows are selected, how many have no value of an objective, and numbers without a unit that may be a
             mistake.
 
         Raises
@@ -61,7 +61,7 @@ class Selection:
         indices = frame.index.tolist()  # of the rows shown, in the whole table
         errors = partial(table.errors, indices) if table.errors else None
         selected = replace(table, rows=LazyRows(indices, table.rows.__getitem__), errors=errors)
-        return selected, [*notes, f"shown: {len(indices)} of {len(table.rows)} rows"]
+        return selected, [*notes, f"selected: {len(indices)} of {len(table.rows)} rows"]
 
     def _front(self, frame):
         """The rows that no other beats in the objectives, and a note, in a list, on those without a value of one."""
