@@ -136,6 +136,14 @@ STUDIES = {
             "5:60: check.status: status is not among the study's columns",
         ],
     ),
+    "a column that the plot has right": (
+        ("preload]", "prelod]\nplot: {x: sag, y: preload}"),
+        ["4:16: columns.1: unknown column 'prelod'"],
+    ),
+    "a key that the plot has right": (
+        ("{cable.density: [1440 kg/m^3, 7800 kg/m^3]}", "{cable.densty: [1, 2]}\nplot: {x: cable.density, y: sag}"),
+        ["3:6: cable.densty: unknown key (did you mean density?)"],
+    ),
     "a bad plot": (("reference: printed.csv", "plot: {x: sag, y: mass}"), ["5:19: plot.y: mass is not among"]),
 }
 

@@ -3,6 +3,7 @@
 from contextlib import suppress
 from dataclasses import replace
 from difflib import get_close_matches
+from functools import partial
 
 from cablestudy.errors import Mistake, Mistakes, SceneError
 from cablestudy.scene.mistakes import UNKNOWN, at_most, in_order
@@ -58,7 +59,8 @@ def prepare(study):
     with mistakes.at():
         columns = columns_of(study, scene)
     of_scene = (_check_goal, _check_limits) if scene else ()
-    for check in of_scene if "columns" in study.wrong_keys else (*of_scene, tolerances_of, _check_plot):
+    check_plot = partial(_check_plot, unknown={found.key for found in mistakes if found.message.startswith(UNKNOWN)})
+    for check in of_scene if "columns" in study.wrong_keys else (*of_scene, tolerances_of, check_plot):
         with mistakes.at():
             check(study)
     if columns and not study.wrong_keys:
@@ -103,8 +105,11 @@ def check_cases(study):
         raise SceneError(*at_most(list(mistakes.values()), study.name))
 
 
-def _check_plot(study):
-    """Raise SceneError for names under `plot:` that are neither columns of the study nor varied keys."""
+def _check_plot(study, unknown):
+    """Raise SceneError for names under `plot:` that are neither columns of the study nor varied keys.
+
+    A name that is misspelt elsewhere is one mistake alone, see `_is_misspelt`.
+    """
     if not study.plot:
         return
     names = {("x",): study.plot.x} | {("y", index): name for index, name in enumerate(study.plot.y)}
@@ -113,7 +118,7 @@ def _check_plot(study):
         for path, name in names.items():
             with mistakes.at(study.where(("plot", *path)), f"plot.{path[0]}"):
                 is_varied = name is not None and (varied_key(study, name) or _may_be_varied(study, name))
-                if name is not None and not is_varied and not _is_wrong_column(study, name):
+                if name is not None and not is_varied and not _is_misspelt(study, name, unknown):
                     _drawn_column(study, name)
 
 
@@ -122,13 +127,18 @@ def _may_be_varied(study, name):
     return not OF_CASES.isdisjoint(study.wrong_keys) and field_of(name) is not None
 
 
-def _is_wrong_column(study, name):
-    """True for an unknown column that the study lists, which is one mistake alone."""
-    try:
-        column_named(study, name)
-    except ValueError:
-        return name in study.columns
-    return False
+def _is_misspelt(study, name, unknown=()):
+    """True for a name that the study misspells as a column that it lists, or as one of its keys that are `unknown`."""
+    return bool(get_close_matches(name, [*unknown, *_unknown_columns(study)], 1))
+
+
+def _unknown_columns(study):
+    """Yield the names of columns that the study lists and that do not exist."""
+    for name in study.columns:
+        try:
+            column_named(study, name)
+        except ValueError:
+            yield name
 
 
 def _drawn_column(study, name):
@@ -200,7 +210,7 @@ def tolerances_of(study):
     with Mistakes() as mistakes:
         for name, value in study.tolerances.items():
             with mistakes.at(study.source.where(("check", name), of_key=True), f"check.{name}"):
-                if _may_be_varied(study, name) or _is_wrong_column(study, name):
+                if _may_be_varied(study, name) or _is_misspelt(study, name):
                     continue
                 header = name if name == ALL_COLUMNS else header_of(study, name)
                 if header in tolerances:
