@@ -135,7 +135,7 @@ def test_what_pip_installs_is_the_whole_program():
 
 ARITHMETIC = (ast.BinOp, ast.UnaryOp, ast.operator, ast.unaryop)
 # packages whose numbers stand in their tolerances
-NUMERIC = ("cable", "statics", "system", "control", "wind", "motion", "study")
+NUMERIC = ("cable", "statics", "system", "control", "wind", "motion", "study", "pages")
 NO_TOLERANCE = {  # indices, numbers of mathematics and physics, factors of units
     "SMALLER_PART", "GAUSS_POINTS", "NO_SET", "TERMS", "GOING_ON", "GROUND", "TURN", "STROUHAL", "VON_KARMAN_EXACT",
     "MM", "UM", "MILLI", "PAPER",
@@ -168,7 +168,7 @@ def test_each_tolerance_has_a_reason_and_is_used(package):
     fields = [
         (place, line.split(":")[0].strip()) for place, line in enumerate(lines) if re.match(r"    [a-z_]+: ", line)
     ]
-    assert len(fields) > 30
+    assert len(fields) > 10
     assert [name for place, name in fields if "  # " not in lines[place] and "    # " not in lines[place - 1]] == []
     text = "".join(path.read_text(encoding="utf-8") for path in MODULES)
     assert [name for _, name in fields if f"{package.upper()}.{name}" not in text] == []

@@ -14,7 +14,8 @@ import cablestudy as cs
 from cablestudy.errors import SceneError
 from cablestudy.pages.page import inline_picture
 from cablestudy.pages.results import check_columns
-from cablestudy.pages.tables import END_ROWS, MOST_ROWS, error_text, table_html
+from cablestudy.pages.tables import error_text, table_html
+from cablestudy.pages.tolerances import PAGES
 from cablestudy.pages.user_input import flat, written
 from cablestudy.study.notes import above_accuracy
 from cablestudy.study.table import Field, Table
@@ -342,7 +343,7 @@ def test_a_sampled_study_is_cut_and_has_its_sensitivities(folder):
     assert caption.endswith("50 of 320 rows, the first and the last; cablestudy sweep writes them all")
     assert "cable.preload: from 1 kN to 5 kN, 320 cases of the sample (saltelli)" in page.texts["li"]
     numbers = [row[0] for row in page.tables[caption]]
-    assert numbers[1 : END_ROWS + 1] == [str(number) for number in range(1, END_ROWS + 1)]
+    assert numbers[1 : PAGES.end_rows + 1] == [str(number) for number in range(1, PAGES.end_rows + 1)]
     assert numbers[-2] == "320"
     assert len(page.texts["figcaption"]) == 2
     assert len(page.tables["Sobol's indices: the share of each column's variance that a key explains"]) == 10
@@ -471,11 +472,11 @@ def test_a_picture_of_very_many_points_is_no_svg():
 
 def test_wide_tables_are_split_and_long_ones_cut():
     fields = tuple(Field(f"c{k}", f"c{k}") for k in range(30))
-    rows = [{f"c{k}": float(k + row) for k in range(30)} for row in range(MOST_ROWS + 1)]
+    rows = [{f"c{k}": float(k + row) for k in range(30)} for row in range(PAGES.table_rows + 1)]
     page = Page(table_html(Table(fields, rows), "wide"))
     assert len(page.tables) == 3
     assert {len(row) for rows in page.tables.values() for row in rows} == {11}
-    assert all(rows[1][0] == "1" and rows[-1][0] == str(MOST_ROWS + 1) for rows in page.tables.values())
+    assert all(rows[1][0] == "1" and rows[-1][0] == str(PAGES.table_rows + 1) for rows in page.tables.values())
     assert {row[k] for rows in page.tables.values() for row in rows for k in range(11)} >= {f"c{k}" for k in range(30)}
 
 

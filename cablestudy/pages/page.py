@@ -12,18 +12,16 @@ from html import escape
 from cablestudy.errors import CablestudyError, NothingToDrawError, SceneError, one_line
 from cablestudy.pages.markup import document, element, listed, paragraph, picture, text, unit_text
 from cablestudy.pages.tables import error_text, table_html
+from cablestudy.pages.tolerances import PAGES
 from cablestudy.study.plots.style import UNDATED, styled
 from cablestudy.study.table import short
 
-MOST_POINTS = 100_000  # of the lines of a picture, beyond which it is a few megabytes: then points of colour instead
-RESOLUTION = 200  # of these [1/in]
 BEFORE = re.compile(r"\A.*?(?=<svg )", re.DOTALL)  # the declarations of a file of its own
 LEFT_OUT = re.compile(r"<metadata>.*?</metadata>|<!--.*?-->|<style.*?</style>|<title>.*?</title>", re.DOTALL)
 SIZE = re.compile(r'\A<svg [^>]*?width="([\d.]+)pt"[^>]*?viewBox="([^"]+)"[^>]*>', re.DOTALL)
 PATH = re.compile(r' d="[^"]*"')
 DIGITS = re.compile(r"(\.\d\d)\d+")  # beyond hundredths of a point
 NAMES = re.compile(r'(\bid="|url\(#|href="#)')
-LONGEST = 1000  # characters of a reason
 MESSAGE = re.compile(r"(cases? [^:]*: )?(?:(note|warning): )?(.*)", re.DOTALL)  # load cases, kind, and text
 
 
@@ -38,7 +36,7 @@ def inline_picture(figure, prefix, label):
     label : str
         What it shows, for readers who do not see it.
     """
-    if _points(figure) > MOST_POINTS:
+    if _points(figure) > PAGES.drawn_points:
         data, width = b64encode(_saved(figure, "png")).decode(), f"{96 * figure.get_figwidth():.0f}"
         return f'<img src="data:image/png;base64,{data}" width="{width}" alt="{escape(label)}">'
     written = LEFT_OUT.sub("", BEFORE.sub("", _saved(figure, "svg").decode()))
@@ -51,7 +49,7 @@ def inline_picture(figure, prefix, label):
 @styled
 def _saved(figure, kind):
     file = io.BytesIO()
-    figure.savefig(file, format=kind, dpi=RESOLUTION, metadata=UNDATED[f".{kind}"])
+    figure.savefig(file, format=kind, dpi=PAGES.picture_resolution, metadata=UNDATED[f".{kind}"])
     return file.getvalue()
 
 
@@ -67,8 +65,8 @@ def _points(figure):
 
 
 def short_line(error):
-    """The message of an error in one line of at most LONGEST characters."""
-    return one_line(error)[:LONGEST]
+    """The message of an error in one line of at most `PAGES.reason_characters`."""
+    return one_line(error)[: PAGES.reason_characters]
 
 
 class Page:

@@ -4,6 +4,7 @@ from functools import partial
 
 from cablestudy.pages.markup import listed, paragraph, text, unit_text
 from cablestudy.pages.tables import TableGrid
+from cablestudy.pages.tolerances import PAGES
 from cablestudy.scene.words import counted
 from cablestudy.study.cable_columns import TEXTS
 from cablestudy.study.prepare import prepare
@@ -13,8 +14,6 @@ from cablestudy.sweeps.fingerprint import identity
 from cablestudy.sweeps.run import NUMBER, Run, SweepOptions, has_fixed_elements
 from cablestudy.sweeps.sensitivity import Sensitivity
 from cablestudy.sweeps.stored import has_all_rows
-
-KINDS = 20  # of notes on rows that are listed
 
 
 def open_run(study, files, jobs, quiet):
@@ -136,9 +135,9 @@ def kinds_of(notes):
         row, _, line = note.partition(": ")
         notes_of_kind.setdefault(NUMBER.sub("…", line), []).append((row, line))
     lines = []
-    for alike in list(notes_of_kind.values())[:KINDS]:
+    for alike in list(notes_of_kind.values())[: PAGES.note_kinds]:
         row, line = alike[0]
         others = f"; alike in {counted(len(alike) - 1, 'other row')}" if len(alike) > 1 else ""
         lines.append(f"{line} ({row}{others})")
-    left_out = len(notes_of_kind) - KINDS
+    left_out = len(notes_of_kind) - PAGES.note_kinds
     return lines + ([f"and {left_out} more kinds of notes"] if left_out > 0 else [])

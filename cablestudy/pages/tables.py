@@ -4,15 +4,12 @@ import re
 from dataclasses import dataclass, field
 
 from cablestudy.pages.markup import boxed, element, text, unit_text
+from cablestudy.pages.tolerances import PAGES
 from cablestudy.study.table import Field, short, signed
 from cablestudy.study.table_rows import OK
 from cablestudy.study.tolerances import STUDY
 
-MOST_ROWS, END_ROWS = 100, 25  # rows of the longest table that is whole, and rows at each end of one that is cut
-MOST_COLUMNS = 12  # of a table that is not split
-TURNED = (8, 6)  # a table of more columns and at most so many rows has a line for each column
 ERROR, LARGEST = "estimated error", "estimated error, at most"
-SHORT = 20  # rows of a table that print does not break
 AFTER_DOTS = re.compile(r"([._])(?=[a-z])")
 HIDDEN = "status"  # field that is left out while it is ok everywhere
 
@@ -47,7 +44,8 @@ class TableGrid:
             element("tbody", "\n".join(map(self._row, self.rows))),
             element("tfoot", self._row(self.foot)) if self.foot else "",
         ]
-        return boxed(element("table", "\n".join(parts), class_="short" if len(self.rows) <= SHORT else ""), caption)
+        kind = "short" if len(self.rows) <= PAGES.unbroken_rows else ""
+        return boxed(element("table", "\n".join(parts), class_=kind), caption)
 
     def _row(self, cells):
         """One line of the table."""
@@ -68,9 +66,10 @@ def table_html(table, caption, where_all=""):
 
     - it is a single row by nature (`table.single`);
     - the values of one of its fields head the columns (`table.across`);
-    - it has more than TURNED[0] columns and at most TURNED[1] rows: then the values of its first column are the heads.
+    - it has many columns and few rows (`PAGES.turned_columns`, `turned_rows`): the values of its first column are the
+      heads.
 
-    A table that is not turned is cut if it has more than MOST_ROWS rows, to END_ROWS rows at each end.
+    A table that is not turned is cut if it has more than `PAGES.table_rows`, to `end_rows` at each end.
 
     Parameters
     ----------
@@ -87,7 +86,7 @@ def table_html(table, caption, where_all=""):
     if not len(table.rows):
         return ""
     columns = _shown_columns(table)
-    is_wide = len(columns) > TURNED[0] and len(table.rows) <= TURNED[1]
+    is_wide = len(columns) > PAGES.turned_columns and len(table.rows) <= PAGES.turned_rows
     across = table.across or (columns[0].name if is_wide else "")  # the field that heads the columns of a turned table
     if not (table.single or across):
         return _by_rows(columns, table, caption, where_all)
@@ -192,8 +191,8 @@ class _CellColumn:
 def _by_rows(columns, table, caption, where_all):
     """HTML with one line for each row: cut where there are many rows, split where there are many columns."""
     total = len(table.rows)
-    is_cut = total > MOST_ROWS
-    indices = [*range(END_ROWS), *range(total - END_ROWS, total)] if is_cut else range(total)
+    is_cut = total > PAGES.table_rows
+    indices = [*range(PAGES.end_rows), *range(total - PAGES.end_rows, total)] if is_cut else range(total)
     cell_columns = _cell_columns(columns, [table.rows[index] for index in indices])
     foot = _add_errors(cell_columns, columns, table, is_cut)
     if is_cut or any(foot[:1]):  # with numbers of the rows before it
@@ -203,9 +202,9 @@ def _by_rows(columns, table, caption, where_all):
         foot[0] = LARGEST if total > 1 else ERROR
     if is_cut:
         for column in cell_columns:
-            column.cells.insert(END_ROWS, "…")
+            column.cells.insert(PAGES.end_rows, "…")
         others = f"; {where_all}" if where_all else ""
-        caption = f"{caption}: {2 * END_ROWS} of {total} rows, the first and the last{others}"
+        caption = f"{caption}: {2 * PAGES.end_rows} of {total} rows, the first and the last{others}"
     return "".join(_split(cell_columns, foot, caption))
 
 
@@ -237,9 +236,9 @@ def _add_errors(cell_columns, columns, table, is_cut):
 
 
 def _split(cell_columns, foot, caption):
-    """Yield the HTML of the parts of a table, each of at most MOST_COLUMNS columns, the first one in all of them."""
+    """Yield the HTML of the parts of a table, of at most `PAGES.table_columns` each, the first of them in all."""
     first, others = cell_columns[0], cell_columns[1:]
-    width = MOST_COLUMNS - 1
+    width = PAGES.table_columns - 1
     count = -(-len(others) // width) or 1
     width = -(-len(others) // count)  # parts about equally wide
     for part in range(count):

@@ -4,6 +4,7 @@ import json
 
 from cablestudy.pages.markup import element, listed, paragraph, preformatted, text
 from cablestudy.pages.tables import TableGrid, table_html
+from cablestudy.pages.tolerances import PAGES
 from cablestudy.scene.layers import leaves
 from cablestudy.scene.scene import field_of, quantity_of
 from cablestudy.scene.strict_yaml import write_yaml
@@ -11,8 +12,6 @@ from cablestudy.scene.units import to_si
 from cablestudy.scene.words import counted
 from cablestudy.study.table import Field, Table, short
 
-MOST_LINES = 200  # of a resolved file
-MOST_VALUES = 8  # of what varies, that are listed
 BY_NAME = ("points", "cables", "links", "winches", "cases", "materials")  # tables that are not among the main numbers
 ATTACHED = ("attachments", "markers")  # of a body: places, which the file below has
 
@@ -123,9 +122,9 @@ def _contents(scene):
 def resolved_file(document):
     """A document as YAML, its base files merged and its changes made, as HTML; cut where it is very long."""
     lines = write_yaml(document.value).splitlines()
-    left_out = len(lines) - MOST_LINES
+    left_out = len(lines) - PAGES.file_lines
     if left_out > 0:
-        lines[MOST_LINES:] = [f"# ... and {left_out} more lines"]
+        lines[PAGES.file_lines :] = [f"# ... and {left_out} more lines"]
     return preformatted("\n".join(lines) + "\n", "Resolved file")
 
 
@@ -143,9 +142,10 @@ def varied_list(study):
 def _values(study, key, values):
     """Text of the values of a varied key: those of a list, or the ends of a range or sample."""
     if isinstance(values, list):
-        if len(values) <= MOST_VALUES:
+        if len(values) <= PAGES.varied_values:
             return ", ".join(map(written, values))
-        return ", ".join(map(written, [*values[: MOST_VALUES - 1], "…", values[-1]])) + f" ({len(values)} values)"
+        listed_values = [*values[: PAGES.varied_values - 1], "…", values[-1]]
+        return ", ".join(map(written, listed_values)) + f" ({len(values)} values)"
     if study.sample is not None and key in study.sample.over:
         interval = study.sample.over[key]
         how = f"{len(values)} cases of the sample ({study.sample.method})"
