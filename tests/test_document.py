@@ -17,7 +17,8 @@ from hypothesis import strategies as st
 from cablestudy.errors import SceneError
 from cablestudy.scene import document as document_module
 from cablestudy.scene.document import apply_sets, parse_set, read_document, read_file
-from cablestudy.scene.strict_yaml import MAX_DEPTH, compose, resolve
+from cablestudy.scene.strict_yaml import compose, resolve
+from cablestudy.scene.tolerances import SCENE
 
 
 def write(name, content):
@@ -117,7 +118,7 @@ def test_what_is_not_strict_yaml_is_refused_in_one_line(folder, content, message
 def test_depth_and_size_are_bounded_also_through_aliases():
     chain = "a0: &a0 [1]\n" + "".join(f"a{i}: &a{i} [*a{i - 1}]\n" for i in range(1, 2000))
     for text in ("a: " + "[" * 100_000, chain):
-        assert f"nested more than {MAX_DEPTH} deep" in message_of(compose, text, "f")
+        assert f"nested more than {SCENE.nesting} deep" in message_of(compose, text, "f")
     lines = ["a: &a [x,x,x,x,x,x,x,x,x,x]"]
     lines += [f"{k}: &{k} [{','.join(['*' + j] * 10)}]" for j, k in zip("abcdefgh", "bcdefghi", strict=True)]
     assert "aliases repeat more than 100000 values" in message_of(compose, "\n".join(lines), "f")
@@ -370,7 +371,7 @@ def test_a_fifo_with_a_silent_writer_is_waited_for(folder, monkeypatch):
 
 
 def test_a_fifo_that_no_program_writes_to_is_refused(folder, monkeypatch):
-    monkeypatch.setattr(document_module, "WAITING", 0.0)
+    monkeypatch.setattr(type(SCENE), "fifo_wait", 0.0)
     os.mkfifo("scene.yaml")
     message = "scene.yaml: cannot be read (a FIFO that no program writes to; waited 0 s)"
     assert message_of(read_file, "scene.yaml") == message

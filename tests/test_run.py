@@ -31,6 +31,7 @@ from command import (
 
 from cablestudy import __version__
 from cablestudy.errors import SceneError
+from cablestudy.scene.tolerances import SCENE
 from cablestudy.study.table import Field, Table
 from cablestudy.sweeps.check import Difference, Tolerance, compare, read_tolerances
 from cablestudy.sweeps.fingerprint import RESULTS_VERSION
@@ -85,7 +86,7 @@ def test_of_many_failures_the_first_are_shown():
 
 
 def test_a_case_that_was_not_checked_fails_alone(folder, monkeypatch):
-    monkeypatch.setattr("cablestudy.scene.study.CHECK_ALL", 3)
+    monkeypatch.setattr(type(SCENE), "checked_cases", 3)
     # each value is right beside the first of the others, and the last two of both are not right together
     text = "vary: [{cable.chord: [10 m, 186 m]}, {cable.unstretched_length: [40 m, 30 m]}]\ncolumns: [sag]\n"
     study_file(folder, text, SLACK)

@@ -5,19 +5,16 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from cablestudy.scene.fields import LEAST, KeyTable, Quantity
-from cablestudy.scene.load_tables import MAX_LOADS, Load, ReferenceTable
+from cablestudy.scene.fields import KeyTable, Quantity
+from cablestudy.scene.load_tables import Load, ReferenceTable
 from cablestudy.scene.section import Section, Tension, limited, of_each, within
+from cablestudy.scene.tolerances import SCENE
 
-# Unstretched length over distance of the ends, and what of it is likely when a unit was mistaken.
-LENGTH_RATIO = (0.2, 200.0)
-LIKELY_RATIO = (0.5, 5.0)
 NO_CURVES = "no effect: give stress_strain, or a material that has such curves and no stiffness beside it"
-CHORD_RANGE = (1e-9, 1e9)  # [m] squares, and those of frequencies, stay finite
 
 Coordinate = Annotated[float, Quantity("m", -1e9, 1e9)]
-Length = Annotated[float, Quantity("m", *CHORD_RANGE)]
-Ratio = Annotated[float, Quantity("", 0, 2, LEAST)]
+Length = Annotated[float, Quantity("m", *SCENE.chord_range)]
+Ratio = Annotated[float, Quantity("", 0, 2, SCENE.least_positive)]
 Inclination = Annotated[
     float, Quantity("rad", -math.pi / 2, math.pi / 2, limits="from -90 deg to 90 deg (a bare number is rad)")
 ]
@@ -36,10 +33,10 @@ class DampingTable(KeyTable):
     )
     ratio: Ratio | None = Field(None, description="Modal: damping ratio of every mode")
     loss_factor: Ratio | None = Field(None, description="Hysteretic: axial stiffness EA (1 + i loss_factor)")
-    time: Annotated[float, Quantity("s", 0, 1e12, LEAST)] | None = Field(
+    time: Annotated[float, Quantity("s", 0, 1e12, SCENE.least_positive)] | None = Field(
         None, description="Kelvin-Voigt: axial stiffness EA (1 + i omega time)"
     )
-    viscous: Annotated[float, Quantity("N s/m^2", 0, 1e6, LEAST)] = Field(
+    viscous: Annotated[float, Quantity("N s/m^2", 0, 1e6, SCENE.least_positive)] = Field(
         0.0, description="Force per length and velocity against all motion, with any model; alone: no other damping"
     )
 
@@ -105,7 +102,7 @@ class Cable(CableProperties):
     sag: Annotated[float, Quantity("m", 1e-18, 1e9)] | None = Field(
         None, description="Vertical distance from chord to cable at mid-span (instead of unstretched_length or preload)"
     )
-    loads: tuple[Load, ...] = Field((), max_length=MAX_LOADS, description="Point loads on the cable")
+    loads: tuple[Load, ...] = Field((), max_length=SCENE.point_loads, description="Point loads on the cable")
 
     @property
     def stated_tension(self):
@@ -141,13 +138,13 @@ class Cable(CableProperties):
         """Ends apart, a length that fits them, loads on the cable, products within what the solvers can hold."""
         chord, length = self.chord_length, self.unstretched_length
         yield [(("ends",), chord > 0, lambda: "the two ends coincide")]
-        yield [limited("ends", chord, CHORD_RANGE, "m", "the two ends are {:g} m apart".format)]
+        yield [limited("ends", chord, SCENE.chord_range, "m", "the two ends are {:g} m apart".format)]
         state_has_curves = self.state is None or self.stress_strain is not None
         tensions = {("preload",): self.preload, ("tension", "value"): self.tension and self.tension.value}
         relations = [(("state",), state_has_curves, lambda: NO_CURVES)]
         relations += [*self.section_relations(), *self.tension_relations(tensions)]
         if length is not None:
-            fits = within(length / chord, LENGTH_RATIO)
+            fits = within(length / chord, SCENE.length_ratio)
             relations.append((("unstretched_length",), fits, lambda: length_ratio_message(length, chord)))
         yield relations
         if length is not None:
@@ -171,7 +168,7 @@ def beyond_the_end(path, loads, length):
 
 def length_ratio_message(length, chord):
     """Message: an unstretched length is far from the distance of the ends; with a guess, had it been in mm or km."""
-    guesses = [g for g in (length * 1000, length / 1000) if within(g / chord, LIKELY_RATIO)]
+    guesses = [g for g in (length * 1000, length / 1000) if within(g / chord, SCENE.likely_length_ratio)]
     hint = f"; did you mean {guesses[0]:.10g} m?" if guesses else ""
     ratio, allowed = f"{length / chord:.3g} times the distance of the ends, {chord:.10g} m", "{:g} to {:g} times"
-    return f"{length:.10g} m is {ratio} (allowed: {allowed.format(*LENGTH_RATIO)}{hint})"
+    return f"{length:.10g} m is {ratio} (allowed: {allowed.format(*SCENE.length_ratio)}{hint})"

@@ -8,7 +8,6 @@ from pydantic import AfterValidator, Field, model_validator
 
 from cablestudy.scene.cable_table import Coordinate
 from cablestudy.scene.fields import (
-    LEAST,
     Count,
     Delay,
     Either,
@@ -23,11 +22,8 @@ from cablestudy.scene.fields import (
     wrong,
 )
 from cablestudy.scene.tokens import tokens_of
+from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.units import show
-
-DEFAULT_ACCURACY = 1e-4
-MAX_ELEMENTS = 1_000_000
-MAX_ORDER = 64
 
 Exposure = Annotated[float, Quantity("s", 1e-12, 1e12)]
 _level = Quantity("m", -1e9, 1e9)
@@ -50,7 +46,7 @@ class SceneTable(KeyTable):
 
     no_case: ClassVar[KeyTable]  # load case of no temperature, ice, wind and loads
 
-    gravity: Annotated[float, Quantity("m/s^2", 0, 1e6, LEAST)] = Field(
+    gravity: Annotated[float, Quantity("m/s^2", 0, 1e6, SCENE.least_positive)] = Field(
         9.81, description="Acceleration of gravity, along -z"
     )
 
@@ -74,16 +70,16 @@ class ModelTable(KeyTable):
     accuracy: Annotated[float, Quantity("", 1e-20, 0.1)] | None = Field(
         None, description="Largest relative error: the cheapest model below it is used (default 1e-4)"
     )
-    elements: Annotated[int, Count(1, MAX_ELEMENTS)] | None = Field(
+    elements: Annotated[int, Count(1, 1_000_000)] | None = Field(
         None, description="Exactly so many elements, without error control (instead of accuracy)"
     )
-    order: Annotated[int, Count(1, MAX_ORDER)] = Field(1, description="Polynomial order of each element")
+    order: Annotated[int, Count(1, 64)] = Field(1, description="Polynomial order of each element")
     mass: Literal["lumped", "consistent", "blended"] = Field("lumped", description="Mass of an element")
 
     @model_validator(mode="before")
     @classmethod
     def _default(cls, data):
-        return {"accuracy": DEFAULT_ACCURACY} if data == {} else data
+        return {"accuracy": 1e-4} if data == {} else data
 
     def relations(self):
         """Relations: blended mass is defined for bars."""

@@ -1,7 +1,7 @@
 """Names in a suspension, what the ends of its cables refer to, and whether the cables hold it."""
 
 from cablestudy.scene.fields import suggestion
-from cablestudy.scene.mistakes import MAX_SHOWN
+from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.units import show
 
 ORIGIN = (0.0, 0.0, 0.0)
@@ -60,7 +60,7 @@ def connection_mistakes(points, bodies, ends, winches, actuators, links):
     mistakes = _name_mistakes((*tables, ("actuators", "actuator", actuators), ("links", "link", links)))
     for kind, table in (("cable", ends), ("link", links)):
         for name, pair in table.items():
-            mistakes += _end_mistakes(kind, name, pair, points, bodies, suggest=len(mistakes) < MAX_SHOWN)
+            mistakes += _end_mistakes(kind, name, pair, points, bodies, suggest=len(mistakes) < SCENE.listed_mistakes)
     unknown = [name for name in winches if name not in ends]
     return mistakes + [(("winches", name), f"unknown cable ({suggestion(name, ends)})") for name in unknown]
 

@@ -5,7 +5,8 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, BeforeValidator, Field
 
 from cablestudy.scene.determinacy import MOTIONS
-from cablestudy.scene.fields import LEAST, Delay, Frequency, KeyTable, Name, Quantity, QuantityOrTable, each_once
+from cablestudy.scene.fields import Delay, Frequency, KeyTable, Name, Quantity, QuantityOrTable, each_once
+from cablestudy.scene.tolerances import SCENE
 
 _MARGIN = ("dB", 1e-6, 300)
 
@@ -52,16 +53,16 @@ def _none_word(value):
 class Controller(KeyTable):
     """PID controller with notch that drives winches; without other gains an integrator."""
 
-    gain: Annotated[float | AutoGain, QuantityOrTable("rad/s", 0, 1e12, LEAST, table=AutoGain)] = Field(
+    gain: Annotated[float | AutoGain, QuantityOrTable("rad/s", 0, 1e12, SCENE.least_positive, table=AutoGain)] = Field(
         description="Integral gain, or {auto: 6 dB}: the largest with this gain margin and a sensitivity of at most 2"
     )
     notch: Annotated[NotchTable | None, BeforeValidator(_none_word)] = Field(
         NotchTable.model_construct(), description="Notch filter, or none"
     )
-    proportional_gain: Annotated[float, Quantity("", 0, 1e9, LEAST)] = Field(
+    proportional_gain: Annotated[float, Quantity("", 0, 1e9, SCENE.least_positive)] = Field(
         0.0, description="Movement of the winch per displacement that is measured; needs bandwidth of the winch"
     )
-    derivative_gain: Annotated[float, Quantity("s", 0, 1e9, LEAST)] = Field(
+    derivative_gain: Annotated[float, Quantity("s", 0, 1e9, SCENE.least_positive)] = Field(
         0.0, description="The same per velocity; needs derivative_filter, and bandwidth of the winch"
     )
     derivative_filter: Frequency | None = Field(

@@ -3,12 +3,12 @@
 A cable may state its unstretched length or what fixes it (preload, sag, tension); a length not stated is an unknown.
 """
 
+from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.words import counted, first_of
 
 STATED = ("unstretched_length", "preload", "sag", "tension_to", "tension")
 ROTATIONS = ("roll", "pitch", "yaw")
 MOTIONS = ("x", "y", "z", *ROTATIONS)
-LISTED = 8  # names in a message
 
 
 def determinacy_mistakes(scene):
@@ -39,7 +39,8 @@ def determinacy_mistakes(scene):
     reference = scene.tensions.reference if scene.tensions else None  # one force, or cable -> force
     without_tension = [name for name in without_length if name not in reference] if isinstance(reference, dict) else []
     if without_tension:
-        message = f"missing key: one for each cable that states nothing: {first_of(without_tension, LISTED)}"
+        listed = first_of(without_tension, SCENE.listed_names)
+        message = f"missing key: one for each cable that states nothing: {listed}"
         return [(("tensions", "reference"), message)]
     motions = {name: body.free for name, body in scene.bodies.items()}  # each gives one equation of equilibrium
     rotations = found_rotations(scene)
@@ -76,7 +77,8 @@ def _mistakes_for_pose(scene, without_length):
     """Path and message where `solve_for: pose` lacks a length, or has tensions; parameters: names of cables."""
     mistakes = []
     if without_length:
-        count = f"{len(without_length)} of {len(scene.cables)} cables give none: {first_of(without_length, LISTED)}"
+        listed = first_of(without_length, SCENE.listed_names)
+        count = f"{len(without_length)} of {len(scene.cables)} cables give none: {listed}"
         message = f"missing key: one of {', '.join(STATED)} (solve_for: pose needs one of each cable; {count})"
         mistakes.append((("cables", without_length[0]), message))
     if scene.tensions is not None:
@@ -86,5 +88,6 @@ def _mistakes_for_pose(scene, without_length):
 
 def _counted(count, noun, names_by_owner):
     """Count of a noun and what is counted, for example `9 equations (gondola x, y, z)`."""
-    listed = "; ".join(f"{owner} {first_of(names, LISTED)}" for owner, names in names_by_owner.items() if names)
+    most = SCENE.listed_names
+    listed = "; ".join(f"{owner} {first_of(names, most)}" for owner, names in names_by_owner.items() if names)
     return f"{counted(count, noun)} ({listed})"

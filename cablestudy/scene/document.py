@@ -24,10 +24,8 @@ from cablestudy.scene.layers import (
 )
 from cablestudy.scene.mistakes import add_blank
 from cablestudy.scene.strict_yaml import Place, compose, mistake, refuse
+from cablestudy.scene.tolerances import SCENE
 
-MAX_BYTES = 10_000_000
-MAX_BASES = 32
-WAITING = 2.0  # for a program that writes to a FIFO [s]
 STDIN = "<stdin>"
 STREAMS = ("/dev", "/dev/fd", "/proc/self/fd")  # folders of what a shell passes as <(...)
 MAPPING = "<mapping>"  # a file that Python gives as its contents
@@ -237,7 +235,7 @@ def resolve_base(document, chain=()):
     Raises
     ------
     SceneError
-        A file cannot be read or is no YAML mapping, or base files form a circle, or there are more than MAX_BASES.
+        A file cannot be read or is no YAML mapping, or base files form a circle, or are more than `SCENE.base_files`.
     """
     contents = {key: value for key, value in document.value.items() if key != "base"}
     places = document._places
@@ -280,8 +278,8 @@ def read_base(document, chain=()):
     chain = (*(chain or (document.name,)), name)
     if os.path.realpath(name) in [os.path.realpath(upper) for upper in chain[:-1] if upper != STDIN]:
         raise refuse(place, "base files in a circle: " + " -> ".join(chain), "base")
-    if len(chain) > MAX_BASES:
-        raise refuse(place, f"more than {MAX_BASES} base files upon each other", "base")
+    if len(chain) > SCENE.base_files:
+        raise refuse(place, f"more than {SCENE.base_files} base files upon each other", "base")
     return resolve_base(_read_named_file(document, "base"), chain)
 
 
@@ -294,27 +292,27 @@ def _open_file(name):
 
 
 def _read_fifo(name):
-    """Contents of a FIFO as a binary stream, at most MAX_BYTES + 1; OSError if no program writes to it."""
+    """Contents of a FIFO as a binary stream, at most `SCENE.file_bytes` + 1; OSError if no program writes to it."""
     descriptor, first_byte = os.open(name, os.O_RDONLY | os.O_NONBLOCK), b""
-    if not select.select([descriptor], [], [], WAITING)[0]:
+    if not select.select([descriptor], [], [], SCENE.fifo_wait)[0]:
         with suppress(BlockingIOError):  # a program has it open and has not written yet
             first_byte = os.read(descriptor, 1)
             if not first_byte:
                 os.close(descriptor)
-                raise OSError(None, f"a FIFO that no program writes to; waited {WAITING:.0f} s")
+                raise OSError(None, f"a FIFO that no program writes to; waited {SCENE.fifo_wait:.0f} s")
     os.set_blocking(descriptor, True)
     with os.fdopen(descriptor, "rb") as file:
-        return BytesIO(first_byte + file.read(MAX_BYTES + 1))
+        return BytesIO(first_byte + file.read(SCENE.file_bytes + 1))
 
 
 def _read_bytes(open_file, place, key="", prefix=""):
-    """The bytes of the stream that `open_file()` returns, at most MAX_BYTES + 1, so that a longer one can be told.
+    """The bytes of the stream that `open_file()` returns, at most `SCENE.file_bytes` + 1, to tell a longer one.
 
     If it cannot be read, SceneError with this place and key, and a message that begins with the prefix.
     """
     try:
         with open_file() as file:
-            return file.read(MAX_BYTES + 1)
+            return file.read(SCENE.file_bytes + 1)
     except FileNotFoundError:
         reason = "no such file"
     except IsADirectoryError:
@@ -332,7 +330,7 @@ def _parse(data, name):
     Parameters
     ----------
     data : bytes
-        The file; more than MAX_BYTES are refused.
+        The file; more than `SCENE.file_bytes` are refused.
     name : str
         Its name in messages.
 
@@ -341,8 +339,8 @@ def _parse(data, name):
     SceneError
         The bytes are too many, not UTF-8, or not one YAML mapping; or `base` is a mapping, not the name of a file.
     """
-    if len(data) > MAX_BYTES:
-        raise refuse(Place(name), f"larger than {MAX_BYTES // 1_000_000} MB")
+    if len(data) > SCENE.file_bytes:
+        raise refuse(Place(name), f"larger than {SCENE.file_bytes // 1_000_000} MB")
     try:
         text = data.decode()
     except UnicodeDecodeError as error:

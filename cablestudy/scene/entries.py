@@ -11,13 +11,13 @@ from typing import Any
 from cablestudy.errors import Mistake, Mistakes
 from cablestudy.scene.fields import ALL
 from cablestudy.scene.layers import replaced_by, split_key
-from cablestudy.scene.ranges import MAX_COUNT, read_interval, read_range, read_vary
+from cablestudy.scene.ranges import read_interval, read_range, read_vary
 from cablestudy.scene.sampling import Sampled
+from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.units import show
 
 ALTERNATIVE = "alternative"  # in the place of a key: names of several changes, one of which is made in each case
 CONTAINED = "cannot vary beside {}: one of them contains the other"
-_FEW = 50
 
 
 @dataclass(frozen=True)
@@ -77,13 +77,13 @@ class Entry:
         """Indices of the steps worth checking: all, but of ranges and samples only some."""
         if any(isinstance(values, list) for _, values, _ in self.columns):
             return range(len(self))
-        return sorted(set().union(*(values.worth_checking(_FEW) for _, values, _ in self.columns)))
+        return sorted(set().union(*(values.worth_checking(SCENE.checked_steps) for _, values, _ in self.columns)))
 
 
 def entries_of(table, source, cases):
     """Read what varies in a study file, its keys `vary` and `sample`, as `Entry` objects, and find mistakes in it.
 
-    The combinations of the steps of all entries are the cases of the study, at most MAX_COUNT.
+    The combinations of the steps of all entries are the cases of the study, at most `SCENE.cases`.
 
     Parameters
     ----------
@@ -113,8 +113,8 @@ def entries_of(table, source, cases):
         except ValueError as error:
             mistakes.append((path, str(error)))
     count = math.prod(map(len, entries))
-    if count > MAX_COUNT:
-        mistakes.append((("vary" if table.vary else "sample",), f"{count} cases (at most {MAX_COUNT})"))
+    if count > SCENE.cases:
+        mistakes.append((("vary" if table.vary else "sample",), f"{count} cases (at most {SCENE.cases})"))
     return tuple(entries), mistakes
 
 
@@ -277,7 +277,7 @@ def entries_of_options(texts, entries, cases):
     Raises
     ------
     SceneError
-        All options that cannot be read, or whose key varies already; or more than MAX_COUNT cases in all.
+        All options that cannot be read, or whose key varies already; or more than `SCENE.cases` in all.
     """
     added = []
     with Mistakes() as mistakes:
@@ -292,8 +292,8 @@ def entries_of_options(texts, entries, cases):
                     mistakes.append(Mistake(option, "", reason))
                 added.append(Entry(((key, values, partial(_place_of_option, option)),)))
         count = math.prod(map(len, (*entries, *added)))
-        if texts and count > MAX_COUNT and not mistakes:
-            mistakes.append(Mistake("--vary", "", f"{count} cases (at most {MAX_COUNT})"))
+        if texts and count > SCENE.cases and not mistakes:
+            mistakes.append(Mistake("--vary", "", f"{count} cases (at most {SCENE.cases})"))
     return tuple(added)
 
 

@@ -9,11 +9,11 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, StringConstraints, T
 from pydantic_core import PydanticCustomError, core_schema
 
 from cablestudy.scene.layers import ALTERNATIVES, OF_CABLE, OF_SECTION, matches
+from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.units import DIMENSIONS, article, expected, show, to_si
 
 ALL = "all"  # in the place of the name of a load case: each of them
 TRIPLE = {"type": "array", "minItems": 3, "maxItems": 3}  # JSON Schema of three numbers
-LEAST = 1e-30  # of gains, delays, damping and decays that may be zero: quotients of smaller ones overflow
 
 
 def wrong(message):
@@ -163,7 +163,7 @@ class Quantity(_Type):
 
 
 Frequency = Annotated[float, Quantity("Hz", 1e-9, 1e9)]
-Delay = Annotated[float, Quantity("s", 0, 1e6, LEAST)]
+Delay = Annotated[float, Quantity("s", 0, 1e6, SCENE.least_positive)]
 
 
 @dataclass(frozen=True)

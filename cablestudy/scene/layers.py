@@ -7,7 +7,7 @@ scene refuses them.
 from functools import lru_cache
 from itertools import permutations, product
 
-from cablestudy.scene.strict_yaml import MAX_DEPTH
+from cablestudy.scene.tolerances import SCENE
 
 # Rows of alternatives of which none need be given: a material gives them, or nothing asks for them.
 OF_SECTION = (
@@ -123,8 +123,8 @@ def split_key(key):
         A part is empty, or there are too many.
     """
     parts = tuple(key.split("."))
-    if len(parts) > MAX_DEPTH:
-        raise ValueError(f"a key of {len(parts)} names (at most {MAX_DEPTH})")
+    if len(parts) > SCENE.nesting:
+        raise ValueError(f"a key of {len(parts)} names (at most {SCENE.nesting})")
     if not all(part and part == part.strip() for part in parts):
         raise ValueError("a key is written as names joined by dots, for example cable.area")
     return parts

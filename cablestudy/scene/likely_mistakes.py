@@ -8,18 +8,13 @@ from cablestudy.scene.common_tables import comparison
 from cablestudy.scene.layers import leaves
 from cablestudy.scene.materials import known_materials
 from cablestudy.scene.strict_yaml import mistake
+from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.units import split, to_si
 
-UNLIKELY = 1.0  # and more, for the diameter of a cable and the thickness of ice: 1,85 mm is 1 and 85 mm [m]
 LENGTHS = ("cable.diameter", "cables.*.diameter", "materials.*.diameter", "cases.*.ice.thickness")
-COLDEST = 200.0  # of a likely temperature [K]
 TEMPERATURES = ("cable.reference.temperature", "cables.*.reference.temperature", "cases.*.temperature")
 INTENSITY = "wind.turbulence_intensity"
-STRONGEST = 1.0  # of a likely intensity of turbulence [-]
 SHARE = "utilisation"  # at the end of the columns that are shares of the breaking force
-LARGE_SHARE = 2.0  # of a limit without a unit, which hardly is 200 %
-SAME = 0.01  # relative difference of diameters, or of areas, that are one
-THICKEST_WIRE = 5e-3  # diameter above which a cable is likely to be a rope, not solid [m]
 PAPER = "paper/"  # begins the names of the materials of the paper, whose cables are solid
 
 
@@ -50,11 +45,11 @@ def _bare_numbers(document):
         key, number = ".".join(path), bare_number(value)
         if number is None:
             continue
-        if number >= UNLIKELY and any(fnmatchcase(key, pattern) for pattern in LENGTHS):
+        if number >= SCENE.unlikely_thickness and any(fnmatchcase(key, pattern) for pattern in LENGTHS):
             yield _warning(document, path, f"{value} without a unit is {value} m")
-        if number > STRONGEST and key == INTENSITY:
+        if number > SCENE.strongest_turbulence and key == INTENSITY:
             yield _warning(document, path, f"{value} without a unit is {100 * number:g} %")
-        if number < COLDEST and any(fnmatchcase(key, pattern) for pattern in TEMPERATURES):
+        if number < SCENE.coldest and any(fnmatchcase(key, pattern) for pattern in TEMPERATURES):
             yield _warning(document, path, f"{value} without a unit is {value} K, {number - 273.15:.6g} degC")
 
 
@@ -66,7 +61,7 @@ def _bare_shares(document):
         with suppress(ValueError, TypeError):  # what is no limit is told elsewhere
             stated = comparison(limit.get("that") if isinstance(limit, dict) else limit)
             number = bare_number(stated.number)
-            if stated.column.endswith(SHARE) and number is not None and number >= LARGE_SHARE:
+            if stated.column.endswith(SHARE) and number is not None and number >= SCENE.unlikely_utilisation:
                 yield _warning(document, path, f"{number:g} without a unit is {100 * number:g} %")
 
 
@@ -92,7 +87,7 @@ def _check_resized_rope(name, material, table):
         return None
     for key, unit, rope_size in (("diameter", "m", material.section_diameter), ("area", "m^2", material.section_area)):
         cable_size = _number(table.get(key), unit)
-        if cable_size is not None and abs(cable_size / rope_size - 1) > SAME:
+        if cable_size is not None and abs(cable_size / rope_size - 1) > SCENE.equal_sizes:
             size = f"{rope_size * 1e3:.4g} mm" if key == "diameter" else f"{rope_size * 1e6:.4g} mm^2"
             return key, f"{name} has {size}, and is scaled to another size here ({key}: null takes its own)"
     return None
@@ -104,7 +99,7 @@ def _check_solid_bar(name, material, table):
     is_solid = material.fill_factor == 1 and material.section_area is None and not name.startswith(PAPER)
     is_solid &= all(table.get(key) is None for key in section_keys)
     diameter = _number(table.get("diameter"), "m") if is_solid else None
-    if diameter is None or diameter <= THICKEST_WIRE:
+    if diameter is None or diameter <= SCENE.thickest_wire:
         return None
     return "diameter", f"a solid bar of {name}; a rope has a fill_factor below 1 ('cablestudy materials' lists ropes)"
 

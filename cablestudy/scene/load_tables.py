@@ -7,8 +7,8 @@ from typing import Annotated, ClassVar
 from pydantic import BeforeValidator, Field, StrictBool
 
 from cablestudy.scene.fields import TRIPLE, KeyTable, Name, Quantity, reader_of, table_or_bare, wrong
+from cablestudy.scene.tolerances import SCENE
 
-MAX_LOADS = 1000
 ICE_DENSITY = 900.0  # [kg/m^3]
 
 Angle = Annotated[
@@ -216,7 +216,9 @@ class LoadCase(CommonLoadCase):
     )
     moves: EndMoves = Field(EndMoves.model_construct(), description="Displacements of the ends, with the same lengths")
 
-    loads: tuple[Load, ...] = Field((), max_length=MAX_LOADS, description="Point loads beside those of the cable")
+    loads: tuple[Load, ...] = Field(
+        (), max_length=SCENE.point_loads, description="Point loads beside those of the cable"
+    )
 
 
 def _refuse_list(value):
@@ -273,7 +275,7 @@ class SuspensionLoadCase(CommonLoadCase):
     )
 
     loads: Annotated[
-        dict[Name, Annotated[tuple[Load, ...], Field(max_length=MAX_LOADS)]], BeforeValidator(_refuse_list)
+        dict[Name, Annotated[tuple[Load, ...], Field(max_length=SCENE.point_loads)]], BeforeValidator(_refuse_list)
     ] = Field({}, description="Name of a cable -> point loads beside those of the cable")
 
     @property

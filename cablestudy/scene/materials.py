@@ -10,16 +10,12 @@ from pydantic import BeforeValidator, Field, ValidationError
 from cablestudy.scene.document import read_file
 from cablestudy.scene.fields import KeyTable, MaterialName, Quantity, wrong
 from cablestudy.scene.layers import OF_SECTION
+from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.units import show
 
 PERCENT = 0.01
 TERMS = 5  # coefficients of a curve
-MEASURED, LEAST = 0.5, 0.2  # strain to which curves are measured, and to which they must rise at least [%]
-CHECKED = 50  # steps up to it
-FLAT = 0.05  # slope over that at zero strain: a curve that gets flatter goes on along its tangent
 UNITS = {"psi": 6894.757293168361, "MPa": 1e6, "Pa": 1.0}  # [Pa]
-# modulus at zero strain over the final one, both over the whole area: beyond, something is in another unit
-LIKELY_START = (0.25, 4.0)
 STATES = ("initial", "after_load", "after_creep", "final")
 State = Literal[STATES]
 
@@ -50,16 +46,17 @@ class PartTable(KeyTable):
         for key in ("initial", "creep"):
             if (curve := getattr(self, key)) is not None:
                 end = end_of(curve)
-                flat = f"the curve must rise to a strain of {LEAST:g} % at least; it does not at {end:.2g} %"
+                least = SCENE.least_curve_strain
+                flat = f"the curve must rise to a strain of {least:g} % at least; it does not at {end:.2g} %"
                 slack = f"the curve has no tension up to a strain of {end:.2g} %"
-                yield [((key,), end >= LEAST, lambda flat=flat: flat)]
+                yield [((key,), end >= least, lambda flat=flat: flat)]
                 yield [((key,), _stress_and_slope(curve, end)[0] > 0, lambda slack=slack: slack)]
 
 
 def end_of(curve):
-    """Strain from which a curve goes on along its tangent: MEASURED, or before it gets flat. [%]"""
-    strains = [MEASURED * step / CHECKED for step in range(CHECKED + 1)]
-    least_slope = FLAT * abs(curve[1])
+    """Strain from which a curve goes on along its tangent: `SCENE.curve_strain`, or before it gets flat. [%]"""
+    strains = [SCENE.curve_strain * step / SCENE.curve_steps for step in range(SCENE.curve_steps + 1)]
+    least_slope = SCENE.flat_curve * abs(curve[1])
     flat = (index for index, strain in enumerate(strains) if not _stress_and_slope(curve, strain)[1] > least_slope)
     first_flat = next(flat, len(strains))
     return strains[max(first_flat - 1, 0)]
@@ -122,7 +119,7 @@ class StressStrainTable(KeyTable):
         for name in self.parts:
             initial_modulus = self.coefficients(name, "initial")[0][1]
             ratio = initial_modulus / self.final_modulus(name)
-            low, high = LIKELY_START
+            low, high = SCENE.likely_start
             message = (
                 f"the curve begins at {initial_modulus / 1e9:.3g} GPa, {ratio:.2g} times the final modulus over the "
                 f"whole area (allowed: {low:g} to {high:g}; coefficients are in {self.unit} per percent^k: see unit)"
@@ -136,11 +133,6 @@ def loaded_by_a_case(path, cable, cases):
     return (*path, "state"), has_cases, lambda: "after_load: missing key: cases, of which the heaviest stretches it"
 
 
-# Products of keys, beyond any cable by many powers of ten: their squares and those of frequencies stay finite.
-STIFFNESS_RANGE = (1e-12, 1e24)  # elastic modulus times area [N]
-MASS_RANGE = (1e-18, 1e12)  # density times area [kg/m]
-ROUNDED = 1.02  # area over that of the circle of the diameter, where both are written with two or three digits
-
 Stress = Annotated[float, Quantity("Pa", 1e-12, 1e30)]
 
 
@@ -152,11 +144,11 @@ def _root(value):
 class Properties(KeyTable):
     """Properties of a cross-section. Of alternatives that are not given the values are None."""
 
-    axial_stiffness: Annotated[float, Quantity("N", *STIFFNESS_RANGE)] | None = Field(
+    axial_stiffness: Annotated[float, Quantity("N", *SCENE.stiffness_range)] | None = Field(
         None, description="Force per strain, EA (instead of elastic_modulus)"
     )
     elastic_modulus: Stress | None = Field(None, description="Effective elastic modulus, of the metallic area")
-    mass_per_length: Annotated[float, Quantity("kg/m", *MASS_RANGE)] | None = Field(
+    mass_per_length: Annotated[float, Quantity("kg/m", *SCENE.mass_range)] | None = Field(
         None, description="Mass per unstretched length (instead of density)"
     )
     density: Annotated[float, Quantity("kg/m^3", 1e-9, 1e15)] | None = Field(
@@ -194,7 +186,7 @@ class Properties(KeyTable):
             return []
         circle = math.pi * (self.diameter * self.diameter) / 4
         message = "a circle of it has {:g} m^2, less than {:g} m^2".format
-        return [(("diameter",), self.area <= ROUNDED * circle, lambda: message(circle, self.area))]
+        return [(("diameter",), self.area <= SCENE.rounded_area * circle, lambda: message(circle, self.area))]
 
     # ------------------------------------------------------------------ quantities, whichever of the keys are given
 

@@ -9,10 +9,10 @@ from cablestudy.errors import Mistake, SceneError
 from cablestudy.scene.fields import suggestion, table_at
 from cablestudy.scene.layers import matches
 from cablestudy.scene.strict_yaml import mistake
+from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.units import show
 from cablestudy.scene.words import counted
 
-MAX_SHOWN = 100
 EMPTY_NAME = "no value (an empty mapping is written {})"
 UNKNOWN, MISSING = "unknown key", "missing key"  # beginnings of messages
 PLACE = re.compile(r"(.*?)(?::(\d+):(\d+))?", re.DOTALL)  # file:line:column, or the name of an option
@@ -98,9 +98,10 @@ def in_order(mistakes):
 
 
 def at_most(mistakes, name):
-    """The first 100 mistakes of a list, and one about the file `name` that counts those left out."""
-    left_out = len(mistakes) - MAX_SHOWN
-    return mistakes if left_out <= 0 else [*mistakes[:MAX_SHOWN], Mistake(name, "", f"and {left_out} more mistakes")]
+    """The first `SCENE.listed_mistakes` of a list, and one about the file `name` that counts the others."""
+    most = SCENE.listed_mistakes
+    left_out = len(mistakes) - most
+    return mistakes if left_out <= 0 else [*mistakes[:most], Mistake(name, "", f"and {left_out} more mistakes")]
 
 
 OF_CASES = ("cases", "*")

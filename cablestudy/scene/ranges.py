@@ -6,9 +6,9 @@ from decimal import Decimal, InvalidOperation
 
 from cablestudy.scene.document import read_option
 from cablestudy.scene.strict_yaml import Place, compose, refuse, resolve
+from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.units import converted, show, split
 
-MAX_COUNT = 10_000_000
 SPACINGS = ("linear", "log")
 MEANINGS = {
     "from": "First value, e.g. 10 kg",
@@ -16,7 +16,6 @@ MEANINGS = {
     "count": "How many values",
     "spacing": "Equal steps or equal ratios",
 }
-_DIGITS = 15  # of a value in a logarithmic range: what rounding leaves of powers, so that 2 stays 2
 _END_RANGE = (Decimal("1e-100"), Decimal("1e100"))  # of an end in any unit: ratios of two are floats
 _COUNT = re.compile(r"\s*([0-9]{1,12})\s*(log|linear)?\s*")
 _BRACKET = re.compile(r"""["'\[{]""")
@@ -69,8 +68,8 @@ class Range(Interval, Sequence):
     """
 
     def __init__(self, first, last, count, spacing="linear"):
-        if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= MAX_COUNT:
-            raise ValueError(f"count: expected a whole number from 1 to {MAX_COUNT}, got {show(count)}")
+        if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= SCENE.cases:
+            raise ValueError(f"count: expected a whole number from 1 to {SCENE.cases}, got {show(count)}")
         super().__init__(first, last, spacing)
         self._count, self._is_whole = count, isinstance(first, int) and isinstance(last, int)
         self.written = {"from": first, "to": last, "count": count, "spacing": spacing}
@@ -90,11 +89,11 @@ class Range(Interval, Sequence):
         elif self._ratio is None:
             value = self.low + (self.high - self.low) * step / last
         else:
-            value = Decimal(f"{float(self.low) * self._ratio ** (step / last):.{_DIGITS}g}")
+            value = Decimal(f"{float(self.low) * self._ratio ** (step / last):.{SCENE.range_digits}g}")
         is_integer = value == value.to_integral_value()
         if not self._unit:
             return int(value) if self._is_whole and is_integer else float(value)
-        return f"{int(value) if is_integer and abs(value) < 10**_DIGITS else float(value)!r} {self._unit}"
+        return f"{int(value) if is_integer and abs(value) < 10**SCENE.range_digits else float(value)!r} {self._unit}"
 
     def worth_checking(self, steps):
         """Set of evenly spread indices, first and last among them; if these are allowed, so are all between them."""

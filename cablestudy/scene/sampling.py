@@ -7,12 +7,9 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from cablestudy.scene.fields import Count, KeyTable
-from cablestudy.scene.ranges import MAX_COUNT
+from cablestudy.scene.tolerances import SCENE
 
 METHODS = ("sobol", "latin_hypercube", "saltelli")
-MAX_NUMBERS = 50_000_000  # drawn at once: 400 MB
-MAX_SEED = 2**63 - 1
-FEWEST = 8  # points of a sensitivity study, below which bootstrap intervals are meaningless
 
 
 class Sample(KeyTable):
@@ -21,10 +18,10 @@ class Sample(KeyTable):
     method: Literal[METHODS] = Field(
         description="sobol or latin_hypercube: count cases; saltelli: count x (keys + 2), for --sensitivity"
     )
-    count: Annotated[int, Count(1, MAX_COUNT)] = Field(
+    count: Annotated[int, Count(1, SCENE.cases)] = Field(
         description="How many points; a power of two is best for sobol and saltelli"
     )
-    seed: Annotated[int, Count(0, MAX_SEED)] = Field(0, description="The same seed gives the same points")
+    seed: Annotated[int, Count(0, 2**63 - 1)] = Field(0, description="The same seed gives the same points")
     over: dict[str, Any] = Field(min_length=1, description="Dotted key -> {from, to, spacing}")
 
     @property
@@ -44,8 +41,8 @@ class Sample(KeyTable):
 
     def relations(self):
         """Check that the points fit into memory."""
-        message = f"{self.count} points of {self.dimension} numbers (at most {MAX_NUMBERS} numbers)"
-        yield [(("count",), self.count * self.dimension <= MAX_NUMBERS, lambda: message)]
+        message = f"{self.count} points of {self.dimension} numbers (at most {SCENE.sampled_numbers} numbers)"
+        yield [(("count",), self.count * self.dimension <= SCENE.sampled_numbers, lambda: message)]
 
     def points(self):
         """Points of the unit cube: ndarray, shape (count, dimension)."""

@@ -4,7 +4,7 @@ from typing import Annotated, ClassVar, Literal, get_args
 
 from pydantic import Field, ValidationError
 
-from cablestudy.scene.cable_table import CHORD_RANGE, Cable, beyond_the_end
+from cablestudy.scene.cable_table import Cable, beyond_the_end
 from cablestudy.scene.common_tables import (
     Correction,
     Exposure,
@@ -25,6 +25,7 @@ from cablestudy.scene.materials import Materials, loaded_by_a_case
 from cablestudy.scene.mistakes import as_meant, empty_keys, findings, located
 from cablestudy.scene.section import limited
 from cablestudy.scene.strict_yaml import refuse
+from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.wind_tables import Coefficient, Wind
 
 STUDY_KEYS = ("vary", "columns")
@@ -128,7 +129,7 @@ class CableScene(SceneTable):
             components = zip(self.cable.end_1, case.moves.end_1, self.cable.end_2, case.moves.end_2, strict=True)
             squares = ((end_2 + move_2 - end_1 - move_1) ** 2 for end_1, move_1, end_2, move_2 in components)
             text = "moved, the two ends are {:g} m apart".format
-            _, holds, too_close = limited("ends", sum(squares) ** 0.5, CHORD_RANGE, "m", text)
+            _, holds, too_close = limited("ends", sum(squares) ** 0.5, SCENE.chord_range, "m", text)
             relations.append((("cases", name, "moves"), holds, too_close))
         return relations
 

@@ -15,11 +15,12 @@ from cablestudy.scene.entries import ALTERNATIVE
 from cablestudy.scene.fields import ALL, Count, Either, KeyTable, Quantity
 from cablestudy.scene.layers import ALTERNATIVES, OF_CABLE, OF_SECTION, prune
 from cablestudy.scene.materials import materials
-from cablestudy.scene.ranges import MAX_COUNT, MEANINGS, SPACINGS
+from cablestudy.scene.ranges import MEANINGS, SPACINGS
 from cablestudy.scene.scene import TABLES
 from cablestudy.scene.study import TABLES as STUDY_TABLES
 from cablestudy.scene.study import StudyTable
 from cablestudy.scene.suspension import SUSPENSION_TABLES
+from cablestudy.scene.tolerances import SCENE
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 BASE = {"type": "string", "minLength": 1, "description": "File that this one changes, relative to this file"}
@@ -136,7 +137,7 @@ def _range_schema(*keys):
     schemas = {
         "from": end,
         "to": end,
-        "count": {"type": "integer", "minimum": 1, "maximum": MAX_COUNT},
+        "count": {"type": "integer", "minimum": 1, "maximum": SCENE.cases},
         "spacing": {"enum": list(SPACINGS), "default": "linear"},
     }
     return {
@@ -278,7 +279,7 @@ def _keys_in(tables):
 def _keys_of_ranges():
     """Yield the keys inside of `vary` and `sample`: of ranges, of alternatives, of intervals that are sampled."""
     ends = {"from": ("", REQUIRED, ""), "to": ("", REQUIRED, "")}
-    count = {"count": (NO_UNIT, REQUIRED, f"1 to {MAX_COUNT}")}
+    count = {"count": (NO_UNIT, REQUIRED, f"1 to {SCENE.cases}")}
     spacing = {"spacing": ("", SPACINGS[0], ", ".join(SPACINGS))}
     yield Key("vary.N.KEY", "", "", "Values of a dotted key of the scene: a list, or a range of the keys below", "")
     changes = "Name of an alternative, and the changes that it makes: dotted key -> value; a column has the names"

@@ -6,13 +6,13 @@ from typing import Annotated, ClassVar
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
 from cablestudy.scene.fields import Quantity, suggestion, wrong
-from cablestudy.scene.materials import MASS_RANGE, STIFFNESS_RANGE, Properties, State, known_materials, materials
+from cablestudy.scene.materials import Properties, State, known_materials, materials
+from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.units import show, to_si
 
 ROPES = ("rope", "cable", "strand")  # words of a name that ask for one
 PER_AREA = ("elastic_modulus", "density", "stress_strain")  # keys that need an area
 NO_SIZE = "missing key: one of area, diameter (or give axial_stiffness and mass_per_length)"
-PRESTRAIN_RANGE = (1e-18, 10.0)  # tension over axial stiffness [-]
 
 
 def _known_materials(info):
@@ -146,9 +146,9 @@ class Section(Properties):
         has_size = self.section_area is not None or all(getattr(self, key) is None for key in PER_AREA)
         relations = [((), has_size, lambda: NO_SIZE), *self.size_relations()]
         if stiffness is not None:  # else it is of a material that is wrong itself
-            relations.append(limited("elastic_modulus", stiffness, STIFFNESS_RANGE, "N", f"{product}N".format))
+            relations.append(limited("elastic_modulus", stiffness, SCENE.stiffness_range, "N", f"{product}N".format))
         if mass is not None:
-            relations.append(limited("density", mass, MASS_RANGE, "kg/m", f"{product}kg/m".format))
+            relations.append(limited("density", mass, SCENE.mass_range, "kg/m", f"{product}kg/m".format))
         return relations
 
     def tension_relations(self, tensions):
@@ -170,10 +170,11 @@ class Section(Properties):
         return [self._tension_relation(path, self.force_of(tension)) for path, tension in tensions.items()]
 
     def _tension_relation(self, path, tension):
-        """The relation that a tension [N] is within PRESTRAIN_RANGE times the axial stiffness."""
+        """The relation that a tension [N] is within `SCENE.prestrain_range` times the axial stiffness."""
 
         def text(ratio):
             return f"{tension:g} N is {ratio:.3g} times the axial stiffness"
 
-        _, holds, message = limited(path[-1], tension / self.section_axial_stiffness, PRESTRAIN_RANGE, "times", text)
+        prestrain = tension / self.section_axial_stiffness
+        _, holds, message = limited(path[-1], prestrain, SCENE.prestrain_range, "times", text)
         return path, holds, message

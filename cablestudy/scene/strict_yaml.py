@@ -10,11 +10,7 @@ from typing import NamedTuple
 import yaml
 
 from cablestudy.errors import Mistake, SceneError
-
-MAX_DEPTH = 50
-WIDTH = 120  # of text that is written
-MAX_ALIASED = 100_000
-MAX_DIGITS = 400
+from cablestudy.scene.tolerances import SCENE
 
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _CORE = "tag:yaml.org,2002:"
@@ -54,7 +50,7 @@ _MESSAGES = (
     (r"undefined alias \*(\w*)", r"alias *\1 has no anchor &\1 above it", False),
     (r"duplicate anchor", "an anchor of this name stands above already", False),
     (r"another document", "a second document ('---'): one file holds one document", False),
-    (r"nested more", f"nested more than {MAX_DEPTH} deep", False),
+    (r"nested more", f"nested more than {SCENE.nesting} deep", False),
 )
 
 
@@ -91,8 +87,8 @@ def resolve(text, tags=_TYPES):
     """
     for pattern, value in map(_TYPES.get, tags):
         if pattern.fullmatch(text):
-            if len(text) > MAX_DIGITS:
-                raise ValueError(f"a number of {len(text)} characters (at most {MAX_DIGITS})")
+            if len(text) > SCENE.number_characters:
+                raise ValueError(f"a number of {len(text)} characters (at most {SCENE.number_characters})")
             return value(text)
     return text
 
@@ -161,9 +157,9 @@ class _Composer(_LOADER):
     depth = 0
 
     def descend_resolver(self, parent, index):
-        """Refuse nodes deeper than MAX_DEPTH, since composing recurses."""
+        """Refuse nodes deeper than `SCENE.nesting`, since composing recurses."""
         self.depth += 1
-        if self.depth > MAX_DEPTH + 1:
+        if self.depth > SCENE.nesting + 1:
             raise yaml.composer.ComposerError(None, None, "nested more", parent.start_mark)
 
     def ascend_resolver(self):
@@ -202,13 +198,13 @@ class _Reader:
 
     def _check_repetition(self, node, path, place):
         """Refuse a node that is nested too deeply, inside of itself, or repeated too often by aliases."""
-        if len(path) > MAX_DEPTH:
-            raise refuse(place, f"nested more than {MAX_DEPTH} deep")
+        if len(path) > SCENE.nesting:
+            raise refuse(place, f"nested more than {SCENE.nesting} deep")
         if id(node) in self._open:
             raise refuse(place, "an alias inside of what it repeats")
         self._aliased += id(node) in self._seen
-        if self._aliased > MAX_ALIASED:
-            raise refuse(place, f"aliases repeat more than {MAX_ALIASED} values")
+        if self._aliased > SCENE.aliased_values:
+            raise refuse(place, f"aliases repeat more than {SCENE.aliased_values} values")
         self._seen.add(id(node))
 
     def _scalar(self, node, place):
@@ -275,5 +271,5 @@ def write_yaml(value):
     ----------
     value : dict
     """
-    options = {"sort_keys": False, "allow_unicode": True, "width": WIDTH, "default_flow_style": None}
+    options = {"sort_keys": False, "allow_unicode": True, "width": SCENE.line_width, "default_flow_style": None}
     return yaml.dump(value, Dumper=_Dumper, **options)

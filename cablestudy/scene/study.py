@@ -19,12 +19,9 @@ from cablestudy.scene.sampling import Sample
 from cablestudy.scene.scene import CableScene, read_scene
 from cablestudy.scene.strict_yaml import mistake, refuse
 from cablestudy.scene.suspension import SuspensionScene
+from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.units import show
 
-CHECK_ALL = 1000
-LOOKED_AT = 20  # cases that are searched for likely mistakes
-TOLD = 3  # of these
-SCENES_KEPT = 20  # of the first cases read, which several checks ask for
 ALL_COLUMNS = "rtol"  # in `check`
 
 
@@ -153,11 +150,12 @@ class StudyFile:
     def likely_mistakes(self):
         """Likely mistakes of the first cases, so far as they can be set, each once; see `likely_mistakes`."""
         lines = {}
-        for case in self.cases_to_check()[:LOOKED_AT]:
+        for case in self.cases_to_check()[: SCENE.searched_cases]:
             with suppress(SceneError):
                 settings = self._settings(self._steps(case))
                 lines.update(dict.fromkeys(likely_mistakes(self.document.with_sets(settings))))
-        return (*list(lines)[:TOLD], *([f"and {len(lines) - TOLD} more like these"] if len(lines) > TOLD else []))
+        listed, left_out = list(lines)[: SCENE.listed_likely_mistakes], len(lines) - SCENE.listed_likely_mistakes
+        return (*listed, *([f"and {left_out} more like these"] if left_out > 0 else []))
 
     def _notes_on_unused_cases(self):
         """Notes on varied keys of load cases that no row is in: tuple of str."""
@@ -234,7 +232,7 @@ class StudyFile:
         if steps in self._scenes:
             return self._scenes[steps]
         scene = read_scene(self._document_at(steps))
-        if len(self._scenes) < SCENES_KEPT:
+        if len(self._scenes) < SCENE.kept_scenes:
             self._scenes[steps] = scene
         return scene
 
@@ -249,9 +247,9 @@ class StudyFile:
     def cases_to_check(self):
         """Numbers of the cases that are checked before anything is computed: list of int.
 
-        All of them up to CHECK_ALL; beyond, each step of each entry beside the first step of the others.
+        All of them up to `SCENE.checked_cases`; beyond, each step of each entry beside the first step of the others.
         """
-        if self.count <= CHECK_ALL:
+        if self.count <= SCENE.checked_cases:
             return list(range(self.count))
         stride, cases = self.count, {}
         for entry in self.entries:

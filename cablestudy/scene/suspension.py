@@ -8,7 +8,7 @@ from typing import ClassVar, Literal
 from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
 from cablestudy.scene.actuator_tables import LIMITS, Actuator, ReactionWheel, actuator_relations, is_wheel
-from cablestudy.scene.cable_table import CHORD_RANGE, LENGTH_RATIO, NO_CURVES, beyond_the_end, length_ratio_message
+from cablestudy.scene.cable_table import NO_CURVES, beyond_the_end, length_ratio_message
 from cablestudy.scene.common_tables import (
     Exposure,
     Ground,
@@ -39,6 +39,7 @@ from cablestudy.scene.suspension_tables import (
     SuspendedCable,
     Tensions,
 )
+from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.wind_tables import SuspensionWind
 
 # Keys of a scene of one cable -> what a suspension has instead.
@@ -266,16 +267,16 @@ class SuspensionScene(SceneTable):
             for end in cable.ends:
                 shift = moves.get(end, (0.0, 0.0, 0.0))
                 moved_ends.append([x + dx for x, dx in zip(self.start(end), shift, strict=True)])
-            _, holds, message = limited(name, _distance(*moved_ends), CHORD_RANGE, "m", partial(text, name))
+            _, holds, message = limited(name, _distance(*moved_ends), SCENE.chord_range, "m", partial(text, name))
             yield ("cases", case, "moves"), holds, message
 
     def _length_relations(self, name, chord):
         """Relations of a cable whose ends have this distance where the search begins. [m]"""
         cable, path = self.cables[name], ("cables", name)
-        yield path, *limited(name, chord, CHORD_RANGE, "m", "its two ends are {:g} m apart".format)[1:]
+        yield path, *limited(name, chord, SCENE.chord_range, "m", "its two ends are {:g} m apart".format)[1:]
         length = cable.unstretched_length
         if length is not None and not (self.solve_for == "pose" and any(self.attachment(end)[0] for end in cable.ends)):
-            fits = within(length, (LENGTH_RATIO[0] * chord, LENGTH_RATIO[1] * chord))
+            fits = within(length, (SCENE.length_ratio[0] * chord, SCENE.length_ratio[1] * chord))
             yield (*path, "unstretched_length"), fits, partial(length_ratio_message, length, chord)
 
 

@@ -10,8 +10,9 @@ from cablestudy.scene.cable_table import Point as Place
 from cablestudy.scene.connections import wrong_name
 from cablestudy.scene.determinacy import MOTIONS, ROTATIONS, STATED
 from cablestudy.scene.fields import TRIPLE, Either, KeyTable, Name, Quantity, each_once, reader_of, table_or_bare, wrong
-from cablestudy.scene.load_tables import MAX_LOADS, Angle, ForceVector, Load, Moment, ReferenceTable
+from cablestudy.scene.load_tables import Angle, ForceVector, Load, Moment, ReferenceTable
 from cablestudy.scene.section import Tension as StatedTension
+from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.units import show
 from cablestudy.scene.wind_tables import BodyWind
 
@@ -20,8 +21,6 @@ TENSION_KINDS = {
     "mean": "preload", "end_1": "tension_from", "end_2": "tension_to", "horizontal": "horizontal_tension",
     "max": "max_tension",
 }  # fmt: skip
-# Rounding of a tensor that is written with few digits, relative to its trace.
-INERTIA_ROUNDING = 1e-9
 NO_DIRECTION = "the direction has no length: all zero"
 NO_MASS = "no mass has this tensor: its principal moments must be positive, and none above the sum of the other two"
 
@@ -147,7 +146,7 @@ def _is_of_a_mass(xx, yy, zz, xy, xz, yz):
     numbers, or arrays of many bodies.
     """
     trace = xx + yy + zz
-    rounding = INERTIA_ROUNDING * trace
+    rounding = SCENE.inertia_rounding * trace
     s_xx, s_yy, s_zz = trace / 2 - xx, trace / 2 - yy, trace / 2 - zz
     is_positive = _determinant(xx, yy, zz, xy, xz, yz) > rounding * trace**2
     holds = is_positive & (_determinant(s_xx, s_yy, s_zz, -xy, -xz, -yz) >= -rounding * trace**2)
@@ -183,7 +182,7 @@ class _CableOfSuspension(CableProperties):
     reference: ReferenceTable = Field(
         ReferenceTable.model_construct(), description="The state in which lengths, tensions and sags hold"
     )
-    loads: tuple[Load, ...] = Field((), max_length=MAX_LOADS, description="Point loads on the cable")
+    loads: tuple[Load, ...] = Field((), max_length=SCENE.point_loads, description="Point loads on the cable")
 
 
 class SharedCable(_CableOfSuspension):

@@ -11,8 +11,8 @@ from decimal import Decimal, InvalidOperation
 from functools import cache, lru_cache
 
 from cablestudy.errors import SceneError
+from cablestudy.scene.tolerances import SCENE
 
-MAX_LENGTH = 80
 _BEYOND = Decimal("1e400")
 
 # Unit of the program -> (what it measures, an example for messages).
@@ -211,7 +211,7 @@ def split(text):
     ValueError
         The text is too long, does not begin with a decimal number, or the number is out of range or divided by zero.
     """
-    match = _QUANTITY.fullmatch(text) if len(text) <= MAX_LENGTH else None
+    match = _QUANTITY.fullmatch(text) if len(text) <= SCENE.quantity_characters else None
     if match is None:
         raise _NotAQuantityError("")
     try:

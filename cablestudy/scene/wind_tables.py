@@ -6,7 +6,8 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field, StrictBool
 
 from cablestudy.scene.cable_table import Point as Place
-from cablestudy.scene.fields import LEAST, TRIPLE, Either, KeyTable, Quantity, reader_of, wrong
+from cablestudy.scene.fields import TRIPLE, Either, KeyTable, Quantity, reader_of, wrong
+from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.units import show
 
 Coefficient = Annotated[float, Quantity("", 1e-6, 1e6)]
@@ -103,7 +104,7 @@ class SuspensionWind(WindTable):
     turbulence_rms: TurbulenceRms | None = Field(
         None, description="RMS of the speed, along the mean wind; or along, across, vertical"
     )
-    coherence_decay: Annotated[float, Quantity("", 0, 1e6, LEAST)] = Field(
+    coherence_decay: Annotated[float, Quantity("", 0, 1e6, SCENE.least_positive)] = Field(
         10.0, description="C of the coherence exp(-C f d/U) at the distance d (Davenport)"
     )
     on: Literal["both", "bodies", "cables"] = Field("both", description="What the wind acts on")

@@ -11,10 +11,10 @@ from cablestudy.scene.fields import suggestion, tables_of
 from cablestudy.scene.likely_mistakes import likely_mistakes
 from cablestudy.scene.materials import Material, Materials, materials
 from cablestudy.scene.mistakes import findings, located
-from cablestudy.scene.sampling import FEWEST
 from cablestudy.scene.scene import is_study
 from cablestudy.scene.schema import ANY, Key, keys_of
 from cablestudy.scene.study import study_of
+from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.words import counted
 from cablestudy.study.limits import scene_with_limits
 from cablestudy.study.prepare import prepare
@@ -72,8 +72,8 @@ def _check_file(file, sets):
         study = study_of(document, sets, further_check=prepare)
         prepare(study)
         notes, sample = [], study.sample
-        if sample and sample.method == "saltelli" and sample.count < FEWEST:
-            warning = f"sample: {sample.count} points; --sensitivity needs at least {FEWEST}"
+        if sample and sample.method == "saltelli" and sample.count < SCENE.sensitivity_points:
+            warning = f"sample: {sample.count} points; --sensitivity needs at least {SCENE.sensitivity_points}"
             notes = [f"{study.where(('sample', 'count'))}: {warning}"]
         return "study", study.count, [*study.likely_mistakes(), *study.notes, *notes]
     document = apply_sets(resolve_base(document), sets)

@@ -4,8 +4,8 @@ import numpy as np
 
 from cablestudy.cable.damping import grows_with_modes
 from cablestudy.cable.initial_length import BELOW_LEAST
-from cablestudy.scene.cable_table import LIKELY_RATIO
 from cablestudy.scene.likely_mistakes import bare_number
+from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.words import counted, first_of
 from cablestudy.study.cable_columns import over_strength, stress_of
 from cablestudy.study.motion_columns import least_tension_at_peak
@@ -238,7 +238,7 @@ def long_cables(names, length, chord, stated):
         f"{name}{': ' if name else ''}the stated {key.replace('_', ' ')} is that of a cable of {cable_length:.4g} m, "
         f"{cable_length / span:.3g} times the distance of its ends"
         for name, cable_length, span, key in zip(names, length, chord, stated, strict=True)
-        if key not in (None, "unstretched_length") and cable_length > LIKELY_RATIO[1] * span
+        if key not in (None, "unstretched_length") and cable_length > SCENE.likely_length_ratio[1] * span
     ]
     return (f"note: {first_of(texts, STUDY.listed_columns)}",) if texts else ()
 

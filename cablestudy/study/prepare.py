@@ -8,7 +8,8 @@ from functools import partial
 from cablestudy.errors import Mistake, Mistakes, SceneError
 from cablestudy.scene.mistakes import UNKNOWN, at_most, in_order
 from cablestudy.scene.scene import field_of, quantity_of
-from cablestudy.scene.study import ALL_COLUMNS, CHECK_ALL
+from cablestudy.scene.study import ALL_COLUMNS
+from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.words import counted
 from cablestudy.study.columns import column_named, find, find_header, key_column
 from cablestudy.study.find import check_goal, field_of_key
@@ -171,7 +172,7 @@ def columns_of(study, scene):
     Raises
     ------
     SceneError
-        A column is unknown or listed twice, or none of the first CHECK_ALL cases has the keys that it needs.
+        A column is unknown or listed twice, or none of the first `SCENE.checked_cases` has the keys that it needs.
     """
     columns = [key_column(study.find.by)] if study.find and quantity_of(study.find.by) else []
     with Mistakes() as mistakes:
@@ -182,7 +183,7 @@ def columns_of(study, scene):
                 if any(column.header == other.header for other in columns):
                     raise ValueError(f"{column.name} is listed twice")
                 columns.append(column)
-                first_cases = (study.case(index)[1] for index in range(min(study.count, CHECK_ALL)))
+                first_cases = (study.case(index)[1] for index in range(min(study.count, SCENE.checked_cases)))
                 if scene and (reason := why_not(scene, column)) and all(why_not(case, column) for case in first_cases):
                     raise ValueError(reason)
     return columns

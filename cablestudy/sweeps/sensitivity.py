@@ -16,7 +16,7 @@ from functools import lru_cache
 import numpy as np
 
 from cablestudy.errors import Mistake, SceneError
-from cablestudy.scene.sampling import FEWEST
+from cablestudy.scene.tolerances import SCENE
 from cablestudy.study.prepare import columns_of
 from cablestudy.study.table import Field, Table
 from cablestudy.study.varied_keys import varied_keys
@@ -107,8 +107,8 @@ class Sensitivity:
             where = study.where(("sample",) if sample is None else ("sample", "method"))
             message = "--sensitivity needs a sample of the method saltelli, which gives count x (keys + 2) cases"
             raise SceneError(Mistake(where, "", message))
-        if sample.count < FEWEST:
-            message = f"--sensitivity needs at least {FEWEST} points, got {sample.count}"
+        if sample.count < SCENE.sensitivity_points:
+            message = f"--sensitivity needs at least {SCENE.sensitivity_points} points, got {sample.count}"
             raise SceneError(Mistake(study.where(("sample", "count")), "", message))
         self.study = study
         self.columns = [
