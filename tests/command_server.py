@@ -75,8 +75,9 @@ def listen(address, rows):
     for name in USED_LATER:
         import_module(name)
     cablestudy.scene.units.to_si("1 inch", "m")  # reads the units of pint
-    cablestudy.sweeps.driver.WORTHWHILE = math.inf  # the other cores have tests to run: no sweep starts processes
-    cablestudy.sweeps.chunks.SECONDS = cablestudy.sweeps.chunks.MAX_GROWTH = math.inf  # nor divides its rows by time
+    sweeps = type(cablestudy.sweeps.tolerances.SWEEPS)
+    sweeps.parallel_time = math.inf  # the other cores have tests to run: no sweep starts processes
+    sweeps.chunk_time = sweeps.chunk_growth = math.inf  # nor divides its rows by time
     tolerances = type(cablestudy.study.tolerances.STUDY)
     tolerances.timing_budget = tolerances.brief_run = 0.0  # no example shows a time, which would be another each time
     with undrawn(), lengths_found_once(), rows_found_once(Path(rows)):  # as long as the server runs

@@ -43,11 +43,11 @@ def undivided_sweeps():
     `trade` times each model once, since no test holds one time against another.
     """
     from cablestudy.study.tolerances import STUDY
-    from cablestudy.sweeps import chunks, driver
+    from cablestudy.sweeps.tolerances import SWEEPS
 
     with pytest.MonkeyPatch.context() as patch:
-        for module, name in ((driver, "WORTHWHILE"), (chunks, "SECONDS"), (chunks, "MAX_GROWTH")):
-            patch.setattr(module, name, math.inf)
+        for name in ("parallel_time", "chunk_time", "chunk_growth"):
+            patch.setattr(type(SWEEPS), name, math.inf)
         for name in ("timing_budget", "brief_run"):
             patch.setattr(type(STUDY), name, 0.0)
         yield

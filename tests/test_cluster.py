@@ -12,6 +12,7 @@ from command import LONGEST, SLACK, go_on, refusal, run, start_paused, stored_ro
 
 from cablestudy.sweeps import driver as module
 from cablestudy.sweeps.chunks import Done
+from cablestudy.sweeps.tolerances import SWEEPS
 
 pytestmark = pytest.mark.usefixtures("folder")
 
@@ -54,7 +55,7 @@ def test_a_cluster_gives_the_same_bytes_though_a_worker_is_killed(folder, slow):
 
 
 def test_nobody_there(slow, folder, monkeypatch):
-    monkeypatch.setattr(module, "TIMEOUT", 1)
+    monkeypatch.setattr(type(SWEEPS), "scheduler_wait", 1)
     write(folder / "bad.json", "{}")
     form = "expected tcp://host:port, or a scheduler file FILE.json"
     for name, reason in (

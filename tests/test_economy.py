@@ -32,6 +32,7 @@ from cablestudy.study.table_rows import has_answer
 from cablestudy.study.tolerances import STUDY
 from cablestudy.sweeps.chunks import Chunk, _freeze, compute
 from cablestudy.sweeps.fingerprint import versions
+from cablestudy.sweeps.tolerances import SWEEPS
 from cablestudy.wind.tolerances import WindTolerances
 
 STATIC = [column for column in COLUMNS if column.needs in ("scene", "statics", "stiffness")]
@@ -249,7 +250,7 @@ def test_a_chunk_of_a_sweep_lets_go_of_the_models_of_its_rows(tmp_path, monkeypa
     gc.disable()
     try:
         for after, cases in ((np.inf, (0, 1)), (0.0, (2,)), (0.0, (3,))):
-            monkeypatch.setattr("cablestudy.sweeps.chunks.COLLECTED_AFTER", after)
+            monkeypatch.setattr(type(SWEEPS), "collected_time", after)
             compute(Chunk(pickle.dumps(study), versions(), ("gondola_rms",), cases))
             held.append(sum(isinstance(one, DynamicAnalysis) for one in gc.get_objects()) - before)
     finally:

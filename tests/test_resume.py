@@ -30,6 +30,7 @@ from cablestudy.study.scene_values import CaseTable, tables_of
 from cablestudy.sweeps import chunks, driver
 from cablestudy.sweeps.database import Database
 from cablestudy.sweeps.fingerprint import RESULTS_VERSION, digest, identity, versions
+from cablestudy.sweeps.tolerances import SWEEPS
 
 pytestmark = pytest.mark.usefixtures("folder")
 
@@ -302,7 +303,7 @@ def test_the_size_of_chunks_and_the_number_of_processes_change_no_digit(folder, 
     study_file(folder, text, SLACK)
     tables = []
     for seconds, jobs in ((0.0, "1"), (0.02, "1"), (10.0, "1"), (0.05, "2"), (10.0, "3")):
-        monkeypatch.setattr("cablestudy.sweeps.chunks.SECONDS", seconds)
+        monkeypatch.setattr(type(SWEEPS), "chunk_time", seconds)
         run("sweep", "study.yaml", "--jobs", jobs)
         tables.append(TABLE.read_bytes())
     assert len(set(tables)) == 1
@@ -310,8 +311,8 @@ def test_the_size_of_chunks_and_the_number_of_processes_change_no_digit(folder, 
 
 def test_chunks_have_as_many_cases_on_a_busy_machine(folder, monkeypatch):
     """Cases that share an equilibrium are computed together however long a process waits for a processor."""
-    monkeypatch.setattr("cablestudy.sweeps.chunks.SECONDS", 4.0)
-    monkeypatch.setattr("cablestudy.sweeps.chunks.MAX_GROWTH", 4)
+    monkeypatch.setattr(type(SWEEPS), "chunk_time", 4.0)
+    monkeypatch.setattr(type(SWEEPS), "chunk_growth", 4)
     study = read_study(study_file(folder, LONG, SLACK))
     for waiting in (0.0, 30.0):
         handed_out = chunks.Chunks(study, [(range(study.count), ("sag",))], study.count)
@@ -397,7 +398,7 @@ def test_no_more_processes_than_cores_have_use_for(processes, monkeypatch):
 def test_processes_are_started_by_themselves_for_work_that_is_worth_it(processes, monkeypatch):
     """One for each core, where the first case of one second foretells more than three."""
     monkeypatch.setattr(driver, "cores", lambda: 3)
-    monkeypatch.setattr(driver, "WORTHWHILE", 3.0)
+    monkeypatch.setattr(type(SWEEPS), "parallel_time", 3.0)
     for left in (2, 3, 4):
         list(driver.compute_here(SimpleNamespace(left=left, seconds_per_case=1.0)))
     assert processes == [3]

@@ -36,6 +36,7 @@ from cablestudy.study.table import Field, Table
 from cablestudy.sweeps.check import Difference, Tolerance, compare, read_tolerances
 from cablestudy.sweeps.fingerprint import RESULTS_VERSION
 from cablestudy.sweeps.run import read_shard
+from cablestudy.sweeps.tolerances import SWEEPS
 
 pytestmark = pytest.mark.usefixtures("folder")
 
@@ -98,7 +99,7 @@ def test_a_case_that_was_not_checked_fails_alone(folder, monkeypatch):
 
 def test_fail_fast_stops_and_the_run_can_go_on(folder, monkeypatch):
     study_file(folder, FAILING)
-    monkeypatch.setattr("cablestudy.sweeps.chunks.SECONDS", 0.0)
+    monkeypatch.setattr(type(SWEEPS), "chunk_time", 0.0)
     outcome = run("sweep", "study.yaml", "--fail-fast", "--jobs", "1", code=3)
     assert outcome.out == ""
     first, *_, last = outcome.lines

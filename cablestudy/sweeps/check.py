@@ -11,9 +11,8 @@ from cablestudy.study.columns import find
 from cablestudy.study.prepare import NEVER_COMPARED, header_of, tolerances_of
 from cablestudy.study.table import exact, number, stream_csv
 from cablestudy.sweeps.run import NUMBER
+from cablestudy.sweeps.tolerances import SWEEPS
 
-RTOL = 1e-6
-LONGEST_CELL = 200  # characters of a cell in a message
 LAST_DIGIT_SHARE = Decimal("0.1")  # of a number in a status: the largest difference in its last digit
 
 
@@ -30,7 +29,7 @@ class Difference:
         stored_number, computed_number = number(self.stored), number(self.computed)
         has_ratio = stored_number and computed_number is not None
         ratio = f", ratio {computed_number / stored_number:.9g}" if has_ratio else ""
-        stored, computed = (shorten(text, LONGEST_CELL) or "empty" for text in (self.stored, self.computed))
+        stored, computed = (shorten(text, SWEEPS.cell_characters) or "empty" for text in (self.stored, self.computed))
         return f"row {self.row}, {self.column}: stored {stored}, computed {computed}{ratio}"
 
 
@@ -38,7 +37,7 @@ class Difference:
 class Tolerance:
     """Relative difference up to which numbers agree: the usual one, and those of some columns, by header."""
 
-    usual: float = RTOL
+    usual: float = SWEEPS.agreement
     columns: dict = None
 
     def of(self, name):
@@ -59,7 +58,7 @@ def read_tolerances(texts, study):
     Returns
     -------
     Tolerance
-        With RTOL for all columns where nothing else is given.
+        With `SWEEPS.agreement` for all columns where nothing else is given.
 
     Raises
     ------
@@ -76,7 +75,7 @@ def read_tolerances(texts, study):
                     raise ValueError(f"given twice{'' if sign else ' for all columns'}")
                 of_options[header] = tolerance
     columns = {**tolerances_of(study), **of_options}
-    return Tolerance(columns.pop(ALL_COLUMNS, RTOL), columns)
+    return Tolerance(columns.pop(ALL_COLUMNS, SWEEPS.agreement), columns)
 
 
 def _read_tolerance(text):

@@ -20,13 +20,7 @@ from cablestudy.study.study_rows import evaluate_tables
 from cablestudy.study.table_rows import has_answer
 from cablestudy.sweeps.fingerprint import versions
 from cablestudy.sweeps.record import pack_all
-
-# that a chunk should take: its rows share what they have in common, such as an equilibrium; what is not stored is lost
-# where a run ends
-SECONDS = 4.0  # of the processor
-MAX_CASES = 5000  # in a chunk: bounds the memory that rows in flight take
-MAX_GROWTH = 4  # of the size from one chunk to the next: the first cases may be the cheap ones
-COLLECTED_AFTER = 1.0  # seconds of the processor that a chunk takes, beside which a search for garbage takes little
+from cablestudy.sweeps.tolerances import SWEEPS
 
 
 @dataclass(frozen=True)
@@ -88,8 +82,8 @@ class Chunks:
     def measure(self, done):
         """Adapt the size of the next chunks to the time that this one took."""
         self.seconds_per_case = max(done.seconds / len(done.records), 1e-9)
-        wanted = SECONDS * len(done.records) / max(done.processor, 1e-9)
-        self.size = int(max(1, min(wanted, MAX_GROWTH * self.size, MAX_CASES)))
+        wanted = SWEEPS.chunk_time * len(done.records) / max(done.processor, 1e-9)
+        self.size = int(max(1, min(wanted, SWEEPS.chunk_growth * self.size, SWEEPS.chunk_cases)))
 
     def put_back(self, chunk):
         """Take back a chunk that was not computed."""
@@ -103,7 +97,7 @@ def compute(chunk):
     Raises as `_compute_rows`.
     """
     done = _compute_rows(chunk)
-    if done.processor > COLLECTED_AFTER:
+    if done.processor > SWEEPS.collected_time:
         gc.collect()  # models of rows refer to each other in circles, and their arrays are large
     return done
 

@@ -19,11 +19,11 @@ import pandas
 
 from cablestudy.errors import SceneError
 from cablestudy.scene.tokens import tokens_of
+from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.units import converted, show, split
+from cablestudy.sweeps.tolerances import SWEEPS
 from cablestudy.sweeps.variable import Variable, variable
 
-MAX_DEPTH = 50
-MAX_LENGTH = 10_000
 OPERATORS = {
     ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge, ast.Eq: operator.eq,
     ast.NotEq: operator.ne,
@@ -47,8 +47,8 @@ def parse(text, study):
     SceneError
         `--where:COLUMN: ...`
     """
-    if len(text) > MAX_LENGTH:
-        raise SceneError(f"--where: {len(text)} characters (at most {MAX_LENGTH})")
+    if len(text) > SWEEPS.condition_characters:
+        raise SceneError(f"--where: {len(text)} characters (at most {SWEEPS.condition_characters})")
     translator = _Translator(tokens_of(text, _refuse), study)
     return translator.translate(), tuple(translator.bare)
 
@@ -78,7 +78,7 @@ class _Translator:
                 self.refuse_syntax(error)
         except (RecursionError, MemoryError):
             pass
-        raise SceneError(f"--where: nested more than {MAX_DEPTH} deep")  # than Python's parser allows, even
+        raise SceneError(f"--where: nested more than {SCENE.nesting} deep")  # than Python's parser allows, even
 
     def refuse_syntax(self, error):
         """Report where Python's parser stopped, and what was expected there."""
@@ -102,8 +102,8 @@ class _Translator:
 
     def condition(self, node, depth=0):
         """Function of a frame for a node that is `and`, `or`, `not` or a comparison."""
-        if depth >= MAX_DEPTH:
-            _refuse(self.token_at(node.col_offset).column, f"nested more than {MAX_DEPTH} deep")
+        if depth >= SCENE.nesting:
+            _refuse(self.token_at(node.col_offset).column, f"nested more than {SCENE.nesting} deep")
         match node:
             case ast.BoolOp():
                 conditions = [self.condition(value, depth + 1) for value in node.values]

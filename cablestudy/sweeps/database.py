@@ -12,13 +12,12 @@ import time
 from contextlib import contextmanager, suppress
 
 from cablestudy.errors import SceneError
+from cablestudy.sweeps.tolerances import SWEEPS
 
 MAGIC = b"SQLite format 3\0"
 APPLICATION = 0x63616273  # application_id of SQLite: tells our databases from those of other programs
 SIDE_FILES = ("-wal", "-shm", "-journal")
 BUSY = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
-WAIT = 1.0  # for a lock [s]
-PAUSE = 0.05  # longest, between two attempts to get it [s]
 AT_WORK = "another sweep is at work on it"
 
 
@@ -42,7 +41,7 @@ class Database:
         self._connect()
 
     def _connect(self):
-        """Open the database file with a lock that excludes all other processes; try for WAIT seconds if one has it.
+        """Open the database file with a exclusive lock; if another process has it, try for `SWEEPS.lock_wait`.
 
         Two processes that open the file at once can each hold a lock that the other waits for. Each attempt that fails
         therefore gives back all locks, and a random pause lets one of the processes succeed.
@@ -55,7 +54,7 @@ class Database:
         """
         if self.path:
             _check_beginning(self.path)
-        deadline = time.monotonic() + WAIT
+        deadline = time.monotonic() + SWEEPS.lock_wait
         while True:
             try:
                 self._open()
@@ -68,7 +67,7 @@ class Database:
                 return
             if time.monotonic() > deadline:
                 raise SceneError(f"{self.path}: {AT_WORK}")
-            time.sleep(random.uniform(0, PAUSE))
+            time.sleep(random.uniform(0, SWEEPS.lock_pause))
 
     def _open(self):
         """Open the file with its exclusive lock, and make it one of ours if it is new."""

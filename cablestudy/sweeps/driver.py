@@ -20,15 +20,9 @@ from contextlib import ExitStack, contextmanager
 from cablestudy.errors import NoSolutionError, SceneError, one_line
 from cablestudy.interrupts import signals_blocked
 from cablestudy.sweeps.chunks import Done, compute
+from cablestudy.sweeps.tolerances import SWEEPS
 from cablestudy.threads import keep_one_thread
 
-TRIAL = 0.3  # seconds of computing in this process, after which the time of the whole work is estimated
-WORTHWHILE = 3.0  # seconds of work that are worth the start of other processes
-LOOK_AGAIN = 10.0  # seconds without a result after which the number of workers is asked for again
-AHEAD = 2  # chunks in flight for each worker, so that none waits for the next
-PER_CORE = 4  # processes at most: more of them only take memory
-MAX_DEATHS = 3  # of workers, one after the other without a result between them
-TIMEOUT = 15  # seconds until a scheduler must have answered
 ADDRESS = re.compile(r"(?:tcp://)?(?:[^\s:/\[\]]+|\[[0-9a-f:.%]+\]):\d{1,5}")
 SAME_VERSIONS = "the scheduler and its workers need the same cablestudy, Python and dask as this machine"
 
@@ -47,7 +41,8 @@ def compute_here(chunks, jobs=None):
     chunks : Chunks
         Hands out the cases of the study in chunks.
     jobs : int, optional
-        Number of processes, at most PER_CORE for each core; by default one for each core, if the work is long enough.
+        Number of processes, at most `SWEEPS.processes_per_core`; by default one for each core, if the work is long
+        enough.
 
     Yields
     ------
@@ -57,18 +52,18 @@ def compute_here(chunks, jobs=None):
     Raises
     ------
     NoSolutionError
-        MAX_DEATHS worker processes died with no result between them.
+        So many worker processes as `SWEEPS.worker_deaths` died with no result between them.
     """
     seconds = 0.0
     for done in submit_all(chunks, SerialExecutor()):
         yield done
         seconds += done.seconds
-        if jobs is None and seconds > TRIAL:
-            jobs = cores() if chunks.left * chunks.seconds_per_case > WORTHWHILE else 1
+        if jobs is None and seconds > SWEEPS.trial_time:
+            jobs = cores() if chunks.left * chunks.seconds_per_case > SWEEPS.parallel_time else 1
         if (jobs or 1) > 1:
             break
     if chunks.left:
-        jobs = min(jobs, PER_CORE * cores())
+        jobs = min(jobs, SWEEPS.processes_per_core * cores())
         yield from retry(chunks, lambda: process_pool(min(jobs, chunks.left)), lambda: jobs)
 
 
@@ -94,7 +89,7 @@ def retry(chunks, open_executor, workers):
     Raises
     ------
     NoSolutionError
-        MAX_DEATHS workers died with no result between them.
+        So many workers as `SWEEPS.worker_deaths` died with no result between them.
     """
     deaths = 0
     while chunks.left:
@@ -105,7 +100,7 @@ def retry(chunks, open_executor, workers):
                     yield done
         except (BrokenProcessPool, WorkerDeathError):
             deaths += 1
-            if deaths == MAX_DEATHS:
+            if deaths == SWEEPS.worker_deaths:
                 reason = "workers end by themselves, time and again: too little memory for so many?"
                 raise NoSolutionError(reason) from None
 
@@ -113,8 +108,8 @@ def retry(chunks, open_executor, workers):
 def submit_all(chunks, executor, workers=lambda: 1):
     """Submit all chunks of a sweep to an executor, and yield their rows as they are done.
 
-    At most AHEAD chunks for each worker are submitted at a time, or one chunk for a single worker. If the caller stops
-    early, chunks that are not done are put back, for another executor.
+    A few chunks for each worker (`SWEEPS.chunks_per_worker`) are submitted at a time, or one chunk for a single worker.
+    If the caller stops early, chunks that are not done are put back, for another executor.
 
     Parameters
     ----------
@@ -132,13 +127,13 @@ def submit_all(chunks, executor, workers=lambda: 1):
     chunk_of_future = {}
     try:
         while True:
-            most = AHEAD * workers() if workers() > 1 else 1
+            most = SWEEPS.chunks_per_worker * workers() if workers() > 1 else 1
             while len(chunk_of_future) < most and (chunk := chunks.next(workers())):
                 chunk_of_future[_submit(chunk, executor, chunks)] = chunk
             if not chunk_of_future:
                 return
             # not for ever: chunks may be lost with a scheduler, which asking for its workers brings to light
-            for future in wait(chunk_of_future, LOOK_AGAIN, FIRST_COMPLETED).done:
+            for future in wait(chunk_of_future, SWEEPS.result_wait, FIRST_COMPLETED).done:
                 done = future.result()
                 del chunk_of_future[future]
                 chunks.measure(done)
@@ -335,11 +330,11 @@ def _client(address):
     with ExitStack() as cleanup:
         cleanup.callback(logging.disable, disabled)
         try:
-            client = Client(scheduler, timeout=TIMEOUT, set_as_default=False)
+            client = Client(scheduler, timeout=SWEEPS.scheduler_wait, set_as_default=False)
         except (OSError, TimeoutError, ValueError) as error:
             reason = one_line(error) or type(error).__name__
             raise SceneError(f"--scheduler {address}: no scheduler answers there ({reason:.120})") from None
-        cleanup.callback(client.close, timeout=TIMEOUT)
+        cleanup.callback(client.close, timeout=SWEEPS.scheduler_wait)
         yield client
 
 

@@ -10,8 +10,7 @@ from cablestudy.sweeps.fingerprint import differences, digest, edited_parts
 from cablestudy.sweeps.record import unpack
 from cablestudy.sweeps.run import Run, SweepOptions, command
 from cablestudy.sweeps.store import COLUMNS, MISSING, open_store, stored_description
-
-SHOWN = 10  # missing rows that are named
+from cablestudy.sweeps.tolerances import SWEEPS
 
 
 class MergedRun(Run):
@@ -60,7 +59,7 @@ class MergedRun(Run):
             missing = [case + 1 for case in merged.select(range(number - 1, self.study.count, count), MISSING)]
             if missing or number not in present:
                 state = "not complete" if number in present else "no such shard"
-                listed = first_of(list(map(str, missing)), SHOWN)
+                listed = first_of(list(map(str, missing)), SWEEPS.listed)
                 rows = f"{counted(len(missing), 'row')} missing" + (f" ({listed})" if missing else "")
                 how = command(self._words, "--out", self.files.folder, "--shard", f"{number}/{count}", "--resume")
                 lines.append(f"{self.files.shard(number, count)}: {state}, {rows}: {how}")

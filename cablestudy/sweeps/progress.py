@@ -10,14 +10,7 @@ import time
 from collections import deque
 
 from cablestudy.activity import OFF
-
-DELAY = 1.0  # before the first bar [s]
-BAR_INTERVAL, LINE_INTERVAL = 0.2, 30.0  # between two bars, and between two lines [s]
-# A sweep with more than LONG left has its first line once so many seconds and rows give a fair estimate.
-LONG, EARLY, EARLY_ROWS = 60.0, 3.0, 20  # [s], [s], [-]
-WIDTH = 24
-WAITING = 0.5  # between two reports, beyond what the rows took: then the workers only began, which comes once [s]
-ENOUGH = 1.0  # of computing that tells a rate [s]
+from cablestudy.sweeps.tolerances import SWEEPS
 
 
 class Progress:
@@ -35,7 +28,7 @@ class Progress:
         self._begin = self._last = time.monotonic()
         self._waited = 0.0
         self._reports = deque([(0.0, known)])  # seconds of work and rows done, from the middle of the rows computed
-        self._next = self._begin + (DELAY if self._bar else LINE_INTERVAL)
+        self._next = self._begin + (SWEEPS.first_bar if self._bar else SWEEPS.line_interval)
         self._shown = self._announced = False
 
     def __call__(self, done, seconds):
@@ -47,24 +40,26 @@ class Progress:
         if now < self._next and not self._is_early(done, now - self._begin):
             return
         self._announced = True
-        self._next = now + (BAR_INTERVAL if self._bar else LINE_INTERVAL)
+        self._next = now + (SWEEPS.bar_interval if self._bar else SWEEPS.line_interval)
         text = self.line(done)
         if self._bar:
-            filled = WIDTH * done // self._total
-            text = f"\r[{'#' * filled}{'.' * (WIDTH - filled)}] {text}\x1b[K"
+            filled = SWEEPS.bar_width * done // self._total
+            text = f"\r[{'#' * filled}{'.' * (SWEEPS.bar_width - filled)}] {text}\x1b[K"
             self._shown = True
         self._stream.write(text if self._bar else text + "\n")
         self._stream.flush()
 
     def _is_early(self, done, seconds):
         """True if the first line is to be written now, since the sweep will take long."""
-        is_fair = seconds >= EARLY and done - self._known > EARLY_ROWS and not (self._announced or self._bar)
-        return is_fair and self.rate is not None and self._total - done > LONG * self.rate
+        is_fair = seconds >= SWEEPS.early_line and done - self._known > SWEEPS.early_rows
+        if self._announced or self._bar or not is_fair:
+            return False
+        return self.rate is not None and self._total - done > SWEEPS.long_sweep * self.rate
 
     def _count(self, done, seconds, now):
         """Add a report, parameters as of a call and the time now [s]; drop those of the earlier half of the rows."""
         waited = now - self._last - seconds
-        self._waited += waited if waited > WAITING else 0.0
+        self._waited += waited if waited > SWEEPS.workers_begin else 0.0
         self._last = now
         self._reports.append((now - self._begin - self._waited, done))
         while 2 * self._reports[1][1] <= self._known + done and len(self._reports) > 2:
@@ -74,7 +69,7 @@ class Progress:
     def rate(self):
         """Rows per second; None as long as too little is computed to tell."""
         (begin, done_before), (end, done) = self._reports[0], self._reports[-1]
-        return (done - done_before) / (end - begin) if end - begin >= ENOUGH else None
+        return (done - done_before) / (end - begin) if end - begin >= SWEEPS.rate_time else None
 
     def line(self, done):
         """Rows done, and as soon as they are known rate and remaining time."""

@@ -12,9 +12,9 @@ from cablestudy.study.prepare import fields_of, reference_header
 from cablestudy.study.table import Field, Table, csv_line, exact
 from cablestudy.study.table_rows import OK
 from cablestudy.study.varied_keys import varied_keys
+from cablestudy.sweeps.tolerances import SWEEPS
 
 OK_LINE = f"{OK}\n"
-CACHED_STEPS = 100_000  # of what varies, whose text in the CSV is kept: more than any grid has along one axis
 
 
 class LazyRows(Sequence):
@@ -124,7 +124,7 @@ class Rows(LazyRows):
             columns_of_entries.append([column for column in columns if column[0].header in varied_headers])
         shown_entries = [number for number, columns in enumerate(columns_of_entries) if columns]
 
-        @lru_cache(CACHED_STEPS)
+        @lru_cache(SWEEPS.cached_steps)
         def varied_text(number, step):
             cells = [exact(varied.cell(values[step])) for varied, values in columns_of_entries[number]]
             return csv_line([*cells, ""])[:-1]  # ends with a comma
@@ -172,7 +172,7 @@ def _printed(cells, reference, case):
     for name in names:
         printed, computed = rows[case][name], cells[name]
         difference = None if printed is None or computed is None else computed - printed
-        if difference is not None and abs(difference) < 1e-12 * abs(printed):  # rounding
+        if difference is not None and abs(difference) < SWEEPS.rounding * abs(printed):
             difference = 0.0
         added |= {reference_header(name, "printed"): printed, reference_header(name, "difference"): difference}
     return added

@@ -13,6 +13,7 @@ from itertools import islice
 
 from cablestudy.errors import CablestudyError, NoSolutionError, SceneError
 from cablestudy.interrupts import Interrupts
+from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.words import counted, first_of
 from cablestudy.study.column import CLOSED, SYSTEM
 from cablestudy.study.columns import find_header
@@ -22,17 +23,15 @@ from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.scene_values import tables_of
 from cablestudy.study.table import write_whole
 from cablestudy.study.table_rows import FALLEN, OK, OVER_STRENGTH, SLACK
-from cablestudy.sweeps.chunks import MAX_CASES, Chunks, scene_hashes
+from cablestudy.sweeps.chunks import Chunks, scene_hashes
 from cablestudy.sweeps.driver import compute_here, compute_on_cluster
 from cablestudy.sweeps.fingerprint import identity, provenance
 from cablestudy.sweeps.progress import Progress
 from cablestudy.sweeps.record import pack, unpack
 from cablestudy.sweeps.rows import table_of
 from cablestudy.sweeps.store import COMPLETE, MISSING, PARTIAL, open_store
+from cablestudy.sweeps.tolerances import SWEEPS
 
-SHOWN = 10  # failures, and rows over strength, that are listed
-REPLAYED = 3  # failures whose command is given
-KINDS = 5  # of failures that are counted each
 # beginning of a status, and in a warning
 DOUBTS = (
     (OVER_STRENGTH, "the stress is above the strength"), (SLACK, SLACK), (FALLEN, "without the lost cables it falls"),
@@ -195,7 +194,7 @@ class Run:
         rows = {"total": len(self.cases), "reused": self._reused, "failed": self.failed}
         content = provenance(command, self.identity, self._started, rows=rows)
         content["study"] = {name: value for name, value in self.identity.items() if name != "versions"}
-        return yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=120)
+        return yaml.safe_dump(content, sort_keys=False, allow_unicode=True, width=SCENE.line_width)
 
     def reused(self):
         """List of lines: what was found damaged, and how many rows are there already."""
@@ -213,16 +212,16 @@ class Run:
         `words` are the command, `sweep STUDY ...`, without what says how to compute; a study that is standard input
         cannot be read again.
         """
-        listed = list(islice(self.store.failures(), SHOWN))
+        listed = list(islice(self.store.failures(), SWEEPS.listed))
         lines = [f"row {case + 1}: {status}" for case, status in listed]
         if self.options.row is not None or not lines:
             return lines
         kinds = Counter(NUMBER.sub("…", status) for _, status in self.store.failures())
-        counts = [f"{count} x {kind}" for kind, count in kinds.most_common(KINDS)]
-        others = kinds.total() - sum(count for _, count in kinds.most_common(KINDS))
+        counts = [f"{count} x {kind}" for kind, count in kinds.most_common(SWEEPS.failure_kinds)]
+        others = kinds.total() - sum(count for _, count in kinds.most_common(SWEEPS.failure_kinds))
         counts += [f"{others} x others"] if others else []
         lines.append(f"{kinds.total()} of {self.done} rows have no answer: " + "; ".join(counts))
-        for case, _ in listed[: 0 if words[1] == "-" else REPLAYED]:
+        for case, _ in listed[: 0 if words[1] == "-" else SWEEPS.replayed_failures]:
             lines.append(f"row {case + 1} alone: {command(words, '--row', case + 1)}")
         return lines
 
@@ -235,7 +234,7 @@ class Run:
         for doubt, words in DOUBTS:
             rows = [str(case + 1) for case in self.store.doubtful(doubt)]
             if rows:
-                lines.append(f"warning: {words} in {len(rows)} of {self.done} rows: {first_of(rows, SHOWN)}")
+                lines.append(f"warning: {words} in {len(rows)} of {self.done} rows: {first_of(rows, SWEEPS.listed)}")
         return [*lines, *above_accuracy(self._errors_of_motion())]
 
     def _errors_of_motion(self):
@@ -365,7 +364,7 @@ def _stored_rows_of(store, study, cases):
 
 def _hashes(study, cases):
     """Yield row, from 1, and hash of the scene of each case whose scene is valid."""
-    for first in range(0, len(cases), MAX_CASES):
-        tables, _ = tables_of(study, cases[first : first + MAX_CASES])
+    for first in range(0, len(cases), SWEEPS.chunk_cases):
+        tables, _ = tables_of(study, cases[first : first + SWEEPS.chunk_cases])
         for table in tables:
             yield from zip((table.cases + 1).tolist(), scene_hashes(table, study.find), strict=True)

@@ -21,11 +21,7 @@ from cablestudy.study.prepare import columns_of
 from cablestudy.study.table import Field, Table
 from cablestudy.study.varied_keys import varied_keys
 from cablestudy.sweeps.rows import varied_cells
-
-RESAMPLES = 1000
-BLOCKS = 1024
-CONFIDENCE = 0.95
-NEGLIGIBLE = 1e-12  # of the values: a column that does not vary; of the variance: an index that is rounding
+from cablestudy.sweeps.tolerances import SWEEPS
 
 
 @dataclass(frozen=True)
@@ -55,11 +51,11 @@ def indices(f_a, f_b, f_ab, seed=0):
     Returns
     -------
     Indices or None
-        S_i and T_i with intervals of confidence CONFIDENCE; None if the values do not vary.
+        S_i and T_i with intervals of `SWEEPS.confidence`; None if the values do not vary.
     """
     values = np.vstack([f_a, f_b, f_ab]).astype(float)
     scale = np.abs(values).max()
-    if np.ptp(values) <= NEGLIGIBLE * scale:
+    if np.ptp(values) <= SWEEPS.rounding * scale:
         return None
     values = values / scale
     values -= values[:2].mean()  # avoids cancellation: no index depends on the mean
@@ -71,16 +67,16 @@ def indices(f_a, f_b, f_ab, seed=0):
         return None
     positive = variance > 0  # a resample of equal values has no indices
     samples = means[positive, 3:] / variance[positive, None]  # first orders, then totals, of each key
-    samples[np.abs(samples) < NEGLIGIBLE] = 0.0
-    interval = np.percentile(samples[1:], [50 * (1 - CONFIDENCE), 50 * (1 + CONFIDENCE)], axis=0)
+    samples[np.abs(samples) < SWEEPS.rounding] = 0.0
+    interval = np.percentile(samples[1:], [50 * (1 - SWEEPS.confidence), 50 * (1 + SWEEPS.confidence)], axis=0)
     estimates = np.vstack([samples[:1], interval]).T
     return Indices(estimates[: len(ab)], estimates[len(ab) :])
 
 
 def _bootstrap_means(terms, seed):
-    """Means of terms over all points, then over each resample: shape (j, n) -> (1 + RESAMPLES, j)."""
+    """Means of terms over all points, then over each of r resamples: shape (j, n) -> (1 + r, j)."""
     points = terms.shape[1]
-    blocks = min(points, BLOCKS)
+    blocks = min(points, SWEEPS.resampled_blocks)
     starts = np.arange(blocks) * points // blocks
     sums, sizes = np.add.reduceat(terms, starts, axis=1), np.diff(np.append(starts, points))
     times_drawn = _times_drawn(blocks, seed)
@@ -89,8 +85,8 @@ def _bootstrap_means(terms, seed):
 
 @lru_cache(maxsize=1)  # all columns of a table have the same points
 def _times_drawn(blocks, seed):
-    """How often each block is drawn: once for the estimate, then in each resample, shape (1 + RESAMPLES, blocks)."""
-    drawn = np.random.default_rng(seed).multinomial(blocks, np.full(blocks, 1 / blocks), RESAMPLES)
+    """How often each block is drawn: once for the estimate, then in each of r resamples, shape (1 + r, blocks)."""
+    drawn = np.random.default_rng(seed).multinomial(blocks, np.full(blocks, 1 / blocks), SWEEPS.resamples)
     return np.vstack([np.ones(blocks), drawn])
 
 

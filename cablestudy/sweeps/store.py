@@ -21,6 +21,7 @@ from cablestudy.study.table_rows import DOUBTS, OK
 from cablestudy.sweeps.database import Database
 from cablestudy.sweeps.fingerprint import differences, digest, is_identity
 from cablestudy.sweeps.record import check_sum, pack, unpack
+from cablestudy.sweeps.tolerances import SWEEPS
 
 FORMAT = 1  # of the two tables (user_version of SQLite)
 SCHEMA = {
@@ -33,7 +34,6 @@ DONE = "SELECT count(*) FROM rows WHERE status IS NOT NULL"
 INSERT = "INSERT OR REPLACE INTO rows VALUES (?, ?, ?, ?, ?, ?, ?)"
 IS_DOUBTFUL = "(" + " OR ".join(f"status LIKE '{doubt}%'" for doubt in DOUBTS) + ")"  # see `table_rows.has_answer`
 MISSING, PARTIAL, COMPLETE = 0, 1, 2  # how much is known of a case
-MAX_LISTED = 5  # rows that are named in a message
 
 
 class RowStore:
@@ -94,7 +94,7 @@ class RowStore:
 
     def _warning_of(self, damaged):
         """Line about rows, from 1, that are left out since they are not as they were written."""
-        rows = f"row{'s' * (len(damaged) > 1)} {first_of(list(map(str, damaged)), MAX_LISTED)}"
+        rows = f"row{'s' * (len(damaged) > 1)} {first_of(list(map(str, damaged)), SWEEPS.listed)}"
         return f"{self.path}: left out what is not as it was written: {rows}"
 
     def select(self, cases, state):

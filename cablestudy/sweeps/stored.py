@@ -12,15 +12,14 @@ from cablestudy.study.cable_columns import TEXTS
 from cablestudy.study.prepare import fields_of, prepare
 from cablestudy.study.table import Table, exact, number, stream_csv
 from cablestudy.study.varied_keys import varied_keys
-from cablestudy.sweeps.check import LONGEST_CELL
 from cablestudy.sweeps.database import AT_WORK, Database
 from cablestudy.sweeps.fingerprint import differences, edited_parts, identity, is_identity
 from cablestudy.sweeps.record import EXACT
 from cablestudy.sweeps.rows import more_fields, table_of, varied_cells
 from cablestudy.sweeps.store import COMPLETE, RowStore, rows_done, stored_description
+from cablestudy.sweeps.tolerances import SWEEPS
 
 WHILE_AT_WORK = "nothing to show before it ends; Ctrl-C ends it too, and keeps the rows that are done"
-SHOWN = 5  # columns that are named in a message, and mistakes that are listed
 WHOLE = re.compile("-?[0-9]+")
 
 
@@ -185,7 +184,7 @@ def _stored_csv(study, fields, files, current, problems):
     recorded = _recorded_identity(files.run, current)
     reasons = _why_other_study(recorded, current) if recorded else []
     if missing and not reasons:
-        listed = first_of(missing, SHOWN)
+        listed = first_of(missing, SWEEPS.listed)
         reasons = [f"of the study before it was edited, or of an earlier version: no column {listed}"]
     if reasons:
         problems += [f"{files.csv}: {line}" for line in reasons]
@@ -216,7 +215,7 @@ def _read_rows(study, path, stored_rows, rows):
     Returns
     -------
     list of str
-        Reasons why the rows are not those of the study, at most SHOWN; empty where they are.
+        Reasons why the rows are not those of the study, at most `SWEEPS.listed`; empty where they are.
     """
     varied_by_key = {varied.key: varied for varied in varied_keys(study)}
     count, lines = 0, []
@@ -226,18 +225,18 @@ def _read_rows(study, path, stored_rows, rows):
         cells_of_varied = varied_cells(varied_by_key, study.overrides(count - 1))
         for name, cell in cells_of_varied.items():
             if texts.get(name, exact(cell)) != exact(cell):
-                difference = f"stored {shorten(texts[name], LONGEST_CELL)}, now {exact(cell)}"
+                difference = f"stored {shorten(texts[name], SWEEPS.cell_characters)}, now {exact(cell)}"
                 return [f"{path}: row {count}, {name}: {difference}"]
         computed = [name for name in rows.names if name in texts and name not in cells_of_varied]
         row = {name: _cell(texts[name], name in TEXTS) for name in computed}
         for name in computed:
             if row[name] is None and texts[name]:
-                cell = shorten(repr(texts[name]), LONGEST_CELL)
+                cell = shorten(repr(texts[name]), SWEEPS.cell_characters)
                 lines.append(f"{path}:{line}: row {count}, {name}: not a finite number: {cell}")
         rows.append({**row, **cells_of_varied})
     if count != study.count:
         lines.append(f"{path}: {counted(count, 'row')}, and the study has {counted(study.count, 'case')}")
-    return lines[:SHOWN]
+    return lines[: SWEEPS.listed]
 
 
 def _recorded_identity(path, current):
