@@ -273,12 +273,12 @@ def uneven_drag_errors(drag, catenary, stretched=False):
         to tension, and movement at mid-length to its distance from the chord. Errors are zero without wind.
     """
     error, end_changes, displacement, tensions, pieces = changes_by_actual_drag(drag, catenary, stretched)
-    windy = drag.normal_drag > 0
-    error = np.where(windy, STUDY.second_order * bounded_errors(error), 0.0)
-    end_forces = np.where(windy[:, None, None], end_changes * np.array([1.0, -1.0])[:, None], 0.0)
-    displacement = np.where(windy[:, None, None], displacement, 0.0)
+    in_wind = drag.normal_drag > 0
+    error = np.where(in_wind, STUDY.second_order * bounded_errors(error), 0.0)
+    end_forces = np.where(in_wind[:, None, None], end_changes * np.array([1.0, -1.0])[:, None], 0.0)
+    displacement = np.where(in_wind[:, None, None], displacement, 0.0)
     without = DragErrors.none(catenary)
-    tensions = np.where(windy[:, None, None], tensions, without.tensions)
+    tensions = np.where(in_wind[:, None, None], tensions, without.tensions)
     return DragErrors(error, end_forces, displacement, pieces.points, without.ends, tensions, pieces.weights)
 
 

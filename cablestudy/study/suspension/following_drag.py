@@ -61,16 +61,16 @@ def poses_in_following_drag(without_wind, equilibrium, drag, uncertainty):
     not_followed = np.zeros(len(uncertainty), dtype=bool)
     poses = Poses(equilibrium.position.copy(), equilibrium.rotation.copy(), uncertainty.copy(), not_followed)
     in_wind = (drag_on_cables(drag, equilibrium).normal_drag > 0).any(axis=-1)
-    windy = np.flatnonzero(in_wind & equilibrium.record.converged)
-    if not (len(windy) and equilibrium.suspension.free.any()):
+    rows = np.flatnonzero(in_wind & equilibrium.record.converged)
+    if not (len(rows) and equilibrium.suspension.free.any()):
         return poses
-    drag, start = drag.take(windy), replace(equilibrium.take(windy), suspension=without_wind.suspension.take(windy))
+    drag, start = drag.take(rows), replace(equilibrium.take(rows), suspension=without_wind.suspension.take(rows))
     result = equilibrium_in_wind(start, drag, lambda state: _changes_of_end_forces(state, drag))
     converged = result.record.converged
-    uncertainty = STUDY.following_drag * uncertainty[windy]
-    poses.followed[windy[converged]] = True
+    uncertainty = STUDY.following_drag * uncertainty[rows]
+    poses.followed[rows[converged]] = True
     for name, values in (("position", result.position), ("rotation", result.rotation), ("uncertainty", uncertainty)):
-        getattr(poses, name)[windy[converged]] = values[converged]
+        getattr(poses, name)[rows[converged]] = values[converged]
     return poses
 
 
@@ -90,8 +90,8 @@ def _changes_of_end_forces(equilibrium, drag):
         At both ends of the c cables, global axes; zero without wind on a cable. [N]
     """
     forces, drag_of_cables = np.zeros((*equilibrium.lengths.shape, 2, 3)), drag_on_cables(drag, equilibrium)
-    windy = np.nonzero((drag_of_cables.normal_drag > 0) & equilibrium.record.converged[:, None])
-    cables = drag_of_cables.take(windy), equilibrium.catenary.take(windy)
+    in_wind = np.nonzero((drag_of_cables.normal_drag > 0) & equilibrium.record.converged[:, None])
+    cables = drag_of_cables.take(in_wind), equilibrium.catenary.take(in_wind)
     _, ends, *_ = changes_by_actual_drag(*cables, drag.stretched, STUDY.following_drag_steps)
-    forces[windy] = ends * np.array([1.0, -1.0])[:, None]
+    forces[in_wind] = ends * np.array([1.0, -1.0])[:, None]
     return forces
