@@ -61,7 +61,7 @@ def suspension(bodies, cables, points=(), gravity=9.81):
         junctions=len(points),
         cable_names=tuple(f"c{i}" for i in range(len(cables))),
         owner=np.array([[owner for owner, _ in pair] for pair in ends]),
-        place=np.array([[place for _, place in pair] for pair in ends], dtype=float),
+        attachment=np.array([[place for _, place in pair] for pair in ends], dtype=float),
         axial_stiffness=stacked("stiffness", cables),
         cable_mass=stacked("mass", cables),
         stated=tuple(line["given"] for line in cables),
@@ -131,7 +131,7 @@ def turned(one, seed, order=True):
     turn = from_angles(np.array([0, 0, rng.uniform(-np.pi, np.pi)]))
     count = len(one.stated)
     order = rng.permutation(count) if order else np.arange(count)
-    place = np.where((one.owner == GROUND)[..., None], one.place @ turn.T, one.place)
+    attachment = np.where((one.owner == GROUND)[..., None], one.attachment @ turn.T, one.attachment)
     rotates = np.arange(len(one.body_names)) < one.bodies
     by_cable = {
         name: getattr(one, name)[order]
@@ -145,7 +145,7 @@ def turned(one, seed, order=True):
         rotation=np.where(rotates[:, None, None], turn @ one.rotation, one.rotation),
         force=one.force @ turn.T,
         moment=one.moment @ turn.T,
-        place=place[order],
+        attachment=attachment[order],
         stated=tuple(one.stated[i] for i in order),
         cable_names=tuple(one.cable_names[i] for i in order),
         **by_cable,

@@ -31,7 +31,7 @@ def test_a_heavy_body_turned_and_its_cables_in_any_order():
     found = rest.pose(stacked(scenes))
     assert found.record.converged.all()
     assert (found.record.steps < 30).all()  # of 112
-    unknown = one.uncertainty.place[0, :3].max() + found.uncertainty.place[:, 0, :3].max(axis=-1)
+    unknown = one.uncertainty.pose[0, :3].max() + found.uncertainty.pose[:, 0, :3].max(axis=-1)
     moved = np.linalg.norm(np.einsum("ni,nij->nj", found.position[:, 0], turns) - one.position[0], axis=-1)
     assert (moved <= unknown).all()
 
@@ -264,7 +264,7 @@ def test_many_points_are_judged_as_few():
     """By sparse matrices, of a chain whose middle is a hundred times better known than by the sum of all bounds."""
     sparse = rest.pose(chain(40, lambda x: np.stack([x, 0 * x, 0 * x - 1], axis=-1), 0.01, 1e6))
     assert sparse.suspension.free.sum() > 100
-    whole = sparse.uncertainty.place[:, :3]
+    whole = sparse.uncertainty.pose[:, :3]
     assert (whole > 0).all()
     assert whole.max() < 1e-9
     assert whole.max() > 2.0**-52

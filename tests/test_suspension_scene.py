@@ -224,7 +224,7 @@ columns: [preload]
     assert [scene.cables["w"].diameter for scene in scenes] == [0.005, 0.006] * 4
     numbers = numbers_of(scenes)
     assert numbers.shape == (8,)
-    np.testing.assert_array_equal(numbers.place[:, 0, 0, 2], [50] * 4 + [60] * 4)
+    np.testing.assert_array_equal(numbers.attachment[:, 0, 0, 2], [50] * 4 + [60] * 4)
     np.testing.assert_array_equal(numbers.value[:, 0], [1000, 1000, 2000, 2000] * 2)
 
 
@@ -616,7 +616,7 @@ def test_numbers_of_one_scene():
     np.testing.assert_array_equal(one.owner, [[-1, 1], [-1, 1], [1, 0], [-1, 0]])
     fixed = [[0, 100, 50], [0, -100, 50], [0, 0, 0], [30, 0, 50]]
     held = [[0, 0, 0], [0, 0, 0], [0.5, 0, 0.3], [-0.5, 0, 0.3]]
-    np.testing.assert_array_equal(one.place, np.stack([fixed, held], axis=1))
+    np.testing.assert_array_equal(one.attachment, np.stack([fixed, held], axis=1))
     np.testing.assert_allclose(one.axial_stiffness, [70.5e9 * math.pi * 0.005**2 / 4] * 4, rtol=1e-15)
     np.testing.assert_allclose(one.cable_mass, [1440 * math.pi * 0.005**2 / 4] * 4, rtol=1e-15)
     assert one.stated == ("preload", "tension_to", "unstretched_length", "sag")
@@ -692,7 +692,7 @@ def test_the_published_suspensions_are_there():
     names = {"carlina-net", "carlina-balloon", "fast", "cogiro", "trifilar", "net-2x2", "net-30x30", "mast-guys"}
     assert names <= {path.stem for path in FILES}
     fast = numbers_of([load_scene(SUSPENSIONS / "fast.yaml")[1]]).take(0)
-    towers, attachments = fast.place[:, 0], fast.place[:, 1]
+    towers, attachments = fast.attachment[:, 0], fast.attachment[:, 1]
     np.testing.assert_allclose(np.hypot(*towers.T[:2]), 300, rtol=1e-6)  # a circle of 600 m
     np.testing.assert_allclose(np.hypot(*attachments.T[:2]), 6.5, rtol=1e-5)
     np.testing.assert_allclose(np.degrees(np.arctan2(towers[:, 1], towers[:, 0])) % 360, [30, 90, 150, 210, 270, 330])

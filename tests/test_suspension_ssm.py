@@ -76,7 +76,7 @@ def by_bars(state, frequency, viscous, time, modes=slice(None)):
         wound.append((dynamic, imposed))
     shapes = reference.modes()[1][:, modes]
     x = shapes @ np.linalg.solve(shapes.T @ balance @ shapes, shapes.T @ right)
-    arm = state.rotation[0] @ MARKERS[0].place
+    arm = state.rotation[0] @ MARKERS[0].position
     found = [x[-6:], x[-6:-3] + np.cross(x[-3:], arm, axis=0)]
     for cable, ((dynamic, imposed), move) in enumerate(zip(wound, reference.maps, strict=True)):
         force = dynamic @ (move @ x + imposed)
@@ -139,10 +139,10 @@ def test_the_static_gain_of_a_carriage_is_that_of_equilibria_with_the_end_elsewh
     suspension = state.suspension
     on_board = suspension.owner[cable, end] != GROUND
     move = step * (state.rotation[0].T @ along if on_board else along)
-    places = [suspension.place.copy(), suspension.place.copy()]
+    places = [suspension.attachment.copy(), suspension.attachment.copy()]
     places[0][cable, end] += move
     places[1][cable, end] -= move
-    forward, back = (outputs_about(state, hung(replace(suspension, place=own), state.lengths)) for own in places)
+    forward, back = (outputs_about(state, hung(replace(suspension, attachment=own), state.lengths)) for own in places)
     expected = (forward - back) / (2 * step)
     assert found[:9] == pytest.approx(expected[:9], abs=1e-7)
     assert found[9:] == pytest.approx(expected[9:], abs=1e-6 * np.abs(expected[9:]).max())
@@ -152,7 +152,7 @@ def outputs_about(state, other):
     """Place and small rotation of the body beside an equilibrium, place of the marker, tensions at all ends."""
     turned = other.rotation[0] @ state.rotation[0].T
     angles = np.array([turned[2, 1] - turned[1, 2], turned[0, 2] - turned[2, 0], turned[1, 0] - turned[0, 1]]) / 2
-    focus = other.position[0] + other.rotation[0] @ MARKERS[0].place
+    focus = other.position[0] + other.rotation[0] @ MARKERS[0].position
     tension = np.linalg.norm(other.end_forces, axis=-1).ravel()
     return np.concatenate([other.position[0], angles, focus, tension])
 

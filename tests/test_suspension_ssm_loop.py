@@ -119,7 +119,7 @@ def test_actuators_on_dense_bars(hung_platform):
     assert [name for name, _ in system.outputs[-4:]] == ["mass.stroke", "mass.force", "wheel.momentum", "wheel.torque"]
     reaction, wheel = ACTUATORS
     rotation = hung_platform.rotation[0]
-    axis, place, spin = rotation @ reaction.axis, rotation @ reaction.place, rotation @ wheel.axis
+    axis, place, spin = rotation @ reaction.axis, rotation @ reaction.position, rotation @ wheel.axis
     along = np.concatenate([axis, np.cross(place, axis)])  # of the place of the mass along its axis
     about = np.concatenate([np.zeros(3), spin])
     weight = np.concatenate([np.zeros(3), MASS * 9.81 * np.cross(axis, [0, 0, 1.0])])

@@ -128,7 +128,7 @@ def maxima(function, low, top, high, *which):
     Returns
     -------
     frequency, value : ndarray, shape (p,)
-        Place [rad/s] and value of each maximum; -inf for a value that is not a number.
+        Frequency [rad/s] and value of each maximum; -inf for a value that is not a number.
     """
     width = high - low
 
@@ -138,13 +138,13 @@ def maxima(function, low, top, high, *which):
 
     # offsets from the top in place of frequencies: a peak may be a billionth of its frequency wide
     brackets = (low - top) / width, np.zeros(len(top)), (high - top) / width
-    tolerances = {"width": CONTROL.extremum_place, "rtol": 0.0, "settled": CONTROL.extremum_value}
+    tolerances = {"width": CONTROL.extremum_offset, "rtol": 0.0, "settled": CONTROL.extremum_value}
     offset, value = minima_between(negative, *brackets, np.arange(len(top)), **tolerances)
     return top + offset * width, np.nan_to_num(-value, nan=-np.inf)
 
 
 def _polished_maxima(function, height, omega, width, which):
-    """Heights and frequencies [rad/s] of maxima, to rounding, from those known to `extremum_place`: two arrays.
+    """Heights and frequencies [rad/s] of maxima, to rounding, from those known to `extremum_offset`: two arrays.
 
     A Newton step with the derivatives of fourth order of five values around each; `width` is that of its bracket.
     """

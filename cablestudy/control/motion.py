@@ -7,7 +7,7 @@ its body (`measured`); its force or torque is (g_v s + g_p) h(s) r.z with gains 
 h = s/(s + w_h), or h = 1; p (`acts`) is the force on each coordinate per force or torque.
 
 A reaction mass m_a adds its stroke q along an axis a to the coordinates. The mass of the body includes it, so that q
-adds m_a q' a.d' + m_a q'^2/2 to the kinetic energy, d being the displacement of its place. Of its weight remains the
+adds m_a q' a.d' + m_a q'^2/2 to the kinetic energy, d being the displacement of its position. Of its weight remains the
 moment m_a g q (a x e_z). Its force, from r.z = a.d, acts between body and mass: on q alone. A wheel of inertia J turns
 freely about its axis, so the body has J less about it; its torque on the body is -g_v times the angular velocity about
 it.
@@ -31,7 +31,7 @@ class Actuator:
     name : str
     wheel : bool
     body : int
-    place : ndarray, shape (3,)
+    position : ndarray, shape (3,)
         Of a mass, from the reference point, body axes. [m]
     axis : ndarray, shape (3,)
         Unit vector, body axes. [-]
@@ -48,7 +48,7 @@ class Actuator:
     name: str
     wheel: bool
     body: int
-    place: np.ndarray
+    position: np.ndarray
     axis: np.ndarray
     inertia: float
     omega: float = 0.0
@@ -203,7 +203,7 @@ def actuated(layout, shapes, mass, damping, stiffness, actuators):
     """Add actuators to the matrices of a suspension: strokes of reaction masses become further coordinates.
 
     A reaction mass m_a with the stroke q along the axis a has the kinetic energy m_a q' a.d' + m_a q'^2/2 in addition
-    to that of the body, d being the displacement of its place. Of its weight remains the moment m_a g q (a x e_z). A
+    to that of the body, d being the displacement of its position. Of its weight remains the moment m_a g q (a x e_z). A
     wheel turns freely about its axis: its moment of inertia about it is taken off the mass matrix.
 
     Parameters
@@ -255,7 +255,7 @@ def _movements(layout, actuator, shapes):
     equilibrium = layout.equilibrium
     rotation = equilibrium.rotation[actuator.body]
     movement = layout.displaced(layout.bodies(shapes))[actuator.body]
-    axis, arm = rotation @ actuator.axis, rotation @ actuator.place
+    axis, arm = rotation @ actuator.axis, rotation @ actuator.position
     along = axis @ (movement[:3] - cross_matrix(arm) @ movement[3:])
     upwards = np.array([0.0, 0.0, float(equilibrium.suspension.gravity)])
     return along, axis @ movement[3:], np.cross(axis, upwards) @ movement[3:]

@@ -176,14 +176,14 @@ def _peak(height, omega, step, shift, known, changed):
 
     L and L' are `known` and `changed` at three frequencies, a step apart [rad/s], about this one.
     """
-    tops = []  # of the parabolas through three values: their places in steps, and heights
+    tops = []  # of the parabolas through three values: their offsets in steps, and heights
     for matrices in known, changed:
         before, at, after = largest(sensitivity(matrices) - shift * np.eye(matrices.shape[-1]))
         slope, curvature = (after - before) / 2, after - 2 * at + before
         if not curvature < 0:
             raise _DifferenceError
         tops.append((-slope / curvature, at - slope**2 / (2 * curvature)))
-    (place, top), (changed_place, changed_top) = tops
-    if not abs(changed_place - place) < 1:
+    (offset, top), (changed_offset, changed_top) = tops
+    if not abs(changed_offset - offset) < 1:
         raise _DifferenceError
-    return float(height + changed_top - top), float(omega + step * (changed_place - place))
+    return float(height + changed_top - top), float(omega + step * (changed_offset - offset))

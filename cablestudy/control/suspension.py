@@ -36,11 +36,11 @@ class Winch:
 
 @dataclass(frozen=True)
 class Marker:
-    """A place on a body whose motion is an output."""
+    """A point of a body whose motion is an output."""
 
     name: str
     body: int
-    place: tuple  # of 3 float, from the reference point, body axes [m]
+    position: tuple  # of 3 float, from the reference point, body axes [m]
 
 
 @dataclass(frozen=True)
@@ -294,12 +294,12 @@ def labels(layout, winches=(), markers=(), midspans=False):
     cables, bodies = suspension.cable_names, suspension.body_names
     reeled = [(f"winch.{cables[winch.cable]}", "m") for winch in winches]
     inputs = (*reeled, *_of_bodies(layout, LOADS, LOAD_UNITS))
-    places = [f"{bodies[marker.body]}.{marker.name}" for marker in markers]
-    places += [f"{cable}.midspan" for cable in cables if midspans]
-    of_places = [(f"{place}.{axis}", "m") for place in places for axis in "xyz"]
+    points = [f"{bodies[marker.body]}.{marker.name}" for marker in markers]
+    points += [f"{cable}.midspan" for cable in cables if midspans]
+    of_points = [(f"{point}.{axis}", "m") for point in points for axis in "xyz"]
     forces = [f"{link}.force" for link in suspension.link_names]
     forces += [f"{cable}.tension_{end}" for cable in cables for end in ENDS]
-    outputs = (*_of_bodies(layout, AXES, LENGTHS), *of_places, *((force, "N") for force in forces))
+    outputs = (*_of_bodies(layout, AXES, LENGTHS), *of_points, *((force, "N") for force in forces))
     return inputs, outputs
 
 
@@ -382,7 +382,7 @@ def _displacements(layouts, markers):
     for of_rows in zip(*markers, strict=True):
         body = of_rows[0].body
         rotation = np.stack([at.equilibrium.rotation[body] for at in layouts])
-        arm = (rotation @ np.array([marker.place for marker in of_rows], dtype=float)[..., None])[..., 0]
+        arm = (rotation @ np.array([marker.position for marker in of_rows], dtype=float)[..., None])[..., 0]
         unit = np.broadcast_to(np.eye(3), (count, 3, 3))
         of_marker = np.concatenate([unit, -cross_matrix(arm)], axis=-1)
         displacements.append(of_marker @ of_all_bodies[6 * body : 6 * body + 6])

@@ -113,7 +113,7 @@ class ControlTolerances:
     flat_peak: float = 0.02  # peaks so much, relative, below the highest are refined too
     # of two peaks of a sensitivity, relative, up to which they are equal: as little as is stated for them
     equal_peaks: float = 1e-6
-    extremum_place: float = 1e-4  # of an extremum: its place over the distance of frequencies,
+    extremum_offset: float = 1e-4  # of an extremum: its offset over the distance of frequencies,
     extremum_value: float = 1e-14  # its relative value
     # distance of the values by which the highest one is found to rounding, over that of frequencies
     stencil: float = 1e-3

@@ -172,8 +172,8 @@ class DrivingBounds:
 
     def shortest_part(self, cable):
         """Length of the shortest part of a cable, which masses on it divide, over that of the cable. [-]"""
-        places = np.unique([0.0, *(position for position, _ in self.cables.point_masses[cable]), 1.0])
-        return np.diff(places).min()
+        positions = np.unique([0.0, *(position for position, _ in self.cables.point_masses[cable]), 1.0])
+        return np.diff(positions).min()
 
     def loop_up_to(self, gain):
         """Frequency up to which the loop gain is above `broad_loop_gain` where waves do not return. [rad/s]"""

@@ -49,9 +49,9 @@ def _unit(vector):
 def markers_of(scene):
     """The `Marker` of each marker of each body: list."""
     return [
-        Marker(name, number, place)
+        Marker(name, number, position)
         for number, body in enumerate(scene.bodies.values())
-        for name, place in body.markers.items()
+        for name, position in body.markers.items()
     ]
 
 

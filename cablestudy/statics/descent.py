@@ -58,7 +58,7 @@ class SearchRecord:
     correction : ndarray
         Size of the last step: over the longest chord, or in radians. [-]
     reason : ndarray of int
-        Why the search stopped: place in REASONS.
+        Why the search stopped: index in REASONS.
     """
 
     steps: np.ndarray

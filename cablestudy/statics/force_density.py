@@ -129,30 +129,30 @@ def _coordinates(suspension, moving, cables, density, load, ends):
         columns += [node[moves, end], node[between, other_end]]
         entries += [q[moves], -q[between]]
         np.add.at(right, node[to_fixed, end], (q * ends[cables, other_end])[to_fixed])
-    places = np.concatenate(rows), np.concatenate(columns)
-    solution = (_solved if count <= STATICS.dense_freedoms else _solved_sparse)(np.concatenate(entries), places, right)
+    indices = np.concatenate(rows), np.concatenate(columns)
+    solution = (_solved if count <= STATICS.dense_freedoms else _solved_sparse)(np.concatenate(entries), indices, right)
     if not np.isfinite(solution).all():
         names = [suspension.body_names[i] for i in np.flatnonzero(moving)]
         raise NoSolutionError(f"the force densities do not hold {', '.join(names[:5])}: no form balances them")
     return solution
 
 
-def _solved(entries, places, right):
+def _solved(entries, indices, right):
     """Solution of the equations of balance, not a number where they are singular, shape (m,).
 
-    The entries of their matrix are at `places`, rows and columns; those at one place are added.
+    The entries of their matrix are at `indices`, rows and columns; those at equal indices are added.
     """
     matrix = np.zeros((len(right), len(right)))
-    np.add.at(matrix, places, entries)
+    np.add.at(matrix, indices, entries)
     return solved(matrix[None], right[None, :, None])[0, :, 0]
 
 
-def _solved_sparse(entries, places, right):
+def _solved_sparse(entries, indices, right):
     """`_solved` of many equations."""
     from scipy.sparse import coo_array
     from scipy.sparse.linalg import splu
 
     try:
-        return splu(coo_array((entries, places), shape=(len(right), len(right))).tocsc()).solve(right)
+        return splu(coo_array((entries, indices), shape=(len(right), len(right))).tocsc()).solve(right)
     except RuntimeError:
         return np.full(len(right), np.nan)

@@ -24,7 +24,7 @@ AXES = ("x", "y", "z", "rx", "ry", "rz")
 # dimensions that each array has for one case
 CORES = {
     "gravity": 0, "position": 2, "rotation": 3, "mass": 1, "center": 2, "inertia": 3, "force": 2, "moment": 2,
-    "eccentric_loads": 3, "place": 3, "axial_stiffness": 1, "cable_mass": 1, "value": 1, "force_density": 1,
+    "eccentric_loads": 3, "attachment": 3, "axial_stiffness": 1, "cable_mass": 1, "value": 1, "force_density": 1,
     "cable_wind": 2, "link_stiffness": 1, "link_damping": 1, "link_length": 1,
     "load_positions": 2, "load_forces": 3, "load_masses": 2, "load_fractions": 2,
 }  # fmt: skip
@@ -64,7 +64,7 @@ class SuspendedSystem:
     owner : ndarray of int, shape (c + l, 2)
         Of the cables, then of the links: body at end 1 ("from", the winch's) and at end 2 ("to"); GROUND where the end
         is fixed.
-    place : ndarray, shape (..., c + l, 2, 3)
+    attachment : ndarray, shape (..., c + l, 2, 3)
         Of each end: from the reference point in body axes, or in global axes where the end is fixed. [m]
     axial_stiffness, cable_mass : ndarray, shape (..., c)
         EA [N], mass per unstretched length [kg/m].
@@ -109,7 +109,7 @@ class SuspendedSystem:
     junctions: int
     cable_names: tuple
     owner: np.ndarray
-    place: np.ndarray
+    attachment: np.ndarray
     axial_stiffness: np.ndarray
     cable_mass: np.ndarray
     stated: tuple
@@ -200,7 +200,7 @@ class SuspendedSystem:
         arrays = {name: array.take(cables, axis=array.ndim - CORES[name])
                   for name, array in self._arrays.items() if name in OF_CABLES}  # fmt: skip
         kept = [*cables, *range(len(self.cable_names), len(self.owner))]
-        ends = {"owner": self.owner[kept], "place": self.place.take(kept, axis=-3)}
+        ends = {"owner": self.owner[kept], "attachment": self.attachment.take(kept, axis=-3)}
         names, quantities = (tuple(values[cable] for cable in cables) for values in (self.cable_names, self.stated))
         return replace(self, cable_names=names, stated=quantities, **ends, **arrays)
 
@@ -218,10 +218,10 @@ class SuspendedSystem:
         """
         cable, end, body = tangent.held_ends(self)
         if not len(cable):
-            return self.place
-        shape = np.broadcast_shapes(rotation.shape[:-3], self.place.shape[:-3])
-        arms = np.broadcast_to(self.place, (*shape, *self.place.shape[-3:])).copy()
-        arms[..., cable, end, :] = times(rotation[..., body, :, :], self.place[..., cable, end, :])
+            return self.attachment
+        shape = np.broadcast_shapes(rotation.shape[:-3], self.attachment.shape[:-3])
+        arms = np.broadcast_to(self.attachment, (*shape, *self.attachment.shape[-3:])).copy()
+        arms[..., cable, end, :] = times(rotation[..., body, :, :], self.attachment[..., cable, end, :])
         return arms
 
     def ends(self, position, rotation):
@@ -240,7 +240,7 @@ class SuspendedSystem:
         """
         fixed = self.owner == GROUND
         if fixed.all():
-            return self.place
+            return self.attachment
         return self.arms(rotation) + np.where(fixed[..., None], 0.0, position[..., self.owner, :])
 
 

@@ -420,8 +420,8 @@ def body_sizes(suspension):
     """
     count = len(suspension.body_names)
     cable, end, body = held_ends(suspension)
-    places = suspension.place[..., cable, end, :]
-    total = on_bodies(dot(places, places)[..., None], body, count)[..., 0]
+    arms = suspension.attachment[..., cable, end, :]
+    total = on_bodies(dot(arms, arms)[..., None], body, count)[..., 0]
     square = total / np.maximum(np.bincount(body, minlength=count), 1)
     square = np.maximum(square, dot(suspension.center, suspension.center))
     return np.where(square > 0, np.sqrt(square), 1.0)

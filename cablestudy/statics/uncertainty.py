@@ -31,7 +31,7 @@ class Uncertainty:
 
     Attributes
     ----------
-    place : ndarray, shape (..., b, 6)
+    pose : ndarray, shape (..., b, 6)
         Displacement [m] and rotation [rad] of each body.
     tension : ndarray, shape (..., c)
         Change of the tension of each cable over its largest tension; 0 without tension. [-]
@@ -42,7 +42,7 @@ class Uncertainty:
     body_names : tuple of str
     """
 
-    place: np.ndarray
+    pose: np.ndarray
     tension: np.ndarray
     force: np.ndarray
     longest: np.ndarray
@@ -53,7 +53,7 @@ class Uncertainty:
         """Displacements over the longest chord, and rotations, shape (..., b, 6). [-], [rad]"""
         lengths = np.ones((*self.longest.shape, 6))
         lengths[..., :3] = self.longest[..., None]
-        return self.place / lengths[..., None, :]
+        return self.pose / lengths[..., None, :]
 
     @cached_property
     def determined(self):
@@ -75,7 +75,7 @@ def uncertainty_of(equilibrium):
     """`Uncertainty` of an equilibrium or a batch."""
     suspension, cables = equilibrium.suspension, equilibrium.catenary
     with np.errstate(all="ignore"):  # of cases that have no equilibrium
-        place, change = _sampled(equilibrium)
+        pose, change = _sampled(equilibrium)
     converged = np.asarray(equilibrium.record.converged)[..., None]
 
     def bounded(values, converged):
@@ -85,8 +85,8 @@ def uncertainty_of(equilibrium):
 
     tension, force = np.split(change, [len(suspension.cable_names)], axis=-1)
     tension = bounded(np.where(cables.max_tension > 0, tension, 0.0), converged)
-    place, force = bounded(place, converged[..., None]), bounded(force, converged)
-    return Uncertainty(place, tension, force, equilibrium.longest, suspension.body_names)
+    pose, force = bounded(pose, converged[..., None]), bounded(force, converged)
+    return Uncertainty(pose, tension, force, equilibrium.longest, suspension.body_names)
 
 
 def _sampled(equilibrium):

@@ -221,7 +221,7 @@ def _value_of_scene(goal, document):
 def _valid_scene(goal, document, start):
     """A scene with some value of the key; SceneError where it can have none."""
     low, high = goal.between or (goal.quantity.low, goal.quantity.high)
-    candidates = points_between(low, high, STUDY.valid_places)
+    candidates = points_between(low, high, STUDY.tried_values)
     from_middle = np.argsort(np.abs(np.arange(len(candidates)) - len(candidates) // 2), kind="stable")
     candidates = candidates[from_middle].tolist()
     error = None

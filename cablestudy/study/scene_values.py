@@ -132,10 +132,10 @@ def merged_loads(loads):
 
 def load_count(scene):
     """Number of positions at which the cable carries point loads, in the reference state and in its load case. [-]"""
-    return (places_of(scene.cable.loads), places_of(loads)) if (loads := scene.loads) else (0, 0)
+    return (position_count(scene.cable.loads), position_count(loads)) if (loads := scene.loads) else (0, 0)
 
 
-def places_of(loads):
+def position_count(loads):
     """Number of positions of point loads. [-]"""
     return len({(load.at, load.fraction) for load in loads}) if loads else 0
 

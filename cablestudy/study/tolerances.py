@@ -40,7 +40,7 @@ class StudyTolerances:
     # a relative error that says no more than that nothing is known; no number larger is stated
     unknown_error: float = 1e30
     # share of its part of a cable at which an entry without a load is put: no load is likely there
-    place_without_load: float = 0.6180339887
+    unloaded_fraction: float = 0.6180339887
     drag_steps: int = 3  # in which c and d settle; what is left in the last one is added to the error
     following_drag_steps: int = 10  # the same where the changes are no errors but loads
     # error of the pose that these lead to, by Gauss's rule, over the movement that they cause; of cables twice as long
@@ -125,8 +125,8 @@ class StudyTolerances:
 
     # --------------------------------------------------------------------- searches for the value of a key
 
-    # places over the range of a key that the scene does not state, until one gives a valid scene
-    valid_places: int = 25
+    # values over the range of a key that the scene does not state, until one gives a valid scene
+    tried_values: int = 25
     # relative error of the statics of suspensions, and of a model of fixed elements: rounding of its search
     found_value: float = 1e-9
     # factor up to which a column that is no closed form of one cable is searched about the start

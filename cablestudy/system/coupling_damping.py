@@ -385,13 +385,13 @@ def _relative_errors(matrices, x, sums, poles, left, right):
     """
     n = left.shape[1]
     q_ee, q_ne = (_polynomial([matrix[:, None, rows, n:] for matrix in matrices], x) for rows in np.s_[n:, :n])
-    (rows, places, _, ends), columns = q_ne.shape, np.moveaxis(q_ne, 1, 2).reshape(len(x), n, -1)  # all places at once
-    place = np.repeat(x, ends, axis=-1)[:, None]
-    q = left @ ((right @ columns) / (place - poles[:, :, None]))
+    (rows, count, _, ends), columns = q_ne.shape, np.moveaxis(q_ne, 1, 2).reshape(len(x), n, -1)  # all x at once
+    x_of_column = np.repeat(x, ends, axis=-1)[:, None]
+    q = left @ ((right @ columns) / (x_of_column - poles[:, :, None]))
     q_nn_q = q
     for matrix in matrices[-2::-1]:
-        q_nn_q = q_nn_q * place + product(matrix[:, :n, :n], q)
-    q, rest = (np.moveaxis(part.reshape(rows, n, places, ends), 1, 2) for part in (q, q_nn_q - columns))
+        q_nn_q = q_nn_q * x_of_column + product(matrix[:, :n, :n], q)
+    q, rest = (np.moveaxis(part.reshape(rows, n, count, ends), 1, 2) for part in (q, q_nn_q - columns))
     forces = q_ee - np.swapaxes(q_ne, 2, 3) @ q + np.swapaxes(q, 2, 3) @ rest
     first, last = (np.diagonal(matrix, axis1=1, axis2=2)[:, None, n:] for matrix in (matrices[0], matrices[-1]))
     size = np.abs(x[..., None] ** (len(matrices) - 1)) * last + np.abs(first)

@@ -207,7 +207,7 @@ def _on_bodies(suspension, forces):
     """Sum of forces at the ends of cables on each body, (..., b, 3), and of their eccentric loads, (..., b, 3, 3)."""
     ends = np.stack(tangent.held_ends(suspension))
     cable, end, body = ends[:, ends[0] < forces.shape[-3]]  # cables come before links
-    arm, forces = suspension.place[..., cable, end, :], forces[..., cable, end, :]  # the arm in body axes
+    arm, forces = suspension.attachment[..., cable, end, :], forces[..., cable, end, :]  # the arm in body axes
     eccentric = (arm[..., :, None] * forces[..., None, :]).reshape(*forces.shape[:-1], 9)
     total = tangent.on_bodies(np.concatenate([forces, eccentric], axis=-1), body, len(suspension.body_names))
     return total[..., :3], total[..., 3:].reshape(*total.shape[:-1], 3, 3)
@@ -248,7 +248,7 @@ def _loads_settled(drag, equilibrium, loads):
 
 def _end_uncertainty(equilibrium):
     """Largest displacement of an end of a cable that rounding leaves undetermined, of each case. [m]"""
-    uncertainty = equilibrium.uncertainty.place
+    uncertainty = equilibrium.uncertainty.pose
     if not uncertainty.size:
         return np.zeros(np.shape(equilibrium.record.converged))
     translation, rotation = (sizes.max(axis=(-1, -2)) for sizes in (uncertainty[..., :3], uncertainty[..., 3:]))

@@ -21,7 +21,7 @@ def distances_and_wrenches(equilibrium, q):
     found, wrench = [], np.zeros(q.shape, dtype=complex)
     for link in range(len(model.link_names)):
         arms, places = [], []
-        for owner, place in zip(model.owner[cables + link], model.place[cables + link], strict=True):
+        for owner, place in zip(model.owner[cables + link], model.attachment[cables + link], strict=True):
             if owner < 0:
                 arms.append(None)
                 places.append(place.astype(complex))

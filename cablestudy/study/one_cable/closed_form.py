@@ -89,9 +89,9 @@ class ClosedForm:
         columns = (self.numbers[header].tolist() if header in self.numbers else none for header in headers)
         rows = list(map(list, zip(*columns, strict=True))) if headers else [[] for _ in none]
         for case, failed in self.failures.items():
-            for place, header in enumerate(headers):
+            for index, header in enumerate(headers):
                 if header in failed:
-                    rows[case][place] = None
+                    rows[case][index] = None
         return rows
 
     def cells(self):

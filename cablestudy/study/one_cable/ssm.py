@@ -22,7 +22,7 @@ from cablestudy.system.superelement import GONDOLA, GROUND, NAMES
 NEEDS = {None: (), "gondola": ("gondola",), "loop": LOOP_KEYS}  # keys of the scene
 # input and output of the response with a gondola
 SHOWN = {"gondola": ("winch", "gondola_position"), "loop": ("force_gondola", "gondola_position")}
-PLACES = {"ground": "A, winch on the ground", "gondola": "B, winch on the gondola"}
+LOCATIONS = {"ground": "A, winch on the ground", "gondola": "B, winch on the gondola"}
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ class CableChoice(Choice):
     def curves(self):
         """List of `Curve` of one unit: A and B with a gondola, x/F with a loop, else force over displacement."""
         if self.options.attached == "gondola":
-            return [Curve(place, label, "", partial(self._by_winch, place)) for place, label in PLACES.items()]
+            return [Curve(name, label, "", partial(self._by_winch, name)) for name, label in LOCATIONS.items()]
         if self.options.attached == "loop":
             return [Curve("", "gondola position over the force on it, loop closed", "m/N", self._by_force)]
         return super().curves()

@@ -314,7 +314,7 @@ def equilibria_of(cases):
         junctions=0,
         cable_names=(CABLE,),
         owner=np.array([[GROUND, 0 if bodies else GROUND]]),
-        place=np.stack([end_1, zeros if bodies else end_2], axis=2),
+        attachment=np.stack([end_1, zeros if bodies else end_2], axis=2),
         axial_stiffness=span.axial_stiffness,
         cable_mass=span.mass,
         stated=("unstretched_length",),

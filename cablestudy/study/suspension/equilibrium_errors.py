@@ -93,7 +93,7 @@ class EquilibriumErrors:
         """Errors of positions [m] and attitudes [rad] of bodies and points by rounding, shape (n, b, 6)."""
         if self._rounding is not None:
             return np.zeros((*self._equilibrium.position.shape[:-1], 6))
-        return np.maximum(self._reference.uncertainty.place, self._equilibrium.uncertainty.place)
+        return np.maximum(self._reference.uncertainty.pose, self._equilibrium.uncertainty.pose)
 
     @cached_property
     def _conductor(self):

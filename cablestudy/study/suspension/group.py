@@ -293,7 +293,7 @@ class Group:
             if failure := _failure(equilibrium, index, "without the forces of the load case: "):
                 raise failure
         unforced = self._unforced.equilibrium
-        uncertainty = self.equilibrium.uncertainty.place[index] + unforced.uncertainty.place[index]
+        uncertainty = self.equilibrium.uncertainty.pose[index] + unforced.uncertainty.pose[index]
         change = self.errors.drag_change.displacement[index] - self._drag_change_unforced.displacement[index]
         by_drag = bounded_errors(STUDY.second_order * np.abs(change[:, :3]))
         return self.equilibrium.position[index] - unforced.position[index], uncertainty[:, :3], by_drag
@@ -339,7 +339,7 @@ class Group:
     @cached_property
     def mean_wind_uncertainty(self):
         """Errors of movements by the mean wind [m], [rad], by drag and by rounding, shape (n, b, 6)."""
-        by_rounding = self.without_wind.uncertainty.place + self.in_mean_wind[0].uncertainty.place
+        by_rounding = self.without_wind.uncertainty.pose + self.in_mean_wind[0].uncertainty.pose
         return self.poses_in_mean_wind.uncertainty + by_rounding
 
     def error_by_drag(self, index, cable, column, number):

@@ -370,7 +370,7 @@ def _moved(suspension, reference, scenes, values):
     known = reference.record.converged[:, None, None]
     position = np.where(known, reference.position, suspension.position) + _moves_of_bodies(scenes)
     rotation = np.where(known[..., None], reference.rotation, suspension.rotation)
-    return replace(suspension, position=position, rotation=rotation, place=suspension.place + values.moves)
+    return replace(suspension, position=position, rotation=rotation, attachment=suspension.attachment + values.moves)
 
 
 def _moves_of_bodies(scenes):
@@ -430,7 +430,7 @@ def _reference_loads(scenes):
     positions, fractions, forces, _ = point_loads(CableValues(scenes), of_case=False)
     absent = np.isnan(positions) & np.isnan(fractions)  # these places carry nothing
     number = np.cumsum(absent, axis=-1)
-    fractions = np.where(absent, (number - 1 + STUDY.place_without_load) / np.maximum(number[..., -1:], 1), fractions)
+    fractions = np.where(absent, (number - 1 + STUDY.unloaded_fraction) / np.maximum(number[..., -1:], 1), fractions)
     return {"load_positions": positions, "load_fractions": fractions, "load_forces": forces}
 
 

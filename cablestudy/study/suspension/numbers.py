@@ -7,7 +7,7 @@ from cablestudy.scene.suspension_tables import Tensions
 from cablestudy.statics import rigid
 from cablestudy.statics.suspension import GROUND, SuspendedSystem
 from cablestudy.study.column import attribute
-from cablestudy.study.scene_values import load_arrays, places_of
+from cablestudy.study.scene_values import load_arrays, position_count
 
 ORIGIN = (0.0, 0.0, 0.0)
 OF_JUNCTION = (True, True, True, False, False, False)  # its free displacements and rotations
@@ -93,7 +93,7 @@ def loads_of(scene, of_case):
 
 def kind_of_case(scene):
     """Kind of a load case, which cases solved together share: wind or none, numbers of loads, lost cables. Tuple."""
-    of_case = scene.load_case.loads and [places_of(loads) for loads in loads_of(scene, True)]
+    of_case = scene.load_case.loads and [position_count(loads) for loads in loads_of(scene, True)]
     return scene.load_case.wind is None, *of_case, scene.load_case.lost
 
 
@@ -275,6 +275,6 @@ def _numbers_of_lines(scene):
     }
     if links:
         numbers |= {name: [getattr(link, name.removeprefix("link_")) for link in links] for name in OF_LINKS}
-    places = [[scene.attachment(end)[1] for end in line.ends] for line in scene.lines.values()]
+    attachments = [[scene.attachment(end)[1] for end in line.ends] for line in scene.lines.values()]
     arrays = {name: np.array(of_lines, dtype=float) for name, of_lines in numbers.items()}
-    return {"place": np.array(places, dtype=float).reshape(-1, 2, 3), **arrays}
+    return {"attachment": np.array(attachments, dtype=float).reshape(-1, 2, 3), **arrays}

@@ -11,7 +11,7 @@ from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError
 from cablestudy.scene.words import first_of
 from cablestudy.study.column import least_work_first
 from cablestudy.study.refinement import reference_scene
-from cablestudy.study.scene_values import places_of
+from cablestudy.study.scene_values import position_count
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.group import Group
 from cablestudy.study.suspension.notes import fallen, notes_of, strength_warning
@@ -81,8 +81,8 @@ def _different_at_rest(scenes, indices):
 
 def _connections(scene):
     """Connections, and counts of loaded positions on cables, which all cases of one `Group` must share: tuple."""
-    load_counts = [places_of(cable.loads) for cable in scene.cables.values()]
-    return (*topology_of(scene).values(), *load_counts, *[places_of(loads) for loads in loads_of(scene, False)])
+    load_counts = [position_count(cable.loads) for cable in scene.cables.values()]
+    return (*topology_of(scene).values(), *load_counts, *[position_count(loads) for loads in loads_of(scene, False)])
 
 
 def prepare(cases):
