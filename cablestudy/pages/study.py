@@ -135,9 +135,9 @@ def kinds_of(notes):
         row, _, line = note.partition(": ")
         notes_of_kind.setdefault(NUMBER.sub("…", line), []).append((row, line))
     lines = []
-    for alike in list(notes_of_kind.values())[: PAGES.note_kinds]:
-        row, line = alike[0]
-        others = f"; alike in {counted(len(alike) - 1, 'other row')}" if len(alike) > 1 else ""
+    for of_kind in list(notes_of_kind.values())[: PAGES.note_kinds]:
+        row, line = of_kind[0]
+        others = f"; alike in {counted(len(of_kind) - 1, 'other row')}" if len(of_kind) > 1 else ""
         lines.append(f"{line} ({row}{others})")
     left_out = len(notes_of_kind) - PAGES.note_kinds
     return lines + ([f"and {left_out} more kinds of notes"] if left_out > 0 else [])

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from cablestudy.scene.cable_table import Point as Place
+from cablestudy.scene.cable_table import Position
 from cablestudy.scene.fields import Either, Frequency, KeyTable, Name, Quantity, wrong
 from cablestudy.scene.suspension_tables import Direction
 
@@ -29,7 +29,7 @@ class _Actuator(KeyTable):
 class ReactionMass(_Actuator):
     """A mass on a spring along an axis, driven by a force between it and the body."""
 
-    at: Place = Field((0.0, 0.0, 0.0), description="From the reference point, body axes")
+    at: Position = Field((0.0, 0.0, 0.0), description="From the reference point, body axes")
     mass: Annotated[float, Quantity("kg", 1e-9, 1e15)] = Field(
         description="Reaction mass: its mass, a part of that of the body, whose mass and inertia include its actuators"
     )

@@ -18,7 +18,7 @@ Ratio = Annotated[float, Quantity("", 0, 2, SCENE.least_positive)]
 Inclination = Annotated[
     float, Quantity("rad", -math.pi / 2, math.pi / 2, limits="from -90 deg to 90 deg (a bare number is rad)")
 ]
-Point = tuple[Coordinate, Coordinate, Coordinate]
+Position = tuple[Coordinate, Coordinate, Coordinate]
 
 
 class DampingTable(KeyTable):
@@ -86,7 +86,7 @@ class Cable(CableProperties):
 
     table: ClassVar[str] = "cable"
 
-    ends: tuple[Point, Point] | None = Field(None, description="End 1 and end 2, z up (instead of chord)")
+    ends: tuple[Position, Position] | None = Field(None, description="End 1 and end 2, z up (instead of chord)")
     chord: Length | None = Field(None, description="Distance of the ends (instead of ends)")
     inclination: Inclination | None = Field(
         None, description="With chord: angle above the horizontal, end 2 higher when positive; a bare number is rad"

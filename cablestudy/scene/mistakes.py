@@ -105,7 +105,7 @@ def at_most(mistakes, name):
 
 
 OF_CASES = ("cases", "*")
-ALIKE = ("cables", "materials")  # tables of which each has keys of `cable`
+LIKE_CABLE = ("cables", "materials")  # tables of which each has keys of `cable`
 # What is written for a key -> the keys that are meant, where a table has them.
 MEANT = {
     "length": ("chord", "unstretched_length"),
@@ -183,7 +183,7 @@ def _wrong_word_message(expected, value):
 def _unknown_key_message(path, tables):
     """The message on an unknown key, with the keys that may be meant."""
     known = keys_at(path[:-1], tables)
-    meant = _alike_in_tables(path, tables) or [key for key in MEANT.get(path[-1], ()) if key in known]
+    meant = _same_key_elsewhere(path, tables) or [key for key in MEANT.get(path[-1], ()) if key in known]
     return f"unknown key (did you mean {' or '.join(meant)}?)" if meant else unknown_key(path[-1], known)
 
 
@@ -195,22 +195,22 @@ def _wrong_length_messages(kind, context, value):
     return [f"expected {'at most' if kind == 'too_long' else 'at least'} {counted(limit, 'item')}, got {len(value)}"]
 
 
-def _alike_in_tables(path, tables):
+def _same_key_elsewhere(path, tables):
     """Dotted keys like an unknown one but in another table, where the user may have meant to write it: list of str.
 
     A key at the top level is searched for in all tables, others in the tables inside of their own and in load cases;
     not in lists, nor in tables inside of those with a name.
     """
     parent, name = path[:-1], path[-1]
-    alike = []
+    found = []
     for pattern, _ in tables:
         below = pattern[len(parent) :] if matches(pattern[: len(parent)], parent) else ()
-        is_named_table = not parent and len(below) == 2 and below[0] not in ALIKE
+        is_named_table = not parent and len(below) == 2 and below[0] not in LIKE_CABLE
         is_below = below and ("*" not in below or is_named_table)
         if (is_below or (0 < len(parent) < 3 and pattern == OF_CASES)) and name in keys_at(pattern, tables):
             parts = (*parent, *below, name) if below else (*pattern, name)
-            alike.append(".".join("NAME" if part == "*" else str(part) for part in parts))
-    return alike
+            found.append(".".join("NAME" if part == "*" else str(part) for part in parts))
+    return found
 
 
 def _missing_item(path, detail):

@@ -34,7 +34,7 @@ from cablestudy.scene.suspension_tables import (
     Body,
     CableWinch,
     Link,
-    PointOrPlace,
+    PointOrPosition,
     SharedCable,
     SuspendedCable,
     Tensions,
@@ -60,7 +60,7 @@ class SuspensionScene(SceneTable):
     no_case: ClassVar[KeyTable] = SuspensionLoadCase.model_construct()
 
     cable: SharedCable = Field(SharedCable.model_construct(), description="What all cables share")
-    points: dict[Name, PointOrPlace] = Field({}, description="Name -> place, or a mapping for a free point")
+    points: dict[Name, PointOrPosition] = Field({}, description="Name -> place, or a mapping for a free point")
     bodies: dict[Name, Body] = Field({}, description="Name -> rigid body")
     cables: dict[Name, SuspendedCable] = Field(description="Name -> cable, over the table cable")
     links: dict[Name, Link] = Field({}, description="Name -> spring and dashpot between two places")

@@ -5,8 +5,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, Field, StrictBool
 
-from cablestudy.scene.cable_table import CableProperties, Length, TensionAt, beyond_the_end
-from cablestudy.scene.cable_table import Point as Place
+from cablestudy.scene.cable_table import CableProperties, Length, Position, TensionAt, beyond_the_end
 from cablestudy.scene.connections import wrong_name
 from cablestudy.scene.determinacy import MOTIONS, ROTATIONS, STATED
 from cablestudy.scene.fields import TRIPLE, Either, KeyTable, Name, Quantity, each_once, reader_of, table_or_bare, wrong
@@ -31,7 +30,7 @@ Inertia = Annotated[float, Quantity("kg m^2", -1e24, 1e24)]
 Tension = Annotated[float, Quantity("N", 1e-24, 1e24)]
 ForceDensity = Annotated[float, Quantity("N/m", 1e-24, 1e24)]
 
-_place = reader_of(Place)
+_position = reader_of(Position)
 _angles = reader_of(Angles)
 
 
@@ -54,7 +53,7 @@ class PointTable(KeyTable):
 
     bare: ClassVar[str] = "at"
 
-    at: Place = Field(description="Where it is; of a free point where the search begins")
+    at: Position = Field(description="Where it is; of a free point where the search begins")
     free: StrictBool = Field(False, description="Whether it finds its place: a junction of cables")
     mass: Annotated[float, Quantity("kg", 0, 1e15)] = Field(0.0, description="Mass of a free point")
     force: ForceVector = Field((0.0, 0.0, 0.0), description="Dead load on a free point")
@@ -66,10 +65,10 @@ class PointTable(KeyTable):
         yield [((name,), self.free, lambda: message) for name in given]
 
 
-PointOrPlace = Annotated[
-    PointTable | Place,
+PointOrPosition = Annotated[
+    PointTable | Position,
     table_or_bare(
-        PointTable, (list, tuple), lambda place: PointTable(at=_place(place)),
+        PointTable, (list, tuple), lambda position: PointTable(at=_position(position)),
         "a place [x, y, z], or a mapping with the keys at, free, mass, force", TRIPLE,
     ),
 ]  # fmt: skip
@@ -78,7 +77,7 @@ PointOrPlace = Annotated[
 class Body(KeyTable):
     """A rigid body. Vectors that begin at its reference point are in body axes, but loads are in global ones."""
 
-    at: Place = Field(description="Its reference point: where it shall be, or where the search begins")
+    at: Position = Field(description="Its reference point: where it shall be, or where the search begins")
     attitude: Annotated[
         str | Angles,
         Either(
@@ -90,12 +89,12 @@ class Body(KeyTable):
     mass: Annotated[float, Quantity("kg", 1e-9, 1e15)] = Field(
         description="Mass; mass, center of mass and inertia are those with all actuators"
     )
-    center_of_mass: Place = Field((0.0, 0.0, 0.0), description="From the reference point, body axes")
+    center_of_mass: Position = Field((0.0, 0.0, 0.0), description="From the reference point, body axes")
     inertia: Annotated[tuple[Inertia, ...], AfterValidator(_check_entries)] | None = Field(
         None, description="Entries of the tensor about the center of mass, body axes: xx yy zz, or xx yy zz xy xz yz"
     )
-    attachments: dict[Name, Place] = Field({}, description="Name -> place where a cable may end, body axes")
-    markers: dict[Name, Place] = Field({}, description="Name -> place whose motion is an output too, body axes")
+    attachments: dict[Name, Position] = Field({}, description="Name -> place where a cable may end, body axes")
+    markers: dict[Name, Position] = Field({}, description="Name -> place whose motion is an output too, body axes")
     free: Annotated[tuple[Literal[MOTIONS], ...], AfterValidator(each_once)] = Field(
         MOTIONS, description="What may move, about global axes; the rest is held"
     )
@@ -192,9 +191,9 @@ class SharedCable(_CableOfSuspension):
 
 
 End = Annotated[
-    str | Place,
+    str | Position,
     Either(
-        ((list, _place), (tuple, _place), (str, str)),
+        ((list, _position), (tuple, _position), (str, str)),
         "a point, BODY.ATTACHMENT, or a place [x, y, z]",
         ({"type": "string", "minLength": 1}, TRIPLE),
     ),

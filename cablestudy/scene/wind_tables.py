@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, StrictBool
 
-from cablestudy.scene.cable_table import Point as Place
+from cablestudy.scene.cable_table import Position
 from cablestudy.scene.fields import TRIPLE, Either, KeyTable, Quantity, reader_of, wrong
 from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.units import show
@@ -132,7 +132,7 @@ class BodyWind(KeyTable):
 
     area: Area = Field(description="Areas seen along the body axes x, y, z; one number is the area from all sides")
     drag_coefficient: Coefficient = Field(description="Drag coefficient of these areas")
-    center_of_pressure: Place = Field((0.0, 0.0, 0.0), description="From the reference point, body axes")
+    center_of_pressure: Position = Field((0.0, 0.0, 0.0), description="From the reference point, body axes")
 
     @property
     def areas(self):

@@ -98,11 +98,11 @@ def poles_and_vectors(matrices, omega):
     """
     (rows, n), states = omega.shape, len(matrices) - 1
     stiffness, *damping, mass = matrices
-    groups, alike = coupled_groups(mass, damping[0] if damping else 0 * mass, stiffness), {}
+    groups, rows_of_groups = coupled_groups(mass, damping[0] if damping else 0 * mass, stiffness), {}
     for row in range(rows):
-        alike.setdefault(groups[row].tobytes(), []).append(row)
+        rows_of_groups.setdefault(groups[row].tobytes(), []).append(row)
     poles, vectors = np.empty((rows, states * n), dtype=complex), np.zeros((rows, states, n, states * n), dtype=complex)
-    for of_rows in alike.values():
+    for of_rows in rows_of_groups.values():
         at, end = np.array(of_rows)[:, None], 0
         for number in range(groups[at[0, 0]].max(initial=-1) + 1):
             group = np.flatnonzero(groups[at[0, 0]] == number)

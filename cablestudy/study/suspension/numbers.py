@@ -47,8 +47,8 @@ class CableValues:
         if table == "cable":
             values = []
             for scene, before in zip(self._scenes, [None, *self._scenes], strict=False):
-                alike = before is not None and scene.cables is before.cables
-                values.append(values[-1] if alike else [getattr(cable, name, None) for cable in scene.cables.values()])
+                same = before is not None and scene.cables is before.cables
+                values.append(values[-1] if same else [getattr(cable, name, None) for cable in scene.cables.values()])
         elif name in OF_CASE_AND_CABLE:
             values = [
                 [getattr(scene.load_case.of_cable(owner), name)(cable) for owner, cable in scene.cables.items()]
