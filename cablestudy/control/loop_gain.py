@@ -74,8 +74,8 @@ class LoopGain:
         allocation, measured = (
             np.stack([getattr(one, name) for one in loop_gains])[row] for name in ("allocation", "measured")
         )
-        moved = measured @ solve(stiffness, forces @ allocation)
-        return moved * NotchedLaw.of_rows([one.controller for one in loop_gains], row, s)[:, None, :]
+        coordinates = measured @ solve(stiffness, forces @ allocation)
+        return coordinates * NotchedLaw.of_rows([one.controller for one in loop_gains], row, s)[:, None, :]
 
     @staticmethod
     def stiffness_and_forces(loop_gains, row, s):

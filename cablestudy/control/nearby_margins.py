@@ -133,14 +133,14 @@ class _Eigenvalues:
         return change
 
 
-def _check_first_order(slope, curvature, shift, moved):
-    """Raise `_DifferenceError` unless terms of second order are small, beside the slope and beside `moved`.
+def _check_first_order(slope, curvature, shift, change):
+    """Raise `_DifferenceError` unless terms of second order are small, beside the slope and beside `change`.
 
-    `moved` is the change of the sought value by `shift`; its part of second order is curvature times shift^2.
+    `change` is the change of the sought value by `shift`; its part of second order is curvature times shift^2.
     """
     bend, least = CONTROL.nearby_bend, CONTROL.nearby_rounding
     bending = np.abs(curvature * shift)
-    small = (bending <= bend * np.abs(slope)) & (bending * np.abs(shift) <= np.maximum(bend * np.abs(moved), least))
+    small = (bending <= bend * np.abs(slope)) & (bending * np.abs(shift) <= np.maximum(bend * np.abs(change), least))
     if not np.all(small):
         raise _DifferenceError
 

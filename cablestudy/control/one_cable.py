@@ -104,8 +104,8 @@ def linear_system(model, chosen, residual, nodes, gondola, location):
     attached = np.eye(len(system), modes + ENDS)  # motions in which the gondola moves with its end
     attached[modes + ENDS :, ends[GONDOLA]] = 1.0
     system = _with_outputs(_viscous(system, attached[:, free], modes + ENDS), ends, outputs)
-    moved = system.within(attached[:, free], np.eye(len(system))[:, imposed], inputs)
-    return replace(moved, coordinates=free_names), replace(system.within(attached), coordinates=names)
+    with_imposed_ends = system.within(attached[:, free], np.eye(len(system))[:, imposed], inputs)
+    return replace(with_imposed_ends, coordinates=free_names), replace(system.within(attached), coordinates=names)
 
 
 def _free_cable(model, chosen, residual, nodes):

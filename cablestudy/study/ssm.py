@@ -130,12 +130,12 @@ class Choice:
     @property
     def inputs(self):
         """Names and units of the inputs."""
-        return self.shown.inputs
+        return self.reduced.inputs
 
     @property
     def outputs(self):
         """Names and units of the outputs."""
-        return self.shown.outputs
+        return self.reduced.outputs
 
     @staticmethod
     def label(above, below):

@@ -86,25 +86,25 @@ def near_poles(poles, half_widths, low, high):
     return np.unique(frequency[(frequency > low) & (frequency < high)])
 
 
-def response_blocks(span, shown):
+def response_blocks(span, curves):
     """Yield a response in blocks: frequency [Hz], then magnitude [unit] and phase [deg] of each curve, shape (m,) each.
 
     Parameters
     ----------
     span : (float, float, int) or FrequencyGrid
         From `ssm.read_response_range` or `with_resonances`.
-    shown : list of Curve
+    curves : list of Curve
     """
-    phases = [response.Phase() for _ in shown]
+    phases = [response.Phase() for _ in curves]
     for frequency in response.frequencies(*span):
         block = [frequency]
-        for curve, phase in zip(shown, phases, strict=True):
+        for curve, phase in zip(curves, phases, strict=True):
             value = curve.value(frequency)
             block += [np.abs(value), phase(value)]
         yield block
 
 
-def drawn_points(span, shown):
+def drawn_points(span, curves):
     """The points of a response that a picture shows, resonances included: arrays as of `response_blocks`.
 
     Of a long response, of each group of neighbouring frequencies the first and those with the smallest and the largest
@@ -112,7 +112,7 @@ def drawn_points(span, shown):
     """
     neighbours = -(-span[2] // STUDY.drawn_groups)
     kept, left = [], None
-    for block in response_blocks(span, shown):
+    for block in response_blocks(span, curves):
         block = np.stack(block)
         block = block if left is None else np.concatenate([left, block], axis=1)
         whole = block.shape[1] - block.shape[1] % neighbours
@@ -131,18 +131,18 @@ def _extremes(block, neighbours):
     return block[:, np.unique(chosen)]
 
 
-def response_table(span, shown):
+def response_table(span, curves):
     """Table of frequency, and magnitude and phase of each curve; arguments as of `response_blocks`.
 
     Cells are empty where a response is not finite, for example at the pole of an undamped mode.
     """
     fields = [Field("frequency_Hz", "frequency", "Hz")]
-    for curve in shown:
+    for curve in curves:
         before, title = (f"{curve.name}_", f"{curve.name} ") if curve.name else ("", "")
         suffix = f"_{re.sub('[ ()]', '', curve.unit).replace('/', '_per_')}" if curve.unit else ""
         fields += [Field(f"{before}magnitude{suffix}", f"{title}magnitude", curve.unit)]
         fields += [Field(f"{before}phase_deg", f"{title}phase", "deg")]
-    return Table(tuple(fields), _Rows([field.name for field in fields], FrequencyGrid(*span), shown))
+    return Table(tuple(fields), _Rows([field.name for field in fields], FrequencyGrid(*span), curves))
 
 
 @dataclass(frozen=True)
@@ -151,7 +151,7 @@ class _Rows(Sequence):
 
     names: list
     grid: FrequencyGrid
-    shown: list
+    curves: list
 
     def __len__(self):
         return self.grid.size
@@ -167,7 +167,7 @@ class _Rows(Sequence):
     def _between(self, first, end):
         """Yield the rows from a first one to the one before an end: dict of name -> number, or None."""
         begin = 0
-        for block in response_blocks(self.grid, self.shown):
+        for block in response_blocks(self.grid, self.curves):
             if begin >= end:
                 return
             part = slice(max(first - begin, 0), max(end - begin, 0))

@@ -57,12 +57,12 @@ def poles_near(layout, cables, near, displacements, damping, far):
     poles, pole, vector = np.full(len(near), complex(np.nan, np.nan)), near.copy(), displacements.astype(complex)
     pending = np.isfinite(near)
     for _ in range(SYSTEM.pole_steps):
-        moved = []
+        motions = []
         for of_mesh in cables:
             now = of_mesh.take(pending[of_mesh.cables // count])
             if len(now.cables):
                 ends[now.cables], slopes[now.cables], shapes = now.dynamic_stiffness(pole[now.cables // count])
-                moved.append((now, shapes))
+                motions.append((now, shapes))
         stiffness, slope = _dynamic_stiffness(layout, ends, slopes, pole, damping)
         pending &= np.isfinite(_times(stiffness, vector)).all(axis=-1)
         response = _solved(stiffness, _times(slope, vector), pending)
@@ -74,7 +74,7 @@ def poles_near(layout, cables, near, displacements, damping, far):
         pending &= (np.abs(pole - near) < far * np.abs(near)) & (pole.imag > 0)
         found = pending & ~(regular & (np.abs(step) > SYSTEM.pole_change * np.abs(pole)))
         if found.any():
-            poles[found] = _poles_by_losses(layout, moved, pole.imag, vector, damping)[found]
+            poles[found] = _poles_by_losses(layout, motions, pole.imag, vector, damping)[found]
         pending &= ~found
         if not pending.any():
             break
@@ -119,32 +119,32 @@ def _dynamic_stiffness(layout, ends, slopes, s, damping):
     return ends + body_stiffness + s * damping + s**2 * body_mass, slopes + damping + 2 * s * body_mass
 
 
-def _poles_by_losses(layout, moved, omega, vector, damping):
+def _poles_by_losses(layout, motions, omega, vector, damping):
     """The poles of frequencies [rad/s] with the real parts that follow from their losses, see the module's docstring.
 
-    `moved` has `CondensedCables`, and all displacements of each by those of its ends.
+    `motions` has `CondensedCables`, and all displacements of each by those of its ends.
     """
     ends = layout.ends(vector.reshape(*layout.shape, -1, 1)).reshape(-1, 6, 1)
-    moved = [(cables, shapes @ ends[cables.cables]) for cables, shapes in moved]
-    inertia, viscous, hysteretic = energies(layout, moved, vector, damping)
+    motions = [(cables, shapes @ ends[cables.cables]) for cables, shapes in motions]
+    inertia, viscous, hysteretic = energies(layout, motions, vector, damping)
     return -(omega * viscous + hysteretic).real / (2 * omega * inertia + viscous.imag).real + 1j * omega
 
 
-def energies(layout, moved, displacements, damping):
+def energies(layout, motions, displacements, damping):
     """v^H M v, v^H C v and v^H Im K v of a motion of each of n suspensions, complex, each of shape (n,).
 
     Parameters
     ----------
     layout, damping
         As for `poles_near`.
-    moved : list of (CondensedCables, ndarray)
+    motions : list of (CondensedCables, ndarray)
         With all displacements of each cable, shape (g, n + 6, 1); cables that are not there do not count.
     displacements : ndarray, shape (n, d)
         Free displacements of the bodies.
     """
     count = len(layout.equilibrium.suspension.cable_names)
     of_cables = np.zeros((3, len(displacements) * count), dtype=complex)
-    for cables, motion in moved:
+    for cables, motion in motions:
         of_cables[:, cables.cables] = np.stack(cables.products(motion.conj(), motion))[..., 0, 0]
     inertia, viscous, hysteretic = of_cables.reshape(3, len(displacements), count).sum(axis=-1)
     inertia = inertia + _quadratic(layout.body_matrices[1], displacements)

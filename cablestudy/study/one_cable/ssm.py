@@ -90,10 +90,10 @@ class CableChoice(Choice):
             a = self.system().a
             return np.linalg.eigvals(a) if len(a) <= STUDY.cable_states else np.zeros(0, dtype=complex)
         kept = self.kept
-        moved = sum(np.abs(np.prod(kept.participation[:, list(pair)], axis=1)) for pair in self.pairs)
-        shown = moved > 1e-20 * moved.max(initial=0.0)  # others are zero but for rounding
-        ratio = np.minimum(kept.damping_ratio[shown], 1.0)
-        return kept.omega[shown] * (-ratio + 1j * np.sqrt(1 - ratio**2))
+        products = sum(np.abs(np.prod(kept.participation[:, list(pair)], axis=1)) for pair in self.pairs)
+        excited = products > 1e-20 * products.max(initial=0.0)  # others are zero but for rounding
+        ratio = np.minimum(kept.damping_ratio[excited], 1.0)
+        return kept.omega[excited] * (-ratio + 1j * np.sqrt(1 - ratio**2))
 
     def mode_table(self):
         """Table of the modes that are kept."""

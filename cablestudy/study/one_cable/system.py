@@ -80,12 +80,12 @@ class InCableWind:
     ----------
     sides : list of DynamicAnalysis
         One for each direction of the wind.
-    moved : list of str
+    outputs : list of str
         Outputs whose largest RMS decides which of the winds `side` returns.
     """
 
-    def __init__(self, sides, moved):
-        self.sides, self._moved = sides, moved
+    def __init__(self, sides, outputs):
+        self.sides, self._outputs = sides, outputs
 
     def rms(self, names, variance, open_loop):
         """Largest `DynamicAnalysis.rms` among some outputs and the winds, and its error; raises as that method."""
@@ -109,7 +109,7 @@ class InCableWind:
 
     def side(self, open_loop=False):
         """`DynamicAnalysis` in the wind that displaces gondola or bare cable more; raises as `DynamicAnalysis.rms`."""
-        return self._largest(self.sides, self._moved, "value", open_loop)[1]
+        return self._largest(self.sides, self._outputs, "value", open_loop)[1]
 
 
 def analysis_of(case, damping=0.0, make_analysis=DynamicAnalysis):

@@ -37,7 +37,7 @@ class SuspensionChoice(CoupledChoice):
 
     def response(self, pair, frequency):
         """The output of a pair for a unit of its input, shape (m,), at frequencies [Hz]."""
-        return self.shown.response(*pair, frequency)
+        return self.reduced.response(*pair, frequency)
 
     @property
     def share(self):
@@ -45,13 +45,13 @@ class SuspensionChoice(CoupledChoice):
         return inertia_shares(self.whole, *self.pairs[0])
 
     @cached_property
-    def shown(self):
+    def reduced(self):
         """`LinearSystem` of the chosen modes."""
         return (keep_modes if self.options.residual else truncate_modes)(self.whole, self.chosen)
 
     def system(self):
         """The `StateSpace`; NoSolutionError where it overflows."""
-        return state_space_of(self.shown, self.whole)
+        return state_space_of(self.reduced, self.whole)
 
     @property
     def notes(self):
@@ -76,7 +76,7 @@ class SuspensionChoice(CoupledChoice):
         if self.options.residual:
             return
         (output, input_), still, (below, above) = self.pairs[0], np.zeros(1), self.names
-        wrong, right = (float(one.response(output, input_, still)[0].real) for one in (self.shown, self.whole))
+        wrong, right = (float(one.response(output, input_, still)[0].real) for one in (self.reduced, self.whole))
         unit = response_unit(self.whole.outputs[output][1], self.whole.inputs[input_][1])
         yield (
             "warning: --no-residual leaves out the static part of the omitted modes: static response of "

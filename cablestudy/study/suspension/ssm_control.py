@@ -80,7 +80,7 @@ class ControlledChoice(CoupledChoice):
         return range(len(self.found.shapes))
 
     @cached_property
-    def shown(self):
+    def reduced(self):
         """The `StateSpace`; NoSolutionError where it overflows."""
         closed_loop, motion = self.closed_loop, self.closed_loop.plant.viscous_motion
         forces = np.zeros((len(motion), len(closed_loop.layout.free)))
@@ -92,14 +92,14 @@ class ControlledChoice(CoupledChoice):
         return state_space_of(system, None, self.loop, measured, closed_loop.actuators)
 
     def system(self):
-        """The `StateSpace`, see `shown`."""
-        return self.shown
+        """The `StateSpace`, see `reduced`."""
+        return self.reduced
 
     def response(self, pair, frequency):
         """The output of a pair for a unit of its input, shape (m,), at frequencies [Hz]."""
-        found, none = self.shown, np.zeros((len(self.shown.a),) * 2)
-        driven, moved = (found.b, 0 * found.b, 0 * found.b), (found.c, 0 * found.c, 0 * found.c)
-        system = LinearSystem(none, np.eye(len(none)), -found.a, driven, c=moved, d=(found.d, *found.derivatives))
+        found, none = self.reduced, np.zeros((len(self.reduced.a),) * 2)
+        b, c = (found.b, 0 * found.b, 0 * found.b), (found.c, 0 * found.c, 0 * found.c)
+        system = LinearSystem(none, np.eye(len(none)), -found.a, b, c=c, d=(found.d, *found.derivatives))
         return system.response(*pair, frequency)
 
     @property
@@ -108,7 +108,7 @@ class ControlledChoice(CoupledChoice):
         scene, kept = self.case.scene, len(self.found)
         others = self.closed_loop.motion.shapes.shape[1] - kept
         about = "without wind" if scene.wind is None else "in the mean wind"
-        derivatives = any(matrix.any() for matrix in self.shown.derivatives)
+        derivatives = any(matrix.any() for matrix in self.reduced.derivatives)
         velocity = (
             "a reference adds to tensions at once (D1"
             if self.loop
@@ -195,7 +195,7 @@ def choose_controlled(document, scene, options, highest=None):
 
 
 def _channel_names(case, measured):
-    """Names of the inputs and outputs of `ControlledChoice.shown`, of a loop that measures something: two lists."""
+    """Names of the inputs and outputs of `ControlledChoice.reduced`, of a loop that measures something: two lists."""
     scene = case.scene
     named = labels(Layout(case.equilibrium), winches_of(scene, list(scene.cables)), markers_of(scene))
     inputs, outputs = ([name for name, _ in pairs] for pairs in named)
