@@ -26,7 +26,6 @@ from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.together import batches, computed_together
 
-TURN = 2 * np.pi
 SHIFTS = np.array([0.0, 0.5])  # of S by multiples of I: for the peak of the sensitivity, and for the disk margin
 # bound, where the loop gain is small, on how far a peak at or beside a frequency lies above the size of I, over that of
 # S - I there: a peak beside a frequency is at most `peak_reach` times its visible height higher
@@ -161,7 +160,7 @@ class Margins:
     def gain_crossover(self):
         """Frequency of the phase margin; None where there is none. [Hz]"""
         omega, phase = self.crossovers
-        return float(omega[np.argmin(np.abs(phase))] / TURN) if len(omega) else None
+        return float(omega[np.argmin(np.abs(phase))] / (2 * np.pi)) if len(omega) else None
 
     @property
     def delay_margin(self):
@@ -177,7 +176,7 @@ class Margins:
     @property
     def sensitivity_frequency(self):
         """Frequency of the largest sensitivity, the lowest of equal ones; None where it is 1, at infinity. [Hz]"""
-        return self._peak[1] and self._peak[1] / TURN
+        return self._peak[1] and self._peak[1] / (2 * np.pi)
 
     @property
     def disk_margin(self):
@@ -187,7 +186,7 @@ class Margins:
     @property
     def disk_frequency(self):
         """Frequency that decides the disk margin; None where it is 2. [Hz]"""
-        return self._disk[1] and self._disk[1] / TURN
+        return self._disk[1] and self._disk[1] / (2 * np.pi)
 
     @property
     def disk_gain_margin(self):
@@ -205,7 +204,7 @@ class Margins:
     @property
     def deciding(self):
         """Frequencies at which the loop gain decides the margins, shape (d,). [rad/s]"""
-        peaks = [*(omega for _, omega in self.peaks), self.bandwidth and TURN * self.bandwidth]
+        peaks = [*(omega for _, omega in self.peaks), self.bandwidth and 2 * np.pi * self.bandwidth]
         return np.append(self.crossovers[0], [omega for omega in peaks if omega])
 
     @computed_together
@@ -219,7 +218,7 @@ class Margins:
 
             for one, (_, sizes), (zeros, _) in zip(members, curves, passages(log_size_at, curves), strict=True):
                 zeros = zeros[1:] if sizes[0, 0] < 0 else zeros  # the first one is where T rises before it falls
-                yield one, float(zeros[0] / TURN) if len(zeros) else None
+                yield one, float(zeros[0] / (2 * np.pi)) if len(zeros) else None
 
     @property
     def _up_to_bandwidth(self):

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cablestudy.control.margins import TURN, Margins, largest, sensitivity
+from cablestudy.control.margins import Margins, largest, sensitivity
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import NoSolutionError
 
@@ -44,12 +44,12 @@ def nearby_margins(known, unit_gain):
     """
     (crossovers, angles), count = known.crossovers, len(known.crossovers[0])
     try:
-        peaks = TURN * np.array([known.sensitivity_frequency, known.disk_frequency])
+        peaks = 2 * np.pi * np.array([known.sensitivity_frequency, known.disk_frequency])
     except (TypeError, NoSolutionError):  # no peak above the size of I, or one of a mode as good as undamped
         return None
     step = CONTROL.nearby_peak * np.array([_bracket(known.omega, omega) for omega in peaks])
     about_peaks = (peaks[:, None] + step[:, None] * THREE).ravel()
-    passed = np.append(crossovers, [TURN * known.bandwidth] if known.bandwidth else [])
+    passed = np.append(crossovers, [2 * np.pi * known.bandwidth] if known.bandwidth else [])
     about_passed = (passed[:, None] * (1 + CONTROL.nearby_step * THREE)).ravel()
     at_three = known.loop_gain(1j * np.append(about_peaks, about_passed))
     at_three = at_three.reshape(-1, 3, *at_three.shape[1:])
@@ -162,7 +162,7 @@ def _bandwidth(omega, known, changed):
     slope, curvature = (after - before) / (2 * step), (after - 2 * at + before) / step**2
     shift = (at - there) / slope
     _check_first_order(slope, curvature, shift, there - at)
-    return float(omega + shift) / TURN
+    return float(omega + shift) / (2 * np.pi)
 
 
 def _bracket(omega, peak):

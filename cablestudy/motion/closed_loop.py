@@ -16,8 +16,6 @@ from cablestudy.motion.tolerances import MOTION
 from cablestudy.motion.turbulence import Turbulence
 from cablestudy.system.coupled_modes import coupled_modes
 
-TURN = 2 * np.pi
-
 
 class ClosedLoop:
     """A suspension about its equilibrium in the mean wind, with the control loop that its scene may have.
@@ -192,7 +190,7 @@ class ClosedLoop:
         if pole:
             motion = self._growing_motion(pole, loop)
         else:
-            motion = f"a motion of {self.stability.driven.limit.omega / TURN:.4g} Hz grows"
+            motion = f"a motion of {self.stability.driven.limit.omega / (2 * np.pi):.4g} Hz grows"
         message = f"the loop is unstable at {self.gains_in_words(loop.gain)}: {motion}; "
         try:
             limit = self.stability.largest_gain
@@ -223,7 +221,7 @@ class ClosedLoop:
         shape = np.linalg.svd(stiffness)[2][-1].conj()
         energy = np.abs(shape * pole) ** 2
         coordinate = int(np.argmax(energy))
-        growth = f"grows by {pole.real:.3g}/s at {abs(pole.imag) / TURN:.4g} Hz"
+        growth = f"grows by {pole.real:.3g}/s at {abs(pole.imag) / (2 * np.pi):.4g} Hz"
         masses = [actuator.name for actuator in self.actuators if not actuator.wheel]
         stroke = coordinate - (len(self.motion) - len(masses))  # the last coordinates are the strokes of masses
         return f"{masses[stroke] if stroke >= 0 else self.mode_name(coordinate)} {growth}"

@@ -10,8 +10,6 @@ from cablestudy.errors import NoSolutionError
 from cablestudy.scene.determinacy import MOTIONS
 from cablestudy.statics.suspension import AXES
 
-TURN = 2 * np.pi
-
 
 class ControlledBody:
     """The body that a control loop holds in place: what the loop measures of it, its notches, and how winches move it.
@@ -123,8 +121,8 @@ class ControlledBody:
             frequencies = self._static_frequencies()
         else:
             frequencies = [table.frequency] * len(self.measured)
-        rolloff = TURN * table.rolloff_frequency, table.rolloff_damping_ratio
-        return tuple(Notch(TURN * frequency, table.damping_ratio, *rolloff) for frequency in frequencies)
+        rolloff = 2 * np.pi * table.rolloff_frequency, table.rolloff_damping_ratio
+        return tuple(Notch(2 * np.pi * frequency, table.damping_ratio, *rolloff) for frequency in frequencies)
 
     @cached_property
     def _compliance_shares(self):
@@ -166,7 +164,7 @@ class ControlledBody:
     def _static_frequencies(self):
         """Frequency of the body alone, on its static compliance, in each measured coordinate, shape (k,). [Hz]"""
         inertia = np.diagonal(self._plant.layout.mass[self.index])[[MOTIONS.index(name) for name in self.measured]]
-        return 1 / np.sqrt(self._compliance * inertia) / TURN
+        return 1 / np.sqrt(self._compliance * inertia) / (2 * np.pi)
 
     @cached_property
     def allocation(self):

@@ -29,8 +29,6 @@ from cablestudy.statics.suspension import outward
 from cablestudy.system.coupling_damping import compute_pole_sums
 from cablestudy.system.together import computed_together
 
-TURN = 2 * np.pi
-
 
 class BodiesOnAllModes:
     """Responses of the bodies of a `Plant` to forces on them, by all modes of the cables that may add to a variance.
@@ -314,7 +312,7 @@ class LeftOutModes:
         @np.errstate(divide="ignore", invalid="ignore")  # where nothing moves
         def matters(omega, squares):
             """True between neighbours by which a peak may add to a variance what is stated without, shape (f - 1,)."""
-            spectrum, frequency = spectra.forcing(omega) * squares.max(axis=1), omega / TURN
+            spectrum, frequency = spectra.forcing(omega) * squares.max(axis=1), omega / (2 * np.pi)
             known = zip(weights.values(), smallest, strict=True)
             shares = [weight(frequency)[:, None] * spectrum / of_weight for weight, of_weight in known]
             density = np.max(shares, axis=(0, 2))
@@ -327,7 +325,7 @@ class LeftOutModes:
 
 def _integrals(omega, values, weights):
     """Sizes of the integrals over frequency of weighted values, shape (f, r), at frequencies [rad/s]: shape (w, r)."""
-    frequency = omega / TURN
+    frequency = omega / (2 * np.pi)
     weighted = [weight(frequency)[:, None] * values for weight in weights.values()]
     return np.abs(np.trapezoid(weighted, frequency, axis=1))
 
@@ -362,7 +360,7 @@ class _Responses:
     def __init__(self, turbulence, rows, by_all_modes, of_each_cable=False, speeds=False):
         self.plant, self._turbulence, self._by_all_modes = turbulence.plant, turbulence, by_all_modes
         self._of_model, self._of_each = {"rows": rows, "speeds": speeds}, of_each_cable
-        low, high = MOTION.left_out_from * self.plant.all_modes.highest, TURN * turbulence.range[1]
+        low, high = MOTION.left_out_from * self.plant.all_modes.highest, 2 * np.pi * turbulence.range[1]
         self.coarse = np.geomspace(low, max(high, low), MOTION.left_out_points)
 
     @cached_property
@@ -407,7 +405,7 @@ class _Spectra:
     def coarse(self):
         """Spectra at the frequencies `coarse` of the responses, shape (f, r)."""
         coarse, gusts = self.responses.coarse, self.responses.plant.gusts
-        return gusts.input_spectra(coarse / TURN, np.swapaxes(self._residues.response(1j * coarse), -1, -2))
+        return gusts.input_spectra(coarse / (2 * np.pi), np.swapaxes(self._residues.response(1j * coarse), -1, -2))
 
     @cached_property
     def _forcing(self):

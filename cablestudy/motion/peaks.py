@@ -10,8 +10,6 @@ import numpy as np
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.wind.peak import peak_factor
 
-TURN = 2 * np.pi
-
 
 def peak(analysis, names, mean=0.0, crossings=0.0, mean_error=0.0):
     """Estimate the largest size that some outputs together reach in the wind, |mean| + g(n, T) RMS.
@@ -38,7 +36,7 @@ def peak(analysis, names, mean=0.0, crossings=0.0, mean_error=0.0):
     if not rms:
         return abs(mean), error + mean_error
     rms_rate, rate_error = analysis.rms(names, "rate", open_loop=False)
-    rate, duration = rms_rate / (TURN * rms), analysis.scene.wind.duration
+    rate, duration = rms_rate / (2 * np.pi * rms), analysis.scene.wind.duration
     change, error = _expected_peak(rms, rate, error, max(rate_error + error, crossings), duration)
     largest = abs(mean) + change
     return largest, (error * change + mean_error * abs(mean)) / largest
@@ -50,7 +48,7 @@ def peak_of_change(analysis, names):
     Its error, which takes long for tensions, is not computed.
     """
     rms, rms_rate = (np.sqrt(analysis.sum_of_variances(names, variance)) for variance in ("value", "rate"))
-    return peak_factor(rms_rate / (TURN * rms), analysis.scene.wind.duration) * rms if rms else rms
+    return peak_factor(rms_rate / (2 * np.pi * rms), analysis.scene.wind.duration) * rms if rms else rms
 
 
 def winch_speeds(analysis):
@@ -86,7 +84,7 @@ def winch_speeds(analysis):
     if plant.gusts.strips and not plant.responses:
         rate_error = MOTION.one_model_safety * rate_error.max()
     crossings_error = np.maximum(rate_error + error, MOTION.crossings if left_out.unknown else 0.0)
-    rate, duration = rms_rate / (TURN * np.sqrt(divisor[0])), analysis.scene.wind.duration
+    rate, duration = rms_rate / (2 * np.pi * np.sqrt(divisor[0])), analysis.scene.wind.duration
     peaks, peak_errors = _expected_peak(rms, rate, error, crossings_error, duration)
     largest, fastest = int(np.argmax(rms)), int(np.argmax(peaks))
     known = 0.0 if analysis.sizes.error_known else np.nan

@@ -29,8 +29,6 @@ from cablestudy.system.state_spaces import StateSpaces
 from cablestudy.system.together import batches, computed_together
 from cablestudy.wind.strips import midspan_shapes
 
-TURN = 2 * np.pi
-
 
 def winches_of(scene, cable_names):
     """The `Winch` of each cable that has one, in the order of the scene: list."""
@@ -61,12 +59,13 @@ def actuators_of(scene):
     for name, table in scene.actuators.items():
         body = names.index(table.body) if table.body else 0
         axis = _unit(table.axis)
-        corner = TURN * (table.high_pass or 0.0)
+        corner = 2 * np.pi * (table.high_pass or 0.0)
         if isinstance(table, ReactionWheel):
             gain = table.rate_gain
             actuator = Actuator(name, True, body, np.zeros(3), axis, table.inertia, velocity_gain=gain, corner=corner)
         else:
-            spring, gains = (TURN * table.frequency, table.damping_ratio), (table.velocity_gain, table.position_gain)
+            spring = 2 * np.pi * table.frequency, table.damping_ratio
+            gains = table.velocity_gain, table.position_gain
             actuator = Actuator(name, False, body, np.array(table.at), axis, table.mass, *spring, *gains, corner)
         actuators.append(actuator)
     return actuators

@@ -17,7 +17,7 @@ from cablestudy.motion.tolerances import MOTION
 from cablestudy.system.linear import LinearSystem
 from cablestudy.system.together import batches
 
-MIDSPAN, TURN = ".midspan.", 2 * np.pi  # in names of outputs; [rad]
+MIDSPAN = ".midspan."  # in names of outputs
 
 
 def applied_loads(plant):
@@ -40,7 +40,7 @@ def _applied_and_midspan_loads(plant):
     system, applied = plant.full_system, applied_loads(plant)
     if not plant.midspans:
         return applied
-    without_modes = plant.modes.models.lowest_omega > TURN * plant.modes.frequency[-1]
+    without_modes = plant.modes.models.lowest_omega > 2 * np.pi * plant.modes.frequency[-1]
     loads = _midspan_loads(plant)[:, np.repeat(without_modes, 3)]
     return np.concatenate([applied, system.mass @ system.compliance(loads)], axis=1)
 

@@ -15,8 +15,6 @@ from cablestudy.motion.tolerances import MOTION
 from cablestudy.motion.turbulence import OWN
 from cablestudy.wind.integrals import Integrals
 
-TURN = 2 * np.pi
-
 
 def change_by_waves(plant):
     """Estimate how much waves on cables above the modes of the model change the variances of tensions in the wind.
@@ -60,7 +58,7 @@ def change_by_waves(plant):
         direct=np.zeros_like(inputs),
     )
     low, high = turbulence.range
-    edges = gusts.edges(low, max(high, MOTION.wave_range * np.abs(poles).max() / TURN))
+    edges = gusts.edges(low, max(high, MOTION.wave_range * np.abs(poles).max() / (2 * np.pi)))
     integrals = Integrals.on(edges, gusts, OWN, turbulence.least)
     # both changes of each tension are added, each with its safety factor
     factor = np.repeat([MOTION.waves_along, MOTION.waves_across], len(tension_rows) // directions)

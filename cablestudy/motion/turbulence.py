@@ -17,8 +17,8 @@ from cablestudy.wind.integrals import Integrals, variances_of_rows
 from cablestudy.wind.tolerances import WIND
 from cablestudy.wind.variance import smooth_on, with_turns
 
-TURN = 2 * np.pi
-OWN = {"value": np.ones_like, "rate": lambda frequency: (TURN * frequency) ** 2}  # weights of displacements and rates
+# weights of displacements and rates
+OWN = {"value": np.ones_like, "rate": lambda frequency: (2 * np.pi * frequency) ** 2}
 
 
 class Turbulence:
@@ -87,11 +87,11 @@ class Turbulence:
         """Lowest and highest frequency of the integrals. [Hz]"""
         wind, lowest = self.plant.scene.wind, self.plant.modes.frequency[0]
         corner = wind.speed / wind.length_scale
-        slow = [corner, lowest] + ([] if self.loop is None else [self.loop.gain / TURN])
+        slow = [corner, lowest] + ([] if self.loop is None else [self.loop.gain / (2 * np.pi)])
         corners = [[actuator.omega, actuator.corner] for actuator in self.plant.actuators]
         corners = np.concatenate([*corners, [] if self.loop is None else self.loop.corners])
         highest = MOTION.highest_frequency * max(corner, lowest)
-        highest = max(highest, MOTION.beyond_corners * corners.max(initial=0.0) / TURN)
+        highest = max(highest, MOTION.beyond_corners * corners.max(initial=0.0) / (2 * np.pi))
         return MOTION.lowest_frequency * min(slow), highest
 
     def _integrals_of(self, weights, jumps=()):
@@ -148,7 +148,7 @@ class Turbulence:
         """
         if self.loop is None or not self.loop.law.delay:
             return np.zeros((len(integrals.weights), 1))
-        beyond = TURN * integrals.panels.frequency > self.loop.right_up_to
+        beyond = 2 * np.pi * integrals.panels.frequency > self.loop.right_up_to
         weights = {name: weight * beyond for name, weight in integrals.weights.items()}
         beyond = replace(integrals, weights=weights).variances(self.plant.at_rest.residues)
         return MOTION.delayed_error * self.loop.gain_beyond * beyond

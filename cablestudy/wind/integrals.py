@@ -13,8 +13,6 @@ from cablestudy.system.residues import stack
 from cablestudy.wind.tolerances import WIND
 from cablestudy.wind.variance import Noise, Panels, variances, variances_with_remainder
 
-TURN = 2 * np.pi
-
 
 @dataclass(frozen=True)
 class Integrals:
@@ -91,13 +89,14 @@ class Integrals:
         ndarray, complex, shape (o,)
             Pole [rad/s]; 0 for an output that no excited undamped motion moves.
         """
-        sum_over_poles, _ = response.split(TURN * self.panels.highest)
+        sum_over_poles, _ = response.split(2 * np.pi * self.panels.highest)
         least = self.least_damping_ratio
         undamped = sum_over_poles.take(~damped(sum_over_poles, least) & (sum_over_poles.poles != 0))
         if not len(undamped.poles):
             return np.zeros(len(variance), dtype=complex)
         omega, inputs = np.abs(undamped.poles), undamped.inputs
-        force_spectrum = (inputs * self.gusts.matrix_times(omega / TURN, inputs[:, :, None].conj())[..., 0]).sum(axis=1)
+        spectra = self.gusts.matrix_times(omega / (2 * np.pi), inputs[:, :, None].conj())[..., 0]
+        force_spectrum = (inputs * spectra).sum(axis=1)
         # of each pole (rows) in each output (columns), as if its damping ratio were the least
         variance_at_least_damping = (force_spectrum.real / (2 * least * omega))[:, None]
         energy = np.abs(undamped.outputs.T) ** 2 * stiffness * variance_at_least_damping
@@ -129,7 +128,7 @@ def variances_of_rows(integrals, responses):
     for row, (integral, response) in enumerate(zip(integrals, responses, strict=True)):
         weights = np.stack(list(integral.weights.values()))
         # a delay leaves a remainder, smooth over frequency, beside the sum over poles; without delay it is None
-        poles, remainder = response.split(TURN * integral.panels.highest)
+        poles, remainder = response.split(2 * np.pi * integral.panels.highest)
         is_damped = damped(poles, integral.least_damping_ratio)
         poles = poles if is_damped.all() else poles.take(is_damped)
         if remainder is not None:

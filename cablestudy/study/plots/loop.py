@@ -31,7 +31,6 @@ from cablestudy.study.plots.style import (
 )
 from cablestudy.study.plots.words import axis_label, with_minus
 
-TURN = 2 * np.pi
 SPAN_BELOW, SPAN_ABOVE = 0.02, 3.0  # ends of the default range over the lowest and highest frequency marked
 CURVE_POINTS = 1500  # of a curve, without those near resonances
 LEAST_MAGNITUDE = -100.0  # magnitude that is drawn [dB]
@@ -102,10 +101,10 @@ def _title(closed_loop):
 
 def _span(closed_loop):
     """Default range of frequencies, about those that are marked, and number of points: (low [Hz], high [Hz], int)."""
-    marked = [*closed_loop.body.coupled_frequencies, closed_loop.loop.gain / TURN]
+    marked = [*closed_loop.body.coupled_frequencies, closed_loop.loop.gain / (2 * np.pi)]
     limit, _ = _limit_of(closed_loop)
-    marked += [limit.omega / TURN] if limit else []
-    marked += [notch.rolloff_omega / TURN for notch in closed_loop.body.notches if notch]
+    marked += [limit.omega / (2 * np.pi)] if limit else []
+    marked += [notch.rolloff_omega / (2 * np.pi) for notch in closed_loop.body.notches if notch]
     return min(0.2 * max(marked), SPAN_BELOW / SPAN_ABOVE * 10 * min(marked)), SPAN_ABOVE * max(marked), CURVE_POINTS
 
 
@@ -133,7 +132,7 @@ def _magnitude(axes, closed_loop, frequency, value):
     axes.set_ylim(max(LEAST_MAGNITUDE, np.nanmin(sizes) - 5), np.nanmax(sizes) + 10)
     axes.set_ylabel("loop gain [dB]")
     if limit := _limit_of(closed_loop)[0]:
-        margin, crossing = _margin(closed_loop, limit), limit.omega / TURN
+        margin, crossing = _margin(closed_loop, limit), limit.omega / (2 * np.pi)
         axes.annotate("", (crossing, 0), (crossing, -margin), arrowprops={"color": RED, **ARROW})
         axes.plot(crossing, -margin, "o", color=RED, ms=4, zorder=5,
                   label=with_minus(f"gain margin {margin:.4g} dB at {crossing:.4g} Hz"))  # fmt: skip
@@ -201,7 +200,7 @@ def _nyquist(axes, closed_loop, value):
         Loop gain of k measured coordinates at f frequencies, complex. [-]
     """
     zero_lines(axes)
-    circle = np.exp(1j * np.linspace(0, TURN, 361))
+    circle = np.exp(1j * np.linspace(0, 2 * np.pi, 361))
     axes.plot(circle.real, circle.imag, color=GREY, lw=0.8, ls="--", label="unit circle")
     several = value.shape[-1] > 1
     colours = (*SERIES, GREY) * value.shape[-1] if several else (BLUE,)

@@ -25,7 +25,6 @@ from cablestudy.study.ssm_tables import near_poles
 from cablestudy.study.suspension.wind_columns import PLACES, TURNS
 from cablestudy.wind.spectrum import admittance, speed_spectrum
 
-TURN = 2 * np.pi
 FREQUENCIES, CURVE_POINTS = (1e-3, 1e2), 1200  # frequencies of a picture [Hz], and how many of equal ratios
 NARROW_POLE = 0.3  # damping ratio below which a pole gets frequencies of its own
 HALF_WIDTHS = np.sinh(np.linspace(-3.6, 3.6, 57))  # distances of these frequencies from the pole, in its half-widths
@@ -408,5 +407,5 @@ def _wind_arrow(axes, along):
 def ellipse(covariance):
     """Points of the ellipse whose extent in any direction is the RMS in it, shape (2, n), of a covariance (2, 2)."""
     variance, axes = np.linalg.eigh(covariance)
-    angle = np.linspace(0.0, TURN, 241)
+    angle = np.linspace(0.0, 2 * np.pi, 241)
     return axes @ (np.sqrt(np.maximum(variance, 0.0))[:, None] * np.stack([np.cos(angle), np.sin(angle)]))

@@ -13,7 +13,6 @@ from cablestudy.motion.tolerances import MOTION
 from cablestudy.study.column import MM, UM, Column, scaled
 from cablestudy.study.motion_columns import loop_columns, winch_columns
 
-TURN = 2 * np.pi
 PLACES, TURNS = ("x", "y", "z"), ("rx", "ry", "rz")
 STATES = {"": "", "_open_loop": ", the winches at rest"}
 ENDS = ("tension_from", "tension_to")
