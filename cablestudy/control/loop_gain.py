@@ -103,9 +103,9 @@ class LoopGain:
         return receptance
 
     @property
-    def spoilt(self):
+    def ill_conditioned(self):
         """True if so much strain is damped that rounding spoils the response of a cable."""
-        return any(cable.element.spoilt for cable in self._cables)
+        return any(cable.element.ill_conditioned for cable in self._cables)
 
     @property
     def coupling_damping(self):

@@ -46,7 +46,6 @@ from cablestudy.system.together import computed_together
 
 MODES_TOGETHER = np.arange(5.0)  # shifts of the poles of modes that nearly coincide, over that of one alone
 ON_THE_WAY = np.arange(1.0, 6.0) / 5  # from the frequency with fixed ends to an estimated pole
-TURN = 2 * np.pi
 
 
 def open_poles(closed_loop):
@@ -103,7 +102,7 @@ class DrivenCables:
         try:
             return self.modes_in_loop(self.models)
         except ConvergenceError as error:
-            highest = np.maximum(self._highest_driven, [[self.resolved_to], [0.0]]).max() / TURN
+            highest = np.maximum(self._highest_driven, [[self.resolved_to], [0.0]]).max() / (2 * np.pi)
             examined = f"the loop is examined up to {self._gain_in_words}"
             message = f"{examined}, which needs modes of a cable up to {highest:.4g} Hz: {error}"
             raise ConvergenceError(message) from None
@@ -131,7 +130,7 @@ class DrivenCables:
     @property
     def coupling_damping(self):
         """`CouplingDamping` of each cable in the loop gain whose modes damping couples: list."""
-        return [] if self.spoilt else self.loop_gain.coupling_damping
+        return [] if self.ill_conditioned else self.loop_gain.coupling_damping
 
     @cached_property
     def gains(self):
@@ -179,7 +178,7 @@ class DrivenCables:
 
     def _located_by_equations(self, limit):
         """A `Limit` located without poles in windows, which are less accurate; itself where there are none."""
-        if self.spoilt or not self.loop_gain.windowed or limit.undamped or limit.factor > self.gain:
+        if self.ill_conditioned or not self.loop_gain.windowed or limit.undamped or limit.factor > self.gain:
             return limit
         return limit_near(self.loop_gain.by_equations, limit) or limit
 
@@ -225,7 +224,7 @@ class DrivenCables:
         return self if limit is None or gain <= MOTION.nearly_largest_gain * limit.factor else self.resolving
 
     @property
-    def spoilt(self):
+    def ill_conditioned(self):
         """True if rounding spoils the response of a cable: the loop gain is then that of the coupled modes."""
         return not isinstance(self.loop_gain, LoopGain)
 
@@ -239,7 +238,7 @@ class DrivenCables:
         """Frequencies up to which waves across and along each cable are driven or needed, shape (2, c). [rad/s]"""
         highest = np.maximum(self._effects.driven_up_to(self.gain), self.all_modes_up_to)
         if highest.max(initial=0.0) > self._highest_resolved:
-            hertz = highest.max() / TURN
+            hertz = highest.max() / (2 * np.pi)
             doing(f"modes of the cables that {self._gain_in_words} could drive are sought up to {hertz:.4g} Hz")
         return highest
 
@@ -379,7 +378,7 @@ class DrivenCables:
             controller=closed_loop.untuned_loop.controller,
             windows=plant.accuracy > MOTION.all_modes_from,
         )
-        return closed_loop.untuned_loop.unit_gain if loop_gain.spoilt else loop_gain
+        return closed_loop.untuned_loop.unit_gain if loop_gain.ill_conditioned else loop_gain
 
     def elements_of(self, models, kept):
         """`Superelement` of each cable in the loop gain, in the air: list; arguments as of `loop_gain_of`."""
@@ -391,8 +390,8 @@ class DrivenCables:
 
         The error is the NoSolutionError of too many modes. Each of the trials has a loop gain.
         """
-        yield from ((one, open_poles(one.closed_loop)) for one in trials if one.spoilt)
-        trials = [one for one in trials if not one.spoilt]
+        yield from ((one, open_poles(one.closed_loop)) for one in trials if one.ill_conditioned)
+        trials = [one for one in trials if not one.ill_conditioned]
         loop_gains = [one.loop_gain for one in trials]
         driven = driven_modes([one._effects for one in trials], loop_gains, [one.gain for one in trials])
         needed = {one: outcome_of(partial(one._needed_modes, modes)) for one, modes in zip(trials, driven, strict=True)}
@@ -477,7 +476,7 @@ class DrivenCables:
     def _critical_modes(self, limit):
         """Modes of each cable that the gain could drive, near the frequency of a `Limit`: list of bool, shape (n,)."""
         elements = self.models.elements
-        driven = [True] * len(elements) if self.spoilt else self._effects.may_drive(elements, self.gain)
+        driven = [True] * len(elements) if self.ill_conditioned else self._effects.may_drive(elements, self.gain)
         return [
             in_loop & of_cable & (np.abs(element.omega / limit.omega - 1) < MOTION.critical_modes)
             for element, in_loop, of_cable in zip(elements, self._in_loop, driven, strict=True)

@@ -48,13 +48,13 @@ class BodiesOnAllModes:
     def __init__(self, plant):
         self._plant, self._models, self.highest = plant, plant.modes.models, plant.modes.omega[-1]
         connection = dense(plant.layout.connection)
-        self._moved = connection.reshape(self._models.cables.count, 6, connection.shape[-1])
+        self._end_movements = connection.reshape(self._models.cables.count, 6, connection.shape[-1])
 
     @cached_property
     def _elements(self):
         """Elements of each cable, in the air, with the modes that the plant may have, or that may add to a variance."""
         added = []
-        for element, by_bodies in zip(self._models.elements, self._moved, strict=True):
+        for element, by_bodies in zip(self._models.elements, self._end_movements, strict=True):
             of_cable = _variances_added(element.omega, element.coupling @ by_bodies, element.omega)
             added.append(np.where(element.omega > MOTION.left_out_from * self.highest, of_cable, 0.0))
         least = MOTION.left_out_share * max((of_cable.max(initial=0.0) for of_cable in added), default=0.0)
@@ -67,19 +67,19 @@ class BodiesOnAllModes:
     def loop_gain(bodies):
         """`LoopGain` without a loop, whose receptance is R; None where rounding spoils the response of a cable."""
         loop_gains = {one: one._loop_gain for one in bodies}
-        usable = [loop_gain for loop_gain in loop_gains.values() if not loop_gain.spoilt]
+        usable = [loop_gain for loop_gain in loop_gains.values() if not loop_gain.ill_conditioned]
         compute_pole_sums(damping for loop_gain in usable for damping in loop_gain.coupling_damping)
-        yield from ((one, None if loop_gain.spoilt else loop_gain) for one, loop_gain in loop_gains.items())
+        yield from ((one, None if loop_gain.ill_conditioned else loop_gain) for one, loop_gain in loop_gains.items())
 
     @property
     def _loop_gain(self):
         """`loop_gain`, whether or not rounding spoils it."""
-        plant, cables = self._plant, len(self._moved)
+        plant, cables = self._plant, len(self._end_movements)
         size, free = len(plant.bodies), len(plant.layout.free)
         return LoopGain(
             plant.bodies,
             elements=self._elements,
-            connection=with_strokes(self._moved, size - free),
+            connection=with_strokes(self._end_movements, size - free),
             reeling=np.zeros((cables, 6, 0)),
             winch_loads=np.zeros((size, 0)),
             measured=np.zeros((0, size)),
@@ -92,7 +92,7 @@ class BodiesOnAllModes:
     def _resonances(self):
         """Poles of the modes of each cable between fixed ends, upper half plane [rad/s], and what they add: pairs."""
         pairs = []
-        for element, by_bodies in zip(self._elements, self._moved, strict=True):
+        for element, by_bodies in zip(self._elements, self._end_movements, strict=True):
             decay = np.maximum(element.decay, MOTION.undamped_motion * element.omega)
             of_cable = _variances_added(element.omega, element.coupling @ by_bodies, decay)
             above = element.omega > MOTION.left_out_from * self.highest
@@ -137,7 +137,7 @@ class BodiesOnAllModes:
         """
         tensions = []
         for cable, element in enumerate(loop_gain.elements):
-            ends = self._moved[cable] @ displacements
+            ends = self._end_movements[cable] @ displacements
             if released is not None:
                 ends = ends - loop_gain.reeling[cable] @ released
             forces = (element.dynamic_stiffness(s) @ ends).reshape(len(s), 2, 3, -1)
@@ -238,8 +238,8 @@ class LeftOutModes:
     def _released(self, s, displacements):
         """Lengths that winches let out by forces on the bodies, by free displacements by these, both (f, ..., d)."""
         loop = self._loop
-        moved = loop.controller(s)[:, :, None] * (self._closed_loop.stability.effects.measured @ displacements)
-        return loop.gain * (loop.allocation.matrix @ moved)
+        commands = loop.controller(s)[:, :, None] * (self._closed_loop.stability.effects.measured @ displacements)
+        return loop.gain * (loop.allocation.matrix @ commands)
 
     @cached_property
     def _winch_speeds(self):

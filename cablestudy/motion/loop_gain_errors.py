@@ -104,7 +104,7 @@ class LoopGainErrors:
     @property
     def simplification(self):
         """Relative error of margins, at least, by vectors for other modes or poles found in windows; 0 without. [-]"""
-        if self._driven.spoilt:  # the loop gain is that of the coupled modes
+        if self._driven.ill_conditioned:  # the loop gain is that of the coupled modes
             return 0.0
         return MOTION.by_other_modes if self._vectors_used or self._driven.loop_gain.windowed else 0.0
 
@@ -137,7 +137,9 @@ class LoopGainErrors:
         each cable.
         """
         limit, resolving, errors = self._driven.limit, self._driven.resolving, np.full((2, 2), np.nan)
-        if limit is None or not limit.omega <= resolving.resolved_to or resolving.fixed_elements or resolving.spoilt:
+        if limit is None or not limit.omega <= resolving.resolved_to:
+            return errors
+        if resolving.fixed_elements or resolving.ill_conditioned:
             return errors
         # at the few frequencies of a local search poles cost more than they spare
         for cause, changed in enumerate((resolving.errors.by_models, resolving.errors.by_drag)):
@@ -150,7 +152,7 @@ class LoopGainErrors:
 
     def perturbed_margins(self, margins):
         """`Margins` of the perturbed loop gains, near the frequencies that decide some `Margins` of the loop gain."""
-        if self._driven.fixed_elements or self._driven.spoilt:
+        if self._driven.fixed_elements or self._driven.ill_conditioned:
             return []
         perturbed = *self.by_models, *self.by_drag
         return [nearby_margins(margins, loop_gain) or _margins_near(margins, loop_gain) for loop_gain in perturbed]

@@ -120,15 +120,15 @@ class Strain:
 
     def check(self, omega):
         """Refuse so much damped strain, for modes of some frequencies [rad/s], that rounding spoils what is left."""
-        if self.spoils(omega):
+        if self.ill_conditioned(omega):
             raise NoSolutionError(
                 f"the strain is damped so much ({self.law}, {self.amount:g}) that rounding spoils the response: "
                 f"cable.damping must be less"
             )
 
-    def spoils(self, omega):
+    def ill_conditioned(self, omega):
         """True if so much strain is damped that rounding spoils what is left."""
-        return len(omega) > 0 and bool(np.abs(self.factor(1j * omega.min())) > SYSTEM.spoiling_loss)
+        return len(omega) > 0 and bool(np.abs(self.factor(1j * omega.min())) > SYSTEM.ill_conditioned_loss)
 
     @property
     def matrix(self):

@@ -365,9 +365,9 @@ class Superelement:
         return value + np.concatenate(modal or [products[:0]]).reshape(value.shape)
 
     @property
-    def spoilt(self):
+    def ill_conditioned(self):
         """True if so much strain is damped that rounding spoils the response: `dynamic_stiffness` refuses it."""
-        return self.strain is not None and self.strain.spoils(self.omega)
+        return self.strain is not None and self.strain.ill_conditioned(self.omega)
 
     @cached_property
     def coupling_damping(self):

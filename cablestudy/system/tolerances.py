@@ -91,7 +91,8 @@ class SystemTolerances:
     # modes over more than windows are wide leaves 2e-6, and 1.5e-4 of its largest gain
     trusted_windows: float = 7e-7
     windows_from: int = 150  # modes from which on windows are faster than one eigenvalue problem
-    spoiling_loss: float = 1e6  # loss factor at the lowest mode from which rounding spoils what damped strain leaves
+    # loss factor at the lowest mode from which rounding spoils what damped strain leaves
+    ill_conditioned_loss: float = 1e6
     solvent_steps: int = 20  # of the iteration for half of the poles of a cable, which takes seven of a usual one
     solved_frequencies: int = 16  # frequencies up to which solving at each is cheaper than finding the poles
     systems_at_once: int = 64  # systems of equations that are solved in one call
