@@ -235,13 +235,13 @@ def test_the_rows_and_columns_of_a_study_are_those_that_are_asked_for(folder):
     assert head[:3] == ["cable.preload [%]", "case", "sag [m]"]
     assert [row[:2] for row in rows] == [["5", "everyday"], ["8", "everyday"]]
     assert all(float(row[2]) > 0.8 for row in rows)
-    assert "Shown: 2 of 10 rows." in page.texts["p"]
+    assert "Selected: 2 of 10 rows." in page.texts["p"]
     (line,) = page.tables["Smallest and largest of each column"][1:]
     assert (line[0], line[2].partition(":")[0], line[4].partition(":")[0]) == ("sag [m]", "3", "1")
     told = run("report", study, "--columns", "foo,bar", "--where", "sagg > 1", code=2).err.splitlines()
     assert [line.split("'")[1] for line in told] == ["foo", "bar", "sagg"]
     page, _ = report(folder, study, "--where", "sag > 99 m")
-    assert "Shown: 0 of 10 rows." in page.texts["p"]
+    assert "Selected: 0 of 10 rows." in page.texts["p"]
     assert "figcaption" not in page.texts
     page, _ = report(folder, study, "--columns", "cable.preload")
     assert not {"Smallest and largest"} & set(page.texts["h2"])

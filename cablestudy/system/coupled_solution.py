@@ -198,7 +198,8 @@ class CoupledModes:
         near = np.where(np.isnan(found), complex(np.nan, np.nan), poles)
         coarse = models.with_all_displacements(SYSTEM.damped_pole_freedoms, coarser=SYSTEM.finer_orders)
         change = np.abs(self._ratios_near(near, coarse) / found - 1)
-        error = np.maximum(SYSTEM.coarser_mesh_safety * change, SYSTEM.frequency_rounding)
+        rounding = SYSTEM.frequency_rounding + SYSTEM.damping_rounding / found
+        error = np.maximum(SYSTEM.coarser_mesh_safety * change, rounding)
         known_as_zero = (ratio <= SYSTEM.frequency_rounding) & ~np.isnan(self.error)
         return np.where(known_as_zero, 0.0, error)
 

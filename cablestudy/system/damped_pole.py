@@ -97,14 +97,14 @@ def ratios_near(layout, cables, poles, shapes):
     Returns
     -------
     ndarray, shape (k,)
-        Not a number where no pole is found within `SYSTEM.known_pole_distance`, and nearer than any other estimate:
+        Not a number where no pole is found within `SYSTEM.paired_pole_distance`, and nearer than any other estimate:
         where cables move alone their motion shows nothing at the bodies. [-]
     """
     displacements = shapes[len(shapes) - len(layout.free) :].T
     damping = layout.damping if np.ndim(layout.damping) else 0.0
     distance = np.abs(poles[:, None] - poles) / np.abs(poles[:, None])
     others = np.where(distance > SYSTEM.coincident_poles, distance, np.inf)
-    far = np.fmin(SYSTEM.known_pole_distance, np.fmin.reduce(others, axis=1, initial=np.inf) / 2)
+    far = np.fmin(SYSTEM.paired_pole_distance, np.fmin.reduce(others, axis=1, initial=np.inf) / 2)
     one_by_one = zip(poles[:, None], displacements[:, None], far[:, None], strict=True)
     found = [poles_near(layout, cables, near, moved, damping, most) for near, moved, most in one_by_one]
     found = np.array(found, dtype=complex).reshape(-1)

@@ -60,6 +60,9 @@ class SystemTolerances:
     dense_numbers: int = 60_000  # in the matrices of cables that are solved at once: a processor's cache holds them
     pole_change: float = 1e-12  # relative change of a pole, of the size of its rounding
     known_pole_distance: float = 0.1  # relative distance from a known pole, from which on it is another one
+    # relative distance from a pole of the model of the modes, from which on it may belong to another mode
+    paired_pole_distance: float = 0.02
+    damping_rounding: float = 1e-14  # error of a damping ratio by rounding of the motion that loses energy
     # displacements of a cable all of whose modes are computed for a damped pole: half a second
     damped_pole_freedoms: int = 1200
     coarser_mesh_safety: float = 3.0  # on the change of a damping ratio from coarser meshes, where it falls slowly
