@@ -39,7 +39,7 @@ from cablestudy.study.columns import find
 from cablestudy.study.scene_kind import why_not
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.rows import evaluate_suspensions
-from cablestudy.study.suspension.wind_columns import place_columns
+from cablestudy.study.suspension.wind_columns import displacement_columns
 from cablestudy.wind import gusts
 from cablestudy.wind.integrals import Integrals
 from cablestudy.wind.mean import Drag, cable_loads
@@ -551,7 +551,7 @@ def test_a_junction_moves_as_a_body_that_does_not_turn():
     point = {"at": table["at"], "mass": table["mass"], "free": True}
     junction["points"] = body["points"] | {name: point}
     junction["cables"] = {cable: own | {"to": name} for cable, own in body["cables"].items()}
-    columns = [column.name for column in place_columns(name) if "corrected" not in column.name]
+    columns = [column.name for column in displacement_columns(name) if "corrected" not in column.name]
     of_body, of_junction = solve(body, *columns), solve(junction, *columns)
     assert of_body.status == of_junction.status == "ok"
     assert of_junction.values == pytest.approx(of_body.values, rel=1e-10)

@@ -34,9 +34,9 @@ from cablestudy.study.suspension.part_columns import (
 )
 from cablestudy.study.suspension.wind_columns import (
     actuator_columns,
+    displacement_columns,
     link_force_column,
     midspan_column,
-    place_columns,
     tension_columns,
     turn_columns,
 )
@@ -131,7 +131,7 @@ def _columns_of_path(path):
         *force_displacements(owner),
         *mode_columns(owner),
         *link_columns(owner),
-        *place_columns(path),
+        *displacement_columns(path),
         *turn_columns(path),
         *tension_columns(path),
         midspan_column(path),
@@ -223,7 +223,12 @@ def families_of_suspensions():
     stiffness += [*force_displacements("BODY"), *mode_columns("BODY")]
     of_whole = [column for column in WHOLE if column.needs != "run"]
     of_owners = [*body_columns("BODY"), *stiffness, *point_columns("POINT"), *all_cable_columns("CABLE"), *numbered]
-    in_wind = [*place_columns("BODY"), *turn_columns("BODY"), *place_columns("BODY.MARKER"), *place_columns("POINT")]
+    in_wind = [
+        *displacement_columns("BODY"),
+        *turn_columns("BODY"),
+        *displacement_columns("BODY.MARKER"),
+        *displacement_columns("POINT"),
+    ]
     in_wind += [*tension_columns("CABLE"), midspan_column("CABLE")]
     modes_of_cable = [cable_mode_column(family, "CABLE") for family in FAMILIES]
     of_links = [*link_columns("LINK"), link_force_column("LINK")]

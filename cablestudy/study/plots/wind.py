@@ -22,7 +22,7 @@ from cablestudy.study.plots.style import (
 )
 from cablestudy.study.plots.words import quantity_text, shortened
 from cablestudy.study.ssm_tables import near_poles
-from cablestudy.study.suspension.wind_columns import PLACES, TURNS
+from cablestudy.study.suspension.wind_columns import DISPLACEMENTS, TURNS
 from cablestudy.wind.spectrum import admittance, speed_spectrum
 
 FREQUENCIES, CURVE_POINTS = (1e-3, 1e2), 1200  # frequencies of a picture [Hz], and how many of equal ratios
@@ -34,7 +34,7 @@ COLOURS, WIDTHS = (BLUE, GREEN, ORANGE), (1.8, 1.2, 0.7)
 MM = 1e3
 MIDSPAN = ".midspan"  # of a cable, along the axes of its chord frame
 CHORD_FRAME = {"x": "along the chord", "y": "in the cable's plane", "z": "across it"}
-KINDS = (PLACES, MM, "displacement", "mm"), (TURNS, 1e6, "rotation", "µrad")  # axes, scale, name and unit
+KINDS = (DISPLACEMENTS, MM, "displacement", "mm"), (TURNS, 1e6, "rotation", "µrad")  # axes, scale, name and unit
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ def wind_response(winds, at_rest=None, on=None):
     """
     closed_loop = winds[0].closed_loop
     body, point = _drawn(closed_loop)
-    names = [f"{body}.{axis}" for axis in (*PLACES, *TURNS) if f"{body}.{axis}" in closed_loop.outputs]
+    names = [f"{body}.{axis}" for axis in (*DISPLACEMENTS, *TURNS) if f"{body}.{axis}" in closed_loop.outputs]
     states_of_control = _states_of_control(winds, at_rest or winds, point)
     frequency = _grid(states_of_control, names)
     states = _drawn_states(names, point, frequency, states_of_control)
@@ -249,7 +249,7 @@ def _drawn_state(names, point, frequency, label, colour, dashes, winds, open_loo
     -------
     DrawnState
     """
-    of_point = [f"{point}.{axis}" for axis in PLACES]  # outputs, of which some may be held
+    of_point = [f"{point}.{axis}" for axis in DISPLACEMENTS]  # outputs, of which some may be held
     spectra, variances, covariance = {}, {}, np.zeros((3, 3))
     for wind in winds:
         response = wind.response_of(open_loop)

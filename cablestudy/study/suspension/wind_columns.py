@@ -13,7 +13,7 @@ from cablestudy.motion.tolerances import MOTION
 from cablestudy.study.column import MM, UM, Column, scaled
 from cablestudy.study.motion_columns import loop_columns, winch_columns
 
-PLACES, TURNS = ("x", "y", "z"), ("rx", "ry", "rz")
+DISPLACEMENTS, TURNS = ("x", "y", "z"), ("rx", "ry", "rz")
 STATES = {"": "", "_open_loop": ", the winches at rest"}
 ENDS = ("tension_from", "tension_to")
 
@@ -34,7 +34,7 @@ def _analysis(case, names):
 # ------------------------------------------------------------------------------------------- of bodies and markers
 
 
-def place_columns(name):
+def displacement_columns(name):
     """Columns of the motion in the wind of a body (its reference point), a marker BODY.MARKER or a free point: list.
 
     * `mean_x`, `mean_y`, `mean_z`: displacement by the mean wind, the winches at rest;
@@ -49,7 +49,7 @@ def place_columns(name):
     name : str
         With a dot before each of these it is the name of a column, such as `gondola.rms_x`.
     """
-    outputs = [f"{name}.{axis}" for axis in PLACES]
+    outputs = [f"{name}.{axis}" for axis in DISPLACEMENTS]
 
     def rms(axes, unit, state, variance="value"):
         return lambda case: scaled(_rms(case, axes, variance, state), unit)
@@ -58,7 +58,7 @@ def place_columns(name):
         return lambda case: scaled(case.mean_displacement(name, axis), MM)
 
     def peak(case):
-        means, errors = np.transpose([case.mean_displacement(name, axis) for axis in range(len(PLACES))])
+        means, errors = np.transpose([case.mean_displacement(name, axis) for axis in range(len(DISPLACEMENTS))])
         mean = np.linalg.norm(means)
         mean_error = np.linalg.norm(means * errors) / mean if mean else 0.0
         return scaled(peaks.peak(_analysis(case, outputs), outputs, mean, mean_error=mean_error), MM)
@@ -77,13 +77,13 @@ def place_columns(name):
     columns = [
         Column(f"{name}.mean_{axis}", "mm", f"displacement by the mean wind along {axis}, the winches at rest", "wind",
                mean(number), "wind", follows_drag=True)
-        for number, axis in enumerate(PLACES)
+        for number, axis in enumerate(DISPLACEMENTS)
     ]  # fmt: skip
     for state, words in STATES.items():
         columns += [
             Column(f"{name}.rms_{axis}{state}", "mm", f"RMS displacement along {axis}{words}", "wind",
                    rms([output], MM, state), "wind")
-            for axis, output in zip(PLACES, outputs, strict=True)
+            for axis, output in zip(DISPLACEMENTS, outputs, strict=True)
         ]  # fmt: skip
         columns += [
             Column(f"{name}.rms{state}", "mm", f"RMS displacement, of the three together{words}", "wind",
@@ -105,7 +105,7 @@ def place_columns(name):
 
 def peak_along(case, name, axis):
     """Largest expected displacement of a body along x, y or z (0, 1, 2), the mean one included. [mm]"""
-    return MM * peaks.peak(case.analysis, [f"{name}.{PLACES[axis]}"], case.mean_displacement(name, axis)[0])[0]
+    return MM * peaks.peak(case.analysis, [f"{name}.{DISPLACEMENTS[axis]}"], case.mean_displacement(name, axis)[0])[0]
 
 
 def turn_columns(name):
@@ -161,7 +161,7 @@ def midspan_column(name):
     """The column of the RMS displacement of a cable at mid-span, which needs outputs that the others do not."""
 
     def rms(case):
-        return scaled(case.analysis.with_midspans.largest_rms([f"{name}.midspan.{axis}" for axis in PLACES]), MM)
+        return scaled(case.analysis.with_midspans.largest_rms([f"{name}.midspan.{axis}" for axis in DISPLACEMENTS]), MM)
 
     meaning = "RMS displacement at mid-span, in the direction that moves most"
     return Column(f"{name}.midspan_rms", "mm", meaning, "wind", rms, "wind")
@@ -246,9 +246,9 @@ def wind_columns_of(scene, name):
     """
     body, _, marker = name.partition(".")
     if body in scene.bodies and marker in ("", *scene.bodies[body].markers):
-        return place_columns(name) + ([] if marker else turn_columns(name))
+        return displacement_columns(name) + ([] if marker else turn_columns(name))
     if name in scene.points and scene.points[name].free:
-        return place_columns(name)
+        return displacement_columns(name)
     if name in scene.cables:
         return [*tension_columns(name), midspan_column(name)]
     if name in scene.links:

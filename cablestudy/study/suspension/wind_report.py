@@ -15,10 +15,10 @@ from cablestudy.study.suspension.wind_columns import (
     LOOP,
     WINCHES,
     actuator_columns,
+    displacement_columns,
     exceeded_limits,
     link_force_column,
     peak_along,
-    place_columns,
     slackened,
     tension_columns,
     turn_columns,
@@ -106,7 +106,7 @@ def _closed_loop(columns_of):
 
 def _open_loop(name):
     """Columns of a body or marker with the winches at rest, without that in their names."""
-    columns = place_columns(name) + ([] if "." in name else turn_columns(name))
+    columns = displacement_columns(name) + ([] if "." in name else turn_columns(name))
     return [replace(column, name=column.name.replace(OPEN, "")) for column in columns if OPEN in column.name]
 
 
@@ -166,7 +166,7 @@ def coordinate_table(case, _):
 
 TABLES = {  # name -> the key of the scene that it needs, and what makes it of a case
     "motion": ("bodies", lambda case, why: _by_name(
-        case, _bodies_and_markers(case.scene), _closed_loop(place_columns), why)),
+        case, _bodies_and_markers(case.scene), _closed_loop(displacement_columns), why)),
     "rotations": ("bodies", lambda case, why: _by_name(case, list(case.scene.bodies), _closed_loop(turn_columns), why)),
     "open_loop": ("control", lambda case, why: _by_name(case, _bodies_and_markers(case.scene), _open_loop, why)),
     "cables": ("cables", lambda case, why: table_by_name(
