@@ -135,14 +135,14 @@ def drag_change(equilibrium, drag):
     displacement = np.zeros((*equilibrium.position.shape[:2], 6))
     links = np.zeros((cases, equilibrium.suspension.owner.shape[0] - cables))
     form_error, stiffness_error = np.zeros((2, cases))
-    windy = np.zeros((cases, cables), dtype=bool)
+    in_wind = np.zeros((cases, cables), dtype=bool)
     if drag is not None:
         drag_of_cables = drag_on_cables(drag, equilibrium)
-        windy = (drag_of_cables.normal_drag > 0) & equilibrium.record.converged[:, None]
-    if not windy.any():
+        in_wind = (drag_of_cables.normal_drag > 0) & equilibrium.record.converged[:, None]
+    if not in_wind.any():
         return DragChange(np.zeros(cases), displacement, form_error, stiffness_error, links)
-    errors = _errors_between_held_ends(equilibrium, drag_of_cables, windy, drag.stretched)
-    rows = np.flatnonzero(windy.any(axis=1))  # m cases with wind on a cable
+    errors = _errors_between_held_ends(equilibrium, drag_of_cables, in_wind, drag.stretched)
+    rows = np.flatnonzero(in_wind.any(axis=1))  # m cases with wind on a cable
     displacement[rows], ends = _movement_of_bodies(equilibrium, rows, errors.end_forces[rows])
     ends_of_cables, ends_of_links = np.split(ends, [cables], axis=1)
     stiffness_of_links = equilibrium.end_stiffness[rows, cables:]
@@ -164,7 +164,7 @@ def drag_change(equilibrium, drag):
     return DragChange(errors.error.max(axis=-1), displacement, form_error, stiffness_error, links, errors)
 
 
-def _errors_between_held_ends(equilibrium, drag_of_cables, windy, stretched):
+def _errors_between_held_ends(equilibrium, drag_of_cables, in_wind, stretched):
     """Errors of n equilibria by drag that is taken as uniform along each of c cables, whose ends are held.
 
     Parameters
@@ -173,7 +173,7 @@ def _errors_between_held_ends(equilibrium, drag_of_cables, windy, stretched):
         Of the n cases.
     drag_of_cables : SteadyDrag
         Of each cable, shape (n, c), see `drag_on_cables`.
-    windy : ndarray of bool, shape (n, c)
+    in_wind : ndarray of bool, shape (n, c)
         Cables on which the wind acts.
     stretched : bool
         See `Drag.stretched`.
@@ -183,14 +183,14 @@ def _errors_between_held_ends(equilibrium, drag_of_cables, windy, stretched):
     DragErrors
         Fields of shape (n, c, ...); zero in cases without wind on any cable.
     """
-    in_wind = np.nonzero(windy)
-    errors_in_wind = uneven_drag_errors(drag_of_cables.take(in_wind), equilibrium.catenary.take(in_wind), stretched)
+    indices = np.nonzero(in_wind)
+    errors_in_wind = uneven_drag_errors(drag_of_cables.take(indices), equilibrium.catenary.take(indices), stretched)
     of_one = {field.name: getattr(errors_in_wind, field.name).shape[1:] for field in fields(DragErrors)}
-    errors = DragErrors(**{name: np.zeros(windy.shape + shape) for name, shape in of_one.items()})
-    assign_rows(errors, in_wind, errors_in_wind)
-    calm = np.nonzero(windy.any(axis=1)[:, None] & ~windy)  # other cables of the same cases
-    if len(calm[0]):
-        assign_rows(errors, calm, DragErrors.none(equilibrium.catenary.take(calm)))
+    errors = DragErrors(**{name: np.zeros(in_wind.shape + shape) for name, shape in of_one.items()})
+    assign_rows(errors, indices, errors_in_wind)
+    without_wind = np.nonzero(in_wind.any(axis=1)[:, None] & ~in_wind)  # other cables of the same cases
+    if len(without_wind[0]):
+        assign_rows(errors, without_wind, DragErrors.none(equilibrium.catenary.take(without_wind)))
     return errors
 
 
