@@ -18,6 +18,7 @@ LOST_OPACITY = 0.5  # opacity of lost cables
 TEXT_BOX = {"boxstyle": "square,pad=0.05", "fc": "white", "ec": "none", "alpha": 0.75}  # behind a text over lines
 ACROSS, UPRIGHT = ("center", "left", "right"), ("center", "bottom", "top")  # alignment of a text at side 0, 1, -1
 CORNERS = ((1, -1), (1, 1), (-1, 1), (-1, -1))  # of a place where its name may stand, along x and y
+BETWEEN = 0.03  # least distance of two texts, of which positions and sizes are not known to more [in]
 DIMENSION = {"arrowstyle": "<->", "shrinkA": 0, "shrinkB": 0, "color": RED, "lw": 1}  # of a dimension
 ABOUT_RING = (((0, 9), (0, 1)), ((0, -9), (0, -1)), ((9, 0), (1, 0)), ((-9, 0), (-1, 0)))  # offsets [pt] and sides
 LOAD_ARROW = 26  # length of the arrow of a load [pt]
@@ -47,7 +48,7 @@ class Room:
     taken: list = field(default_factory=list)
 
     def write(self, text, spots, needed=True, fontsize=9, **look):
-        """Write a text at one of several possible spots: at the free one where it covers least of the lines.
+        """Write a text at one of several possible spots, the free one where it covers least of the lines: True if so.
 
         Parameters
         ----------
@@ -66,12 +67,13 @@ class Room:
         boxes = [self._box(point + np.array(offset) / 72 * self.per_inch, side, size) for point, offset, side in spots]
         free = [k for k, box in enumerate(boxes) if self._is_free(box)]
         if not free and not needed:
-            return
+            return False
         best = min(free, key=lambda k: self._covered(boxes[k])) if free else 0
         point, offset, (side_x, side_y) = spots[best]
-        self.taken.append(boxes[best])
+        self.taken.append(tuple(boxes[best] + BETWEEN * np.repeat(self.per_inch, 2) * [-1, 1, -1, 1]))
         self.axes.annotate(text, point, offset, textcoords="offset points", fontsize=fontsize, zorder=6, bbox=TEXT_BOX,
                            ha=ACROSS[side_x], va=UPRIGHT[side_y], **look)  # fmt: skip
+        return True
 
     def reserve(self, start, end):
         """Take the room of an arrow between two places on the paper: True if it was free."""
@@ -192,10 +194,10 @@ def mark_sag(axes, room, middle, sag):
     down = np.array([0.0, sag])
     if not room.reserve(middle - down, middle):
         return
-    axes.annotate("", middle - down, middle, arrowprops=DIMENSION)
     spots = [(middle - down / 2, (5 * side, 0), (side, 0)) for side in (1, -1)]
     spots += [(middle, (-4 * side, 3), (-side, 1)) for side in (1, -1)]
-    room.write(f"sag {quantity_text(sag, 'm')}", spots, color=RED)
+    if room.write(f"sag {quantity_text(sag, 'm')}", spots, needed=False, color=RED):
+        axes.annotate("", middle - down, middle, arrowprops=DIMENSION)
 
 
 def mark_loads(axes, room, loads, paper):
