@@ -60,6 +60,29 @@ cables: {{{cables}}}
     whole(plots.static_form(case_of(text)))
 
 
+def loaded_net(seed):
+    """A chain of two or three points between anchors, over the ground, with loads on its first cable."""
+    rng = np.random.default_rng(seed)
+    across = rng.uniform(0, 60) if rng.random() < 0.6 else 0.0
+    points, cables = {}, {}
+    for k in range(int(rng.integers(2, 4))):
+        knot = rng.uniform([-20, -across / 3, -5], [20, across / 3, 0])
+        points[f"knot{k}"] = {"at": knot.tolist(), "free": True, "mass": rng.uniform(1, 50)}
+        for i in range(int(rng.integers(2, 4))):
+            anchor = rng.uniform([-60, -across, 0], [60, across, 20])
+            name = ("north", "support-at-the-river", "p")[i] + str(k)
+            points[name], length = anchor.tolist(), np.linalg.norm(anchor - knot) * rng.uniform(0.99, 1.1)
+            cables[f"c{k}{i}"] = {"from": name, "to": f"knot{k}", "unstretched_length": length}
+    cables["c00"]["loads"] = [{"fraction": at, "mass": rng.uniform(1, 20)} for at in (0.3, 0.4, 0.6)]
+    cable = {"material": "steel", "diameter": 0.004}
+    return {"cable": cable, "points": points, "cables": cables, "ground": -rng.uniform(5, 30)}
+
+
+@pytest.mark.parametrize("seed", [28, 43, 50])  # sags, or the clearance and a load, close together
+def test_texts_of_random_nets_stand_apart(seed):
+    whole(load(loaded_net(seed)).plot("static"))
+
+
 def test_views_below_each_other_have_their_texts_apart():
     """The label below an upper view and the title above a lower one, by at least half a line, when first drawn."""
     figure = plots.static_form(case_at("cable-robot"))

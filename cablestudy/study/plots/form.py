@@ -219,11 +219,11 @@ class _Picture:
         if not view.labels[0]:
             corner = np.array([window.x[1], window.y[0]])
             room.reserve(corner, corner + np.array([-0.3, 0.1]) * window.width)  # for the bar of the scale
-        marks.mark_loads(axes, room, [(view(place), force) for place, force, _ in first.loads], view.axes)
         cable_and_clearance = None if ground is None else first.least_clearance()
         if cable_and_clearance is not None and abs(cable_and_clearance[1]) > FLAT * first.size:
             cable, clearance = cable_and_clearance
             marks.mark_clearance(axes, room, view(first.cables[cable]), ground, clearance)
+        marks.mark_loads(axes, room, [(view(place), force) for place, force, _ in first.loads], view.axes)
         if with_sags:
             self._mark_sags(axes, room, chords, window)
         marks.name_all(room, first, view)
