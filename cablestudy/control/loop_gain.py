@@ -71,9 +71,8 @@ class LoopGain:
     def of_rows(loop_gains, row, s):
         """L/g of n loop gains with equal `signature`, at s of the loops `row`, ascending: shape (f, k, k). [s]"""
         stiffness, forces = LoopGain.stiffness_and_forces(loop_gains, row, s)
-        allocation, measured = (
-            np.stack([getattr(one, name) for one in loop_gains])[row] for name in ("allocation", "measured")
-        )
+        allocation = np.stack([one.allocation for one in loop_gains])[row]
+        measured = np.stack([one.measured for one in loop_gains])[row]
         coordinates = measured @ solve(stiffness, forces @ allocation)
         return coordinates * NotchedLaw.of_rows([one.controller for one in loop_gains], row, s)[:, None, :]
 

@@ -52,12 +52,11 @@ def poles_of_modes(loop_gains, modes):
     for indices, members in _batches(loop_gains, range(len(loop_gains))):
         by_row = [_arrays_of_modes(loop_gain, modes[index]) for index, loop_gain in zip(indices, members, strict=True)]
         counts = [len(arrays[0]) for arrays in by_row]
-        omega, decay, *forces = (np.concatenate(arrays) for arrays in zip(*by_row, strict=True))
+        omega, decay, w, by_winches = (np.concatenate(arrays) for arrays in zip(*by_row, strict=True))
         row, blocks = np.repeat(np.arange(len(members)), counts), [np.zeros((2, 0))]
         for begin in range(0, len(omega), CONTROL.modes_at_once):  # whose matrices stay in the processor's cache
             part = slice(begin, begin + CONTROL.modes_at_once)
-            arrays = (array[part] for array in (row, omega, decay, *forces))
-            blocks.append(_held_and_driven(members, *arrays))
+            blocks.append(_held_and_driven(members, row[part], omega[part], decay[part], w[part], by_winches[part]))
         held, driven = np.concatenate(blocks, axis=1) * omega**4  # W^4 w^T Z_r^-1 w, and X
         poles = -decay + 1j * np.sqrt(omega**2 - held - decay**2)  # of s^2 + c s + W^2 = W^4 w^T Z_r^-1 w, c = 2 decay
         edges = np.cumsum(counts)[:-1]
@@ -79,10 +78,10 @@ def _batches(loop_gains, rows):
 
 def _arrays_of_modes(loop_gain, modes):
     """Frequency and decay of chosen modes of each cable, shape (n,), w and H^T m, shapes (n, d) and (n, i): four."""
-    by_cable = []
-    for element, *onto, chosen in zip(loop_gain.elements, loop_gain.connection, loop_gain.reeling, modes, strict=True):
-        forces = (element.coupling[chosen] @ part for part in onto)
-        by_cable.append((element.omega[chosen], element.decay[chosen], *forces))
+    of_cables, by_cable = zip(loop_gain.elements, loop_gain.connection, loop_gain.reeling, modes, strict=True), []
+    for element, connection, reeling, chosen in of_cables:  # G, H
+        coupling = element.coupling[chosen]  # m
+        by_cable.append((element.omega[chosen], element.decay[chosen], coupling @ connection, coupling @ reeling))
     return tuple(np.concatenate(arrays) for arrays in zip(*by_cable, strict=True))
 
 
@@ -99,9 +98,8 @@ def _held_and_driven(loop_gains, row, omega, decay, w, by_winches):
     without_mode = stiffness + of_mode_alone[:, None, None] * w[:, :, None] * w[:, None, :]  # Z_r
     displacements = solved(without_mode, w[..., None] + 0j)  # Z_r^-1 w
     excitation = (np.swapaxes(displacements, 1, 2) @ winch_forces)[:, 0] + by_winches
-    measured, allocation = (
-        np.stack([getattr(one, name) for one in loop_gains])[row] for name in ("measured", "allocation")
-    )
+    measured = np.stack([loop_gain.measured for loop_gain in loop_gains])[row]  # P
+    allocation = np.stack([loop_gain.allocation for loop_gain in loop_gains])[row]  # A
     controller = NotchedLaw.of_rows([one.controller for one in loop_gains], row, s)
     winch_movement = (allocation @ (controller[..., None] * (measured @ displacements)))[..., 0]
     return np.stack([(w * displacements[..., 0]).sum(axis=-1), (excitation * winch_movement).sum(axis=-1)])
@@ -134,21 +132,22 @@ def narrow_poles(loop_gains, estimates, starts, errors):
     With the dynamic stiffness Z(s) of the bodies and cables, the steps d from s to near poles are eigenvalues of
     Z x = -d Z' x to first order. Newton's method follows.
     """
-    found, hidden_of = [poles[:0] for poles in estimates], {}
+    found, searches = [poles[:0] for poles in estimates], {}  # index of a loop gain -> starts, and their errors
     for index, (loop_gain, s, error) in enumerate(zip(loop_gains, starts, errors, strict=True)):
-        hidden = (np.abs(s.real) < error * np.abs(s)) & (s.imag > 0)
-        if hidden.any() and len(loop_gain.bodies):
-            hidden_of[index] = s[hidden], error[hidden]
-    for indices, members in _batches(loop_gains, hidden_of):
-        hidden = [hidden_of[index] for index in indices]
+        narrow = (np.abs(s.real) < error * np.abs(s)) & (s.imag > 0)
+        if narrow.any() and len(loop_gain.bodies):
+            searches[index] = s[narrow], error[narrow]
+    for indices, members in _batches(loop_gains, searches):
         for _ in range(2):  # from a pole that is known others that nearly coincide with it are seen apart
-            row = np.repeat(np.arange(len(members)), [len(poles) for poles, _ in hidden])
-            row, *of_poles = _narrow_poles(members, row, *map(np.concatenate, zip(*hidden, strict=True)))
+            s = np.concatenate([searches[index][0] for index in indices])
+            error = np.concatenate([searches[index][1] for index in indices])
+            row = np.repeat(np.arange(len(members)), [len(searches[index][0]) for index in indices])
+            row, s, error = _narrow_poles(members, row, s, error)
             for number, index in enumerate(indices):
-                s, error = (part[row == number] for part in of_poles)
-                new = _apart(np.append(estimates[index], found[index]), s)
-                hidden[number] = s[new], error[new]
-                found[index] = np.append(found[index], s[new])
+                poles, errors_of_poles = s[row == number], error[row == number]
+                new = _apart(np.append(estimates[index], found[index]), poles)
+                found[index] = np.append(found[index], poles[new])
+                searches[index] = poles[new], errors_of_poles[new]
     return found
 
 

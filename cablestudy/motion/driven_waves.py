@@ -22,6 +22,7 @@ direction. A wave across a cable of length l stretches it too where it sags: by 
 EA (mu g/T) sqrt(2/(mu l)) 2/(W tau).
 """
 
+from dataclasses import dataclass, fields
 from functools import cached_property
 from math import ceil, prod, sqrt
 from operator import attrgetter
@@ -131,12 +132,10 @@ class DrivingBounds:
 
     @computed_together
     def _responses(effects):
-        """P Z^-1, shape (f, k, d), F^T Z^-1, shape (f, i, d), and P Z^-1 F, shape (f, k, i), at the frequencies.
-
-        And |A| |C1 N|, the response of winches to what is measured, per gain, shape (f, i, k) [s].
-        """
+        """`BodyResponses` at the frequencies."""
         for members in batches(effects, attrgetter("_signature"), attrgetter("_size")):
-            yield from zip(members, zip(*_responses_of_rows(members), strict=True), strict=True)
+            responses = _responses_of_rows(members)
+            yield from ((one, responses.take(row)) for row, one in enumerate(members))
 
     def _shift_per_gain(self, cable, index, coupling):
         """Bound on the shift of poles of modes of a cable per gain, |C1 N| |b| |A| |P u|/(2 W), shape (n,).
@@ -151,9 +150,11 @@ class DrivingBounds:
         """
         square = self.omega[index, None] ** 2
         force = square * (coupling @ self.connection[cable])  # W^2 G^T m
-        measured, pushed = (np.abs(part[index] @ force[..., None]) for part in self._responses[:2])
+        responses = self._responses
+        measured = np.abs(responses.of_measured[index] @ force[..., None])
+        pushed = np.abs(responses.of_winches[index] @ force[..., None])
         push = np.abs(square * (coupling @ self.reeling[cable])) + pushed[..., 0]
-        winches = (self._responses[3][index] @ measured)[..., 0]
+        winches = (responses.winch_gain[index] @ measured)[..., 0]
         return (push * winches).sum(axis=-1) / (2 * self.omega[index])
 
     def driven_up_to(self, gain):
@@ -178,7 +179,7 @@ class DrivingBounds:
     def loop_up_to(self, gain):
         """Frequency up to which the loop gain is above `broad_loop_gain` where waves do not return. [rad/s]"""
         controller = self.closed_loop.untuned_loop.controller(1j * self.omega)[:, None, :]
-        unit_gain = self._responses[2] @ self.closed_loop.body.allocation.matrix * controller
+        unit_gain = self._responses.measured_by_winches @ self.closed_loop.body.allocation.matrix * controller
         size = gain * np.abs(np.linalg.eigvals(unit_gain)).max(axis=1)
         return float(self.omega[size > MOTION.broad_loop_gain].max(initial=0.0))
 
@@ -240,55 +241,70 @@ def driven_modes(effects, loop_gains, gains):
     return driven
 
 
+@dataclass(frozen=True)
+class BodyResponses:
+    """Responses of suspensions (...) whose cables do not return waves, at f frequencies.
+
+    With the symbols of the module's docstring: Z is the dynamic stiffness of the bodies, P u are the k measured
+    coordinates of their d free displacements u, F v are the forces on the bodies by the lengths v of the i winches, A
+    allocates coordinates to winches, and C1 N is the control law of unit gain with notches.
+
+    Attributes
+    ----------
+    of_measured : ndarray, complex, shape (..., f, k, d)
+        P Z^-1: measured coordinates by forces on the bodies.
+    of_winches : ndarray, complex, shape (..., f, i, d)
+        F^T Z^-1.
+    measured_by_winches : ndarray, complex, shape (..., f, k, i)
+        P Z^-1 F: measured coordinates by lengths that winches reel in.
+    winch_gain : ndarray, shape (..., f, i, k)
+        |A| |C1 N|: lengths that winches reel in by measured coordinates, per gain. [s]
+    """
+
+    of_measured: np.ndarray
+    of_winches: np.ndarray
+    measured_by_winches: np.ndarray
+    winch_gain: np.ndarray
+
+    def take(self, row):
+        """Those of one suspension of many."""
+        return BodyResponses(*(getattr(self, field.name)[row] for field in fields(self)))
+
+
 def _stacked(owners, *names):
     """Attributes of n objects, with the row first: iterable of arrays."""
     return (np.stack([getattr(owner, name) for owner in owners]) for name in names)
 
 
 def _responses_of_rows(effects):
-    """Compute responses of n suspensions, called rows, on cables whose waves do not return, at f frequencies.
-
-    With the symbols of the module's docstring: Z is the dynamic stiffness of the bodies, P u are the k measured
-    coordinates of their d free displacements u, F v are the forces on the bodies by the lengths v of the i winches, A
-    allocates coordinates to winches, and C1 N is the control law of unit gain with notches.
-
-    Parameters
-    ----------
-    effects : list of DrivingBounds
-        n of them, with arrays of equal sizes.
-
-    Returns
-    -------
-    of_measured : ndarray, complex, shape (n, f, k, d)
-        P Z^-1: measured coordinates by forces on the bodies.
-    of_winches : ndarray, complex, shape (n, f, i, d)
-        F^T Z^-1.
-    measured_by_winches : ndarray, complex, shape (n, f, k, i)
-        P Z^-1 F: measured coordinates by lengths that winches reel in.
-    winch_gain : ndarray, shape (n, f, i, k)
-        |A| |C1 N|: lengths that winches reel in by measured coordinates, per gain. [s]
-    """
-    bodies = [[dense(matrix) for matrix in one.closed_loop.layout.body_matrices] for one in effects]
-    body_stiffness, mass = map(np.stack, zip(*bodies, strict=True))
+    """`BodyResponses` of n suspensions ("rows") at f frequencies, from their `DrivingBounds` with equal array sizes."""
     connection, reeling, measured, omega = _stacked(effects, "connection", "reeling", "measured", "omega")
-    # by cables at rest and by waves that leave their ends: of Z, and of the forces F of winches on the bodies
-    of_cables = np.stack([one.cables.end_stiffness for one in effects]), _impedance_of_rows(effects)
-    transposed, (rows, frequencies) = np.swapaxes(connection, -1, -2), omega.shape
-    stiffness, waves = ((transposed @ part @ connection).sum(axis=1)[:, None] for part in of_cables)
-    static_force, wave_force = ((transposed @ part @ reeling).sum(axis=1)[:, None] for part in of_cables)
     w = omega[..., None, None]
-    force = static_force + 1j * w * wave_force
-    right_side = np.concatenate(
-        [np.repeat(np.swapaxes(measured, 1, 2)[:, None], frequencies, axis=1), force], axis=-1, dtype=complex
-    )
-    dynamic_stiffness = stiffness + body_stiffness[:, None] + 1j * w * waves - w**2 * mass[:, None]
+    # K + i w z at the ends of the cables: at rest, and by waves that leave their ends, shape (n, c, 6, 6) each
+    end_stiffness, impedance = np.stack([one.cables.end_stiffness for one in effects]), _impedance_of_rows(effects)
+
+    def on_bodies(of_ends, motions):
+        """Forces on bodies by motions of all ends, from matrices of the ends of each cable, shape (n, 1, d, ...)."""
+        return (np.swapaxes(connection, -1, -2) @ of_ends @ motions).sum(axis=1)[:, None]
+
+    bodies = [[dense(matrix) for matrix in one.closed_loop.layout.body_matrices] for one in effects]
+    body_stiffness, mass = (np.stack(of_rows)[:, None] for of_rows in zip(*bodies, strict=True))
+    stiffness, waves = on_bodies(end_stiffness, connection), on_bodies(impedance, connection)
+    dynamic_stiffness = stiffness + body_stiffness + 1j * w * waves - w**2 * mass  # Z
+    force = on_bodies(end_stiffness, reeling) + 1j * w * on_bodies(impedance, reeling)  # F
+    of_rows = np.repeat(np.swapaxes(measured, 1, 2)[:, None], omega.shape[1], axis=1)  # P^T
+    right_side = np.concatenate([of_rows, force], axis=-1, dtype=complex)
     solution = np.swapaxes(solve(dynamic_stiffness, right_side), -1, -2)  # Z is symmetric
-    of_measured, of_winches = solution[:, :, : measured.shape[1]], solution[:, :, measured.shape[1] :]
-    loops, number = [one.closed_loop.untuned_loop for one in effects], np.repeat(np.arange(rows), frequencies)
-    controller = NotchedLaw.of_rows([loop.controller for loop in loops], number, 1j * omega.ravel())
+    of_measured, of_winches = np.split(solution, [measured.shape[1]], axis=2)
+    return BodyResponses(of_measured, of_winches, of_measured @ force, _winch_gains(effects, omega))
+
+
+def _winch_gains(effects, omega):
+    """|A| |C1 N| of n rows at the frequencies of each, shape (n, f): shape (n, f, i, k). [s]"""
+    loops, row = [one.closed_loop.untuned_loop for one in effects], np.repeat(np.arange(len(omega)), omega.shape[1])
+    controller = NotchedLaw.of_rows([loop.controller for loop in loops], row, 1j * omega.ravel())
     allocation = np.abs(np.stack([loop.allocation.matrix for loop in loops]))
-    winch_gain = allocation[:, None] * np.abs(controller).reshape(rows, frequencies, 1, -1)
-    return of_measured, of_winches, of_measured @ force, winch_gain
+    return allocation[:, None] * np.abs(controller).reshape(*omega.shape, 1, -1)
 
 
 def _impedance_of_rows(effects):
@@ -308,8 +324,8 @@ def _impedance_of_rows(effects):
 
 def _driving_gains_of_rows(effects):
     """`DrivingBounds.driving_gain` of n rows with arrays of equal sizes, shape (n, 2, c, f). [rad/s]"""
-    of_rows = (np.stack([one._responses[part] for one in effects]) for part in (0, 1, 3))
-    responses = [np.ascontiguousarray(part.transpose(0, 3, 2, 1)) for part in of_rows]
+    stacked = _stacked([one._responses for one in effects], "of_measured", "of_winches", "winch_gain")
+    responses = [np.ascontiguousarray(part.transpose(0, 3, 2, 1)) for part in stacked]
     heavy = np.stack([one.cables.heavy for one in effects])
     gain = np.full((*heavy.shape, 2, len(RANGE)), np.inf)
     for cable in np.flatnonzero(heavy.any(axis=0)).tolist():
@@ -345,22 +361,22 @@ def _driving_gain_of_cable(effects, cable, of_measured, of_winches, winch_gain):
     ndarray, shape (n, 2, f)
         For waves across and along the cable, at f frequencies. [rad/s]
     """
-    forces, decay, *sizes = _waves(effects, cable)
+    forces, decay, across, by_sag, along = _waves(effects, cable)
     connection, reeling, omega = _stacked(effects, "connection", "reeling", "omega")
 
     def of_waves(values):
-        """Sizes for four waves across, then two along, shape (n, 6, ..., f), of values for the `forces`."""
-        own = (size.reshape(len(size), *[1] * (values.ndim - 2), -1) for size in sizes)
-        of_across, of_sag, of_along = own
-        waves = of_across * values[:, :4] + of_sag * values[:, 4:5], of_along * values[:, 5:]
-        return np.abs(np.concatenate(waves, axis=1))
+        """Sizes for four waves across, then two along, shape (n, 6, ..., f), of values for the seven `forces`."""
+        shape = len(values), *[1] * (values.ndim - 2), -1
+        waves_across = across.reshape(shape) * values[:, :4] + by_sag.reshape(shape) * values[:, 4:5]
+        return np.abs(np.concatenate([waves_across, along.reshape(shape) * values[:, 5:]], axis=1))
 
-    by_bodies = forces @ connection[:, cable]
-    measured, pushed = (
-        of_waves((by_bodies @ part.reshape(*part.shape[:2], -1)).reshape(*forces.shape[:2], *part.shape[2:]))
-        for part in (of_measured, of_winches)
-    )
-    push = of_waves((forces @ reeling[:, cable])[..., None]) + pushed
+    def by_bodies(response):
+        """Response, shape (n, d, ..., f), to the forces at the bodies that hold the cable, shape (n, 7, ..., f)."""
+        products = forces @ connection[:, cable] @ response.reshape(*response.shape[:2], -1)
+        return products.reshape(*forces.shape[:2], *response.shape[2:])
+
+    measured = of_waves(by_bodies(of_measured))
+    push = of_waves((forces @ reeling[:, cable])[..., None]) + of_waves(by_bodies(of_winches))
     shift = (push * (winch_gain[:, None] * measured[:, :, :, None]).sum(axis=2)).sum(axis=2) * omega[:, None] ** 3 / 2
     harmless = np.maximum(MOTION.driven_decay * decay, UNDAMPED * omega[:, None]) / MOTION.driven_wave_safety
     with np.errstate(divide="ignore"):  # waves that move no winch

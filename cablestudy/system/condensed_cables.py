@@ -116,8 +116,9 @@ class CondensedCables:
         by_ends = (inertial + modal) * self.coupling
         of_ends = self.stiffness + inertial * self.inertia + self.coupling.swapaxes(-1, -2) @ (modal * self.coupling)
         diagonal = self.omega[..., None] ** 2 + modal + (inertial if self.inertia_of_modes is None else 0.0)
-        damped = [(self.strain_root, s * self.time[:, None, None] + 1j * self.loss[:, None, None])]
-        damped = [(rows, factor) for rows, factor in (*damped, (self.carried, -viscous * s)) if rows is not None]
+        strain_factor = s * self.time[:, None, None] + 1j * self.loss[:, None, None]
+        damped = (self.strain_root, strain_factor), (self.carried, -viscous * s)  # V^T c V: rows V and their factor c
+        damped = [(rows, factor) for rows, factor in damped if rows is not None]
         for rows, factor in damped:
             by_ends = by_ends + factor * (rows[..., :n].swapaxes(-1, -2) @ rows[..., n:])
             of_ends = of_ends + factor * (rows[..., n:].swapaxes(-1, -2) @ rows[..., n:])
@@ -125,7 +126,7 @@ class CondensedCables:
         if self.further is not None:
             by_ends = by_ends + s * self.further[:, :n, n:]
             of_modes, of_ends = of_modes + s * self.further[:, n:, :n], of_ends + s * self.further[:, n:, n:]
-        dense = (self.inertia_of_modes, inertial), (self.further, s)
+        dense = (self.inertia_of_modes, inertial), (self.further, s)  # whole matrices and their factors
         dense = [(matrix[:, :n, :n], factor) for matrix, factor in dense if matrix is not None]
         shapes = -_solution(diagonal, [(rows[..., :n], factor) for rows, factor in damped], dense, by_ends)
         all_shapes = np.concatenate([shapes, np.broadcast_to(np.eye(6), of_ends.shape)], axis=1)

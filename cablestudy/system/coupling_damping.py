@@ -65,16 +65,17 @@ class PoleSum:
         highest one is M_ee - M_en M_ne instead.
         """
         n = left.shape[-2]
-        static, *_, mass = matrices
-        by_ends = -np.linalg.solve(static[..., :n, :n], static[..., :n, n:])
-        ends = np.broadcast_to(np.eye(by_ends.shape[-1]), (*by_ends.shape[:-2], *by_ends.shape[-1:] * 2))
-        shapes = np.concatenate([by_ends, ends], axis=-2)  # static ones
+        # blocks of each coefficient of Q
+        of_modes, by_ends = [matrix[..., :n, :n] for matrix in matrices], [matrix[..., :n, n:] for matrix in matrices]
+        by_modes, of_ends = [matrix[..., n:, :n] for matrix in matrices], [matrix[..., n:, n:] for matrix in matrices]
+        of_shapes = -np.linalg.solve(of_modes[0], by_ends[0])  # modes in the static shapes U
+        identity = np.broadcast_to(np.eye(of_shapes.shape[-1]), of_ends[0].shape)
+        shapes = np.concatenate([of_shapes, identity], axis=-2)
         polynomial = [np.swapaxes(shapes, -1, -2) @ matrix @ shapes for matrix in matrices[:-1]]
-        polynomial.append(mass[..., n:, n:] - mass[..., n:, :n] @ mass[..., :n, n:])
+        polynomial.append(of_ends[-1] - by_modes[-1] @ by_ends[-1])
         powers = [poles**order for order in range(len(matrices))]
-        of_powers = list(zip(powers, matrices, strict=True))
-        forces = sum(matrix[..., n:, :n] @ left * power[..., None, :] for power, matrix in of_powers)
-        driven = sum(right @ matrix[..., :n, n:] * power[..., None] for power, matrix in of_powers)
+        forces = sum(part @ left * power[..., None, :] for power, part in zip(powers, by_modes, strict=True))
+        driven = sum(right @ part * power[..., None] for power, part in zip(powers, by_ends, strict=True))
         driven = driven / powers[-1][..., None]
         return cls(polynomial, poles, np.swapaxes(forces, -1, -2)[..., None] * driven[..., None, :])
 
@@ -384,17 +385,19 @@ def _relative_errors(matrices, x, sums, poles, left, right):
         the degree of Q, M its last coefficient and K its first.
     """
     n = left.shape[1]
-    q_ee, q_ne = (_polynomial([matrix[:, None, rows, n:] for matrix in matrices], x) for rows in np.s_[n:, :n])
-    (rows, count, _, ends), columns = q_ne.shape, np.moveaxis(q_ne, 1, 2).reshape(len(x), n, -1)  # all x at once
-    x_of_column = np.repeat(x, ends, axis=-1)[:, None]
+    q_ee = _polynomial([matrix[:, None, n:, n:] for matrix in matrices], x)  # (r, m, e, e)
+    q_ne = _polynomial([matrix[:, None, :n, n:] for matrix in matrices], x)  # (r, m, n, e)
+    cables, values, _, ends = q_ne.shape
+    # for all values of x at once: m e columns, each with its x
+    columns, x_of_column = np.moveaxis(q_ne, 1, 2).reshape(cables, n, -1), np.repeat(x, ends, axis=-1)[:, None]
     q = left @ ((right @ columns) / (x_of_column - poles[:, :, None]))
     q_nn_q = q
     for matrix in matrices[-2::-1]:
         q_nn_q = q_nn_q * x_of_column + product(matrix[:, :n, :n], q)
-    q, rest = (np.moveaxis(part.reshape(rows, n, count, ends), 1, 2) for part in (q, q_nn_q - columns))
+    q, rest = (np.moveaxis(part.reshape(cables, n, values, ends), 1, 2) for part in (q, q_nn_q - columns))
     forces = q_ee - np.swapaxes(q_ne, 2, 3) @ q + np.swapaxes(q, 2, 3) @ rest
     first, last = (np.diagonal(matrix, axis1=1, axis2=2)[:, None, n:] for matrix in (matrices[0], matrices[-1]))
-    size = np.abs(x[..., None] ** (len(matrices) - 1)) * last + np.abs(first)
+    size = np.abs(x[..., None] ** (len(matrices) - 1)) * last + np.abs(first)  # a of each end, (r, m, e)
     size = np.sqrt(size[..., :, None] * size[..., None, :])
     error = np.abs(sums(x) - forces) / np.where(size > 0, size, 1.0)
     return error.max(axis=(1, 2, 3))

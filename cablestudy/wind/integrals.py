@@ -46,6 +46,18 @@ class Integrals:
         """`Noise` of the gusts on the panels."""
         return self.gusts.noise(self.panels.frequency)
 
+    @cached_property
+    def all_weights(self):
+        """The w weights at the n frequencies of the panels, shape (w, n)."""
+        return np.stack(list(self.weights.values()))
+
+    def shapes_with(self, residues):
+        """Sizes of all arrays of these integrals of a response, `Residues`: rows with equal ones go together. Tuple."""
+        arrays = residues.inputs, residues.outputs, self.all_weights, self.noise.matrices
+        upper = residues.one_sided or np.count_nonzero(residues.poles.imag >= 0)
+        groups = ((group.start, group.stop) for group in self.noise.groups)
+        return *(array.shape for array in arrays), upper, *groups
+
     def variances(self, response):
         """Variances of the outputs of a system in the gusts: integrals of their spectra times each weight.
 
@@ -124,27 +136,29 @@ def variances_of_rows(integrals, responses):
     list of ndarray, shape (w, o)
         For each row: variance of each output with each weight, in squares of the units of the outputs.
     """
-    found, together = [None] * len(integrals), {}
+    found, rows_by_shapes, residues = [None] * len(integrals), {}, {}  # residues: row -> its sum over damped poles
     for row, (integral, response) in enumerate(zip(integrals, responses, strict=True)):
-        weights = np.stack(list(integral.weights.values()))
         # a delay leaves a remainder, smooth over frequency, beside the sum over poles; without delay it is None
         poles, remainder = response.split(2 * np.pi * integral.panels.highest)
         is_damped = damped(poles, integral.least_damping_ratio)
         poles = poles if is_damped.all() else poles.take(is_damped)
-        if remainder is not None:
-            excitation = integral.gusts.matrix_times, integral.panels, integral.noise
-            found[row] = variances_with_remainder(poles, remainder, *excitation, weights)
-            continue
-        noise, upper = integral.noise, np.count_nonzero(poles.poles.imag >= 0)
-        shapes = (array.shape for array in (poles.inputs, poles.outputs, weights, noise.matrices))
-        key = *shapes, poles.one_sided or upper, *((group.start, group.stop) for group in noise.groups)
-        together.setdefault(key, []).append((row, poles, integral.panels.edges, noise, weights))
-    for (inputs, *_), members in together.items():
-        at_once = max(1, WIND.resolvent_entries // max(1, inputs[0] * members[0][-1].shape[-1]))
-        for begin in range(0, len(members), at_once):
-            rows, residues, edges, noises, weights = zip(*members[begin : begin + at_once], strict=True)
-            arguments = stack(residues), Panels(np.stack(edges)), Noise.stack(noises), np.stack(weights)
-            for row, variance in zip(rows, variances(*arguments), strict=True):
+        if remainder is None:
+            residues[row] = poles
+            rows_by_shapes.setdefault(integral.shapes_with(poles), []).append(row)
+        else:
+            found[row] = variances_with_remainder(
+                poles, remainder, integral.gusts.matrix_times, integral.panels, integral.noise, integral.all_weights
+            )
+    for rows in rows_by_shapes.values():
+        resolvents = len(residues[rows[0]].poles) * integrals[rows[0]].all_weights.shape[-1]  # entries of each row
+        at_once = max(1, WIND.resolvent_entries // max(1, resolvents))
+        for begin in range(0, len(rows), at_once):
+            members = rows[begin : begin + at_once]
+            panels = Panels(np.stack([integrals[row].panels.edges for row in members]))
+            noise = Noise.stack([integrals[row].noise for row in members])
+            weights = np.stack([integrals[row].all_weights for row in members])
+            of_members = variances(stack([residues[row] for row in members]), panels, noise, weights)
+            for row, variance in zip(members, of_members, strict=True):
                 found[row] = variance
     return found
 

@@ -298,20 +298,21 @@ def _spectral_integrals(inputs, panels, noise, weights, resolvents):
     spectra : ndarray, shape (..., w, i, i)
         Integrals of S.
     """
-    (*leading, poles, size), (count, points) = inputs.shape, weights.shape[-2:]
-    real_resolvents = np.concatenate([resolvents.real, resolvents.imag], axis=-2)
+    *leading, poles, size = inputs.shape
+    count, points = weights.shape[-2:]  # w, n
+    real_resolvents = np.concatenate([resolvents.real, resolvents.imag], axis=-2)  # (..., 2 N, n)
     by_pole = np.zeros((*leading, poles, count, size), dtype=complex)
     spectra = np.zeros((*leading, count, size, size))
     for row_group, functions in zip(noise.groups, noise.functions, strict=True):
         for column_group, function in zip(noise.groups, functions, strict=True):
-            matrices = noise.matrices[..., row_group, column_group]
-            weighted = weights[..., :, None, :] * function[..., None, :, :]
-            by_weight = np.swapaxes(weighted.reshape(*leading, -1, points), -1, -2)
-            integrals = (real_resolvents @ by_weight).reshape(*leading, 2, poles, count, function.shape[-2])
-            by_pole[..., column_group] += _times_matrices(inputs[..., row_group], matrices, integrals)
-            of_spectra = (weighted @ panels.weights[..., None, :, None])[..., 0]
-            of_spectra = of_spectra @ matrices.reshape(*leading, matrices.shape[-3], -1)
-            spectra[..., row_group, column_group] += of_spectra.reshape(*leading, count, *matrices.shape[-2:])
+            matrices = noise.matrices[..., row_group, column_group]  # p of them
+            weighted = weights[..., :, None, :] * function[..., None, :, :]  # (..., w, p, n)
+            by_point = np.swapaxes(weighted.reshape(*leading, -1, points), -1, -2)  # (..., n, w p)
+            with_resolvents = (real_resolvents @ by_point).reshape(*leading, 2, poles, count, function.shape[-2])
+            by_pole[..., column_group] += _times_matrices(inputs[..., row_group], matrices, with_resolvents)
+            integrals = (weighted @ panels.weights[..., None, :, None])[..., 0]  # (..., w, p)
+            of_matrices = integrals @ matrices.reshape(*leading, matrices.shape[-3], -1)
+            spectra[..., row_group, column_group] += of_matrices.reshape(*leading, count, *matrices.shape[-2:])
     return np.swapaxes(by_pole, -3, -2), spectra
 
 
@@ -333,16 +334,17 @@ def _times_matrices(inputs, matrices, integrals):
     -------
     ndarray, complex, shape (..., N, w, l)
     """
-    *leading, functions, rows, columns = matrices.shape
-    real, imag = np.moveaxis(integrals, -4, 0)
+    *leading, functions, rows, columns = matrices.shape  # p, i, l
+    real, imag = np.moveaxis(integrals, -4, 0)  # of c_k, (..., N, w, p) each
     if rows < functions:  # the sum of the S_k first
         flat = matrices.reshape(*leading, 1, functions, rows * columns)
         real, imag = ((part @ flat).reshape(*part.shape[:-1], rows, columns) for part in (real, imag))
         return (inputs[..., None, None, :] @ (real + 1j * imag))[..., 0, :]
-    by_row = np.ascontiguousarray(np.swapaxes(matrices, -3, -2)).reshape(*leading, rows, functions * columns)
+    # b_j S_k: for each pole its real parts of all k, below them its imaginary parts
     real_inputs = np.stack([inputs.real, inputs.imag], axis=-2).reshape(*leading, -1, rows)
-    # (a + i b)(c + i d) of c_k and b_j S_k: real products [a -b; b a] [c; d] for each pole
-    of_parts = [np.concatenate(parts, axis=-1) for parts in ((real, -imag), (imag, real))]
-    by_input = (real_inputs @ by_row).reshape(*leading, -1, 2 * functions, columns)
-    real, imag = np.split(np.concatenate(of_parts, axis=-2) @ by_input, 2, axis=-2)
+    by_row = np.ascontiguousarray(np.swapaxes(matrices, -3, -2)).reshape(*leading, rows, functions * columns)
+    products = (real_inputs @ by_row).reshape(*leading, -1, 2 * functions, columns)
+    # (a + i b)(c + i d) of c_k and b_j S_k by real products [a -b; b a] [c; d]
+    real_rows, imaginary_rows = np.concatenate([real, -imag], axis=-1), np.concatenate([imag, real], axis=-1)
+    real, imag = np.split(np.concatenate([real_rows, imaginary_rows], axis=-2) @ products, 2, axis=-2)
     return real + 1j * imag
