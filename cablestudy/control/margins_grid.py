@@ -80,8 +80,8 @@ def highest(function, curves, equal=0.0):
         found.append((float(value[index]), float(omega[index])))
         # how much higher than a value a peak beside it may be
         reach = np.maximum(CONTROL.flat_peak * np.abs(value[index]), CONTROL.peak_reach * _visible_height(value))
-        peaks = _peaks(omega, value, value + reach >= value[index])
-        brackets.append((*peaks, np.full(len(peaks[0]), number)))
+        low, top, high = _peaks(omega, value, value + reach >= value[index])
+        brackets.append((low, top, high, np.full(len(top), number)))
     low, top, high, which = (np.concatenate(parts) for parts in zip(*brackets, strict=True))
     if not len(top):
         return found
@@ -222,8 +222,9 @@ def _with_extrema_of_other_sign(function, single, curves):
             for sign in (1.0, -1.0):
                 signed = sign * values
                 may_reach_zero = (signed < 0) & (signed + CONTROL.peak_reach * _visible_height(signed) > 0)
-                bracket = _peaks(omega, signed, may_reach_zero)
-                brackets.append((*bracket, *(np.full(len(bracket[0]), of_all) for of_all in (number, rank, sign))))
+                low, top, high = _peaks(omega, signed, may_reach_zero)
+                of_value = [np.full(len(top), constant) for constant in (number, rank, sign)]
+                brackets.append((low, top, high, *of_value))
     low, top, high, number, rank, sign = (np.concatenate(parts) for parts in zip(*brackets, strict=True))
     if not len(top):
         return curves

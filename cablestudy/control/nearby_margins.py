@@ -51,16 +51,18 @@ def nearby_margins(known, unit_gain):
     about_peaks = (peaks[:, None] + step[:, None] * THREE).ravel()
     passed = np.append(crossovers, [2 * np.pi * known.bandwidth] if known.bandwidth else [])
     about_passed = (passed[:, None] * (1 + CONTROL.nearby_step * THREE)).ravel()
-    at_three = known.loop_gain(1j * np.append(about_peaks, about_passed))
-    at_three = at_three.reshape(-1, 3, *at_three.shape[1:])
+    # L at three frequencies about each peak, then about each frequency that is passed; L' too, but there alone
+    of_known = known.loop_gain(1j * np.append(about_peaks, about_passed))
+    of_known = of_known.reshape(-1, 3, *of_known.shape[1:])
+    at_peaks, at_passed = of_known[:2], of_known[2:]
     changed = known.gain * unit_gain(1j * np.append(about_peaks, passed))
-    changed_at_peaks, changed = changed[:6].reshape(2, 3, *changed.shape[1:]), changed[6:]
+    changed_at_peaks, changed_at_passed = changed[:6].reshape(at_peaks.shape), changed[6:]
     try:
         found = {
-            "crossovers": _crossovers(crossovers, angles, at_three[2 : 2 + count], changed[:count]),
-            "sensitivity": _peak(known.sensitivity_peak, peaks[0], step[0], 0.0, at_three[0], changed_at_peaks[0]),
-            "disk": _peak(1 / known.disk_margin, peaks[1], step[1], 0.5, at_three[1], changed_at_peaks[1]),
-            "bandwidth": known.bandwidth and _bandwidth(passed[-1], at_three[-1], changed[-1]),
+            "crossovers": _crossovers(crossovers, angles, at_passed[:count], changed_at_passed[:count]),
+            "sensitivity": _peak(known.sensitivity_peak, peaks[0], step[0], 0.0, at_peaks[0], changed_at_peaks[0]),
+            "disk": _peak(1 / known.disk_margin, peaks[1], step[1], 0.5, at_peaks[1], changed_at_peaks[1]),
+            "bandwidth": known.bandwidth and _bandwidth(passed[-1], at_passed[-1], changed_at_passed[-1]),
         }
     except (_DifferenceError, np.linalg.LinAlgError):
         return None

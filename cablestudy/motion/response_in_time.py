@@ -1,6 +1,6 @@
 """Response over time of a `ClosedLoop` to a step of a winch or a reference, or to a gust, and its error."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,6 +12,26 @@ from cablestudy.system.first_order import LinearControl
 from cablestudy.system.linear import MODAL
 
 WIND_INPUT = "gust"  # name of the input of a state space that is a gust
+
+
+@dataclass(frozen=True)
+class _Channel:
+    """One input over time, and the displacement that responds.
+
+    Attributes
+    ----------
+    output, input_ : str
+        Names of the displacement, and of the input: `winch.CABLE`, `reference.COORDINATE` or WIND_INPUT.
+    components : list of time_response.Component
+        The input as a sum of functions of time.
+    times : ndarray, shape (m,)
+        Points of time, uniform, from zero. [s]
+    """
+
+    output: str
+    input_: str
+    components: list
+    times: np.ndarray
 
 
 def in_time(closed_loop, output, input_, components, times):
@@ -49,17 +69,17 @@ def in_time(closed_loop, output, input_, components, times):
     """
     loop, plant = closed_loop.loop, closed_loop.plant
     all_coordinates, coarse_space = plant.viscous_motion, plant.coarse_space_in_time
-    driving = output, input_, components, times
     coarse_motion = all_coordinates.within(coarse_space)
-    full = _response_in_space(closed_loop, loop, all_coordinates, None, *driving)
-    coarse = _response_in_space(closed_loop, loop, coarse_motion, coarse_space, *driving)
+    channel = _Channel(output, input_, components, times)
+    full = _response_in_space(closed_loop, loop, all_coordinates, None, channel)
+    coarse = _response_in_space(closed_loop, loop, coarse_motion, coarse_space, channel)
     errors = time_response.differences(full, coarse)
     if finer := closed_loop.with_twice_the_modes:
         same_loop = replace(loop, allocation=finer.body.allocation, notches=finer.body.notches)
-        of_finer = _response_in_space(finer, same_loop, finer.plant.viscous_motion, None, *driving)
+        of_finer = _response_in_space(finer, same_loop, finer.plant.viscous_motion, None, channel)
         errors = errors + 2 * time_response.differences(full, of_finer)
     if finer_delay := loop.law_states_of_finer_delay:
-        of_finer = _response_in_space(closed_loop, loop, coarse_motion, coarse_space, *driving, finer_delay)
+        of_finer = _response_in_space(closed_loop, loop, coarse_motion, coarse_space, channel, finer_delay)
         errors = errors + 2 * time_response.differences(coarse, of_finer)
     response = replace(full, errors=errors)
     if loop.gain:
@@ -108,7 +128,7 @@ def uniform_gust(gusts):
     return gusts.directions[0] @ gusts.uniform
 
 
-def _response_in_space(closed_loop, loop, motion, space, output, input_, components, times, law_states=None):
+def _response_in_space(closed_loop, loop, motion, space, channel, law_states=None):
     """Compute the `in_time` response with the n coordinates of the plant, or in a subspace of them.
 
     Parameters
@@ -121,12 +141,7 @@ def _response_in_space(closed_loop, loop, motion, space, output, input_, compone
         Equations of motion of the plant: in n coordinates, or in the r coordinates of the subspace.
     space : ndarray, shape (n, r), or None
         Basis of the subspace; None to keep all n coordinates.
-    output, input_ : str
-        Names of a displacement, and of an input: `winch.CABLE`, `reference.COORDINATE` or WIND_INPUT.
-    components : list of time_response.Component
-        The input as a sum of functions of time.
-    times : ndarray, shape (m,)
-        Points of time, uniform, from zero. [s]
+    channel : _Channel
     law_states : tuple, optional
         `Loop.law_states` (state space of the control law, and names of its states) with another approximant of a delay.
 
@@ -149,6 +164,13 @@ def _response_in_space(closed_loop, loop, motion, space, output, input_, compone
     # `added`: inputs are references, and lengths that winches reel in beyond those of the loop: either may make a step
     with_loop = state_space_of(system, loop=control, measured=measured, actuators=actuators, added=True)
     without_loop = state_space_of(system, actuators=actuators)
-    winch_indices = [with_loop.output_names.index(name) for name, _ in system.inputs[: len(closed_loop.winches)]]
-    indices = with_loop.output_names.index(output), winch_indices, with_loop.input_names.index(input_)
-    return time_response.responses(with_loop, without_loop, *indices, components, times)
+    outputs, inputs = with_loop.output_names, with_loop.input_names
+    return time_response.responses(
+        with_loop,
+        without_loop,
+        output=outputs.index(channel.output),
+        winches=[outputs.index(name) for name, _ in system.inputs[: len(closed_loop.winches)]],
+        input_=inputs.index(channel.input_),
+        components=channel.components,
+        time=channel.times,
+    )

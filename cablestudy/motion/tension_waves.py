@@ -42,12 +42,13 @@ def change_by_waves(plant):
     """
     gusts, turbulence, variances = plant.gusts, plant.at_rest, plant.at_rest.variances[0]
     change, residues = np.zeros(variances.shape), turbulence.residues
-    tension_rows, *poles = _first_waves(plant)
+    tension_rows, along, across = _first_waves(plant)
     driven = residues.direct[tension_rows].any(axis=1)  # tensions of cables whose ends some force reaches at once
     if plant.model is not None or not driven.any():
         return change
-    directions, tension_rows = len(poles), np.tile(tension_rows[driven], len(poles))
-    poles = np.concatenate([of_direction[driven] for of_direction in poles])
+    poles = np.concatenate([along[driven], across[driven]])
+    factor = np.repeat([MOTION.waves_along, MOTION.waves_across], np.count_nonzero(driven))  # of safety
+    tension_rows = np.tile(tension_rows[driven], 2)
     # a wave is an oscillator w^2/(s^2 + 2 zeta w s + w^2), 1 at s = 0: its two poles replace the direct share
     outputs, inputs = np.diag(np.abs(poles) ** 2 / (2j * poles.imag)), residues.direct[tension_rows]
     with_waves = replace(
@@ -60,9 +61,8 @@ def change_by_waves(plant):
     low, high = turbulence.range
     edges = gusts.edges(low, max(high, MOTION.wave_range * np.abs(poles).max() / (2 * np.pi)))
     integrals = Integrals.on(edges, gusts, OWN, turbulence.least)
-    # both changes of each tension are added, each with its safety factor
-    factor = np.repeat([MOTION.waves_along, MOTION.waves_across], len(tension_rows) // directions)
-    np.add.at(change.T, tension_rows, (factor * np.abs(integrals.variances(with_waves) - variances[:, tension_rows])).T)
+    changes = factor * np.abs(integrals.variances(with_waves) - variances[:, tension_rows])
+    np.add.at(change.T, tension_rows, changes.T)  # those by both waves of each tension are added
     return change
 
 
@@ -91,17 +91,23 @@ def _first_waves(plant):
     heavy = np.flatnonzero((np.asarray(span.mass) > 0) & (catenary.mean_tension > 0))
     values = span.axial_stiffness, span.mass, span.unstretched_length, catenary.mean_tension, plant.drag.cables
     stiffness, mass, length, tension, drag_width = (np.broadcast_to(value, len(cables))[heavy] for value in values)
-    ratio, loss, time, viscous = (
-        np.array([getattr(damping, name) or 0.0 for damping in dampings])[heavy]
-        for name in ("ratio", "loss_factor", "time", "viscous")
-    )
-    air = wind.air_density * wind.speed * drag_width / 2 if plant.has_air_damping else 0.0  # across wind and cable
-    poles = []  # a wave across strains the cable by a share of its energy alone, and loses less by strain
-    for force, strain_share, rate in ((stiffness, 1.0, viscous), (tension, MOTION.strained_share, viscous + air)):
+
+    def of_dampings(name):
+        """Numbers of the damping of the cables with mass, zero where the law of one has none."""
+        return np.array([getattr(damping, name) or 0.0 for damping in dampings])[heavy]
+
+    ratio, loss, time = of_dampings("ratio"), of_dampings("loss_factor"), of_dampings("time")
+
+    def pole(force, strain_share, viscous):
+        """Pole of the first wave by a force F on each cable, a share e of strain and a viscous damping c."""
         lowest = np.pi / length * np.sqrt(force / mass)
         omega = lowest * np.maximum(np.ceil(plant.modes.omega[-1] / lowest), 1.0)  # above those of the model
-        damping = ratio + strain_share * (loss + time * omega) / 2 + rate / (2 * mass * omega)
+        damping = ratio + strain_share * (loss + time * omega) / 2 + viscous / (2 * mass * omega)
         damping = np.clip(damping, MOTION.least_wave_damping, MOTION.most_wave_damping)
-        poles.append(np.repeat(omega * (-damping + 1j * np.sqrt(1 - damping**2)), 2))  # for the tensions at both ends
-    rows = len(plant.outputs) - 2 * len(cables) + 2 * heavy
-    return ((rows[:, None] + np.arange(2)).ravel(), *poles)
+        return np.repeat(omega * (-damping + 1j * np.sqrt(1 - damping**2)), 2)  # for the tensions at both ends
+
+    viscous = of_dampings("viscous")
+    air = wind.air_density * wind.speed * drag_width / 2 if plant.has_air_damping else 0.0  # across wind and cable
+    first_rows = len(plant.outputs) - 2 * len(cables) + 2 * heavy
+    rows = (first_rows[:, None] + np.arange(2)).ravel()
+    return rows, pole(stiffness, 1.0, viscous), pole(tension, MOTION.strained_share, viscous + air)

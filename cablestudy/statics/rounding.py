@@ -71,9 +71,10 @@ def bounds(suspension, rotation, arms, ends, strain, cables, tension, links=None
     links : Links, optional
         Forces and stiffness of the links (springs); by default there are none.
     """
-    of_cables = _of_tensions(ends[..., suspension.of_cables, :, :], strain, cables, tension)
-    of_links = (None, None) if links is None else of_link_forces(ends[..., len(suspension.cable_names) :, :, :], links)
-    least, most = (joined(*rounding, axis=-1) for rounding in zip(of_cables, of_links, strict=True))
+    least, most = _of_tensions(ends[..., suspension.of_cables, :, :], strain, cables, tension)
+    if links is not None:
+        of_links = of_link_forces(ends[..., len(suspension.cable_names) :, :, :], links)
+        least, most = joined(least, of_links[0], axis=-1), joined(most, of_links[1], axis=-1)
     center, weight = tangent.weights(suspension, rotation)
     force, moment = size(suspension.force), size(suspension.moment)
     eccentricity = tangent.eccentric(suspension, rotation)
@@ -83,10 +84,12 @@ def bounds(suspension, rotation, arms, ends, strain, cables, tension, links=None
     arm, least, most = size(arms[..., cable, end, :]), least[..., cable], most[..., cable]
     of_ends = np.stack([least, least * arm, most, most * arm], axis=-1)
     by_ends = tangent.on_bodies(of_ends, body, dead_loads.shape[-2])
-    return Bounds(*(
-        STATICS.sum_rounding * STATICS.rounding * np.repeat(total + dead_loads, 3, axis=-1)
-        for total in (by_ends[..., :2], by_ends[..., 2:])
-    ))  # fmt: skip
+
+    def of_all(of_ends):
+        """Bound of three forces and three moments of each body from sums over its ends, of force and moment."""
+        return STATICS.sum_rounding * STATICS.rounding * np.repeat(of_ends + dead_loads, 3, axis=-1)
+
+    return Bounds(least=of_all(by_ends[..., :2]), most=of_all(by_ends[..., 2:]))
 
 
 def of_stated(ends, strain, cables, quantities, value):

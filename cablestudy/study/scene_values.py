@@ -110,10 +110,11 @@ def load_arrays(loads_of_cables):
     if not any(loads_of_cables):
         return tuple(np.zeros((len(loads_of_cables), 0, *size)) for size in ((), (), (3,), ()))
     merged = [merged_loads(loads) for loads in loads_of_cables]
-    count = max(map(len, merged), default=0)
-    merged, shape = [loads + [NO_LOAD] * (count - len(loads)) for loads in merged], (len(merged), count)
-    return tuple(np.array([[load[field] for load in loads] for loads in merged]).reshape(*shape, *size)
-                 for field, size in ((0, ()), (1, ()), (2, (3,)), (3, ())))  # fmt: skip
+    count = max(map(len, merged))
+    entries = [load for loads in merged for load in (*loads, *[NO_LOAD] * (count - len(loads)))]
+    positions, fractions, forces, masses = map(np.array, zip(*entries, strict=True))
+    shape = len(merged), count
+    return positions.reshape(shape), fractions.reshape(shape), forces.reshape(*shape, 3), masses.reshape(shape)
 
 
 def merged_loads(loads):

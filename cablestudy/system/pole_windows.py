@@ -53,7 +53,9 @@ def poles_in_windows(matrices, omega):
     order = np.argsort(size, kind="stable")
     mode, size = mode[order], size[order]  # of the uncoupled poles, ascending
     static, *damping, _ = (matrix - np.diag(np.diagonal(matrix)) for matrix in matrices)
-    coupling = [(0, 1j, static.imag)] * np.iscomplexobj(static) + [(1, 1.0, matrix) for matrix in damping]
+    coupling = [(1, 1.0, matrix) for matrix in damping]  # P_k as power k of x, factor and real matrix
+    if np.iscomplexobj(static):
+        coupling.append((0, 1j, static.imag))
     # a window has the uncoupled poles from index `begin` to `end`, and takes the poles of sizes from `low` to `high`
     windows, begin, low = [], 0, 0.0
     while begin < len(size):

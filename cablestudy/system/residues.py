@@ -170,8 +170,7 @@ def _eigen_with_complex_stiffness(a):
     independent, poles = _independent(right, left), np.sqrt(1 / squares)
     speeds, by_speeds = right * (poles[:, None] / unit[:, :, None]), left * (unit[:, None] / poles[:, :, None])
     right, left = np.block([[right, right], [speeds, -speeds]]), np.block([[left, by_speeds], [left, -by_speeds]]) / 2
-    found = zip(independent.tolist(), np.concatenate([poles, -poles], axis=1), right, left, strict=True)
-    return [Eigen(*of_row, one_sided=True) if usable else None for usable, *of_row in found]
+    return _one_sided(np.concatenate([poles, -poles], axis=1), right, left, independent)
 
 
 @np.errstate(invalid="ignore")  # of rows whose damping is not weak
@@ -187,9 +186,15 @@ def _eigen_of_weakly_damped(a):
     poles, shapes, weak = eigen_by_solvents(stiffness, damping.real)
     right = np.concatenate([shapes, shapes * poles[:, None] / unit[:, :, None]], axis=1)
     left = inverse(right)
-    usable = weak & _independent(right, left)
-    found = zip(usable.tolist(), poles, right, left, strict=True)
-    return [Eigen(*of_row, one_sided=True) if is_usable else None for is_usable, *of_row in found]
+    return _one_sided(poles, right, left, weak & _independent(right, left))
+
+
+def _one_sided(poles, right, left, usable):
+    """`Eigen` of each of n systems with a complex stiffness, or None where it is not usable, bool, shape (n,): list."""
+    found = [None] * len(poles)
+    for row in np.flatnonzero(usable).tolist():
+        found[row] = Eigen(poles[row], right[row], left[row], one_sided=True)
+    return found
 
 
 def _separating_change(a, poles, right):
