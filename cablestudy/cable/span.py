@@ -102,14 +102,8 @@ class Span:
             Two ends in one place.
         """
         delta = np.asarray(end_2, dtype=float) - np.asarray(end_1, dtype=float)
-        if vertical is None:
-            vertical, rise, across = np.array([0.0, 0.0, 1.0]), delta[..., 2], delta * np.array([1.0, 1.0, 0.0])
-            horizontal = np.hypot(delta[..., 0], delta[..., 1])
-        else:
-            rise = (delta * vertical).sum(axis=-1)
-            across = delta - rise[..., None] * vertical
-            across = across - (across * vertical).sum(axis=-1)[..., None] * vertical  # what cancellation left of it
-            horizontal = np.sqrt((across**2).sum(axis=-1))
+        rise, across, horizontal = _rise_and_run(delta, vertical)
+        vertical = np.array([0.0, 0.0, 1.0]) if vertical is None else vertical
         chord = np.hypot(horizontal, rise) if chord is None else np.asarray(chord, dtype=float)[()]
         if not np.all(chord > 0):
             raise ValueError("the ends of a cable are in one place")
@@ -289,3 +283,16 @@ def normal_to(vertical):
     axis = np.where(np.abs(vertical[..., :1]) < 0.9, np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
     normal = axis - (axis * vertical).sum(axis=-1, keepdims=True) * vertical
     return normal / np.sqrt((normal**2).sum(axis=-1, keepdims=True))
+
+
+def _rise_and_run(delta, vertical):
+    """Parts of vectors, shape (..., 3), along a unit vector and across it, and the size of the part across.
+
+    Shapes (...), (..., 3) and (...). The unit vector `vertical` is z where it is None.
+    """
+    if vertical is None:
+        return delta[..., 2], delta * np.array([1.0, 1.0, 0.0]), np.hypot(delta[..., 0], delta[..., 1])
+    rise = (delta * vertical).sum(axis=-1)
+    across = delta - rise[..., None] * vertical
+    across = across - (across * vertical).sum(axis=-1)[..., None] * vertical  # what cancellation left of it
+    return rise, across, np.sqrt((across**2).sum(axis=-1))

@@ -77,18 +77,17 @@ def distribute(by_tension, by_unbounded, right, method, reference, low, high, da
     residual = right - _product(matrix, particular)
     largest_load = np.maximum(np.abs(right).max(axis=-1, initial=0.0), np.finfo(float).tiny)
     held = np.abs(residual).max(axis=-1, initial=0.0) <= STATICS.unbalanced * largest_load
-    weights = damping[:, None] * np.concatenate(
-        [np.sqrt(current.max(axis=-1, keepdims=True) / current), norms[:, count:]], axis=-1
-    )
+    of_tensions, of_unbounded = np.sqrt(current.max(axis=-1, keepdims=True) / current), norms[:, count:]
+    weights = damping[:, None] * np.concatenate([of_tensions, of_unbounded], axis=-1)
     objective, target = _objective(method, count, weights, reference, current)
     optimum, basis = _least_squares(particular, null_space, objective, target)
     solution = particular + _product(null_space, optimum)
-    slopes, within = null_space[:, :count] @ basis, np.ones(len(right), dtype=bool)
     tensions = particular[:, :count], reference, np.where(np.isfinite(low), low, 0.0)
     units = np.max([np.abs(values).max(axis=-1, initial=1e-300) for values in tensions], axis=0)
     outside = np.maximum(low - solution[:, :count], solution[:, :count] - high).max(axis=-1, initial=-np.inf)
-    for case in np.flatnonzero(outside > STATICS.outside_bounds * units).tolist():  # solved for in this unit
-        limits = low[case], high[case], units[case]
+    slopes, within = null_space[:, :count] @ basis, np.ones(len(right), dtype=bool)
+    for case in np.flatnonzero(outside > STATICS.outside_bounds * units).tolist():
+        limits = low[case], high[case], units[case]  # solved for in this unit
         shift = _smallest_shift_into_bounds(solution[case, :count], slopes[case], *limits)
         within[case] = shift is not None
         if within[case]:

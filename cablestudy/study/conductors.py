@@ -111,6 +111,35 @@ def distinct_without_case(scenes):
     return [scene.model_copy(update={"case": None}) for _, scene in different.values()], np.array(indices)
 
 
+@dataclass(frozen=True)
+class PermanentSets:
+    """Permanent elongations ("sets") of the outer strands and the core of each conductor, `shape` of `Conductors`.
+
+    Attributes
+    ----------
+    by_creep : ndarray, shape (..., 2)
+        By creep, where a conductor has crept. [-]
+    sets : ndarray, shape (..., 2)
+        By creep and the heaviest load case. [-]
+    by_load : ndarray, shape (..., 2)
+        By this case alone. [-]
+    heaviest : ndarray of str, shape (...)
+        Name of this case; empty without one.
+    errors : ndarray, shape (...)
+        `earlier_errors` of `LinearCables`. [-]
+    """
+
+    by_creep: np.ndarray
+    sets: np.ndarray
+    by_load: np.ndarray
+    heaviest: np.ndarray
+    errors: np.ndarray
+
+    def take(self, rows):
+        """Those of some scenes."""
+        return PermanentSets(*(getattr(self, field.name)[rows] for field in fields(self)))
+
+
 class Conductors:
     """Stranded conductors of n scenes, with nonlinear curves of tension over strain, as equivalent linear cables.
 
@@ -199,21 +228,18 @@ class Conductors:
 
     @cached_property
     def _permanent_sets(self):
-        """Permanent sets of the outer strands and the core of each conductor in its state, and the heaviest load case.
-
-        Five arrays: sets, shape (..., 2) [-], by creep; by creep and the heaviest case; by this case alone; names of
-        these cases (...); `earlier_errors` of `LinearCables` (...).
-        """
+        """`PermanentSets` of each conductor in its state."""
         unset, with_creep, with_load = self.curves.unset, np.isin(self.states, CREPT), np.isin(self.states, LOADED)
         by_creep, errors = unset, self._length_errors
         if with_creep.any():
             by_creep = np.where(with_creep[..., None], self._sets_by_creep[0], unset)
             errors = errors + np.where(with_creep, self._sets_by_creep[1], 0.0)
         if not with_load.any():
-            return by_creep, by_creep, unset, np.full(self._shape, "", dtype=object), errors
+            return PermanentSets(by_creep, by_creep, unset, np.full(self._shape, "", dtype=object), errors)
         sets, by_load, heaviest, errors_by_load = self._sets_by_load(by_creep)
         errors = errors + np.where(with_load, errors_by_load, 0.0)
-        return by_creep, np.where(with_load[..., None], sets, by_creep), by_load, heaviest, errors
+        sets = np.where(with_load[..., None], sets, by_creep)
+        return PermanentSets(by_creep, sets, by_load, heaviest, errors)
 
     def _sets_by_load(self, sets):
         """Permanent elongations ("sets") that the heaviest load case leaves in each conductor.
@@ -288,10 +314,9 @@ class Conductors:
         LinearCables
             Shape (k,), or (k, c) in scenes of c cables.
         """
-        by_creep, sets, by_load, heaviest, earlier_errors = (array[rows] for array in self._permanent_sets)
-        states = self.states[rows]
+        permanent, states = self._permanent_sets.take(rows), self.states[rows]
         with_creep, with_load = np.isin(states, CREPT), np.isin(states, LOADED)
-        condition = self._condition(rows, scenes, sets)
+        condition = self._condition(rows, scenes, permanent.sets)
         strain, _, _ = self._solve_strains(rows, scenes, condition)
         tension, slope = condition.tension_and_slope(strain)
         # small motion about the equilibrium follows the final moduli; an end that a force has moved followed the curve
@@ -300,17 +325,16 @@ class Conductors:
         labels = np.array(states, dtype=object)
         if with_load.any():
             # creep or load governs, whichever alone leaves the conductor longer: with less tension at the same strain
-            by_creep_alone, by_load_alone = (
-                replace(condition, sets=part_sets).tension_and_slope(strain)[0] for part_sets in (by_creep, by_load)
-            )
+            by_creep_alone, _ = replace(condition, sets=permanent.by_creep).tension_and_slope(strain)
+            by_load_alone, _ = replace(condition, sets=permanent.by_load).tension_and_slope(strain)
             creep_governs = with_creep & (by_creep_alone <= by_load_alone)
-            governing = np.where(creep_governs, "after_creep", "after_load (" + heaviest + ")")
+            governing = np.where(creep_governs, "after_creep", "after_load (" + permanent.heaviest + ")")
             labels = np.where(with_load, governing, labels)
         slack = (condition.parts(strain)[0] == 0) & (condition.curves.final > 0)
         for marked, text in ((slack, " slack"), (condition.beyond(strain), BEYOND)):
             for index, name in enumerate((", outer", ", core")):
                 labels = np.where(marked[..., index], labels + name + text, labels)
-        return LinearCables(*linear, condition, strain, earlier_errors, labels)
+        return LinearCables(*linear, condition, strain, permanent.errors, labels)
 
 
 def tensions_along(catenary):

@@ -62,10 +62,10 @@ def evaluate_found(study, tables, columns, explain=False, estimate=False):
             values[case], scene = solution
             solved.append(CaseTable(np.array([case]), scene, {}))
     evaluated = evaluate_tables(solved, others, explain, estimate) if solved else {}
-    for case, (cells, *status_errors_notes) in evaluated.items():
+    for case, (cells, status, errors, notes) in evaluated.items():
         if index_of_key is not None:
             cells = [*cells[:index_of_key], values[case], *cells[index_of_key:]]
-        rows[case] = cells, *status_errors_notes
+        rows[case] = cells, status, errors, notes
     return rows
 
 

@@ -20,8 +20,34 @@ from cablestudy.cable.vectors import size
 from cablestudy.study.tolerances import STUDY
 
 
+@dataclass(frozen=True)
+class ChangesByDrag:
+    """Changes of n equilibria where drag that varies along each cable takes the place of uniform drag.
+
+    Attributes
+    ----------
+    relative : ndarray, shape (n,)
+        The larger one of the change of the tension vector over the tension and of the movement at mid-length over the
+        distance from the chord there. [-]
+    ends : ndarray, shape (n, 2, 3)
+        Change of the tension vector at both ends, global axes. [N]
+    displacement : ndarray, shape (n, j, 3)
+        Movement of j points along each cable. [m]
+    tensions : ndarray, shape (n, j, 3)
+        Tension vectors at these points under the actual drag, global axes. [N]
+    pieces : Pieces
+        With these points.
+    """
+
+    relative: np.ndarray
+    ends: np.ndarray
+    displacement: np.ndarray
+    tensions: np.ndarray
+    pieces: "Pieces"
+
+
 def changes_by_actual_drag(drag, catenary, stretched=False, steps=STUDY.drag_steps):
-    """Compute how n equilibria change if drag that varies along each cable takes the place of uniform drag.
+    """Compute how n equilibria change where drag that varies along each cable takes the place of uniform drag.
 
     The changes are the errors of results with uniform drag.
 
@@ -38,17 +64,7 @@ def changes_by_actual_drag(drag, catenary, stretched=False, steps=STUDY.drag_ste
 
     Returns
     -------
-    error : ndarray, shape (n,)
-        The larger one of the change of the tension vector over the tension and of the movement at mid-length over the
-        distance from the chord there. [-]
-    ends : ndarray, shape (n, 2, 3)
-        Change of the tension vector at both ends, global axes. [N]
-    displacement : ndarray, shape (n, j, 3)
-        Movement of j points along each cable. [m]
-    tensions : ndarray, shape (n, j, 3)
-        Tension vectors at these points under the actual drag, global axes. [N]
-    pieces : Pieces
-        With these points.
+    ChangesByDrag
 
     Notes
     -----
@@ -56,9 +72,7 @@ def changes_by_actual_drag(drag, catenary, stretched=False, steps=STUDY.drag_ste
     """
     span, pieces = catenary.span, Pieces.of(catenary)
     stiffness, length = (np.asarray(array)[:, None, None] for array in (span.axial_stiffness, span.unstretched_length))
-    at_points, at_ends = (
-        span.in_frame(catenary.tension_at(points), "global") for points in (pieces.points, np.array([0.0, 1.0]))
-    )
+    at_points = span.in_frame(catenary.tension_at(pieces.points), "global")
     uniform_drag = drag.times_mean_pressure(across(drag.direction, span.frame[..., 0, :]))[:, None]
     if stretched:
         uniform_drag = uniform_drag * (1 + catenary.mean_tension / span.axial_stiffness)[:, None, None]
@@ -68,7 +82,8 @@ def changes_by_actual_drag(drag, catenary, stretched=False, steps=STUDY.drag_ste
     at_middle, before_middle = np.zeros_like(constant), (pieces.points < 0.5)[..., None]
     for _ in range(steps):
         # the drag where the cable hangs now, then one Newton step of c for it, then the new form
-        actual_drag, shift = (1 + tension / stiffness) * across(drag.direction[:, None], tangent), length * displacement
+        shift = length * displacement
+        actual_drag = (1 + tension / stiffness) * across(drag.direction[:, None], tangent)
         actual_drag = drag.times_local_pressure(actual_drag, lambda shift=shift: positions + shift)
         difference = drag.normal_drag[:, None, None] * length * (actual_drag - uniform_drag)
         without_constant = at_points - pieces.running_integral(difference)
@@ -78,15 +93,16 @@ def changes_by_actual_drag(drag, catenary, stretched=False, steps=STUDY.drag_ste
         slope, tension, tangent = _slope(without_constant + constant, stiffness)
         displacement = pieces.running_integral(slope - start)
         previous, at_middle = at_middle, pieces.integral((slope - start) * before_middle)
+    tensions = without_constant + constant
     ends = constant - np.concatenate([0 * constant, pieces.integral(difference)], axis=1)
+    # both relative changes, to which the last steps of the iteration are added, of c and of the form
+    at_ends = span.in_frame(catenary.tension_at(np.array([0.0, 1.0])), "global")
     force = np.concatenate([at_points, at_ends], axis=1)
-    change = np.concatenate([without_constant + constant - at_points, ends], axis=1)
-    # the last steps of the iteration, of c and of the form, are added to the errors
-    force_error = ((size(change) + size(step)) / np.maximum(size(force), np.finfo(float).tiny)).max(axis=-1)
+    change = np.concatenate([tensions - at_points, ends], axis=1)
+    of_force = ((size(change) + size(step)) / np.maximum(size(force), np.finfo(float).tiny)).max(axis=-1)
     offset = size(span.in_frame(catenary.at(np.array([0.5]))[0], "global"))
-    shape_error = (size(at_middle) + size(at_middle - previous)) / np.maximum(offset, np.finfo(float).tiny)
-    error = np.maximum(force_error, shape_error[:, 0])
-    return error, ends, length * displacement, without_constant + constant, pieces
+    of_form = (size(at_middle) + size(at_middle - previous)) / np.maximum(offset, np.finfo(float).tiny)
+    return ChangesByDrag(np.maximum(of_force, of_form[:, 0]), ends, length * displacement, tensions, pieces)
 
 
 @dataclass(frozen=True)
@@ -272,14 +288,18 @@ def uneven_drag_errors(drag, catenary, stretched=False):
         `error` is the larger of two ratios, times a safety factor (`STUDY.second_order`): change of the tension vector
         to tension, and movement at mid-length to its distance from the chord. Errors are zero without wind.
     """
-    error, end_changes, displacement, tensions, pieces = changes_by_actual_drag(drag, catenary, stretched)
+    changes, without = changes_by_actual_drag(drag, catenary, stretched), DragErrors.none(catenary)
     in_wind = drag.normal_drag > 0
-    error = np.where(in_wind, STUDY.second_order * bounded_errors(error), 0.0)
-    end_forces = np.where(in_wind[:, None, None], end_changes * np.array([1.0, -1.0])[:, None], 0.0)
-    displacement = np.where(in_wind[:, None, None], displacement, 0.0)
-    without = DragErrors.none(catenary)
-    tensions = np.where(in_wind[:, None, None], tensions, without.tensions)
-    return DragErrors(error, end_forces, displacement, pieces.points, without.ends, tensions, pieces.weights)
+    on_cables_in_wind = in_wind[:, None, None]
+    return DragErrors(
+        error=np.where(in_wind, STUDY.second_order * bounded_errors(changes.relative), 0.0),
+        end_forces=np.where(on_cables_in_wind, changes.ends * np.array([1.0, -1.0])[:, None], 0.0),
+        displacement=np.where(on_cables_in_wind, changes.displacement, 0.0),
+        points=changes.pieces.points,
+        ends=without.ends,
+        tensions=np.where(on_cables_in_wind, changes.tensions, without.tensions),
+        weights=changes.pieces.weights,
+    )
 
 
 def errors_of_modes(error, of_form, of_stiffness):

@@ -148,10 +148,10 @@ def equilibrium_in_wind(without_wind, drag, end_forces=None):
         position=without_wind.position,
         rotation=without_wind.rotation,
     )
-    equilibrium, shape = without_wind, np.shape(without_wind.record.converged)
-    inputs, (ended, close) = None, np.zeros((2, *shape), dtype=bool)
-    # inputs of the last searches, and those that follow from their equilibria
-    tried = deque(maxlen=WIND.combined_equilibria)
+    equilibrium, inputs = without_wind, None
+    tried = deque(maxlen=WIND.combined_equilibria)  # inputs of the last searches, and those that follow from each
+    shape = np.shape(without_wind.record.converged)
+    ended, close = np.zeros(shape, dtype=bool), np.zeros(shape, dtype=bool)
     least_change, reason = np.full(shape, np.inf), np.full(shape, DISAGREED)
     for _ in range(WIND.mean_wind_equilibria):
         new_inputs = _inputs_in_wind(suspension, equilibrium, drag, end_forces)
@@ -218,18 +218,19 @@ def _combined_loads(tried):
 
     The loads of each kind count over the largest of them in its case.
     """
-    shape, last = np.shape(tried[-1][0]["cable_wind"])[:-2], tried[-1][1]
+    _, last = tried[-1]
+    shape = np.shape(last["cable_wind"])[:-2]
     rows = {name: last[name].reshape(*shape, -1) for name in LOADS}
-    largest = {name: np.abs(row).max(axis=-1, initial=np.finfo(float).tiny) for name, row in rows.items()}
+    largest = {name: np.abs(row).max(axis=-1, initial=np.finfo(float).tiny)[..., None] for name, row in rows.items()}
 
     def flat(inputs):
-        return [inputs[name].reshape(*shape, -1) / largest[name][..., None] for name in LOADS]
+        """All loads of each case in a row, shape (..., numbers of loads)."""
+        return np.concatenate([inputs[name].reshape(*shape, -1) / largest[name] for name in LOADS], axis=-1)
 
-    pairs = [[np.concatenate(flat(inputs), axis=-1) for inputs in pair] for pair in tried]
-    ends = np.cumsum([part.shape[-1] for part in flat(last)])
-    parts = np.split(next_argument(*map(np.stack, zip(*pairs, strict=True))), ends[:-1], axis=-1)
-    scaled = {name: part * largest[name][..., None] for name, part in zip(LOADS, parts, strict=True)}
-    return {name: part.reshape(last[name].shape) for name, part in scaled.items()}
+    arguments, values = np.stack([flat(inputs) for inputs, _ in tried]), np.stack([flat(after) for _, after in tried])
+    ends = np.cumsum([rows[name].shape[-1] for name in LOADS])
+    parts = np.split(next_argument(arguments, values), ends[:-1], axis=-1)
+    return {name: (part * largest[name]).reshape(last[name].shape) for name, part in zip(LOADS, parts, strict=True)}
 
 
 def _cable_loads_at(equilibrium, drag):

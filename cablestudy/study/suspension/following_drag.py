@@ -91,7 +91,7 @@ def _changes_of_end_forces(equilibrium, drag):
     """
     forces, drag_of_cables = np.zeros((*equilibrium.lengths.shape, 2, 3)), drag_on_cables(drag, equilibrium)
     in_wind = np.nonzero((drag_of_cables.normal_drag > 0) & equilibrium.record.converged[:, None])
-    cables = drag_of_cables.take(in_wind), equilibrium.catenary.take(in_wind)
-    _, ends, *_ = changes_by_actual_drag(*cables, drag.stretched, STUDY.following_drag_steps)
-    forces[in_wind] = ends * np.array([1.0, -1.0])[:, None]
+    drag_in_wind, catenary = drag_of_cables.take(in_wind), equilibrium.catenary.take(in_wind)
+    changes = changes_by_actual_drag(drag_in_wind, catenary, drag.stretched, STUDY.following_drag_steps)
+    forces[in_wind] = changes.ends * np.array([1.0, -1.0])[:, None]
     return forces
