@@ -1,5 +1,7 @@
 """Arc length of a catenary at mid-span, halfway along the horizontal between its ends: where its sag is measured."""
 
+from dataclasses import dataclass, fields
+
 import numpy as np
 
 from cablestudy.cable.segment import segment_terms
@@ -33,21 +35,67 @@ def arc_length_at_midspan(catenary):
     relative_horizontal = terms.horizontal / scale
     distance = relative_horizontal * fraction * (1 / stiffness + 2 * (1 + terms.excess) / terms.sum_of_tensions)
     segment_ends = np.cumsum(distance, axis=-1)  # horizontal distances from end 1, to a common factor
-    half = segment_ends[..., -1:] / 2
+    half = segment_ends[..., -1:] / 2  # of mid-span
     segment = np.minimum((segment_ends < half).sum(axis=-1, keepdims=True), segment_ends.shape[-1] - 1)
 
     def in_segment(values):
         return np.take_along_axis(np.broadcast_to(values, segment_ends.shape), segment, axis=-1)
 
-    weight, cosine, sine = (np.asarray(field)[..., None] for field in (span.weight, span.cosine, span.sine))
-    remaining = half - in_segment(segment_ends - distance)  # horizontal distance on the segment of mid-span
-    about_segment = in_segment(relative_horizontal), stiffness, weight, cosine, sine, *map(in_segment, catenary.tension)
-    length_in_segment = _arc_length_at(remaining, EPSILON * half, in_segment(fraction), *about_segment)
+    part = _Part(
+        target=half - in_segment(segment_ends - distance),
+        rounding=EPSILON * half,
+        length=in_segment(fraction),
+        horizontal=in_segment(relative_horizontal),
+        stiffness=stiffness,
+        weight=np.asarray(span.weight)[..., None],
+        cosine=np.asarray(span.cosine)[..., None],
+        sine=np.asarray(span.sine)[..., None],
+        **dict(zip("qny", map(in_segment, catenary.tension), strict=True)),
+    )
+    length_in_segment = _arc_length_at(part)
     position = (in_segment(np.cumsum(fraction, axis=-1) - fraction) + length_in_segment)[..., 0]
     return np.where((np.abs(span.cosine) == 0) & (span.transverse_load > 0), 0.5, position)
 
 
-def _arc_length_at(target, rounding, length, *segment):
+@dataclass(frozen=True)
+class _Part:
+    """Segments of cables, one of each, and how far mid-span is from their ends 1; arrays of shape (..., 1).
+
+    Attributes
+    ----------
+    target, rounding : ndarray
+        Horizontal distance of mid-span, and the accuracy to find it to, over the length of the cable and the scale of
+        forces. [1/N]
+    length : ndarray
+        Length of the segment over that of the cable. [-]
+    horizontal : ndarray
+        h: horizontal tension over the scale of forces. [-]
+    stiffness, weight : ndarray
+        EA, and weight of the cable. [N]
+    cosine, sine : ndarray
+        Of the inclination of the chord of the cable. [-]
+    q, n, y : ndarray
+        Components of the tension vector at the middle of the segment, chord frame. [N]
+    """
+
+    target: np.ndarray
+    rounding: np.ndarray
+    length: np.ndarray
+    horizontal: np.ndarray
+    stiffness: np.ndarray
+    weight: np.ndarray
+    cosine: np.ndarray
+    sine: np.ndarray
+    q: np.ndarray
+    n: np.ndarray
+    y: np.ndarray
+
+    def with_arrays(self, change):
+        """Copy with each array replaced by `change` of it, a function."""
+        return _Part(*(change(getattr(self, field.name)) for field in fields(self)))
+
+
+def _arc_length_at(part):
     """Arc length x along a segment at which the cable is at a given horizontal distance from the segment's end 1.
 
     x is found by Newton's method within a bracket, from
@@ -59,40 +107,35 @@ def _arc_length_at(target, rounding, length, *segment):
 
     Parameters
     ----------
-    target, rounding : ndarray, shape (..., 1)
-        Horizontal distance, and the accuracy to find it to, over the length of the cable and the scale. [1/N]
-    length : ndarray, shape (..., 1)
-        Length of the segment over that of the cable. [-]
-    *segment : ndarray
-        h [-], EA [N], weight of the cable [N], cosine and sine of the inclination of its chord [-], and the 3
-        components of the tension vector at the middle of the segment, chord frame [N].
+    part : _Part
 
     Returns
     -------
     ndarray, shape (..., 1)
-        x over the length of the cable, from 0 to `length`. [-]
+        x over the length of the cable, from 0 to `part.length`. [-]
     """
-    shape = length.shape
-    arguments = [np.broadcast_to(values, shape).ravel() for values in (target, rounding, length, *segment)]
-    length = arguments[2]
-    low, high, x = np.zeros_like(length), length.copy(), length / 2
+    shape = part.length.shape
+    part = part.with_arrays(lambda values: np.broadcast_to(values, shape).ravel())
+    low, high, x = np.zeros_like(part.length), part.length.copy(), part.length / 2
     solution, active = np.empty_like(x), np.arange(x.size)
     for _ in range(CABLE.midspan_steps):
-        target, rounding, length, rate, stiffness, weight, cosine, sine, q, n, y = arguments
-        shift = weight * (x - length) / 2  # of the tension vector, from mid-segment to the middle of the piece up to x
-        piece = segment_terms((q + shift * sine, n + shift * cosine, y), weight * x, cosine, sine)
-        gap = target - rate * x * (1 / stiffness + 2 * (1 + piece.excess) / piece.sum_of_tensions)
+        # of the tension vector, from mid-segment to the middle of the piece up to x
+        shift = part.weight * (x - part.length) / 2
+        tension = part.q + shift * part.sine, part.n + shift * part.cosine, part.y
+        piece = segment_terms(tension, part.weight * x, part.cosine, part.sine)
+        gap = part.target - part.horizontal * x * (1 / part.stiffness + 2 * (1 + piece.excess) / piece.sum_of_tensions)
         low, high = np.where(gap > 0, x, low), np.where(gap > 0, high, x)
-        slope = np.maximum(rate, CABLE.least_divisor) * (
-            1 / stiffness + 1 / np.maximum(piece.tensions[1], CABLE.least_divisor)
+        slope = np.maximum(part.horizontal, CABLE.least_divisor) * (
+            1 / part.stiffness + 1 / np.maximum(piece.tensions[1], CABLE.least_divisor)
         )
         trial = x + gap / slope
         trial = np.where((trial > low) & (trial < high), trial, (low + high) / 2)
-        trial = np.where(np.abs(gap) > rounding, trial, x)
+        trial = np.where(np.abs(gap) > part.rounding, trial, x)
         moving = np.abs(trial - x) > 4e-16
         solution[active] = x = trial
         if not moving.any():
             break
         if not moving.all():  # nearly vertical cables need more steps than all others
-            active, low, high, x, *arguments = (values[moving] for values in (active, low, high, x, *arguments))
+            active, low, high, x = active[moving], low[moving], high[moving], x[moving]
+            part = part.with_arrays(lambda values, moving=moving: values[moving])
     return solution.reshape(shape)

@@ -311,11 +311,8 @@ def compare_models(
     from cablestudy.study.table import TableFiles
 
     if not scene.model.cables:
-        place, message = (
-            scene.document.place(("cables",)),
-            "'cablestudy trade' compares models of cables: there is none",
-        )
-        raise refuse(place, message, "cables")
+        message = "'cablestudy trade' compares models of cables: there is none"
+        raise refuse(scene.document.place(("cables",)), message, "cables")
     compared, notes = trade.columns_to_compare(scene.document, scene.model, columns)
     files = None if out is None else TableFiles(out, trade.file_name(scene.path))
     if files:

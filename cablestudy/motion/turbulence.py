@@ -216,22 +216,23 @@ def _residues_of_rows(turbulences, coarse=False, speeds=False):
         For each row a `DelayedResponse` with a delay, else `Residues`.
     """
     Turbulence.space.compute(turbulences)
-    found, groups = [None] * len(turbulences), {}
+    found, groups = [None] * len(turbulences), {}  # groups: rows of one state space with arrays of equal sizes
     for index, turbulence in enumerate(turbulences):
         plant = turbulence.plant
         if turbulence.has_delay:
             found[index] = plant.delayed_response(turbulence.loop, coarse, speeds)
             continue
-        space, row = turbulence.space
-        basis = plant.coarse_space if coarse else None
-        inputs = plant.gust_forces, basis, plant.direct
-        key = id(space), *(array is not None and array.shape for array in inputs)
-        groups.setdefault(key, []).append((index, space, row, *inputs))
-    for members in groups.values():
-        indices, (space, *_), rows, forces, basis, direct = zip(*members, strict=True)
-        space, forces, direct = space.take(list(rows)), np.stack(forces), np.stack(direct)
+        space, _ = turbulence.space
+        basis_shape = plant.coarse_space.shape if coarse else None
+        groups.setdefault((id(space), plant.gust_forces.shape, basis_shape, plant.direct.shape), []).append(index)
+    for indices in groups.values():
+        members = [turbulences[index] for index in indices]
+        spaces, rows = zip(*(turbulence.space for turbulence in members), strict=True)
+        space = spaces[0].take(list(rows))
+        forces = np.stack([turbulence.plant.gust_forces for turbulence in members])
+        direct = np.stack([turbulence.plant.direct for turbulence in members])
         if coarse:
-            basis = np.stack(basis)
+            basis = np.stack([turbulence.plant.coarse_space for turbulence in members])
             space, forces = space.within(basis), np.swapaxes(basis, -1, -2) @ forces
         for index, residues in zip(indices, space.residues(forces, direct, speeds), strict=True):
             found[index] = residues

@@ -268,14 +268,16 @@ def _changes_at_stated_tension(cables, quantities, value, chosen):
     qq, nn, yy, qn, qy, ny = cables.flexibility
     compliance = np.stack([qq, qn, qy, qn, nn, ny, qy, ny, yy], axis=-1).reshape((*qq.shape, 3, 3))
     compliance = np.swapaxes(span.frame, -1, -2) @ compliance @ span.frame
-    matrix, right = (np.zeros((*value.shape, 4, 4)) for _ in range(2))
-    matrix[..., :3, :3] = compliance * (tension / length)[..., None]
-    matrix[..., :3, 3] = _end_movement_by_length(cables) / length
+    matrix, right = np.zeros((2, *value.shape, 4, 4))
+    matrix[..., :3, :3] = compliance * (tension / length)[..., None]  # F
+    matrix[..., :3, 3] = _end_movement_by_length(cables) / length  # m
+    value_by_tension, value_by_length = matrix[..., 3, :3], matrix[..., 3, 3:]  # views: g and c
     for kind, (by_middle_tension, at_fixed_tension) in _gradients(cables, kinds).items():
         of_kind = (kinds == kind)[..., None]
-        matrix[..., 3, :3] = np.where(of_kind, by_middle_tension, matrix[..., 3, :3])
-        matrix[..., 3, 3:] = np.where(of_kind, at_fixed_tension[..., None] / tension, matrix[..., 3, 3:])
-    right[..., :3, :3], right[..., 3, 3] = np.eye(3) / length[..., None], value / tension[..., 0]
+        np.copyto(value_by_tension, by_middle_tension, where=of_kind)
+        np.copyto(value_by_length, at_fixed_tension[..., None] / tension, where=of_kind)
+    right[..., :3, :3] = np.eye(3) / length[..., None]
+    right[..., 3, 3] = value / tension[..., 0]
     matrix = np.where(chosen[..., None, None] & np.isfinite(matrix), matrix, np.eye(4))
     try:
         solution = np.linalg.solve(matrix, right)

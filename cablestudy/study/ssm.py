@@ -112,11 +112,14 @@ def pairs_of(options, inputs, outputs, first=0, prefix=""):
     SceneError
         An unknown name.
     """
-    given = ("--output", options.outputs, outputs), ("--input", options.inputs, inputs)
-    output_indices, input_indices = (
-        [number_of(option, name.removeprefix(prefix), [known for known, _ in pairs]) for name in names] or [first]
-        for option, names, pairs in given
-    )
+
+    def indices(option, chosen, labels):
+        """Indices of the names that are chosen by an option, among all labels (name, unit); `first` without any."""
+        names = [name for name, _unit in labels]
+        return [number_of(option, name.removeprefix(prefix), names) for name in chosen] or [first]
+
+    output_indices = indices("--output", options.outputs, outputs)
+    input_indices = indices("--input", options.inputs, inputs)
     return [(output, input_) for output in output_indices for input_ in input_indices]
 
 

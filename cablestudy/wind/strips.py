@@ -195,18 +195,29 @@ def strips(models, kept, equilibrium, drag):
         return []
     speed = float(np.sqrt((drag.velocity**2).sum()))
     end_1 = equilibrium.ends[:, 0]
-    frames, courses, groups = equilibrium.catenary.span.frame, _courses(models, equilibrium.catenary), {}
+    wind_direction, drag_factors = drag.velocity / speed, float(drag.density) * drag.cables * speed
+    courses, groups, found = _courses(models, equilibrium.catenary), {}, []
     for cable, mesh, places, shapes in nodal_shapes(models, kept, np.flatnonzero(drag.cables > 0)):
-        groups.setdefault((mesh, shapes.shape[-1]), []).append((cable, places, shapes, *courses[cable]))
-    wind_direction, drag_factors, found = drag.velocity / speed, float(drag.density) * drag.cables * speed, []
+        groups.setdefault((mesh, shapes.shape[-1]), []).append((cable, places, shapes))
     for (mesh, _), members in groups.items():
-        cables, places, shapes, direction, stretch, *forces = map(np.array, zip(*members, strict=True))
-        frame, places = frames[cables], end_1[cables, None] + places
-        kinks = np.ones((len(cables), mesh.elements))
+        cables, places, shapes = map(np.array, zip(*members, strict=True))
+        direction, stretch, middle, half = map(np.array, zip(*(courses[cable] for cable in cables), strict=True))
+        frame, kinks = equilibrium.catenary.span.frame[cables], np.ones((len(cables), mesh.elements))
         if mesh.order > 1:  # a bar has one direction
-            kinks = _closest_to_wind(*(force @ frame for force in forces), wind_direction)
-        course = wind_direction, direction @ frame[:, None], stretch, kinks
-        found.append(Strips(cables, mesh, equilibrium.lengths[cables], places, shapes, drag_factors[cables], *course))
+            kinks = _closest_to_wind(middle @ frame, half @ frame, wind_direction)
+        of_group = Strips(
+            cables,
+            mesh,
+            unstretched=equilibrium.lengths[cables],
+            places=end_1[cables, None] + places,
+            shapes=shapes,
+            drag_factor=drag_factors[cables],
+            wind_direction=wind_direction,
+            direction=direction @ frame[:, None],
+            stretch=stretch,
+            kinks=kinks,
+        )
+        found.append(of_group)
     return found
 
 

@@ -42,7 +42,6 @@ SPACE_BELOW = 0.05  # between views of a scene in space, share of their height
 BAR_WIDTH = 1.2  # width of a scale of colours with its numbers [in]
 LENGTH_LABEL = "length along the unstretched cable [m]"
 DRAWN_FORMS = 5  # of the cable that are drawn
-PATH_COLUMNS = "x_m", "y_m", "z_m", "clearance_m", "max_tension_N"
 MOST_DOTS = 50  # places up to which each is marked
 FORM_POINTS = np.linspace(0.0, 1.0, 201)
 
@@ -379,10 +378,11 @@ def load_path(path):
     -------
     matplotlib.figure.Figure
     """
-    first, (*positions, clearance, tension) = path.cables[0], (_numbers(path, name) for name in PATH_COLUMNS)
+    first, places = path.cables[0], np.stack([_numbers(path, name) for name in ("x_m", "y_m", "z_m")], axis=-1)
+    clearance, tension = _numbers(path, "clearance_m"), _numbers(path, "max_tension_N")
     span = first.form.span
     view = view_from_end_1(first.end_1, direction(span.frame[0, :2] * span.chord, span.chord), first.ground)
-    forms, line = [view(form) for form in _forms(path.cables)], view(np.stack(positions, axis=-1))
+    forms, line = [view(form) for form in _forms(path.cables)], view(places)
     all_points = np.concatenate([*forms, line[np.isfinite(line[:, 0])]])  # on the paper, shape (n, 2)
     ground = ground_in(view, first.ground, all_points[:, 0])
     window = Window(*with_ground(all_points, ground).T, ENLARGED_RATIO)

@@ -255,21 +255,26 @@ def _drawn_state(names, point, frequency, label, colour, dashes, winds, open_loo
         response = wind.response_of(open_loop)
         outputs = list(dict.fromkeys([*names, *(name for name in of_point if name in response.names)]))
         response.check_damped(outputs)
-        # columns: each output, and sums of two displacements of the point, from whose variances covariances follow
-        combinations = np.zeros((len(response.names), len(outputs) + len(PAIRS)))
-        combinations[[response.names.index(name) for name in outputs], np.arange(len(outputs))] = 1.0
-        for column, pair in enumerate(PAIRS, len(outputs)):
-            summed = [of_point[axis] for axis in pair if of_point[axis] in outputs]
-            combinations[[response.names.index(name) for name in summed], column] = 1.0
-        computed = response.spectra(frequency, combinations)
-        by_wind = dict(zip(outputs, computed, strict=False))
+        # two displacements of the point are summed, since covariances follow from the variances of such sums
+        pairs = [[of_point[axis] for axis in pair if of_point[axis] in outputs] for pair in PAIRS]
+        computed = response.spectra(frequency, _combinations(response.names, [*([name] for name in outputs), *pairs]))
+        of_outputs, of_sums = computed[: len(outputs)], computed[len(outputs) :]
+        by_wind = dict(zip(outputs, of_outputs, strict=True))
         table = response.variances
         variances_by_wind = {name: table.weighted["value"][table.rows[name]] for name in outputs}
-        covariance += _covariance(frequency, by_wind, computed[len(outputs) :], variances_by_wind, of_point)
+        covariance += _covariance(frequency, by_wind, of_sums, variances_by_wind, of_point)
         spectra = {name: spectra.get(name, 0.0) + spectrum for name, spectrum in by_wind.items()}
         variances = {name: variances.get(name, 0.0) + variance for name, variance in variances_by_wind.items()}
     rms = {name: np.sqrt(value) for name, value in variances.items()}
     return DrawnState(label, colour, dashes, spectra, rms, covariance, by_wind)
+
+
+def _combinations(names, sums):
+    """Matrix of sums of outputs, shape (all outputs, sums): each column has a 1 for each name in one of the sums."""
+    combinations = np.zeros((len(names), len(sums)))
+    for column, summed in enumerate(sums):
+        combinations[[names.index(name) for name in summed], column] = 1.0
+    return combinations
 
 
 def _covariance(frequency, spectra, spectra_of_sums, variances, names):
