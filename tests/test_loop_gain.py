@@ -29,6 +29,7 @@ from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.system import pole_windows
 from cablestudy.system.coupling_damping import CouplingDamping, compute_pole_sums
 from cablestudy.system.linear import LinearSystem
+from cablestudy.system.pole_windows import Resolvent
 from cablestudy.system.tolerances import SYSTEM
 
 BARS, TURN = 6, 2 * np.pi
@@ -248,10 +249,12 @@ def test_poles_of_overdamped_modes_stay_real_to_first_order():
     element = found.elements[0]
     overdamped = replace(element, strain=replace(element.strain, amount=4 / element.omega.max()))
     known = overdamped.coupling_damping
-    poles, left, right = known._pole_sum_and_resolvent[1]
+    _, resolvent = known._pole_sum_and_resolvent
+    poles = resolvent.poles
     factor = np.exp(1j * np.arange(len(poles)))
+    turned = Resolvent(poles, resolvent.left * factor, resolvent.right / factor[:, None])
     other = replace(overdamped, omega=overdamped.omega * (1 - 1e-3)).coupling_damping
-    changed, *_ = other._to_first_order(known.matrices, poles, left * factor, right / factor[:, None])
+    changed = other._to_first_order(known.matrices, turned).poles
     assert 0 < np.count_nonzero(poles.imag == 0) < len(poles)
     assert np.array_equal(changed.imag == 0, poles.imag == 0)
 

@@ -39,8 +39,10 @@ def arc_length_at_midspan(catenary):
     segment = np.minimum((segment_ends < half).sum(axis=-1, keepdims=True), segment_ends.shape[-1] - 1)
 
     def in_segment(values):
+        """Values of the segment in which mid-span is, shape (..., 1), from those of all segments."""
         return np.take_along_axis(np.broadcast_to(values, segment_ends.shape), segment, axis=-1)
 
+    q, n, y = map(in_segment, catenary.tension)
     part = _Part(
         target=half - in_segment(segment_ends - distance),
         rounding=EPSILON * half,
@@ -50,7 +52,9 @@ def arc_length_at_midspan(catenary):
         weight=np.asarray(span.weight)[..., None],
         cosine=np.asarray(span.cosine)[..., None],
         sine=np.asarray(span.sine)[..., None],
-        **dict(zip("qny", map(in_segment, catenary.tension), strict=True)),
+        q=q,
+        n=n,
+        y=y,
     )
     length_in_segment = _arc_length_at(part)
     position = (in_segment(np.cumsum(fraction, axis=-1) - fraction) + length_in_segment)[..., 0]

@@ -238,16 +238,21 @@ def actuated(layout, shapes, mass, damping, stiffness, actuators):
             mass -= inertia * np.outer(about, about)
             feedback.append(ActuatorFeedback(about, -about, velocity_gain, 0.0, corner))
             continue
-        # kinetic energy m_a q' a.d' + m_a q'^2/2, and moment m_a g q (a x e_z) of the weight beside a spring
-        for matrix, row, diagonal in ((mass, along, 1.0), (stiffness, weight, actuator.omega**2)):
-            matrix[stroke] += inertia * row
-            matrix[:, stroke] += inertia * row
-            matrix[stroke, stroke] = inertia * diagonal
+        _add_stroke(mass, stroke, inertia * along, inertia)  # kinetic energy m_a q' a.d' + m_a q'^2/2
+        # moment m_a g q (a x e_z) of the weight, and the spring
+        _add_stroke(stiffness, stroke, inertia * weight, inertia * actuator.omega**2)
         damping[stroke, stroke] = 2 * inertia * actuator.damping_ratio * actuator.omega
         force = np.eye(count + strokes)[stroke]
         feedback.append(ActuatorFeedback(along, force, velocity_gain, actuator.position_gain, corner))
         stroke += 1
     return mass, damping, stiffness, tuple(feedback)
+
+
+def _add_stroke(matrix, stroke, coupling, diagonal):
+    """Add a stroke to a symmetric matrix, in place: its entry on the diagonal, and its coupling to each coordinate."""
+    matrix[stroke] += coupling
+    matrix[:, stroke] += coupling
+    matrix[stroke, stroke] = diagonal
 
 
 def _movements(layout, actuator, shapes):

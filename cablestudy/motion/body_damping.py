@@ -175,16 +175,16 @@ class _PoleSearch:
     """
 
     def __init__(self, modes, airflows):
-        self._modes, self._numbers = zip(*(mode.damped for mode in modes), strict=True)
+        found = [mode.damped for mode in modes]  # modes of each row, and the number of the one that is meant
+        self._modes, self._numbers = [modes_of_row for modes_of_row, _ in found], [number for _, number in found]
         self._airflows, self.trial = airflows, self._modes[0].model.trial
-        self._rows = np.array([modes.model.row for modes in self._modes])
-        layout, every = self.trial.layout, len(self._rows) == self.trial.rows
-        self._layout = layout if every else layout.take(self._rows)
+        self._rows = np.array([modes_of_row.model.row for modes_of_row in self._modes])
+        layout = self.trial.layout
+        self._layout = layout if len(self._rows) == self.trial.rows else layout.take(self._rows)
         self._cable_count = self.trial.coordinates.models.cables.count // self.trial.rows
         self._cables = (self._cable_count * self._rows[:, None] + np.arange(self._cable_count)).ravel()
-        pairs = list(zip(self._modes, self._numbers, strict=True))
-        self._omega = np.array([modes.omega[number] for modes, number in pairs])
-        self._shapes = [modes.shapes[:, number] for modes, number in pairs]
+        self._omega = np.array([modes_of_row.omega[number] for modes_of_row, number in found])
+        self._shapes = [modes_of_row.shapes[:, number] for modes_of_row, number in found]
         self._displacements = np.stack([shape[len(shape) - len(layout.free) :] for shape in self._shapes])
         self._condensed = {}
 

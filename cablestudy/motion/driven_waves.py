@@ -412,11 +412,11 @@ def _waves(effects, cable):
     travel_time, air, omega = _stacked(effects, "travel_time", "air", "omega")
     names = "axial_stiffness", "mass", "unstretched_length", "gravity"
     spans = _stacked([one.cables.catenary.span for one in effects], *names)
-    stiffness, mass, length, gravity = (part[:, cable, None] for part in spans)
-    direction, tension = (np.stack([one.outward[part][cable] for one in effects]) for part in (0, 1))
-    tension = tension.max(axis=1)[:, None]
+    stiffness, mass, length, gravity = (part[:, cable, None] for part in spans)  # (n, 1) each
+    direction = np.stack([one.outward[0][cable] for one in effects])  # at both ends, (n, 2, 3)
+    tension = np.stack([one.outward[1][cable] for one in effects]).max(axis=1)[:, None]
     shortest = np.array([one.shortest_part(cable) for one in effects])[:, None]
-    across_time, along_time = (shortest * part for part in np.moveaxis(travel_time[:, :, cable, None], 1, 0))
+    across_time, along_time = (shortest * travel_time[:, way, cable, None] for way in (ACROSS, ALONG))
     across = np.sqrt(2 * np.sqrt(tension * mass) / across_time) / omega
     along = np.sqrt(2 * np.sqrt(stiffness * mass) / along_time) / omega
     # waves across stretch the cable where it sags, see the module's docstring

@@ -159,9 +159,11 @@ def _limit(scene, name, table):
         scene_in_case = in_case(scene, case)
         reasons = [why_not(scene_in_case, column) for _, column in pairs]
         lost = getattr(scene_in_case.load_case, "lost", ())  # cables without values that limits could bound
-        terms += [(case, *pair) for pair, reason in zip(pairs, reasons, strict=True)
-                  if not reason and pair[0] not in lost]  # fmt: skip
-        refusals += [reasons[0] + (f" (load case {case})" if table.cases else "")] if all(reasons) else []
+        for (cable, column_of_cable), reason in zip(pairs, reasons, strict=True):
+            if not reason and cable not in lost:
+                terms.append((case, cable, column_of_cable))
+        if all(reasons):
+            refusals.append(f"{reasons[0]} (load case {case})" if table.cases else reasons[0])
     if refusals and (table.cases or not terms):
         raise ValueError(refusals[0])
     return SceneLimit(name, table.that, stated.sign, bound, tuple(terms))

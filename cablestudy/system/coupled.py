@@ -86,14 +86,13 @@ class Layout:
         owner, arms = self.equilibrium.suspension.owner, self.equilibrium.arms
         line, end = np.nonzero(owner != GROUND)  # index of the cable or link, and its end, of all ends on bodies
         blocks = point_movement(arms[..., line, end, :])
-        rows = (6 * line + 3 * end)[:, None, None] + np.arange(3)[:, None] + np.zeros(6, dtype=int)
-        columns = 6 * owner[line, end][:, None, None] + np.arange(6) + np.zeros((3, 1), dtype=int)
+        rows = (6 * line + 3 * end)[:, None, None] + np.arange(3)[:, None]  # of x y z of each end
+        columns = 6 * owner[line, end][:, None, None] + np.arange(6)  # of all displacements of its body
         if self.large:
             from scipy.sparse import coo_array
 
-            free_column = np.full(6 * len(self.equilibrium.suspension.body_names), -1)
-            free_column[self.free] = np.arange(len(self.free))
-            columns = free_column[columns]
+            free_index = tangent.free_index(self.equilibrium.suspension.free).ravel()
+            rows, columns = np.broadcast_arrays(rows, free_index[columns])
             entries = (columns >= 0) & (blocks != 0)
             shape = 6 * len(owner), len(self.free)
             return coo_array((blocks[entries], (rows[entries], columns[entries])), shape=shape).tocsr()

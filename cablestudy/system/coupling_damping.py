@@ -12,7 +12,7 @@ import numpy as np
 
 from cablestudy.cable.matrices import product
 from cablestudy.errors import NoSolutionError
-from cablestudy.system.pole_windows import mode_amplitudes, poles_and_vectors, poles_in_windows
+from cablestudy.system.pole_windows import Resolvent, mode_amplitudes, poles_and_vectors, poles_in_windows
 from cablestudy.system.together import batches, computed_together
 from cablestudy.system.tolerances import SYSTEM
 
@@ -39,7 +39,7 @@ class PoleSum:
     residues: np.ndarray
 
     @classmethod
-    def of_polynomial(cls, matrices, poles, left, right):
+    def of_polynomial(cls, matrices, resolvent):
         """Condense the modes out of the matrix polynomial Q(x) of a cable: `PoleSum` of the stiffness at its ends.
 
         Parameters
@@ -47,8 +47,8 @@ class PoleSum:
         matrices : sequence of 2 or 3 ndarray, shape (..., n + e, n + e)
             Coefficients of Q by ascending power of x: K and M, or K, C and M, for n modes and then e ends. M is the
             identity for the modes.
-        poles, left, right : ndarray, shapes (..., N), (..., n, N), (..., N, n)
-            Resolvent of the modes: Q_nn^-1 = sum of left_j right_j/(x - pole_j) over the N poles.
+        resolvent : Resolvent
+            Of the modes: Q_nn^-1 as a sum over N poles.
 
         Returns
         -------
@@ -64,6 +64,7 @@ class PoleSum:
         The coefficients of the polynomial are those of U^T Q U, U = [-K_nn^-1 K_ne; I] being the static shapes. The
         highest one is M_ee - M_en M_ne instead.
         """
+        poles, left, right = resolvent.poles, resolvent.left, resolvent.right
         n = left.shape[-2]
         # blocks of each coefficient of Q
         of_modes, by_ends = [matrix[..., :n, :n] for matrix in matrices], [matrix[..., :n, n:] for matrix in matrices]
@@ -190,9 +191,8 @@ class CouplingDamping:
         -------
         pole_sum : PoleSum or None
             Dynamic stiffness at the ends as a sum over poles in x; None if rounding spoils every such sum.
-        resolvent : tuple of ndarray, shapes (N,), (n, N), (N, n), or None
-            N poles, left and right: with the matrix polynomial Q_nn(x) of the n modes, Q_nn^-1 is the sum of
-            left right/(x - pole).
+        resolvent : Resolvent or None
+            Of the matrix polynomial Q_nn(x) of the n modes.
 
         Notes
         -----
@@ -218,18 +218,18 @@ class CouplingDamping:
     def _cheaper_pole_sum(self):
         """`_pole_sum_and_resolvent` by a similar element, or in windows of frequency; None where neither serves."""
         similar = self._similar and self._similar.coupling_damping
-        if similar and (resolvent_of_similar := similar._pole_sum_and_resolvent[1]):
-            resolvent = self._to_first_order(similar.matrices, *resolvent_of_similar)
-            return PoleSum.of_polynomial(self.matrices, *resolvent), resolvent
-        if self.windowed:
-            n, found = len(self.omega), None
-            try:
-                resolvent = poles_in_windows([matrix[:n, :n] for matrix in self.matrices], self.omega)
-                (found,) = _where_trusted([self], *(part[None] for part in resolvent), SYSTEM.trusted_windows)
-            except np.linalg.LinAlgError:
-                pass
-            return found
-        return None
+        _, resolvent_of_similar = similar._pole_sum_and_resolvent if similar else (None, None)
+        if resolvent_of_similar:
+            resolvent = self._to_first_order(similar.matrices, resolvent_of_similar)
+            return PoleSum.of_polynomial(self.matrices, resolvent), resolvent
+        if not self.windowed:
+            return None
+        n = len(self.omega)
+        try:
+            resolvent = poles_in_windows([matrix[:n, :n] for matrix in self.matrices], self.omega)
+            return _where_trusted([self], resolvent.take(None), SYSTEM.trusted_windows)[0]
+        except np.linalg.LinAlgError:
+            return None
 
     def sum_over_poles(self, residues):
         """Make a function of s: x^d times the sum of residue/(x - pole) over the N poles of `pole_sum`.
@@ -282,18 +282,18 @@ class CouplingDamping:
         static, *others = self.pole_sum.polynomial
         return [static, self._viscous * others[0], others[0]] if self._squared else [static, *others]
 
-    def _to_first_order(self, matrices, poles, left, right):
-        """(poles, left, right) to first order from those of the similar `matrices` with other frequencies and decay.
+    def _to_first_order(self, matrices, resolvent):
+        """`Resolvent` to first order from that of the similar `matrices` with other frequencies and decay.
 
         The shapes are kept: of modes that nearly coincide both are taken to change by as much.
         """
-        n = len(self.omega)
+        n, poles, left, right = len(self.omega), resolvent.poles, resolvent.left, resolvent.right
         changes = [np.diagonal(own - other)[:n] for own, other in zip(self.matrices, matrices, strict=True)]
         change = sum(diagonal[:, None] * poles**order for order, diagonal in enumerate(changes))
         changed = poles - (right.T * change * left).sum(axis=0)
         if not np.iscomplexobj(self.matrices[0]):  # `sum_over_poles` tells real poles by an imaginary part of zero
             changed[poles.imag == 0] = changed[poles.imag == 0].real
-        return changed, left, right if self._squared else right * (poles / changed)[:, None]
+        return Resolvent(changed, left, right if self._squared else right * (poles / changed)[:, None])
 
     @property
     def _signature(self):
@@ -317,9 +317,9 @@ def _pole_sums_by_all_modes(cables):
         for right_of in _right_by_symmetry, _right_by_inverse:
             rows = [row for row, of_row in enumerate(found) if of_row is None]
             if rows:
-                parts = poles[rows], left[rows]
-                right = right_of([matrix[rows] for matrix in matrices], *parts, vectors[rows])
-                trusted = _where_trusted([cables[row] for row in rows], *parts, right, SYSTEM.trusted)
+                right = right_of([matrix[rows] for matrix in matrices], poles[rows], left[rows], vectors[rows])
+                resolvent = Resolvent(poles[rows], left[rows], right)
+                trusted = _where_trusted([cables[row] for row in rows], resolvent, SYSTEM.trusted)
                 for row, of_row in zip(rows, trusted, strict=True):
                     found[row] = of_row
     except np.linalg.LinAlgError:
@@ -345,19 +345,19 @@ def _right_by_inverse(matrices, _, left, vectors):
     return inverse if len(matrices) == 2 else inverse[:, :, left.shape[1] :]
 
 
-def _where_trusted(cables, poles, left, right, trusted):
+def _where_trusted(cables, resolvent, trusted):
     """`CouplingDamping._pole_sum_and_resolvent` of many cables, or None where the sum is not as good: list."""
     matrices = [np.stack(of_order) for of_order in _by_order(cables)]
-    sums, difference = PoleSum.of_polynomial(matrices, poles, left, right), np.zeros(len(cables))
-    if left.shape[1]:
+    sums, difference = PoleSum.of_polynomial(matrices, resolvent), np.zeros(len(cables))
+    if resolvent.left.shape[1]:
         s = _checked_frequencies(np.stack([cable.omega for cable in cables]))
         x = np.stack([cable.variable(of_row) for cable, of_row in zip(cables, s, strict=True)])
-        difference = _relative_errors(matrices, x, sums, poles, left, right)
-    parts = zip((difference <= trusted).tolist(), poles, left, right, strict=True)
-    return [(sums.take(row), tuple(resolvent)) if usable else None for row, (usable, *resolvent) in enumerate(parts)]
+        difference = _relative_errors(matrices, x, sums, resolvent)
+    usable = (difference <= trusted).tolist()
+    return [(sums.take(row), resolvent.take(row)) if usable[row] else None for row in range(len(cables))]
 
 
-def _relative_errors(matrices, x, sums, poles, left, right):
+def _relative_errors(matrices, x, sums, resolvent):
     """Largest relative error of the `PoleSum`s of r cables, each checked at m values of x. [-]
 
     A `PoleSum` is the dynamic stiffness at the ends of a cable as a sum over poles. It is compared with
@@ -375,8 +375,8 @@ def _relative_errors(matrices, x, sums, poles, left, right):
         Values at which the sums are checked.
     sums : PoleSum
         Of all r cables.
-    poles, left, right : ndarray, complex, shapes (r, N), (r, n, N), (r, N, n)
-        Q_nn^-1 is the sum of left right/(x - pole) over the N poles.
+    resolvent : Resolvent
+        Q_nn^-1 of all r cables as sums over N poles.
 
     Returns
     -------
@@ -384,6 +384,7 @@ def _relative_errors(matrices, x, sums, poles, left, right):
         Error of an entry i j over sqrt(a_i a_j), with the size a = |x|^d M_ii + |K_ii| of the forces at an end; d is
         the degree of Q, M its last coefficient and K its first.
     """
+    poles, left, right = resolvent.poles, resolvent.left, resolvent.right
     n = left.shape[1]
     q_ee = _polynomial([matrix[:, None, n:, n:] for matrix in matrices], x)  # (r, m, e, e)
     q_ne = _polynomial([matrix[:, None, :n, n:] for matrix in matrices], x)  # (r, m, n, e)

@@ -76,16 +76,24 @@ class LinearSystem:
     @staticmethod
     def stack(systems):
         """`LinearSystem` of n rows from those of each, whose arrays have equal sizes."""
-        first, names = systems[0], ("mass", "damping", "stiffness", "scale", "shapes")
+        first = systems[0]
         if len(systems) == 1:
             return first.with_arrays(lambda array: array[None])
-        of_rows = {name: [getattr(system, name) for system in systems] for name in names}
-        of_orders = {name: zip(*(getattr(system, name) for system in systems), strict=True) for name in "bcd"}
+
+        def stacked(name):
+            """An array of all rows, or None."""
+            arrays = [getattr(system, name) for system in systems]
+            return None if arrays[0] is None else np.stack(arrays)
+
+        def of_orders(name):
+            """Matrices of all rows by which inputs or coordinates act and their first and second derivatives."""
+            return tuple(map(np.stack, zip(*(getattr(system, name) for system in systems), strict=True)))
+
         feedback = zip(*(system.feedback for system in systems), strict=True)
         return replace(
             first,
-            **{name: None if arrays[0] is None else np.stack(arrays) for name, arrays in of_rows.items()},
-            **{name: tuple(map(np.stack, arrays)) for name, arrays in of_orders.items()},
+            **{name: stacked(name) for name in ("mass", "damping", "stiffness", "scale", "shapes")},
+            **{name: of_orders(name) for name in ("b", "c", "d")},
             feedback=tuple(of_rows[0].stack(of_rows) for of_rows in feedback),
         )
 

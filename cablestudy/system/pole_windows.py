@@ -15,12 +15,32 @@ of second order in the coupling to modes that are not in the window, where poles
 third.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from cablestudy.cable.matrices import product
 from cablestudy.system.connected import coupled_groups
 from cablestudy.system.solvents import eigen_by_solvents
 from cablestudy.system.tolerances import SYSTEM
+
+
+@dataclass(frozen=True)
+class Resolvent:
+    """Inverse of a matrix polynomial Q(x) of n modes as a sum over its N poles: left_j right_j/(x - pole_j).
+
+    Attributes
+    ----------
+    poles, left, right : ndarray, complex, shapes (..., N), (..., n, N), (..., N, n)
+    """
+
+    poles: np.ndarray
+    left: np.ndarray
+    right: np.ndarray
+
+    def take(self, row):
+        """`Resolvent` of one row of many; None adds an axis of one row."""
+        return Resolvent(self.poles[row], self.left[row], self.right[row])
 
 
 def poles_in_windows(matrices, omega):
@@ -39,8 +59,8 @@ def poles_in_windows(matrices, omega):
 
     Returns
     -------
-    poles, left, right : ndarray, complex, shapes (N,), (n, N), (N, n)
-        Q^-1 = sum of left_j right_j/(x - pole_j); N = n or 2 n for 2 or 3 matrices.
+    Resolvent
+        N = n or 2 n poles for 2 or 3 matrices.
 
     Raises
     ------
@@ -74,7 +94,7 @@ def poles_in_windows(matrices, omega):
     poles, left, slope = (np.concatenate(arrays, axis=-1) for arrays in zip(*windows, strict=True))
     if len(poles) != len(size):
         raise np.linalg.LinAlgError
-    return poles, left, (left / slope).T
+    return Resolvent(poles, left, (left / slope).T)
 
 
 def poles_and_vectors(matrices, omega):
