@@ -70,13 +70,13 @@ def state_space(model, chosen=None, residual=True, nodes=None, gondola=None, loc
     system, free_cable = linear_system(model, chosen, residual, nodes, gondola, location)
     if loop is None:
         return state_space_of(system, free_cable)
-    (notch,), (law, law_names) = loop.notches, loop.law.state_space_of(loop.law.approximants(highest))
+    law, law_names = loop.law.state_space_of(loop.law.approximants(highest))
     # measured is the last coordinate, the gondola's position: the winch moves it forwards, or backwards if on board
     rates = np.array([[-1.0 if location == "gondola" else 1.0]])
     allocation = Allocation(np.eye(len(system))[-1:], np.eye(1), rates)
     control = LinearControl(allocation, loop.gain, loop.notches, law, law_names)
     closed = state_space_of(system, loop=control, measured=(("position", "m"),))
-    loop_states = [*(("notch_1", "notch_2") if notch else ()), *law_names, "winch"]
+    loop_states = [*(("notch_1", "notch_2") if loop.notches[0] else ()), *law_names, "winch"]
     states = (*closed.states[: 2 * len(system)], *((name, "m") for name in loop_states))
     closed = replace(closed, states=states, inputs=(("reference", "m"), *closed.inputs[1:]))
     return channels(closed, [*range(1, len(closed.inputs)), 0])  # the reference last

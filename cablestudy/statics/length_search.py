@@ -169,15 +169,22 @@ def search(problem, least_ratio):
     active, state, iterates = first_iterates(problem, least_ratio)
     cases = len(iterates.index)
     states, possible = copy_record(state), iterates.possible.copy()
-    record = SearchRecord(
-        np.zeros(cases, dtype=int), np.zeros(cases), np.full(cases, np.inf), np.full(cases, TOO_MANY)
-    )  # fmt: skip
+    steps, residual, correction = np.zeros(cases, dtype=int), np.zeros(cases), np.full(cases, np.inf)
+    record = SearchRecord(steps, residual, correction, reason=np.full(cases, TOO_MANY))
     for number in range(STATICS.lengths_steps + 1):
         index, linear = iterates.index, linearised(active, state)
         right = (linear.by_tension @ iterates.tension[..., None])[..., 0] - linear.net
-        bounds = iterates.possible, active.high, iterates.damping, iterates.tension
-        arguments = linear.by_tension, linear.by_motion, right, problem.method, active.reference, *bounds
-        solutions = distribute(*arguments)
+        solutions = distribute(
+            linear.by_tension,
+            linear.by_motion,
+            right,
+            problem.method,
+            reference=active.reference,
+            low=iterates.possible,
+            high=active.high,
+            damping=iterates.damping,
+            current=iterates.tension,
+        )
         if number == 0:
             answers = copy_record(solutions)
         assign_rows(answers, index, solutions)
@@ -208,12 +215,21 @@ def first_iterates(problem, least_ratio):
     problem = replace(problem, suspension=problem.with_preloads(tension))
     state = with_stated(problem.suspension, start(problem.suspension))
     cases = len(tension)
-    infinite, zero = np.full(cases, np.inf), np.zeros(cases, dtype=int)
-    possible = possible_tensions(problem, state, problem.low, tension, least_ratio)
-    return problem, state, Iterates(
-        np.arange(cases), tension, possible, np.zeros_like(tension), np.zeros(cases), np.zeros(cases), infinite,
-        infinite, infinite, zero, zero,
-    )  # fmt: skip
+    infinite = np.full(cases, np.inf)
+    iterates = Iterates(
+        index=np.arange(cases),
+        tension=tension,
+        possible=possible_tensions(problem, state, problem.low, tension, least_ratio),
+        direction=np.zeros_like(tension),
+        damping=np.zeros(cases),
+        least_damping=np.zeros(cases),
+        change=infinite,
+        least_change=infinite,
+        outside=infinite,
+        stalled=np.zeros(cases, dtype=int),
+        infeasible=np.zeros(cases, dtype=int),
+    )
+    return problem, state, iterates
 
 
 def first_tensions(problem, state):
@@ -294,11 +310,14 @@ def linearised(problem, state):
     bounds = rounding.bounds(suspension, state.rotation, state.arms, ends, strain, cables, cables.max_tension, links)
     of_values = rounding.of_stated(ends[:, suspension.of_cables], strain, cables, quantities, suspension.value)
     return LinearForces(
-        tangent.free_values(suspension, net) / sizes, by_tension, np.ascontiguousarray(by_motion),
-        imbalance(suspension, net, scale),
-        rounding.largest_ratio(suspension, net, bounds.least), rounding.largest_ratio(suspension, net, bounds.most),
-        of_values.most[:, problem.open_cables].max(axis=-1),
-    )  # fmt: skip
+        net=tangent.free_values(suspension, net) / sizes,
+        by_tension=by_tension,
+        by_motion=np.ascontiguousarray(by_motion),
+        imbalance=imbalance(suspension, net, scale),
+        over_least=rounding.largest_ratio(suspension, net, bounds.least),
+        over_most=rounding.largest_ratio(suspension, net, bounds.most),
+        tension_rounding=of_values.most[:, problem.open_cables].max(axis=-1),
+    )
 
 
 def at_stated_values(suspension, arms, rates, stiffness):

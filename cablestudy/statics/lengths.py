@@ -79,9 +79,14 @@ def solve(suspension, method="balanced", low=0.0, high=np.inf, reference=0.0, mo
     open_cables = np.flatnonzero([kind is None for kind in suspension.stated])
     refuse_overdetermined(suspension, moving, len(open_cables))
     shape, count = suspension.shape, len(suspension.stated)
-    n = int(np.prod(shape))
-    bounds = (np.broadcast_to(b, (*shape, count)).reshape(n, count)[:, open_cables] for b in (low, high, reference))
-    problem = TensionProblem(suspension.broadcast((n,)), open_cables, moving, method, *bounds)
+    n = int(np.prod(shape))  # cases, along one axis
+
+    def of_open(tensions):
+        """Tensions of the m open cables in all cases, shape (n, m)."""
+        return np.broadcast_to(tensions, (*shape, count)).reshape(n, count)[:, open_cables]
+
+    of_cases = suspension.broadcast((n,))
+    problem = TensionProblem(of_cases, open_cables, moving, method, of_open(low), of_open(high), of_open(reference))
     if np.array_equal(moving, suspension.free):
         return at_wanted_tensions(problem, suspension)
     result = search(problem, LEAST_RATIOS[0])

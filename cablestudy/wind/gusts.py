@@ -24,6 +24,21 @@ from cablestudy.wind.variance import Noise
 
 
 @dataclass(frozen=True)
+class CovarianceTable:
+    """Covariances of the i inputs of gusts for k values of kappa, the decay of the coherence over distance.
+
+    Attributes
+    ----------
+    kappa : ndarray, shape (k,), or None
+        Ascending; None, with k = 1, where the covariance does not depend on it. [1/m]
+    covariance : ndarray, shape (k, i, i)
+    """
+
+    kappa: np.ndarray | None
+    covariance: np.ndarray
+
+
+@dataclass(frozen=True)
 class Gusts:
     """Forces of the turbulence on m coordinates.
 
@@ -107,7 +122,7 @@ class Gusts:
 
         groups = range(len(factors))
         functions = [[function(row, column) for column in groups] for row in groups]
-        return Noise(self._table[1], self.input_groups, functions)
+        return Noise(self._table.covariance, self.input_groups, functions)
 
     @property
     def force_on_cables(self):
@@ -116,7 +131,7 @@ class Gusts:
 
     def edges(self, low, high):
         """Edges from low to high, ascending, of panels of frequency on each of which `noise` is smooth. [Hz]"""
-        per_decade = WIND.panels_per_decade if self._table[0] is None else self.coherence.panels_per_decade
+        per_decade = WIND.panels_per_decade if self._table.kappa is None else self.coherence.panels_per_decade
         count = ceil(per_decade * np.log10(high / low) - WIND.panel_boundary)
         inner = low * 10 ** (np.arange(1, count) / per_decade)
         return np.concatenate([[low], inner, [high]])
@@ -131,7 +146,7 @@ class Gusts:
     def _interpolated_covariance(self, kappa):
         """Covariance of the inputs, shape (f, i, i), for kappa [1/m], shape (f,), interpolated in `_table`."""
         for_cables, for_bodies = self._table_weights(kappa)
-        table, bodies = self._table[1], slice(self._cable_inputs, None)
+        table, bodies = self._table.covariance, slice(self._cable_inputs, None)
         covariance = np.tensordot(for_cables, table, axes=(0, 0))
         covariance[:, bodies, bodies] = np.tensordot(for_bodies, table[:, bodies, bodies], axes=(0, 0))
         return covariance
@@ -153,7 +168,7 @@ class Gusts:
         for_cables, for_bodies : ndarray, shape (k, f)
             Weight of each covariance of the table: for its entries with a cable, and for those between bodies. [-]
         """
-        table_kappa = self._table[0]
+        table_kappa = self._table.kappa
         if table_kappa is None:
             return (np.ones((1, len(kappa))),) * 2
         linear, highest, kappa = WIND.linear_covariance / self._extent, table_kappa[-1], kappa[:, None]
@@ -183,23 +198,20 @@ class Gusts:
 
     @cached_property
     def _table(self):
-        """Ascending kappa, shape (k,), and the covariances for them, shape (k, i, i).
-
-        Where the covariance does not depend on kappa: None in place of kappa, and one covariance.
-        """
+        """`CovarianceTable` from which covariances are interpolated."""
         least, extent = self.coherence.least_kappa, self._extent
         if self.coherence.constant or not extent:
-            return None, self._computed_covariance(np.array([least]))
+            return CovarianceTable(None, self._computed_covariance(np.array([least])))
         linear = WIND.linear_covariance / extent
         highest = self._highest_kappa
         count = round(self.coherence.per_decade * np.log10((highest + linear) / (least + linear)))
         kappa = np.maximum(np.geomspace(least + linear, highest + linear, 1 + count) - linear, least)
-        return kappa, self._computed_covariance(kappa)
+        return CovarianceTable(kappa, self._computed_covariance(kappa))
 
     @property
     def error(self):
         """Relative error of a variance by interpolation between covariances, see `Coherence`. [-]"""
-        return self.coherence.error if self._table[0] is not None else 0.0
+        return self.coherence.error if self._table.kappa is not None else 0.0
 
     @property
     def uniform(self):

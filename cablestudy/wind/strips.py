@@ -310,14 +310,16 @@ def amplitudes(coordinates, layout, shapes, groups):
     """
     if not groups:
         return []
-    ends, outwards = layout.ends(layout.bodies(shapes)), outward(layout.equilibrium)[0]
-    owner, total, begin, by_group = coordinates.cable, sum(map(len, groups)), 0, []
+    ends, tangents = layout.ends(layout.bodies(shapes)), outward(layout.equilibrium)[0]
+    total, begin, by_group = sum(map(len, groups)), 0, []
     for cables in groups:
-        of_shapes = np.stack([np.concatenate([shapes[np.flatnonzero(owner == i)], ends[i]]) for i in cables.tolist()])
-        by_movements = np.zeros((*of_shapes.shape[:2], total, 2))
-        index, end, axis = np.ogrid[: len(cables), :2, :3]
-        by_movements[index, of_shapes.shape[1] - 6 + 3 * end + axis, begin + index, end] = outwards[cables]
-        by_group.append(np.concatenate([of_shapes, by_movements.reshape(*of_shapes.shape[:2], -1)], axis=-1))
+        modes = [shapes[np.flatnonzero(coordinates.cable == cable)] for cable in cables.tolist()]
+        by_shapes = np.concatenate([np.stack(modes), ends[cables]], axis=1)  # (g, k, m)
+        by_movements = np.zeros((*by_shapes.shape[:2], total, 2))
+        for index, (at_end_1, at_end_2) in enumerate(tangents[cables]):
+            by_movements[index, -6:-3, begin + index, 0] = at_end_1
+            by_movements[index, -3:, begin + index, 1] = at_end_2
+        by_group.append(np.concatenate([by_shapes, by_movements.reshape(*by_shapes.shape[:2], -1)], axis=-1))
         begin += len(cables)
     return by_group
 

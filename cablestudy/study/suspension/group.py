@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from cablestudy.cable.catenary import Catenary
-from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.errors import ConvergenceError, NoSolutionError, result_of
 from cablestudy.motion.airflow import drag_of
 from cablestudy.statics import lengths
 from cablestudy.statics.equilibria import pose
@@ -447,22 +447,23 @@ class Group:
         NoSolutionError, ConvergenceError
             There are no such modes, or not to the accuracy of the scene.
         """
-        from cablestudy.system.coupled_modes import coupled_modes_of_cases
-
         if (index, count) not in self._modes:
-            model, cables = self._scenes[index].model, len(self.cable_indices)
-            block_size = max(1, STUDY.cables_at_once // max(1, cables))
+            block_size = max(1, STUDY.cables_at_once // max(1, len(self.cable_indices)))
             start = index // block_size * block_size
             block = range(start, min(start + block_size, len(self._scenes)))
-            members = [i for i in block if self._scenes[i].model == model and not self.failure(i)]
-            damping = [cable.damping for i in members for cable in self._scenes[i].cables.values()]
-            equilibrium = self.equilibrium.take(np.array(members))
-            of_members = coupled_modes_of_cases(equilibrium, count, model.accuracy or 1.0, damping)
-            self._modes.update(((i, count), modes) for i, modes in zip(members, of_members, strict=True))
-        modes = self._modes[index, count]
-        if isinstance(modes, Exception):
-            raise modes
-        return modes
+            model = self._scenes[index].model
+            self._find_modes([i for i in block if self._scenes[i].model == model and not self.failure(i)], count)
+        return result_of(self._modes[index, count])
+
+    def _find_modes(self, indices, count):
+        """Compute the modes of some cases, which state equal models, in one call, and keep them or their errors."""
+        from cablestudy.system.coupled_modes import coupled_modes_of_cases
+
+        accuracy = self._scenes[indices[0]].model.accuracy or 1.0
+        damping = [cable.damping for index in indices for cable in self._scenes[index].cables.values()]
+        found = coupled_modes_of_cases(self.equilibrium.take(np.array(indices)), count, accuracy, damping)
+        for index, modes in zip(indices, found, strict=True):
+            self._modes[index, count] = modes
 
 
 def at_rest(scenes, numbers):
