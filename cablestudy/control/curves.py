@@ -195,18 +195,19 @@ def _may_cross_twice(curves, most):
     """
     before, after = paired(curves.values)
     row, inside = curves.row[1:], curves.row[1:] == curves.row[:-1]
-    sizes = np.abs(before), np.abs(after)
+    size_before, size_after = np.abs(before), np.abs(after)
     crosses = (before.imag * after.imag <= 0) & (before.real < 0) & (after.real < 0) & inside[:, None]
     least_gain = np.full(len(most), np.inf)  # of each loop, with a crossing
     with np.errstate(divide="ignore"):
-        np.minimum.at(least_gain, row, np.where(crosses, 1 / np.minimum(*sizes), np.inf).min(axis=1))
+        np.minimum.at(least_gain, row, np.where(crosses, 1 / np.minimum(size_before, size_after), np.inf).min(axis=1))
     highest_gain = np.maximum(most, least_gain)[row, None]
-    divided = np.maximum(*sizes) * highest_gain * CONTROL.closely_looked_above >= 1
-    before, after, *sizes = (part[divided] for part in (before, after, *sizes))
+    divided = np.maximum(size_before, size_after) * highest_gain * CONTROL.closely_looked_above >= 1
+    # of the eigenvalues that are large enough in their intervals alone
+    before, after, size_before, size_after = (part[divided] for part in (before, after, size_before, size_after))
     turn = np.abs(np.angle(after * before.conj()))
     to_axis = np.minimum(np.abs(np.angle(-before)), np.abs(np.angle(-after)))
     with np.errstate(divide="ignore", invalid="ignore"):  # an eigenvalue of zero
-        growth = np.abs(np.log(sizes[1] / sizes[0]))
+        growth = np.abs(np.log(size_after / size_before))
     changes = (turn > CONTROL.angle_change * to_axis) | ~(growth < CONTROL.size_change)
     divided[divided] = (turn > CONTROL.eigenvalue_turn) | ((to_axis < CONTROL.near_axis) & changes)
     return divided.any(axis=1)

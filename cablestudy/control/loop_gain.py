@@ -227,25 +227,27 @@ class _PoleSumCables:
     """
 
     def __init__(self, cables, winches):
-        self._sums, self._polynomial = [], [0.0, 0.0, 0.0]
+        # of each cable its sum over poles, and the matrix from its entries to forces on bodies; None where it has these
+        self._sums = []
+        self._polynomial = [0.0, 0.0, 0.0]  # coefficients of s^0, s^1 and s^2 in the forces on bodies by all cables
         for cable in cables:
-            damping, columns = cable.element.coupling_damping, cable.columns(winches)
-            rows, spread = slice(len(cable.connection)), None
-            residues = damping.pole_sum.residues[:, rows]
+            damping, columns, ends = cable.element.coupling_damping, cable.columns(winches), len(cable.connection)
+            residues = damping.pole_sum.residues[:, :ends]  # of the forces at the ends that bodies move, (N, e, e + w)
             if cable.connection.shape[1] * columns.shape[1] <= prod(residues.shape[1:]):  # fewer of bodies than of ends
-                residues = cable.connection.T @ residues @ columns
+                residues, onto_bodies = cable.connection.T @ residues @ columns, None
             else:
-                spread = np.kron(cable.connection, columns)  # from forces at the ends to those on bodies
-            self._sums.append((damping.sum_over_poles(residues.reshape(-1, prod(residues.shape[1:]))), spread))
+                onto_bodies = np.kron(cable.connection, columns)
+            flat_residues = residues.reshape(-1, prod(residues.shape[1:]))
+            self._sums.append((damping.sum_over_poles(flat_residues), onto_bodies))
             for order, coefficient in enumerate(damping.polynomial_in_s):
-                self._polynomial[order] = self._polynomial[order] + cable.connection.T @ coefficient[rows] @ columns
+                self._polynomial[order] = self._polynomial[order] + cable.connection.T @ coefficient[:ends] @ columns
 
     def __call__(self, s):
         """Forces on the bodies by their displacements and by the winches, shape (f, d, d + i)."""
         moving = 0.0
-        for of_cable, spread in self._sums:
-            of_cable = of_cable(s).T
-            moving = moving + (of_cable if spread is None else of_cable @ spread)
+        for sum_over_poles, onto_bodies in self._sums:
+            of_cable = sum_over_poles(s).T
+            moving = moving + (of_cable if onto_bodies is None else of_cable @ onto_bodies)
         static, first, second = self._polynomial
         s = s[:, None, None]
         return s * (s * second + first) + static - moving.reshape(len(s), *second.shape)

@@ -257,13 +257,13 @@ class DragErrors:
         tension_change = STUDY.second_order * np.abs((force_change * end_forces).sum(axis=-1) / square).max(axis=-1)
         from_end, to_end = ends[:, :1], ends[:, 1:]
         return DragErrors(
-            bounded_errors(self.error + tension_change),
-            self.end_forces + force_change * np.array([1.0, -1.0])[:, None],
-            self.displacement + from_end + self.points[..., None] * (to_end - from_end),
-            self.points,
-            ends,
-            self.tensions + force_change,
-            self.weights,
+            error=bounded_errors(self.error + tension_change),
+            end_forces=self.end_forces + force_change * np.array([1.0, -1.0])[:, None],
+            displacement=self.displacement + from_end + self.points[..., None] * (to_end - from_end),
+            points=self.points,
+            ends=ends,
+            tensions=self.tensions + force_change,
+            weights=self.weights,
         )
 
 

@@ -211,8 +211,9 @@ class Superelement:
         if strain is not None:
             strain = replace(strain, modes=shapes.T @ strain.modes @ shapes, coupling=shapes.T @ strain.coupling)
         else:
-            of_all, of_kept = (m.T @ (r[:, None] * m) for m, r in ((self.coupling, rate), (coupling, combined_rate)))
-            residual = residual + (of_all - of_kept)
+            of_modes = self.coupling.T @ (rate[:, None] * self.coupling)
+            of_combined = coupling.T @ (combined_rate[:, None] * coupling)
+            residual = residual + (of_modes - of_combined)
         return replace(
             self,
             omega=np.sqrt(square),

@@ -214,15 +214,20 @@ def variances(residues, panels, noise, weights):
         outputs = outputs * np.where(poles.imag > 0, 2.0, 1.0)[..., None]
     # integrals of r_j b_j S and of S
     by_pole, spectra = _spectral_integrals(inputs, panels, noise, weights, panels.resolvents(poles, residues.one_sided))
+
+    def conjugate_transpose(matrix):
+        """Of a matrix, or of those of many rows, with an axis for the w weights: shape (..., 1, columns, rows)."""
+        return np.swapaxes(matrix.conj(), -1, -2)[..., None, :, :]
+
     # Lyapunov's equation of the module's docstring
-    conjugates = (np.swapaxes(matrix.conj(), -1, -2) for matrix in (all_inputs, residues.outputs, residues.direct))
-    of_inputs, of_outputs, of_direct = (matrix[..., None, :, :] for matrix in conjugates)
     pole_sums = poles[..., :, None] + all_poles[..., None, :].conj()  # l_j + conj(l_k)
-    covariance = by_pole @ of_inputs / -pole_sums[..., None, :, :]  # X is this plus its conjugate transpose
-    pole_output_covariance = covariance @ of_outputs + by_pole @ of_direct
+    # X is this plus its conjugate transpose
+    covariance = by_pole @ conjugate_transpose(all_inputs) / -pole_sums[..., None, :, :]
+    by_outputs, by_direct = conjugate_transpose(residues.outputs), conjugate_transpose(residues.direct)
+    pole_output_covariance = covariance @ by_outputs + by_pole @ by_direct
     direct = residues.direct[..., None, :, :]
-    by_direct = ((direct @ spectra) * direct.conj()).sum(axis=-1).real
-    variance = (outputs[..., None, :, :] * pole_output_covariance).sum(axis=-2).real + by_direct
+    of_direct = ((direct @ spectra) * direct.conj()).sum(axis=-1).real
+    variance = (outputs[..., None, :, :] * pole_output_covariance).sum(axis=-2).real + of_direct
     # by Schwarz's inequality no sum over the poles is larger than that of the sizes of its terms
     diagonal = np.take_along_axis(covariance, upper[..., None, :, None], axis=-1)[..., 0].real
     largest = (np.sqrt(np.maximum(2 * diagonal, 0.0)) @ np.abs(outputs)) ** 2
