@@ -425,7 +425,7 @@ def test_the_rms_depends_neither_on_points_of_close_cables_nor_on_parts(monkeypa
     for points, at_once in ((TOLERANCES.peak_points, TOLERANCES.coherence_entries), (90, 30_000)):
         monkeypatch.setattr(type(TOLERANCES), "peak_points", points)
         monkeypatch.setattr(type(TOLERANCES), "coherence_entries", at_once)
-        found.append(SuspensionCase(scene).analysis.closed_loop_of(64).plant.at_rest.variances[0])
+        found.append(SuspensionCase(scene).analysis.closed_loop_of(64).plant.at_rest.variances.value)
     assert found[0] == pytest.approx(found[1], rel=1e-6)
 
 
@@ -681,7 +681,7 @@ def test_few_panels_of_frequency_resolve_gusts_on_cables(spectrum):
     turbulence, (low, high) = response.turbulence, response.turbulence.range
     edges = np.geomspace(low, high, 1 + round(32 * np.log10(high / low)))
     expected = Integrals.on(edges, turbulence.plant.gusts, OWN, turbulence.least).variances(turbulence.residues)
-    found = turbulence.variances[0]
+    found = turbulence.variances.value
     assert len(turbulence.plant.gusts.edges(low, high)) < len(edges) / 7
     assert found == pytest.approx(expected, rel=1e-7, abs=0)
     assert response.integration_error > 1e-7

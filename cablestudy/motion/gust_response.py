@@ -6,7 +6,7 @@ Y (`wind.variance`), with the loop closed or with the winches at rest.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -167,22 +167,22 @@ class GustResponse:
 
         Returns
         -------
-        value, by_modes, by_delay : ndarray, shape (w, o)
-            Variances; their errors by modes, and by an approximated delay. The error by modes is the smaller one of
-            the share of the highest modes and of the change from the model `before`, plus the change by modes that all
-            of these leave out (`LeftOutModes`).
+        ModelVariances
+            The error by modes is the smaller one of the share of the highest modes and of the change from the model
+            `before`, plus the change by modes that all of these leave out (`LeftOutModes`).
         """
-        value, by_modes, by_delay = self._variances_of(self.turbulence, weights)
+        variances = self._variances_of(self.turbulence, weights)
+        value, by_modes = variances.value, variances.by_modes
         if self._before is not None:
-            change = np.abs(value - self._variances_of(self._before.turbulence, weights)[0])
+            change = np.abs(value - self._variances_of(self._before.turbulence, weights).value)
             by_modes = np.minimum(by_modes, MOTION.change_safety * change)
         left_out = self._left_out.of_displacements(weights or OWN, value, by_modes, self._least)
-        return value, by_modes + left_out, by_delay
+        return replace(variances, by_modes=by_modes + left_out)
 
     @computed_together
     def own_variances(responses):
         """`_variances` of displacements and rates."""
-        needs = (one._left_out.needs_bodies_at_rest(one.turbulence.variances[0], one._least) for one in responses)
+        needs = (one._left_out.needs_bodies_at_rest(one.turbulence.variances.value, one._least) for one in responses)
         plants = [one.closed_loop.plant for one, need in zip(responses, needs, strict=True) if need]
         BodiesOnAllModes.loop_gain.compute([plant.all_modes for plant in plants])
         Turbulence.space.compute([plant.at_rest for plant in plants])
@@ -215,13 +215,14 @@ class GustResponse:
             if name.endswith((".x", ".y", ".z")) and name.partition(".")[0] not in passed_over
         ]
         groups, errors = np.array(_groups(self.names))[displacements], [0.0]
-        value, by_modes, _ = self.own_variances
+        value, by_modes = self.own_variances.value, self.own_variances.by_modes
         if self._seen_weights:
-            value, by_modes = np.concatenate([(value, by_modes), self._seen_variances[:2]], axis=1)
+            value = np.concatenate([value, self._seen_variances.value])
+            by_modes = np.concatenate([by_modes, self._seen_variances.by_modes])
         for group in set(groups.tolist()):
             rows = np.array(displacements)[groups == group]
             kinds = 1 if ".midspan." in self.names[rows[0]] else len(value)  # no column has velocities of mid-spans
-            error, total = (array[:kinds, rows].sum(axis=-1) for array in (by_modes, value))
+            error, total = by_modes[:kinds, rows].sum(axis=-1), value[:kinds, rows].sum(axis=-1)
             errors += (error[total > 0] / total[total > 0]).tolist()
         return max(errors)
 
@@ -246,8 +247,8 @@ class GustResponse:
         return self._variances(self._seen_weights)
 
     def _with_errors(self, weights, variances):
-        """`Variances` with all errors, of results of `_variances`; 0 where no more than rounding is left."""
-        value, by_modes, by_delay = variances
+        """`Variances` with all errors, of some `ModelVariances`; 0 where no more than rounding is left."""
+        value, by_modes = variances.value, variances.by_modes
         if not np.isfinite(value).all():
             raise NoSolutionError("a variance of the motion in the wind is not a number")
         energy = value * self.stiffness
@@ -256,8 +257,8 @@ class GustResponse:
         is_tension = np.array([".tension_" in name for name in self.names])
         safety = MOTION.tension_safety[0 if self.closed_loop.gusts.strips else 1]
         of_tensions = safety * _tension_errors_by_modes(value, by_modes, is_tension)
-        error = np.where(is_tension, of_tensions, by_modes) + self.integration_error * value + by_delay
-        values, errors = (dict(zip(weights, arrays, strict=True)) for arrays in (value, error))
+        error = np.where(is_tension, of_tensions, by_modes) + self.integration_error * value + variances.by_delay
+        values, errors = dict(zip(weights, value, strict=True)), dict(zip(weights, error, strict=True))
         rows = {name: row for row, name in enumerate(self.names)}
         if weights is not OWN:  # a telescope sees no tension
             return Variances(rows, values, errors)

@@ -40,7 +40,7 @@ def change_by_waves(plant):
         a change is the resonance of the first wave along a cable that sags, which is excited more than D implies. No
         result shows the rate of a tension; the largest tension depends on its logarithm, see `MOTION.crossings`.
     """
-    gusts, turbulence, variances = plant.gusts, plant.at_rest, plant.at_rest.variances[0]
+    gusts, turbulence, variances = plant.gusts, plant.at_rest, plant.at_rest.variances.value
     change, residues = np.zeros(variances.shape), turbulence.residues
     tension_rows, along, across = _first_waves(plant)
     driven = residues.direct[tension_rows].any(axis=1)  # tensions of cables whose ends some force reaches at once

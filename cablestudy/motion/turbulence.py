@@ -4,7 +4,7 @@ Variances of displacements, rates and tensions hold for all exposures and mirror
 loops. Their errors by modes are estimated from the change to a model with fewer modes, `Plant.coarse_space`.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -19,6 +19,24 @@ from cablestudy.wind.variance import smooth_on, with_turns
 
 # weights of displacements and rates
 OWN = {"value": np.ones_like, "rate": lambda frequency: (2 * np.pi * frequency) ** 2}
+
+
+@dataclass(frozen=True)
+class ModelVariances:
+    """Variances of o outputs of one model, with w weights over frequency, and their errors by the model.
+
+    Attributes
+    ----------
+    value : ndarray, shape (w, o)
+    by_modes : ndarray, shape (w, o)
+        Errors by modes; not numbers where they are not computed.
+    by_delay : ndarray, shape (w, o) or (w, 1)
+        Errors by an approximated delay.
+    """
+
+    value: np.ndarray
+    by_modes: np.ndarray
+    by_delay: np.ndarray
 
 
 class Turbulence:
@@ -119,12 +137,12 @@ class Turbulence:
 
     @computed_together
     def variances(turbulences):
-        """Variances of the outputs and of their rates, and their errors; see `_variances_of_rows`."""
+        """`ModelVariances` of the outputs and of their rates."""
         integrals = [turbulence._integrals for turbulence in turbulences]
         return zip(turbulences, _variances_of_rows(turbulences, integrals), strict=True)
 
     def seen(self, weights):
-        """Variances of the outputs with weights: dict of functions of frequency [Hz]; see `_variances_of_rows`."""
+        """`ModelVariances` of the outputs with weights: dict of functions of frequency [Hz]."""
         return _variances_of_rows([self], [self._integrals_of(weights)])[0]
 
     def variances_of(self, residues, weights):
@@ -175,24 +193,22 @@ class Turbulence:
 
     def undamped(self, stiffness):
         """Poles of the displacements that nothing damps, see `Integrals.undamped`."""
-        return self._integrals.undamped(self.residues, self.variances[0][0], stiffness)
+        return self._integrals.undamped(self.residues, self.variances.value[0], stiffness)
 
 
 def _variances_of_rows(turbulences, integrals):
-    """Variances of the outputs of each row, their errors by modes and those by a delay, three arrays of shape (w, o).
-
-    Errors by modes are not numbers where they are not computed.
-    """
+    """`ModelVariances` of the outputs of each row, with the weights of its `Integrals`: list."""
     Turbulence.residues.compute(turbulences)
     Turbulence.coarse.compute([row for row in turbulences if row.estimates])
     values = variances_of_rows(integrals, [row.residues for row in turbulences])
-    estimated = [index for index, row in enumerate(turbulences) if row.estimates]
-    of_coarse = [integrals[index] for index in estimated], [turbulences[index].coarse for index in estimated]
     by_modes = [np.full(value.shape, np.nan) for value in values]
-    for index, coarse in zip(estimated, variances_of_rows(*of_coarse), strict=True):
+    estimated = [index for index, row in enumerate(turbulences) if row.estimates]
+    coarse_residues = [turbulences[index].coarse for index in estimated]
+    coarse_values = variances_of_rows([integrals[index] for index in estimated], coarse_residues)
+    for index, coarse in zip(estimated, coarse_values, strict=True):
         by_modes[index] = np.abs(values[index] - coarse)
     by_delay = (row.delay_error(integral) for row, integral in zip(turbulences, integrals, strict=True))
-    return list(zip(values, by_modes, by_delay, strict=True))
+    return list(map(ModelVariances, values, by_modes, by_delay))
 
 
 def _residues_of_rows(turbulences, coarse=False, speeds=False):
