@@ -295,7 +295,7 @@ class GustResponse:
         NoSolutionError
             A resonance that nothing damps moves a winch.
         """
-        value, by_modes, undamped, _ = self.turbulence.winch_speeds
+        value, by_modes, undamped = self.turbulence.winch_speeds
         self._refuse(undamped)
         by_modes = by_modes + self._left_out.of_winch_speeds(value, by_modes, self._least)
         return value, by_modes + (self.integration_error + MOTION.winch_speeds) * value

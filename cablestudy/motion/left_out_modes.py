@@ -249,7 +249,7 @@ class LeftOutModes:
             return s[:, None, None] * self._released(s, self._receptance(s))
 
         responses = _Responses(self._turbulence, slice(None), by_all_modes, speeds=True)
-        return _Spectra(responses, self._turbulence.winch_speeds[-1])
+        return _Spectra(responses, self._turbulence.speed_residues)
 
     def _receptance(self, s):
         """Free displacements of bodies by forces on them, with the loop closed, by `_with_loop`, shape (f, d, d)."""

@@ -172,6 +172,11 @@ class Turbulence:
         return MOTION.delayed_error * self.loop.gain_beyond * beyond
 
     @cached_property
+    def speed_residues(self):
+        """Response of the speeds of the winches to the gusts: `Residues` or `DelayedResponse`."""
+        return _residues_of_rows([self], speeds=True)[0]
+
+    @cached_property
     def winch_speeds(self):
         """Variances of speed and acceleration of the i winches, and what their errors follow from.
 
@@ -181,15 +186,12 @@ class Turbulence:
             Variances, and their errors by modes.
         undamped : ndarray, shape (i,)
             Pole that nothing damps of each winch, see `Integrals.undamped`.
-        residues : Residues or DelayedResponse
-            Response of the speeds to the gusts.
         """
-        residues = _residues_of_rows([self], speeds=True)[0]
-        value, coarse = self._integrals.variances(residues), np.nan
+        value, coarse = self._integrals.variances(self.speed_residues), np.nan
         if self.estimates:
             coarse = self._integrals.variances(_residues_of_rows([self], coarse=True, speeds=True)[0])
-        undamped = self._integrals.undamped(residues, value[0], np.ones(value.shape[1]))
-        return value, np.abs(value - coarse), undamped, residues
+        undamped = self._integrals.undamped(self.speed_residues, value[0], np.ones(value.shape[1]))
+        return value, np.abs(value - coarse), undamped
 
     def undamped(self, stiffness):
         """Poles of the displacements that nothing damps, see `Integrals.undamped`."""

@@ -154,10 +154,10 @@ class Conductors:
         (n,) or (n, c).
     solve_reference : callable
         Solves all scenes without load case. Its arguments are arrays: `stiffness`, `elongation` and `length_ratio` of
-        `LinearCables`. It returns a tuple: mean tensions [N], tensions at points along the cables (`tensions_along`),
-        and further items for `solve_cases`.
+        `LinearCables`. It returns mean tensions [N], tensions at points along the cables (`tensions_along`), and the
+        state that it found, for `solve_cases`.
     solve_cases : callable
-        Solves k of the scenes in their load cases. Its arguments are the indices of the scenes, these scenes, the tuple
+        Solves k of the scenes in their load cases. Its arguments are the indices of the scenes, these scenes, the state
         from `solve_reference`, and the three arrays. It returns mean tensions, and tensions along the cables. [N]
     independent : bool
         Whether the tension of a cable depends on its own strain only, and not on that of other cables.
@@ -168,8 +168,8 @@ class Conductors:
         Curves of tension over strain of all conductors.
     states : ndarray of str, of `shape`
         Which permanent elongation the scene asks for: `initial` (none), `after_creep`, `after_load` or `final` (both).
-    reference : tuple
-        Result of `solve_reference` with the new conductors.
+    reference : object
+        State from `solve_reference` with the new conductors.
     """
 
     def __init__(self, scenes, shape, solve_reference, solve_cases, independent):
@@ -182,14 +182,14 @@ class Conductors:
         self._slack_strain = new.slack_strain
 
         def tension_at(*tangent):
-            self.reference = solve_reference(*self._linear(tangent, new))
-            return self.reference[0]
+            tension, self._along, self.reference = solve_reference(*self._linear(tangent, new))
+            return tension
 
         self._strain = new.settle(
             tension_at, self._slack_strain + STUDY.first_conductor_strain, independent, STUDY.conductor_tension
         )
         tension_at(self._strain, *new.tension_and_slope(self._strain))
-        self._length_errors = _uneven_strain(new, self._strain, self.reference[1])
+        self._length_errors = _uneven_strain(new, self._strain, self._along)
 
     def _linear(self, tangent, condition, rows=slice(None)):
         """`stiffness`, `elongation` and `length_ratio` of the linear cables with these strains, tensions and slopes."""

@@ -103,13 +103,14 @@ def equivalent_cables(values):
     values_without_case = SceneValues(distinct_scenes)
 
     def solve_reference(stiffness, elongation, _):
-        """Mean tensions and chord strains in the reference state, as `Conductors` asks for them."""
+        """Tensions and state without load case, as `Conductors` asks for them."""
         return _reference_state(values_without_case, stiffness, elongation)
 
     def solve_cases(chosen, cases, reference, *linear):
         """Tensions in load cases, as `Conductors` asks for them; the mean is not a number without an equilibrium."""
+        chord_strains, _ = reference
         cables = LinearCables(*linear, condition=None, strain=None, earlier_errors=None, labels=None)
-        equivalent = EquivalentCables(np.arange(len(chosen)), cables, reference[2][chosen], {})
+        equivalent = EquivalentCables(np.arange(len(chosen)), cables, chord_strains[chosen], {})
         loaded = loaded_cables(SceneValues(cases), equivalent, lengths_known=True)
         catenary = solve(loaded.span)
         exists = catenary.record.converged | (catenary.record.reason == UNDETERMINED)
@@ -118,7 +119,7 @@ def equivalent_cables(values):
 
     conductors = Conductors(distinct_scenes, (len(distinct_scenes),), solve_reference, solve_cases, independent=True)
     cables = conductors.equivalent_cables(distinct_index, scenes)
-    _, _, chord_strains, reasons = conductors.reference
+    chord_strains, reasons = conductors.reference
     reasons = {index: reasons[row] for index, row in enumerate(distinct_index.tolist()) if row in reasons}
     return EquivalentCables(np.array(rows), cables, chord_strains[distinct_index], reasons)
 
@@ -143,10 +144,9 @@ def _reference_state(values, stiffness, elongation):
         Mean tension, not a number where there is no such cable. [N]
     along : ndarray, shape (n, t)
         Tension at t Gauss points along each cable, see `tensions_along`. [N]
-    strain : ndarray, shape (n,)
-        Chord over the length of the conductor without tension, less one. [-]
-    reasons : dict
-        Index of a scene -> why there is no such cable.
+    state : (ndarray, dict)
+        Chord over the length of the conductor without tension, less one, shape (n,) [-]; and index of a scene -> why
+        there is no such cable.
     """
     span, stretch = load_cases.bare_spans(values), 1.0 + elongation
     span = replace(span, axial_stiffness=stiffness, mass=span.mass / stretch)
@@ -160,7 +160,7 @@ def _reference_state(values, stiffness, elongation):
         tension = np.where(with_loads, loaded.mean_tension, tension)
         along = np.where(with_loads[:, None], tensions_along(loaded), along)
     tension = np.where(np.isin(np.arange(len(values)), list(reasons)), np.nan, tension)
-    return tension, along, strain * stretch + elongation, reasons
+    return tension, along, (strain * stretch + elongation, reasons)
 
 
 def uneven_stretch_errors(results):

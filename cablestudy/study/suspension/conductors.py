@@ -40,7 +40,7 @@ class SuspendedConductors:
         self._names, self._stretching = list(different[0].cables), np.array(has_set)[rows]
         shape = len(different), len(self._names)
         conductors = Conductors(different, shape, self._solve_reference, self._solve_cases, independent=False)
-        _, _, reference, self._lengths = conductors.reference
+        reference, self._lengths = conductors.reference
         self.reference, self.problems = reference.take(rows), [self._problems[row] for row in rows.tolist()]
         self._linear = linear = conductors.equivalent_cables(rows, scenes)
         self.of_case = self._cables(rows, linear.stiffness, linear.elongation, linear.length_ratio)
@@ -61,7 +61,7 @@ class SuspendedConductors:
         return CablesOfCase(self._lengths[rows], 1.0 + elongation, stiffness, mass, length_ratio)
 
     def _solve_reference(self, stiffness, elongation, _):
-        """Tensions in the reference state, mean and along cables [N], its `Equilibrium`, lengths unstretched [m]."""
+        """Tensions in the reference state, mean and along cables [N]; its `Equilibrium` and unstretched lengths [m]."""
         numbers, stretch = self._numbers, 1.0 + elongation
         states_length = np.array([kind == "unstretched_length" for kind in numbers.stated])
         linear = replace(
@@ -72,10 +72,11 @@ class SuspendedConductors:
         )
         equilibrium, self._problems = self._at_rest(self._scenes, linear)
         tension = np.where(equilibrium.record.converged[:, None], equilibrium.catenary.mean_tension, np.nan)
-        return tension, tensions_along(equilibrium.catenary), equilibrium, equilibrium.lengths / stretch
+        return tension, tensions_along(equilibrium.catenary), (equilibrium, equilibrium.lengths / stretch)
 
     def _solve_cases(self, rows, scenes, reference, *linear):
         """Mean tensions of suspensions in load cases, shape (k, c), and along the cables: see `Conductors`. [N]"""
+        at_rest, _ = reference
         tension, groups = np.full(linear[0].shape, np.nan), {}
         along = np.full((*tension.shape, STUDY.conductor_points), np.nan)
         for index, scene in enumerate(scenes):
@@ -84,8 +85,8 @@ class SuspendedConductors:
             rows_of_group = rows[indices]
             cables = self._cables(rows_of_group, *(array[indices] for array in linear))
             loaded_scenes = [scenes[index].without_lost() for index in indices]
-            cables_present = cables_left(reference[2], loaded_scenes[0])
-            equilibrium = loaded_state(reference[2].take(rows_of_group), loaded_scenes, cables=cables).equilibrium
+            cables_present = cables_left(at_rest, loaded_scenes[0])
+            equilibrium = loaded_state(at_rest.take(rows_of_group), loaded_scenes, cables=cables).equilibrium
             converged = equilibrium.record.converged[:, None]
             of_group = np.where(converged, equilibrium.catenary.mean_tension, np.nan)
             tension[np.ix_(indices, cables_present)] = of_group
