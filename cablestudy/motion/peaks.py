@@ -5,6 +5,8 @@
 g is Davenport's peak factor (`wind.peak`) for the rate n of up-crossings of the mean in a time T.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from cablestudy.motion.tolerances import MOTION
@@ -51,8 +53,25 @@ def peak_of_change(analysis, names):
     return peak_factor(rms_rate / (2 * np.pi * rms), analysis.scene.wind.duration) * rms if rms else rms
 
 
+@dataclass(frozen=True)
+class WinchSpeeds:
+    """Speeds of the winches in the wind.
+
+    Attributes
+    ----------
+    rms, peak : (float, float)
+        Largest RMS, and largest expected peak g(n, T) RMS, of all winches [m/s], with estimated relative errors [-].
+    fastest : int
+        Number of the winch with the largest peak, from 0.
+    """
+
+    rms: tuple
+    peak: tuple
+    fastest: int
+
+
 def winch_speeds(analysis):
-    """Largest RMS, and largest expected peak g(n, T) RMS, of the speeds of all winches in the wind.
+    """Largest RMS and largest expected peak of the speeds of all winches in the wind: `WinchSpeeds`.
 
     Both are zero where no loop moves the winches.
 
@@ -61,13 +80,6 @@ def winch_speeds(analysis):
     analysis : DynamicAnalysis
         With wind.
 
-    Returns
-    -------
-    rms, peak : tuple of 2 float
-        Largest of all winches [m/s], and its estimated relative error [-].
-    fastest : int
-        Number of the winch with the largest peak, from 0.
-
     Raises
     ------
     NoSolutionError, ConvergenceError
@@ -75,7 +87,7 @@ def winch_speeds(analysis):
     """
     response = analysis.response
     if response.loop is None:
-        return (0.0, 0.0), (0.0, 0.0), 0
+        return WinchSpeeds((0.0, 0.0), (0.0, 0.0), 0)
     variances, errors = response.winch_speeds
     divisor = np.where(variances > 0, variances, 1.0)
     (rms, rms_rate), (error, rate_error) = np.sqrt(variances), errors / (2 * divisor)
@@ -88,10 +100,10 @@ def winch_speeds(analysis):
     peaks, peak_errors = _expected_peak(rms, rate, error, crossings_error, duration)
     largest, fastest = int(np.argmax(rms)), int(np.argmax(peaks))
     known = 0.0 if analysis.sizes.error_known else np.nan
-    return (
-        (float(rms[largest]), error[largest] + known),
-        (float(peaks[fastest]), peak_errors[fastest] + known),
-        fastest,
+    return WinchSpeeds(
+        rms=(float(rms[largest]), error[largest] + known),
+        peak=(float(peaks[fastest]), peak_errors[fastest] + known),
+        fastest=fastest,
     )
 
 

@@ -124,17 +124,17 @@ def between_bodies(suspension, stiffness, arms):
         For each body the sums of the sizes of the terms on its diagonal. [N/m], [N m/rad]
     """
     ends, count = pairs(suspension), len(suspension.body_names)
-    movement_1 = point_movement(arms[..., ends.line, ends.row, :])
-    one_end_twice = np.array_equal(ends.row, ends.column)
-    force_by_2 = stiffness @ (
-        movement_1 if one_end_twice else point_movement(arms[..., ends.line, ends.column, :])
-    )  # K B_2
+    movement_1 = point_movement(arms[..., ends.line, ends.row, :])  # B_1, (..., p, 3, 6)
+    one_end_twice = np.array_equal(ends.row, ends.column)  # in all pairs
+    movement_2 = movement_1 if one_end_twice else point_movement(arms[..., ends.line, ends.column, :])
+    force_by_2 = stiffness @ movement_2  # K B_2
     lead, sums = movement_1.shape[:-3], []
     for run, body_pairs, per_pair in ends.runs:
         shape = *lead, body_pairs, 3 * per_pair, 6  # all of the same two bodies one below the other
         left, right = (moved[..., run, :, :].reshape(shape) for moved in (movement_1, force_by_2))
         sums.append(np.swapaxes(left, -1, -2) @ right)
     matrices = np.concatenate(sums, axis=-3) if sums else np.zeros((*lead, 0, 6, 6))
+    # sizes of the terms on the diagonal of each body, by the pairs of ends that it holds both, body by body
     owner = suspension.owner[ends.line, ends.row]
     same_body = np.flatnonzero(owner == suspension.owner[ends.line, ends.column])
     same_body = same_body[np.argsort(owner[same_body], kind="stable")]

@@ -68,7 +68,7 @@ def check_winch_speed(case):
     winch = case.scene.winch
     if winch is None or winch.controller is None or winch.max_speed is None:
         return
-    peak, _ = peaks.winch_speeds(case.analysis)[1]
+    peak, _ = peaks.winch_speeds(case.analysis).peak
     if peak > winch.max_speed:
         raise NoSolutionError(
             f"the winch would reach {1e3 * peak:.4g} mm/s in the wind, above its max_speed of "
@@ -182,16 +182,17 @@ def loop_columns(keys):
 def winch_columns(keys):
     """The columns of the speed of the winches in the wind, as `loop_columns`."""
 
-    def speed(case, index):
-        return scaled(peaks.winch_speeds(case.analysis)[index], MM)
+    def rms(case):
+        return scaled(peaks.winch_speeds(case.analysis).rms, MM)
 
-    meanings = {
-        "winch_rms_speed": "RMS of the speed of the winches in the wind, that of the fastest one",
-        "winch_peak_speed": "largest speed of any winch expected within wind.duration",
-    }
+    def peak(case):
+        return scaled(peaks.winch_speeds(case.analysis).peak, MM)
+
+    of_rms = "RMS of the speed of the winches in the wind, that of the fastest one"
+    of_peak = "largest speed of any winch expected within wind.duration"
     return [
-        Column(name, "mm/s", meaning, "wind", partial(speed, index=index), keys)
-        for index, (name, meaning) in enumerate(meanings.items())
+        Column("winch_rms_speed", "mm/s", of_rms, "wind", rms, keys),
+        Column("winch_peak_speed", "mm/s", of_peak, "wind", peak, keys),
     ]
 
 

@@ -271,9 +271,10 @@ def exceeded_limits(case):
     """
     exceeded, control = {}, case.scene.control
     if control is not None and control.max_speed is not None:
-        _, (peak, _), fastest = peaks.winch_speeds(case.analysis)
+        speeds = peaks.winch_speeds(case.analysis)
+        peak, _ = speeds.peak
         if peak > control.max_speed:
-            name = list(case.scene.winches)[fastest]
+            name = list(case.scene.winches)[speeds.fastest]
             exceeded["control.max_speed"] = (
                 f"the winch of {name} would reach {MM * peak:.4g} mm/s in the wind, above max_speed of "
                 f"{MM * control.max_speed:.4g} mm/s"
