@@ -271,6 +271,22 @@ def test_the_error_of_the_damping_ratio_is_stated():
     assert np.isnan(coupled_modes(state, 12, damping=Damping(ratio=0.01)).damping_error).all()
 
 
+@pytest.mark.parametrize("stiffness", [1e6, 1e10, 1e13])
+def test_the_error_of_a_soft_mode_counts_the_rounding_of_stiff_cables(stiffness):
+    """A point on two lines swings about the axis through their anchors: w^2 = g_n/d across it, at a distance d."""
+    upper = np.array([[0.0, 0.0, 0.0], [3.0, 2.0, 1.0]])
+    cables = [(tuple(end), ("bob", (0.0, 0.0, 0.0)), stiffness, 0.0) for end in upper]
+    bob = {"at": (1.2, 0.9, -4.0), "mass": 2.0, "junction": True, "free": ("x", "y", "z")}
+    state = hung(suspension({"bob": bob}, cables), [4.5, 4.6])
+    axis = (upper[1] - upper[0]) / np.linalg.norm(upper[1] - upper[0])
+    weight, arm = np.array([0.0, 0.0, -G]), state.position[0] - upper[0]
+    across, distance = (np.linalg.norm(vector - (vector @ axis) * axis) for vector in (weight, arm))
+    found = coupled_modes(state, 1)
+    off = abs(found.frequency[0] / (math.sqrt(across / distance) / (2 * math.pi)) - 1)
+    assert off <= found.error[0]
+    assert found.error[0] <= 1e-12 + 1e-14 * stiffness / (2.0 * across)
+
+
 @pytest.mark.parametrize("accuracy", [0.1, 1e-2, 1e-4, 1e-6])
 def test_the_stated_error_counts_modes_of_cables_that_are_left_out(accuracy):
     """A body between two strings of tension T, length L and mass m per length moves across them; viscous damping c.

@@ -350,7 +350,7 @@ def modes_of_row(trial, row, error, finer=None):
     row : int
         Index of the suspension.
     error : ndarray, shape (k,)
-        Estimated relative error of each frequency. [-]
+        Estimated relative error of each frequency, but for `Trial.rounding`. [-]
     finer : callable, optional
         Makes modes of a finer model when they are needed, see `CoupledModes`.
 
@@ -364,7 +364,7 @@ def modes_of_row(trial, row, error, finer=None):
         The equilibrium is not stable.
     """
     model, omega, shapes, truncation_error = trial.modes_of(row)
-    error = error[: len(omega)].copy()
+    error = np.maximum(error, trial.rounding[row])[: len(omega)]
     coincident = tuple(coincident_runs(omega, np.where(np.isnan(error), SYSTEM.frequency_rounding, error)))
     number = np.arange(len(shapes))[:, None] + 1.0
     for first, last in coincident:

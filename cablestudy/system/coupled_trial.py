@@ -138,6 +138,21 @@ class Trial:
         """Estimated relative error of each frequency, shape (n, k). [-]"""
         return np.maximum((np.abs(self.truncation_error) + self.mesh_error).sum(axis=1) / 2, SYSTEM.frequency_rounding)
 
+    @cached_property
+    def rounding(self):
+        """Relative error of each frequency by the rounding of the stiffness of the cables, shape (n, k). [-]
+
+        In a soft mode forces of stiff cables all but cancel, and what their rounding leaves is a share of
+
+            sum over the cables of |u|^T |k| |u|/w^2,
+
+        u being the displacements of the ends of a cable in the mass-normalised mode, k its static stiffness.
+        """
+        square, ends = self._moving_ends
+        displacements, stiffness = np.abs(ends), np.abs(self.coordinates.models.ends[0])
+        terms = (displacements * (stiffness @ displacements)).sum(axis=1) / np.where(square > 0, square, np.inf)
+        return SYSTEM.stiffness_rounding * terms.reshape(self.rows, -1, self.omega.shape[1]).sum(axis=1)
+
     def modes_of(self, row):
         """Model and modes of finite frequency of one row.
 

@@ -46,7 +46,8 @@ class SystemTolerances:
     exact_elements: float = 1e-10
     # modes of a cable of such elements whose modal damping counts: an eigenvalue problem of a second
     modally_damped_modes: int = 1800
-    frequency_rounding: float = 1e-12  # error of a frequency by rounding
+    frequency_rounding: float = 1e-12  # error of a frequency by rounding, at least
+    stiffness_rounding: float = 2e-15  # error of the stiffness of a cable's ends by rounding, over its entries
     # modes that the other model needs beyond those asked for: the partner of the highest may be among them
     modes_beyond: int = 8
 
