@@ -255,14 +255,26 @@ class GustResponse:
         largest = np.maximum(energy.max(axis=-1, keepdims=True), self._energy_by_cables(weights))
         value = np.where(energy > MOTION.energy_rounding * largest, value, 0.0)
         is_tension = np.array([".tension_" in name for name in self.names])
-        safety = MOTION.tension_safety[0 if self.closed_loop.gusts.strips else 1]
-        of_tensions = safety * _tension_errors_by_modes(value, by_modes, is_tension)
+        of_tensions = self._tension_safety * _tension_errors_by_modes(value, by_modes, is_tension)
         error = np.where(is_tension, of_tensions, by_modes) + self.integration_error * value + variances.by_delay
         values, errors = dict(zip(weights, value, strict=True)), dict(zip(weights, error, strict=True))
         rows = {name: row for row, name in enumerate(self.names)}
         if weights is not OWN:  # a telescope sees no tension
             return Variances(rows, values, errors)
         return Variances(rows, values, errors, lambda: self._tension_errors_by_waves(value, by_modes))
+
+    @property
+    def _tension_safety(self):
+        """Factor on the error of tensions by modes, one of `MOTION.tension_safety`.
+
+        Behind a law that does more than integrate, the model has static responses to moving bodies, and the one with
+        fewer modes, by which the error is estimated, has not: the change is far larger than the error.
+        """
+        plant, with_cables, without_cables, with_responses = self.closed_loop.plant, *MOTION.tension_safety
+        if not plant.gusts.strips:
+            return without_cables
+        more_than_integrates = self.loop is not None and not self.loop.law.integrates_only
+        return with_responses if plant.responses and more_than_integrates and not plant.driven else with_cables
 
     def _tension_errors_by_waves(self, value, by_modes):
         """Errors of the variances of tensions by waves, shape (w, o): of moving ends, and of gusts on the cables."""
@@ -297,8 +309,12 @@ class GustResponse:
         """
         value, by_modes, undamped = self.turbulence.winch_speeds
         self._refuse(undamped)
+        plant = self.closed_loop.plant
+        if plant.gusts.strips and plant.driven:  # gusts on cables excite the modes between, which move winches
+            by_modes = MOTION.one_model_safety * by_modes
         by_modes = by_modes + self._left_out.of_winch_speeds(value, by_modes, self._least)
-        return value, by_modes + (self.integration_error + MOTION.winch_speeds) * value
+        least = max(self.integration_error + MOTION.winch_speeds, 2 * self._least if np.isfinite(self._least) else 0.0)
+        return value, by_modes + least * value
 
     @property
     def stiffness(self):

@@ -42,11 +42,13 @@ class BodiesOnAllModes:
     Attributes
     ----------
     highest : float
-        Highest frequency of the modes of the plant. [rad/s]
+        Frequency up to which the plant has all modes: the highest but for those that were added, far above perhaps,
+        because the loop would drive them first (`Plant.driven`). [rad/s]
     """
 
     def __init__(self, plant):
-        self._plant, self._models, self.highest = plant, plant.modes.models, plant.modes.omega[-1]
+        self._plant, self._models = plant, plant.modes.models
+        self.highest = plant.modes.omega[-1 - plant.driven]
         connection = dense(plant.layout.connection)
         self._end_movements = connection.reshape(self._models.cables.count, 6, connection.shape[-1])
 
@@ -171,7 +173,6 @@ class LeftOutModes:
     def __init__(self, closed_loop):
         self._closed_loop, self._plant, self._turbulence = closed_loop, closed_loop.plant, closed_loop.turbulence
         self._loop = self._turbulence.loop
-        self._fast_loop = self._loop is not None and not self._loop.law.integrates_only
 
     def of_displacements(self, weights, variances, others, least):
         """Errors of the variances of displacements of bodies, shape (w, o); 0 of other outputs.
@@ -208,7 +209,7 @@ class LeftOutModes:
         """`_Spectra` of the displacements of bodies."""
         turbulence, (rows, of_bodies) = self._turbulence, self._plant.displacements
         responses = self._plant.all_modes.displacements
-        if self._fast_loop:
+        if self._counts_loop:
             responses = _Responses(turbulence, rows, lambda s: of_bodies @ self._receptance(s))
         return _Spectra(responses, turbulence.residues.of_outputs(rows))
 
@@ -217,7 +218,7 @@ class LeftOutModes:
         """`_Spectra` of the tensions of cables."""
         plant, turbulence, rows = self._plant, self._turbulence, self._plant.tension_rows
         responses = plant.all_modes.tensions
-        if self._fast_loop:
+        if self._counts_loop:
 
             def by_all_modes(s):
                 displacements = self._receptance(s)
@@ -228,10 +229,20 @@ class LeftOutModes:
         return _Spectra(responses, turbulence.residues.of_outputs(rows))
 
     @property
-    def _moves_winches(self):
-        """True if motions above the model's modes may move winches: of an integrator where a notch passes them."""
+    def _counts_loop(self):
+        """True if motions above the model's modes hang on the loop, so that their responses are those with it closed.
+
+        They do behind a law with other parts than an integral, and where the loop would drive one of them first as its
+        gain is raised.
+        """
         loop = self._loop
-        if loop is None or self._fast_loop:
+        return loop is not None and (self._plant.driven > 0 or not loop.law.integrates_only)
+
+    @property
+    def _moves_winches(self):
+        """True if motions above the model's modes may move winches: of an integrator where a notch passes them too."""
+        loop = self._loop
+        if loop is None or self._counts_loop:
             return loop is not None
         return any(notch and notch.rolloff_omega > self._plant.all_modes.highest for notch in loop.notches)
 
@@ -259,7 +270,7 @@ class LeftOutModes:
     @property
     def unknown(self):
         """True if rounding spoils the response of a cable, so that no change is known."""
-        return self._unknown(self._fast_loop)
+        return self._unknown(self._counts_loop)
 
     def _unknown(self, closed):
         """`unknown` of responses with the loop closed, or with the winches at rest."""
@@ -274,7 +285,7 @@ class LeftOutModes:
     def needs_bodies_at_rest(self, variances, least):
         """True if errors of variances of displacements and rates, shape (2, o), need `BodiesOnAllModes.loop_gain`."""
         rows = self._plant.displacements[0]
-        if self._fast_loop or not (len(rows) and np.isfinite(least)):
+        if self._counts_loop or not (len(rows) and np.isfinite(least)):
             return False
         return self._may_change(self._displacements, OWN, variances[:, rows], least)
 
@@ -303,9 +314,9 @@ class LeftOutModes:
         least : float
             Least relative change of an RMS that matters. [-]
         closed : bool
-            True for responses with the control loop closed; with a law that is no integrator they always are.
+            True for responses with the control loop closed; where `_counts_loop` says so they always are.
         """
-        if not self._may_change(spectra, weights, variances, least) or self._unknown(closed or self._fast_loop):
+        if not self._may_change(spectra, weights, variances, least) or self._unknown(closed or self._counts_loop):
             return np.zeros(variances.shape)
         smallest = np.maximum(_least_changes(variances, least), others)
 

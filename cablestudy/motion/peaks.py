@@ -92,9 +92,8 @@ def winch_speeds(analysis):
     divisor = np.where(variances > 0, variances, 1.0)
     (rms, rms_rate), (error, rate_error) = np.sqrt(variances), errors / (2 * divisor)
     plant, left_out = response.closed_loop.plant, response.closed_loop.left_out_modes
-    # gusts on cables excite modes above the model's, each of which moves a winch or two
-    if plant.gusts.strips and not plant.responses:
-        rate_error = MOTION.one_model_safety * rate_error.max()
+    if plant.gusts.strips:  # these excite modes above the model's, each of which moves a winch or two
+        rate_error = (1.0 if plant.responses or plant.driven else MOTION.one_model_safety) * rate_error.max()
     crossings_error = np.maximum(rate_error + error, MOTION.crossings if left_out.unknown else 0.0)
     rate, duration = rms_rate / (2 * np.pi * np.sqrt(divisor[0])), analysis.scene.wind.duration
     peaks, peak_errors = _expected_peak(rms, rate, error, crossings_error, duration)
