@@ -105,8 +105,9 @@ def evaluate_tables(tables, columns, explain=False, estimate=False):
         closed_rows = kind_of(table.scene).evaluate_table(table, columns) if by_arrays else None
         if closed_rows is None:
             scenes.update((case, table.scene_of(index)) for index, case in enumerate(cases))
-        else:
-            answers.update((case, (*row, ())) for case, row in zip(cases, closed_rows, strict=True))
+            continue
+        for case, (numbers, status, errors) in zip(cases, closed_rows, strict=True):
+            answers[case] = numbers, status, errors, ()
     for case, row in zip(scenes, evaluate(list(scenes.values()), columns, explain or estimate), strict=True):
         numbers = [row.cells[header] for header in headers]
         errors = {h: e for h, e in row.errors.items() if e is None or e > least.get(h, STUDY.rounding)}

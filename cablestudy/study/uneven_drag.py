@@ -289,15 +289,15 @@ def uneven_drag_errors(drag, catenary, stretched=False):
         to tension, and movement at mid-length to its distance from the chord. Errors are zero without wind.
     """
     changes, without = changes_by_actual_drag(drag, catenary, stretched), DragErrors.none(catenary)
-    in_wind = drag.normal_drag > 0
-    on_cables_in_wind = in_wind[:, None, None]
+    has_wind = drag.normal_drag > 0
+    in_wind = has_wind[:, None, None]
     return DragErrors(
-        error=np.where(in_wind, STUDY.second_order * bounded_errors(changes.relative), 0.0),
-        end_forces=np.where(on_cables_in_wind, changes.ends * np.array([1.0, -1.0])[:, None], 0.0),
-        displacement=np.where(on_cables_in_wind, changes.displacement, 0.0),
+        error=np.where(has_wind, STUDY.second_order * bounded_errors(changes.relative), 0.0),
+        end_forces=np.where(in_wind, changes.ends * np.array([1.0, -1.0])[:, None], 0.0),
+        displacement=np.where(in_wind, changes.displacement, 0.0),
         points=changes.pieces.points,
         ends=without.ends,
-        tensions=np.where(on_cables_in_wind, changes.tensions, without.tensions),
+        tensions=np.where(in_wind, changes.tensions, without.tensions),
         weights=changes.pieces.weights,
     )
 

@@ -135,14 +135,14 @@ def drag_change(equilibrium, drag):
     displacement = np.zeros((*equilibrium.position.shape[:2], 6))
     links = np.zeros((cases, equilibrium.suspension.owner.shape[0] - cables))
     form_error, stiffness_error = np.zeros((2, cases))
-    in_wind = np.zeros((cases, cables), dtype=bool)
+    has_wind = np.zeros((cases, cables), dtype=bool)
     if drag is not None:
         drag_of_cables = drag_on_cables(drag, equilibrium)
-        in_wind = (drag_of_cables.normal_drag > 0) & equilibrium.record.converged[:, None]
-    if not in_wind.any():
+        has_wind = (drag_of_cables.normal_drag > 0) & equilibrium.record.converged[:, None]
+    if not has_wind.any():
         return DragChange(np.zeros(cases), displacement, form_error, stiffness_error, links)
-    errors = _errors_between_held_ends(equilibrium, drag_of_cables, in_wind, drag.stretched)
-    rows = np.flatnonzero(in_wind.any(axis=1))  # m cases with wind on a cable
+    errors = _errors_between_held_ends(equilibrium, drag_of_cables, has_wind, drag.stretched)
+    rows = np.flatnonzero(has_wind.any(axis=1))  # m cases with wind on a cable
     displacement[rows], ends = _movement_of_bodies(equilibrium, rows, errors.end_forces[rows])
     ends_of_cables, ends_of_links = np.split(ends, [cables], axis=1)
     stiffness_of_links = equilibrium.end_stiffness[rows, cables:]
@@ -164,7 +164,7 @@ def drag_change(equilibrium, drag):
     return DragChange(errors.error.max(axis=-1), displacement, form_error, stiffness_error, links, errors)
 
 
-def _errors_between_held_ends(equilibrium, drag_of_cables, in_wind, stretched):
+def _errors_between_held_ends(equilibrium, drag_of_cables, has_wind, stretched):
     """Errors of n equilibria by drag that is taken as uniform along each of c cables, whose ends are held.
 
     Parameters
@@ -173,7 +173,7 @@ def _errors_between_held_ends(equilibrium, drag_of_cables, in_wind, stretched):
         Of the n cases.
     drag_of_cables : SteadyDrag
         Of each cable, shape (n, c), see `drag_on_cables`.
-    in_wind : ndarray of bool, shape (n, c)
+    has_wind : ndarray of bool, shape (n, c)
         Cables on which the wind acts.
     stretched : bool
         See `Drag.stretched`.
@@ -183,12 +183,12 @@ def _errors_between_held_ends(equilibrium, drag_of_cables, in_wind, stretched):
     DragErrors
         Fields of shape (n, c, ...); zero in cases without wind on any cable.
     """
-    indices = np.nonzero(in_wind)
-    errors_in_wind = uneven_drag_errors(drag_of_cables.take(indices), equilibrium.catenary.take(indices), stretched)
+    in_wind = np.nonzero(has_wind)
+    errors_in_wind = uneven_drag_errors(drag_of_cables.take(in_wind), equilibrium.catenary.take(in_wind), stretched)
     of_one = {field.name: getattr(errors_in_wind, field.name).shape[1:] for field in fields(DragErrors)}
-    errors = DragErrors(**{name: np.zeros(in_wind.shape + shape) for name, shape in of_one.items()})
-    assign_rows(errors, indices, errors_in_wind)
-    without_wind = np.nonzero(in_wind.any(axis=1)[:, None] & ~in_wind)  # other cables of the same cases
+    errors = DragErrors(**{name: np.zeros(has_wind.shape + shape) for name, shape in of_one.items()})
+    assign_rows(errors, in_wind, errors_in_wind)
+    without_wind = np.nonzero(has_wind.any(axis=1)[:, None] & ~has_wind)  # other cables of the same cases
     if len(without_wind[0]):
         assign_rows(errors, without_wind, DragErrors.none(equilibrium.catenary.take(without_wind)))
     return errors
@@ -336,7 +336,7 @@ def loaded_state(reference, scenes, forced=True, cables=None):
         cables = CablesOfCase(lengths, 1.0 + elongation(values), suspension.axial_stiffness, suspension.cable_mass)
     problems = _shrunk(values, suspension.cable_names)
     loaded = replace(
-        _moved(suspension, reference, scenes, values),
+        _with_moves(suspension, reference, scenes, values),
         load_fractions=None,
         stated=("unstretched_length",) * len(suspension.cable_names),
         value=cables.lengths * cables.length_ratio,
@@ -362,7 +362,7 @@ def cables_left(reference, scene):
     return [number for number, name in enumerate(reference.suspension.cable_names) if name in scene.cables]
 
 
-def _moved(suspension, reference, scenes, values):
+def _with_moves(suspension, reference, scenes, values):
     """`SuspendedSystem` with ends and bodies moved by their load cases from where the search shall begin.
 
     It begins at the reference state, where there is one, else where the scenes say.

@@ -110,24 +110,14 @@ def moved_note(case):
     scene = case.scene
     if scene.solve_for != "pose" or all(cable.unstretched_length is not None for cable in scene.cables.values()):
         return ()
-    reference = case.group.reference
-    suspension = reference.suspension
-    states_tension = np.array([kind != "unstretched_length" for kind in suspension.stated])
-    if suspension.force_density is not None:
+    if case.group.reference.suspension.force_density is not None:
         return ()
-    catenary, index = reference.catenary, case.index
-    stretch = np.asarray(catenary.stretched_length - catenary.span.unstretched_length)[index]
-    # tables of the scene, which state `at`
-    holders = {**scene.bodies, **{name: point for name, point in scene.points.items() if point.free}}
-    moved_bodies = []
-    for body, name in enumerate(suspension.body_names):
-        of_body = (suspension.owner[suspension.of_cables] == body).any(axis=-1)
-        distance = float(np.linalg.norm(reference.position[index, body] - holders[name].at))
-        if (of_body & states_tension).any() and distance > stretch[of_body].max():
-            moved_bodies.append(f"{name} by {distance:.4g} m")
+    # tables of bodies and free points, which state `at`
+    tables = {**scene.bodies, **{name: point for name, point in scene.points.items() if point.free}}
+    moved_bodies = [f"{name} by {distance:.4g} m" for name, distance in _distances_from_places(case, tables).items()]
     if not moved_bodies:
         return ()
-    loads = [load for body in holders.values() for load in (*body.force, *getattr(body, "moment", ()))]
+    loads = [load for table in tables.values() for load in (*table.force, *getattr(table, "moment", ()))]
     if any(load != 0 for load in loads):
         advice = "their lengths follow with all forces on; a force in a load case (cases.NAME.forces) keeps them"
     else:
@@ -136,6 +126,33 @@ def moved_note(case):
         f"note: the stated tensions or sags move {first_of(moved_bodies, STUDY.listed_parts)} from its place in the "
         f"file (at), more than its cables stretch: {advice}",
     )
+
+
+def _distances_from_places(case, tables):
+    """Distances of bodies and free points from their places in the scene, of those that `moved_note` reports.
+
+    Parameters
+    ----------
+    case : SuspensionCase
+    tables : dict
+        Name of each body or free point -> its table, which states its place `at`.
+
+    Returns
+    -------
+    dict
+        Name -> distance. [m]
+    """
+    reference, index = case.group.reference, case.index
+    suspension, catenary = reference.suspension, reference.catenary
+    states_tension = np.array([kind != "unstretched_length" for kind in suspension.stated])
+    stretch = np.asarray(catenary.stretched_length - catenary.span.unstretched_length)[index]
+    distances = {}
+    for body, name in enumerate(suspension.body_names):
+        of_body = (suspension.owner[suspension.of_cables] == body).any(axis=-1)  # cables
+        distance = float(np.linalg.norm(reference.position[index, body] - tables[name].at))
+        if (of_body & states_tension).any() and distance > stretch[of_body].max():
+            distances[name] = distance
+    return distances
 
 
 def _of_load_case(case):
