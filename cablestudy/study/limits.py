@@ -156,17 +156,29 @@ def _limit(scene, name, table):
         raise ValueError(f"a margin is relative to the limit, which must not be 0: {table.that}")
     terms, refusals = [], []
     for case in table.cases or (*scene.cases, *({REFERENCE} - scene.cases.keys())):
-        scene_in_case = in_case(scene, case)
-        reasons = [why_not(scene_in_case, column) for _, column in pairs]
-        lost = getattr(scene_in_case.load_case, "lost", ())  # cables without values that limits could bound
-        for (cable, column_of_cable), reason in zip(pairs, reasons, strict=True):
-            if not reason and cable not in lost:
-                terms.append((case, cable, column_of_cable))
-        if all(reasons):
-            refusals.append(f"{reasons[0]} (load case {case})" if table.cases else reasons[0])
+        of_case, refusal = _terms_in(case, scene, pairs)
+        terms += of_case
+        if refusal:
+            refusals.append(f"{refusal} (load case {case})" if table.cases else refusal)
     if refusals and (table.cases or not terms):
         raise ValueError(refusals[0])
     return SceneLimit(name, table.that, stated.sign, bound, tuple(terms))
+
+
+def _terms_in(case, scene, pairs):
+    """Terms of a `SceneLimit` in one load case, and why none of its columns can be had there, empty if one can.
+
+    `pairs` has each cable, or "", and its column.
+    """
+    scene_in_case = in_case(scene, case)
+    reasons = [why_not(scene_in_case, column) for _, column in pairs]
+    lost = getattr(scene_in_case.load_case, "lost", ())  # cables without values that limits could bound
+    terms = [
+        (case, cable, column)
+        for (cable, column), reason in zip(pairs, reasons, strict=True)
+        if not reason and cable not in lost
+    ]
+    return terms, reasons[0] if all(reasons) else ""
 
 
 def in_case(scene, case):
