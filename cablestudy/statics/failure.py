@@ -33,7 +33,9 @@ def explain(equilibrium):
 
 
 def _describe_net_force(equilibrium):
-    """Text for an error message: the largest force or moment on a body that the failed search has left unbalanced.
+    """Text for an error message: the force or moment that a failed search has left unbalanced on a body.
+
+    Of several the largest one relative to the forces on its body (the scale of `tangent.net_forces`).
 
     Under a dead moment, a constant one that the scene prescribes, a body may turn on and on. The moment left then
     depends on where the search was given up, so that the dead moment is named instead.
@@ -50,7 +52,7 @@ def _describe_net_force(equilibrium):
     """
     suspension, tension = equilibrium.suspension, equilibrium.catenary.max_tension
     net, scale = tangent.net_forces(suspension, equilibrium.rotation, equilibrium.arms, equilibrium.end_forces, tension)
-    with np.errstate(over="ignore"):  # no other force at all, where every cable hangs loose without gravity
+    with np.errstate(over="ignore"):  # the scale is zero where all cables hang loose without gravity
         unbalanced = np.where(suspension.free, np.abs(net / tangent.motion_units(suspension)), 0.0)
         relative = np.nan_to_num(unbalanced / np.maximum(scale, np.finfo(float).tiny)[..., None])
     relative_moment = np.where(suspension.moment.any(axis=-1)[:, None], relative, 0.0)  # on bodies with a dead moment

@@ -180,9 +180,9 @@ def _least_squares(particular, null_space, objective, target):
 
 
 def _smallest_shift_into_bounds(tension, slopes, low, high, unit):
-    """Find the best tensions t + D w within their bounds, from the best ones without bounds, t, in one case.
+    """Find the smallest w with which the tensions t + D w are within their bounds, in one case.
 
-    The objective grows with |w|^2, so that the w of least size is wanted.
+    t are the best tensions without bounds. The objective grows with |w|^2, so that those of the smallest w are best.
 
     Parameters
     ----------
@@ -202,7 +202,8 @@ def _smallest_shift_into_bounds(tension, slopes, low, high, unit):
 
     Notes
     -----
-    Least |w|^2 with G w >= h, where G = [D; -D] and h = [low - t; t - high]/unit, without bounds that are infinite.
+    With w over `unit`: least |w|^2 with G w >= h, where G = [D; -D] and h = [low - t; t - high]/unit, without bounds
+    that are infinite; those farther off than `STATICS.farthest_bound` count as at that distance.
     Mostly the bound farthest from w = 0 alone decides, and `scipy.optimize` need not be imported. Else non-negative
     least squares, [G^T; h^T] u ~ [0; 1] with u >= 0, have the residual [r_w; r_1], and w = -r_w/r_1; r_1 = 0 where no w
     is within the bounds (Lawson and Hanson, Solving Least Squares Problems, algorithm LDP). The bounds with u > 0 are

@@ -204,7 +204,8 @@ class Search:
     def _modes_of_elements(self, rows, alone, meshes):
         """Modes of some rows (suspensions) with stated elements: list of (CoupledModes or Exception).
 
-        The rows are solved in one call, or each by itself if this call fails.
+        The rows are solved in one call, or each by itself if this call fails. Each cable keeps all modes computed. Of a
+        single row with many elements, not all of whose modes are, modal damping has a finer model, `_damped_by_all`.
 
         Parameters
         ----------
@@ -218,19 +219,22 @@ class Search:
         cables, meshes_of_rows = self._cables_of(rows), [meshes[cable] for cable in self._cable_indices(rows)]
         most_modes = min(self._modes_needed(rows), SYSTEM.modes_of_cable) if alone else SYSTEM.modes_of_cable
         models = Models(cables, meshes_of_rows, fixed=True, most_modes=most_modes)
+        limits = np.where(cables.heavy, np.inf, 0.0)  # frequency up to which each cable keeps its modes
         try:
-            trial = self._trial(models, np.where(cables.heavy, np.inf, 0.0), rows)
+            trial = self._trial(models, limits, rows)
         except (NoSolutionError, ConvergenceError) as error:
             if len(rows) == 1:
                 return [error]
             return [outcome for row in rows for outcome in self._modes_of_elements(np.array([row]), alone, meshes)]
         modal = any(grows_with_modes(damping) for damping in cables.damping)
-        finer = partial(self._damped_by_all, rows, meshes_of_rows) if modal and not models.complete else None
-        unknown = np.full(self.count, np.nan)
-        return [outcome_of(partial(modes_of_row, trial, row, unknown, finer)) for row in range(len(rows))]
+        finer = None
+        if modal and not models.complete:  # the only row: of several all modes are computed
+            finer = partial(self._damped_by_all, rows, meshes_of_rows)
+        unknown_errors = np.full(self.count, np.nan)
+        return [outcome_of(partial(modes_of_row, trial, row, unknown_errors, finer)) for row in range(len(rows))]
 
     def _damped_by_all(self, rows, meshes):
-        """`CoupledModes` of one row with stated elements, for damping: with that of more modes of cables than it keeps.
+        """`CoupledModes` of a single row with stated elements, for damping: by more modes of cables than it keeps.
 
         `modes_of_cable` modes of each cable are coordinates. The modal damping of up to `modally_damped_modes` others
         acts as on slow movements of the ends, see `Superelement.combine`.

@@ -274,6 +274,8 @@ def _error(column, results, required, numbers):
 def evaluate_table(table, columns):
     """Compute columns of statics for all cases of a table at once, as arrays, without an object for each case.
 
+    By the closed form, or by the elements that the scene states.
+
     Parameters
     ----------
     table : CaseTable
@@ -298,16 +300,16 @@ def evaluate_table(table, columns):
     if required.run or len(required.closed) < len(required.physical):
         return None
     results = Results(table)
-    closed = closed_form(results, required)
+    statics = closed_form(results, required)
     if table.scene.model.elements is not None and not required.scene_only:
-        closed, _ = by_elements(results, required, closed)
-    rows = [(cells, OK, {}) for cells in closed.rows([column.header for column in required.closed])]
-    for case in closed.notable.tolist():
-        failed = closed.failures.get(case, ())
+        statics, _ = by_elements(results, required, statics)
+    rows = [(cells, OK, {}) for cells in statics.rows([column.header for column in required.closed])]
+    for case in statics.notable.tolist():
+        failed = statics.failures.get(case, ())
         errors = {
             name: error
-            for name, error in closed.errors_of(case).items()
+            for name, error in statics.errors_of(case).items()
             if name not in failed and (error is None or error > STUDY.rounding)
         }
-        rows[case] = rows[case][0], closed.status(case), errors
+        rows[case] = rows[case][0], statics.status(case), errors
     return rows
