@@ -462,7 +462,7 @@ class DrivenCables:
         The plant itself is returned where `gain` [rad/s] is unstable or below `nearly_largest_gain` of the largest
         stable one, or where the modes of the plant reach up to that frequency.
         """
-        limit, base = self.limit, self._base
+        limit, base = self.limit, plant.modes
         if limit is None or limit.omega <= base.omega[-1]:
             return plant
         if not MOTION.nearly_largest_gain * limit.factor < gain < limit.factor:

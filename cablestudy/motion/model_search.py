@@ -46,7 +46,7 @@ def search_models(analyses):
             # no model is larger: this is the last size to try, or there are no more modes
             largest = trial + 1 == len(sizes) or len(closed_loop.modes) < sizes[trial]
             if response is None or largest or analysis.sizes.suffice(response):
-                outcomes[analysis] = outcome_of(partial(_with_critical_modes, analysis, closed_loop, response))
+                outcomes[analysis] = outcome_of(partial(analysis.with_critical_modes, closed_loop, response))
             else:
                 larger[analysis] = sizes
         if not larger:
@@ -79,18 +79,6 @@ def _responses_with(closed_loops, previous):
     Turbulence.variances.compute([response.turbulence for response in in_wind])
     GustResponse.own_variances.compute(in_wind)
     return responses
-
-
-def _with_critical_modes(analysis, closed_loop, response):
-    """`DynamicAnalysis.with_critical_modes`; the model itself where it has all modes up to the one that grows first.
-
-    Those that are added take the place of the modes that the model has beyond those of the first one that was tried.
-    """
-    if closed_loop.loop is not None and not closed_loop.stability.seen_far_from_unstable:
-        limit = closed_loop.stability.driven.limit
-        if limit is None or limit.omega <= closed_loop.modes.omega[-1]:
-            return closed_loop, response
-    return analysis.with_critical_modes(closed_loop, response)
 
 
 def closed_loops_of(sizes, trial=0):
