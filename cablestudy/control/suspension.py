@@ -120,8 +120,8 @@ class _Ends:
     movements : ndarray, shape (n, 6 c, i)
         H: displacements of the six ends of all cables per movement of each winch. [-]
     lifted : ndarray, shape (n, 6 c, i)
-        Forces on the ends of all cables, against the uniform load, per movement of each winch: by the load (weight)
-        that it takes off. [N/m]
+        Forces on the ends of all cables per movement of each winch. A length that is reeled in no longer loads its end
+        with its weight: a force upwards. [N/m]
     moments : ndarray, shape (n, 6 b, i)
         Loads on the b bodies and points per movement of each winch: moments d x F of the force F of the cable on the
         body, where a winch moves its end in a direction d. [N]
