@@ -246,6 +246,14 @@ def test_a_wave_that_the_loop_all_but_drives_is_in_the_stated_error_of_a_winch()
     assert abs(found - np.sqrt(speed)) <= error * np.sqrt(speed)
 
 
+def test_what_the_model_changes_of_the_largest_gain_is_in_the_stated_error():
+    """At 0.995 of the largest gain the decay of the pole that would grow first decides, and the model has another."""
+    lengths, law = [93.0, 101.0], {"gain": 0.02995, "notch": NOTCH | {"frequency": 2.93, "rolloff_frequency": 83.4}}
+    *_, speed, _, _, _ = variances_of_row([75.8], lengths, law)
+    found, error = winch_speeds(row_of_bodies([75.8], lengths, law, 1e-4).analysis).rms
+    assert abs(found - np.sqrt(speed)) <= error * np.sqrt(speed)
+
+
 def test_tensions_behind_a_pid_law_with_gusts_on_cables_state_no_more_than_they_need():
     """Against 300 modes: fewer modes lack the static responses to moving bodies too, and ten times that was stated."""
     changes = {

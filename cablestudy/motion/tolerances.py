@@ -128,6 +128,7 @@ class MotionTolerances:
     margin_window: float = 0.2
     # frequency of a mode over the highest resolved one, from which its pole may lie above that
     may_be_above: float = 0.5
+    hardly_damped_gain: float = 0.9  # gain over the largest from which the pole that would grow first may decide
     nearly_largest_gain: float = 0.5  # gain over the largest,
     # and relative distance of modes from the one that would grow, from which on such modes are in the model of the
     # response
