@@ -19,6 +19,7 @@ from suspension_cases import case_at, case_of, scene_at, value
 
 from cablestudy.control.margins_grid import frequencies, highest
 from cablestudy.errors import ConvergenceError, NoSolutionError
+from cablestudy.motion.loop_stability import LoopStability
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.columns import find
@@ -233,6 +234,16 @@ def test_a_loop_that_is_stable_for_every_gain_has_no_limit(monkeypatch):
     text["control"]["gain"] = {"auto": {"gain_margin": 12.0}}
     with pytest.raises(ConvergenceError, match="the largest gain is not known"):
         value(case_of(text), "gain")
+
+
+def test_a_loop_without_gain_drives_nothing(monkeypatch):
+    """It is the suspension with its winches at rest, and no modes are sought that a gain could drive."""
+    monkeypatch.setattr(LoopStability, "_search_driven_cables", lambda self: pytest.fail("modes are sought"))
+    text = everything(control__gain=0.0)
+    case, at_rest = case_of(text), case_of({key: text[key] for key in text if key != "control"})
+    assert case.analysis.closed_loop.stability.stable
+    found, expected = (one.analysis.rms(["gondola.x"], "value", open_loop=False)[0] for one in (case, at_rest))
+    assert found == pytest.approx(expected, rel=1e-9)
 
 
 # ------------------------------------------------------------------------------------------------------- actuators

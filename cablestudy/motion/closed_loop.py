@@ -132,7 +132,7 @@ class ClosedLoop:
     @cached_property
     def with_critical_modes(self):
         """Copy whose model has the modes that would grow first; itself unless its gain is nearly the largest one."""
-        if self.stability.seen_far_from_unstable:
+        if not self.loop.gain or self.stability.seen_far_from_unstable:
             return self
         plant = self.stability.driven.with_critical_modes(self.plant, self.loop.gain)
         return self if plant is self.plant else ClosedLoop(self.scene, plant)

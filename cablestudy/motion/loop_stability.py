@@ -301,9 +301,10 @@ class LoopStability:
         """True if no motion grows, with the winches at rest and with the loop."""
         if self._closed_loop.growing_open_pole is not None:
             return False
-        if self._closed_loop.loop is None or self.seen_far_from_unstable:
+        loop = self._closed_loop.loop
+        if loop is None or not loop.gain or self.seen_far_from_unstable:
             return True
-        return self.driven.stable(self._closed_loop.loop.gain)
+        return self.driven.stable(loop.gain)
 
     @property
     def seen_far_from_unstable(self):
