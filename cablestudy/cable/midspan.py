@@ -1,9 +1,10 @@
 """Arc length of a catenary at mid-span, halfway along the horizontal between its ends: where its sag is measured."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
+from cablestudy.cable.records import take_rows, with_arrays
 from cablestudy.cable.segment import segment_terms
 from cablestudy.cable.tolerances import CABLE
 
@@ -94,10 +95,6 @@ class _Part:
     n: np.ndarray
     y: np.ndarray
 
-    def with_arrays(self, change):
-        """Copy with each array replaced by `change` of it, a function."""
-        return _Part(*(change(getattr(self, field.name)) for field in fields(self)))
-
 
 def _arc_length_at(part):
     """Arc length x along a segment at which the cable is at a given horizontal distance from the segment's end 1.
@@ -119,7 +116,7 @@ def _arc_length_at(part):
         x over the length of the cable, from 0 to `part.length`. [-]
     """
     shape = part.length.shape
-    part = part.with_arrays(lambda values: np.broadcast_to(values, shape).ravel())
+    part = with_arrays(part, lambda values: np.broadcast_to(values, shape).ravel())
     low, high, x = np.zeros_like(part.length), part.length.copy(), part.length / 2
     solution, active = np.empty_like(x), np.arange(x.size)
     for _ in range(CABLE.midspan_steps):
@@ -141,5 +138,5 @@ def _arc_length_at(part):
             break
         if not moving.all():  # nearly vertical cables need more steps than all others
             active, low, high, x = active[moving], low[moving], high[moving], x[moving]
-            part = part.with_arrays(lambda values, moving=moving: values[moving])
+            part = take_rows(part, moving)
     return solution.reshape(shape)

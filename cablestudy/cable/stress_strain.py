@@ -18,11 +18,12 @@ Aluminum Association 1974, A method of stress-strain testing of aluminum conduct
 and tension of conductor, in Grigsby (ed.), Electric Power Generation, Transmission, and Distribution, chapter 14.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from cablestudy.cable.records import take_rows
 from cablestudy.cable.tolerances import CABLE
 
 NO_SET = -np.inf  # of a part that was not yet stretched
@@ -56,7 +57,7 @@ class Curves:
 
     def take(self, index):
         """`Curves` of several of the conductors, or of one."""
-        return Curves(**{field.name: getattr(self, field.name)[index] for field in fields(self)})
+        return take_rows(self, index)
 
     @cached_property
     def unset(self):

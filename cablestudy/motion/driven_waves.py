@@ -22,7 +22,7 @@ direction. A wave across a cable of length l stretches it too where it sags: by 
 EA (mu g/T) sqrt(2/(mu l)) 2/(W tau).
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from math import ceil, prod, sqrt
 from operator import attrgetter
@@ -30,6 +30,7 @@ from operator import attrgetter
 import numpy as np
 
 from cablestudy.cable.matrices import dense, solve
+from cablestudy.cable.records import take_rows
 from cablestudy.control.loop_gain_poles import poles_of_modes
 from cablestudy.control.notch import NotchedLaw
 from cablestudy.control.suspension import reeling
@@ -135,7 +136,7 @@ class DrivingBounds:
         """`BodyResponses` at the frequencies."""
         for members in batches(effects, attrgetter("_signature"), attrgetter("_size")):
             responses = _responses_of_rows(members)
-            yield from ((one, responses.take(row)) for row, one in enumerate(members))
+            yield from ((one, take_rows(responses, row)) for row, one in enumerate(members))
 
     def _shift_per_gain(self, cable, index, coupling):
         """Bound on the shift of poles of modes of a cable per gain, |C1 N| |b| |A| |P u|/(2 W), shape (n,).
@@ -265,10 +266,6 @@ class BodyResponses:
     of_winches: np.ndarray
     measured_by_winches: np.ndarray
     winch_gain: np.ndarray
-
-    def take(self, row):
-        """Those of one suspension of many."""
-        return BodyResponses(*(getattr(self, field.name)[row] for field in fields(self)))
 
 
 def _stacked(owners, *names):

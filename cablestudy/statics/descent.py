@@ -14,18 +14,10 @@ import numpy as np
 
 from cablestudy.cable import catenary
 from cablestudy.cable.matrices import factors_of_each
+from cablestudy.cable.records import assign_rows, copy_record, take_rows
 from cablestudy.cable.vectors import largest, size, times
 from cablestudy.statics import tangent
-from cablestudy.statics.pose_state import (
-    assign_rows,
-    copy_record,
-    displaced_with_work,
-    evaluate,
-    extent,
-    longest,
-    spans,
-    take_rows,
-)
+from cablestudy.statics.pose_state import displaced_with_work, evaluate, extent, longest, spans
 from cablestudy.statics.rounding import largest_ratio
 from cablestudy.statics.tangent import GROUND
 from cablestudy.statics.tolerances import STATICS

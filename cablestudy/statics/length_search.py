@@ -14,20 +14,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cablestudy.cable import catenary
+from cablestudy.cable.records import assign_rows, copy_record, take_rows
 from cablestudy.cable.vectors import largest, size
 from cablestudy.statics import rounding, stated, tangent
 from cablestudy.statics.descent import CONVERGED, ROUNDED, TOO_MANY, UNHELD, SearchRecord, imbalance
 from cablestudy.statics.fitted_lengths import least_preload
-from cablestudy.statics.pose_state import (
-    PoseState,
-    assign_rows,
-    copy_record,
-    displaced,
-    end_forces_and_stiffness,
-    extent,
-    spans,
-    take_rows,
-)
+from cablestudy.statics.pose_state import PoseState, displaced, end_forces_and_stiffness, extent, spans
 from cablestudy.statics.rest import start
 from cablestudy.statics.stated_equilibrium import with_stated
 from cablestudy.statics.suspension import SuspendedSystem

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from cablestudy.cable.records import take_rows
 from cablestudy.errors import NoSolutionError
 from cablestudy.statics import rest
 from cablestudy.statics.descent import descend
 from cablestudy.statics.failure import MOTIONS, explain
 from cablestudy.statics.length_search import TensionProblem, near_least, search
-from cablestudy.statics.pose_state import take_rows
 from cablestudy.statics.stability import UNSTABLE
 from cablestudy.statics.tension_distribution import METHODS
 from cablestudy.statics.tolerances import STATICS

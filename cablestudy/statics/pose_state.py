@@ -9,7 +9,7 @@ load on each of its ends, the potential energy of a suspension is the sum of W, 
 of the dead loads' potentials.
 """
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -99,22 +99,6 @@ class Evaluation:
     end_stiffness: np.ndarray
     tension: np.ndarray
     solved: np.ndarray
-
-
-def take_rows(record, index):
-    """The cases at `index` of a dataclass of arrays, whose first axes are the cases."""
-    return replace(record, **{f.name: getattr(record, f.name)[index] for f in fields(record)})
-
-
-def copy_record(record):
-    """Copy of a dataclass of arrays, whose arrays can be written to."""
-    return replace(record, **{f.name: np.array(getattr(record, f.name)) for f in fields(record)})
-
-
-def assign_rows(record, index, cases):
-    """Write `cases` into the rows at `index` of `record`, both of them dataclasses of arrays."""
-    for f in fields(record):
-        getattr(record, f.name)[index] = getattr(cases, f.name)
 
 
 def displaced(suspension, state, step):

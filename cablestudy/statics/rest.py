@@ -5,21 +5,14 @@ from dataclasses import fields, replace
 import numpy as np
 
 from cablestudy.cable import catenary
+from cablestudy.cable.records import assign_rows, copy_record, take_rows
 from cablestudy.cable.vectors import largest, size
 from cablestudy.errors import NoSolutionError
 from cablestudy.statics import tangent
 from cablestudy.statics.descent import UNMET, descend, least_energy_poses
 from cablestudy.statics.fitted_lengths import first_strains
 from cablestudy.statics.links import Links
-from cablestudy.statics.pose_state import (
-    PoseState,
-    assign_rows,
-    copy_record,
-    displaced,
-    extent,
-    spans,
-    take_rows,
-)
+from cablestudy.statics.pose_state import PoseState, displaced, extent, spans
 from cablestudy.statics.stability import UNSTABLE
 from cablestudy.statics.stated_equilibrium import satisfy_stated
 from cablestudy.statics.suspension import STATED, Equilibrium

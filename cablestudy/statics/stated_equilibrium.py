@@ -13,18 +13,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cablestudy.cable import catenary
+from cablestudy.cable.records import assign_rows, copy_record, take_rows
 from cablestudy.cable.vectors import size
 from cablestudy.statics import stated, tangent
 from cablestudy.statics.descent import ROUNDED, UNMET, descend
 from cablestudy.statics.fitted_lengths import fit_strains, linear_measure
-from cablestudy.statics.pose_state import (
-    assign_rows,
-    copy_record,
-    displaced,
-    end_forces_and_stiffness,
-    spans,
-    take_rows,
-)
+from cablestudy.statics.pose_state import displaced, end_forces_and_stiffness, spans
 from cablestudy.statics.rounding import Bounds, of_stated
 from cablestudy.statics.tangent import GROUND
 from cablestudy.statics.tolerances import STATICS

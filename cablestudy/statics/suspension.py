@@ -11,10 +11,10 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.catenary import Catenary
+from cablestudy.cable.records import take_rows
 from cablestudy.cable.vectors import row_keys, times
 from cablestudy.statics import stability, tangent, uncertainty
 from cablestudy.statics.links import Links, joined
-from cablestudy.statics.pose_state import take_rows
 from cablestudy.statics.tangent import GROUND
 
 STATED = (

@@ -20,6 +20,7 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.cable.records import take_rows
 from cablestudy.cable.stress_strain import NO_SET, TERMS, Condition, Curves, linear_cable, uneven_strain
 from cablestudy.study.tolerances import STUDY
 from cablestudy.study.uneven_drag import bounded_errors
@@ -134,10 +135,6 @@ class PermanentSets:
     by_load: np.ndarray
     heaviest: np.ndarray
     errors: np.ndarray
-
-    def take(self, rows):
-        """Those of some scenes."""
-        return PermanentSets(*(getattr(self, field.name)[rows] for field in fields(self)))
 
 
 class Conductors:
@@ -314,7 +311,7 @@ class Conductors:
         LinearCables
             Shape (k,), or (k, c) in scenes of c cables.
         """
-        permanent, states = self._permanent_sets.take(rows), self.states[rows]
+        permanent, states = take_rows(self._permanent_sets, rows), self.states[rows]
         with_creep, with_load = np.isin(states, CREPT), np.isin(states, LOADED)
         condition = self._condition(rows, scenes, permanent.sets)
         strain, _, _ = self._solve_strains(rows, scenes, condition)

@@ -8,12 +8,13 @@ r' = N/EA + N/|N| is the chord. d depends on the form: c and d are found in turn
 by Gauss's rule on each piece between two loads, and on both sides of mid-length: r' is smooth there.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
 from cablestudy.cable.geometry import lowest_point, points_along, sag_and_swing
+from cablestudy.cable.records import take_rows
 from cablestudy.cable.steady_drag import across
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.cable.vectors import size
@@ -230,7 +231,7 @@ class DragErrors:
 
     def take(self, index):
         """`DragErrors` of some cables."""
-        return DragErrors(*(getattr(self, field.name)[index] for field in fields(self)))
+        return take_rows(self, index)
 
     def with_moved_ends(self, ends, end_stiffness, end_forces):
         """Add to the errors what movements of the cable ends change, to first order.

@@ -10,12 +10,12 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
+from cablestudy.cable.records import assign_rows
 from cablestudy.cable.steady_drag import Profile, SteadyDrag
 from cablestudy.cable.vectors import size, times
 from cablestudy.motion.airflow import drag_areas_of_bodies
 from cablestudy.statics import stated, tangent
 from cablestudy.statics.equilibria import pose
-from cablestudy.statics.pose_state import assign_rows
 from cablestudy.statics.rigid import turn
 from cablestudy.statics.suspension import Equilibrium
 from cablestudy.study.load_cases import (
