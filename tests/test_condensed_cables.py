@@ -26,7 +26,7 @@ def models_of(damping=DAMPING, coarser=0, spans=SPANS, orders=16.0):
     """`Models` of cables on one mesh: in modes, or with all motion of a mesh that is coarser."""
     cables = Cables(catenary.solve(batch(spans)), damping)
     models = Models(cables, cables.meshes(np.full(cables.count, orders)))
-    return models.with_all_displacements(1200, coarser) if coarser else models
+    return models.with_all_displacements(coarser) if coarser else models
 
 
 def condensed_of(models):

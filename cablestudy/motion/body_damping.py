@@ -134,14 +134,14 @@ def _ratios_of_trial(modes, airflows):
     search, exact = _PoleSearch(modes, airflows), modes[0].exact
     models = search.trial.coordinates.models
     all_modes = exact or modes[0].damped[0].model.complete
-    fine = models if all_modes else models.with_all_displacements(SYSTEM.damped_pole_freedoms)
+    fine = models if all_modes else models.with_all_displacements()
     poles, near = search.poles(fine)
     differs = np.array([mesh != other for mesh, other in zip(models.meshes, fine.meshes, strict=True)], dtype=bool)
     ratio, finest = _ratios(poles), search.any_cable(differs)
     estimated = (ratio > 0) & (ratio < 1) & (not exact)
     coarse_poles = near = np.where(estimated, poles, near)
     if estimated.any():
-        coarse = models.with_all_displacements(SYSTEM.damped_pole_freedoms, coarser=SYSTEM.finer_orders)
+        coarse = models.with_all_displacements(coarser=SYSTEM.finer_orders)
         coarse_poles = search.poles_near(coarse, np.where(estimated, poles, np.nan), SYSTEM.known_pole_distance)
     change = np.abs(_ratios(coarse_poles) - ratio) / np.where(estimated, ratio, 1.0)
     error = np.where(estimated, np.maximum(SYSTEM.coarser_mesh_safety * change, MOTION.rounding), np.nan)

@@ -257,7 +257,7 @@ class GustResponse:
         is_tension = np.array([".tension_" in name for name in self.names])
         of_tensions = self._tension_safety * _tension_errors_by_modes(value, by_modes, is_tension)
         error = np.where(is_tension, of_tensions, by_modes) + variances.by_delay
-        error = error + (self.integration_error + self._error_of_critical_pole) * value
+        error = error + (self.integration_error + self._error_of_decay) * value
         values, errors = dict(zip(weights, value, strict=True)), dict(zip(weights, error, strict=True))
         rows = {name: row for row, name in enumerate(self.names)}
         if weights is not OWN:  # a telescope sees no tension
@@ -315,25 +315,12 @@ class GustResponse:
             by_modes = MOTION.one_model_safety * by_modes
         by_modes = by_modes + self._left_out.of_winch_speeds(value, by_modes, self._least)
         least = max(self.integration_error + MOTION.winch_speeds, 2 * self._least if np.isfinite(self._least) else 0.0)
-        return value, by_modes + (least + self._error_of_critical_pole) * value
+        return value, by_modes + (least + self._error_of_decay) * value
 
-    @cached_property
-    def _error_of_critical_pole(self):
-        """Relative error of the variance of the motion that would grow first, with nearly the largest gain; else 0. [-]
-
-        Its variance goes as 1/d with the decay d of its pole. With the largest gain, which is that with all modes of
-        the cables, d is zero; what the model has there instead is the error of d.
-        """
-        stability, loop = self.closed_loop.stability, self.loop
-        if loop is None or loop.law.delay or stability.seen_far_from_unstable:
-            return 0.0
-        limit = stability.driven.limit
-        if limit is None or loop.gain < MOTION.hardly_damped_gain * limit.factor:
-            return 0.0
-        at_gain, at_limit = (
-            poles[np.argmin(np.abs(poles - 1j * limit.omega))] for poles in (loop.poles, loop.poles_with(limit.factor))
-        )
-        return float(abs(at_limit.real / at_gain.real))
+    @property
+    def _error_of_decay(self):
+        """`LoopStability.error_of_decay`; 0 with the winches at rest. [-]"""
+        return 0.0 if self.loop is None else self.closed_loop.stability.error_of_decay
 
     @property
     def stiffness(self):

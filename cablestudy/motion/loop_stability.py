@@ -306,6 +306,24 @@ class LoopStability:
             return True
         return self.driven.stable(loop.gain)
 
+    @cached_property
+    def error_of_decay(self):
+        """Relative error of the variance of the motion that would grow first, with nearly the largest gain; else 0. [-]
+
+        Its variance goes as 1/d with the decay d of its pole. With the largest gain, which is that with all modes of
+        the cables, d is zero; what the model has there instead is the error of d.
+        """
+        loop = self._closed_loop.loop
+        if loop.law.delay or self.seen_far_from_unstable:
+            return 0.0
+        limit = self.driven.limit
+        if limit is None or loop.gain < MOTION.hardly_damped_gain * limit.factor:
+            return 0.0
+        at_gain, at_limit = (
+            poles[np.argmin(np.abs(poles - 1j * limit.omega))] for poles in (loop.poles, loop.poles_with(limit.factor))
+        )
+        return float(abs(at_limit.real / at_gain.real))
+
     @property
     def seen_far_from_unstable(self):
         """`_far_from_unstable`, or False where the largest gain is known already."""

@@ -85,24 +85,23 @@ class Models:
             return self
         return Models(self.cables, self.meshes, self._fixed, self._most_modes, self._in_modes, modes)
 
-    def with_all_displacements(self, most_displacements, coarser=0):
+    def with_all_displacements(self, coarser=0):
         """`Models` of the same cables with all displacements of nodes as unknowns, and no modes: for `condensed`.
 
-        For cables without modal damping.
+        For cables without modal damping. A mesh with more displacements than `SYSTEM.damped_pole_freedoms` gets
+        elements of a lower order.
 
         Parameters
         ----------
-        most_displacements : int
-            Largest number of displacements of the nodes of a cable: larger meshes get elements of a lower order.
         coarser : int
             Amount by which the order of the elements of each mesh is lowered, to estimate errors; at least 1 is left.
         """
-        key = most_displacements, coarser
-        if key not in self._on_other_meshes:
-            other = {mesh: mesh and _with_at_most(mesh, most_displacements, coarser) for mesh in set(self.meshes)}
+        if coarser not in self._on_other_meshes:
+            most = SYSTEM.damped_pole_freedoms
+            other = {mesh: mesh and _with_at_most(mesh, most, coarser) for mesh in set(self.meshes)}
             meshes = [other[mesh] for mesh in self.meshes]
-            self._on_other_meshes[key] = Models(self.cables, meshes, most_modes=most_displacements, in_modes=False)
-        return self._on_other_meshes[key]
+            self._on_other_meshes[coarser] = Models(self.cables, meshes, most_modes=most, in_modes=False)
+        return self._on_other_meshes[coarser]
 
     def in_drag(self, drag):
         """`Models` on the same meshes whose elements are in their own equilibrium under a `SteadyDrag`, shape (c,)."""

@@ -164,7 +164,7 @@ class CoupledModes:
         """Damping ratio of each pole with all motion of the cables, not a number where it is not found. [-]"""
         models, (poles, ratio) = self.damped.models, self._poles_and_ratios
         sought = (ratio > SYSTEM.frequency_rounding) & ~np.isnan(self.error) & (not models.cables.modal.any())
-        meshes = models if models.complete else models.with_all_displacements(SYSTEM.damped_pole_freedoms)
+        meshes = models if models.complete else models.with_all_displacements()
         return self._ratios_near(np.where(sought, poles, complex(np.nan, np.nan)), meshes)
 
     def _ratios_near(self, poles, models):
@@ -196,7 +196,7 @@ class CoupledModes:
         poles, ratio = self._poles_and_ratios
         found, models = self._ratio_with_all_motion, self.damped.models
         near = np.where(np.isnan(found), complex(np.nan, np.nan), poles)
-        coarse = models.with_all_displacements(SYSTEM.damped_pole_freedoms, coarser=SYSTEM.finer_orders)
+        coarse = models.with_all_displacements(coarser=SYSTEM.finer_orders)
         change = np.abs(self._ratios_near(near, coarse) / found - 1)
         rounding = SYSTEM.frequency_rounding + SYSTEM.damping_rounding / found
         error = np.maximum(SYSTEM.coarser_mesh_safety * change, rounding)
