@@ -453,14 +453,14 @@ def limits_near(loop_gain, similar):
     nearest = np.argsort(distance)[: np.count_nonzero(distance < CONTROL.may_cross_within * similar.factor)]
     farthest = CONTROL.one_crossing * omega
     settled = max(CONTROL.crossing_step * similar.rate, CONTROL.crossing_frequency) * omega  # the last step
-    slope = similar.slope * similar.factor**2  # of -1/l
+    slope = similar.slope * similar.factor**2  # of -1/l over frequency: (dl/dw)/l^2, with l = -1/similar.factor
     for gain in candidates[nearest]:
-        step = -gain.imag / slope.imag  # to where -1/l is real, by the known slope,
+        step = -gain.imag / slope.imag  # to where -1/l is real, by this slope
         if abs(step) <= settled:
             yield replace(similar, factor=float(gain.real + step * slope.real), omega=float(omega + step))
             continue
         if abs(step) > CONTROL.nearby_change * min(similar.rate, 1.0) * omega:
-            step = min(CONTROL.first_crossing_step, similar.rate) * omega  # or a small one
+            step = min(CONTROL.first_crossing_step, similar.rate) * omega  # small: the slope does not hold that far
         found = crossing_near(needed_gains, gain, omega, step, farthest, settled)
         if found and found[0] > 0:
             yield replace(similar, factor=float(found[0]), omega=float(found[1]))

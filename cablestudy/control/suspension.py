@@ -413,7 +413,8 @@ def _tensions(matrices, connection, ends, modal):
 
     A tension is the component, along the outward unit tangent t, of the force on an end of the cable. With the modes q
     of a cable, its end displacements u = G x + H v and its matrices A = K, C, M for j = 0, 1, 2, the j-th derivatives
-    of q, x and v add t^T (A_uq q + A_uu u). The load that a winch takes off its own end is subtracted from D_0.
+    of q, x and v add t^T (A_uq q + A_uu u). A winch takes the weight of the length v off its own end: the component of
+    this force (`ends.lifted`) along t is subtracted from D_0.
 
     Parameters
     ----------
@@ -422,7 +423,7 @@ def _tensions(matrices, connection, ends, modal):
     connection : ndarray, shape (n, 6 c, d)
         G: displacements of the ends of all cables per free displacement x of the bodies.
     ends : _Ends
-        Tangents, and H: displacements of the ends per length v reeled in.
+        Tangents; H, displacements of the ends, and forces on them, per length v reeled in.
     modal : int
         Number of modal amplitudes of all cables.
 

@@ -425,7 +425,7 @@ class DrivenCables:
             poles     Re p + i (W + j d), j = 0 to 4,
             starts    the same; if |d| is large, Re p + i (W + j d/5), j = 1 to 5.
 
-        The multiples of d serve for modes that nearly coincide, since these shift together.
+        The multiples of d serve for modes that nearly coincide: a pole of j such modes is shifted by up to about j d.
 
         Parameters
         ----------
@@ -443,8 +443,8 @@ class DrivenCables:
             Distance at which a pole may be from each start, over its frequency: |d|/W, at least the accuracy. [-]
         """
         elements, highest = self.loop_gain.elements, self._highest_surely_known
-        fixed = np.concatenate([element.omega[own] for element, own in zip(elements, modes, strict=True)])
-        above = np.maximum(np.abs(estimated), fixed) > highest  # `fixed` with the ends of the cable fixed
+        fixed = np.concatenate([element.omega[own] for element, own in zip(elements, modes, strict=True)])  # W
+        above = np.maximum(np.abs(estimated), fixed) > highest
         estimated, fixed = estimated[above, None], fixed[above, None]
         shift, of_model = np.abs(estimated) - fixed, open_poles(self.closed_loop)
         far, accuracy = np.abs(shift) > MOTION.far_from_fixed * fixed, self.closed_loop.plant.accuracy

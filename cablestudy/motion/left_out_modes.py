@@ -322,7 +322,7 @@ class LeftOutModes:
 
         @np.errstate(divide="ignore", invalid="ignore")  # where nothing moves
         def matters(omega, squares):
-            """True between neighbours by which a peak may add to a variance what is stated without, shape (f - 1,)."""
+            """True for intervals in which a peak may change a variance by more than `smallest`, shape (f - 1,)."""
             spectrum, frequency = spectra.forcing(omega) * squares.max(axis=1), omega / (2 * np.pi)
             known = zip(weights.values(), smallest, strict=True)
             shares = [weight(frequency)[:, None] * spectrum / of_weight for weight, of_weight in known]

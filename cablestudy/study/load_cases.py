@@ -61,8 +61,8 @@ def point_loads(values, of_case):
 def placed_on_cable(positions, length):
     """Complete the positions of point loads, so that every entry of the array is a distinct point of its cable.
 
-    All cables of a batch have k entries, as many as the cable with the most loads. Entries without a load, and those
-    beyond the end of a cable (such a case is refused later), get places at equal distances along the longest part of
+    All cables of a batch have k entries, as many as the cable with the most loads. Entries without a load, and those at
+    or beyond the end of a cable (such a case is refused later), get places at equal distances along the longest part of
     the cable that has no load.
 
     Parameters

@@ -189,7 +189,7 @@ class Refinement:
         """Keep the values of this level that are within the accuracy, and end the search if no finer level is needed.
 
         The search ends when all values are within the accuracy and a finer level would not give missing values. It also
-        ends when the largest error has stopped falling, so that only rounding is left of it.
+        ends when the largest error, below `STUDY.rounding_limit`, has stopped falling: only rounding is left of it.
 
         Parameters
         ----------

@@ -30,7 +30,7 @@ class ChangesByDrag:
     relative : ndarray, shape (n,)
         The larger one of the change of the tension vector over the tension and of the movement at mid-length over the
         distance from the chord there. [-]
-    ends : ndarray, shape (n, 2, 3)
+    end_tensions : ndarray, shape (n, 2, 3)
         Change of the tension vector at both ends, global axes. [N]
     displacement : ndarray, shape (n, j, 3)
         Movement of j points along each cable. [m]
@@ -41,7 +41,7 @@ class ChangesByDrag:
     """
 
     relative: np.ndarray
-    ends: np.ndarray
+    end_tensions: np.ndarray
     displacement: np.ndarray
     tensions: np.ndarray
     pieces: "Pieces"
@@ -294,7 +294,7 @@ def uneven_drag_errors(drag, catenary, stretched=False):
     in_wind = has_wind[:, None, None]
     return DragErrors(
         error=np.where(has_wind, STUDY.second_order * bounded_errors(changes.relative), 0.0),
-        end_forces=np.where(in_wind, changes.ends * np.array([1.0, -1.0])[:, None], 0.0),
+        end_forces=np.where(in_wind, changes.end_tensions * np.array([1.0, -1.0])[:, None], 0.0),
         displacement=np.where(in_wind, changes.displacement, 0.0),
         points=changes.pieces.points,
         ends=without.ends,

@@ -54,7 +54,8 @@ class Strips:
     stretch : ndarray, shape (n, elements, order)
         |r'| at these points. [-]
     kinks : ndarray, shape (n, elements)
-        Position in each element, on [0, 1], that is closest to the direction of the wind; 1 where that is an end. [-]
+        Position in each element, on [0, 1], where the tangent is closest to the direction of the wind, so that the drag
+        may have a kink there; 1 where that is an end. [-]
     """
 
     cables: np.ndarray
@@ -203,7 +204,7 @@ def strips(models, kept, equilibrium, drag):
         cables, places, shapes = map(np.array, zip(*members, strict=True))
         direction, stretch, middle, half = map(np.array, zip(*(courses[cable] for cable in cables), strict=True))
         frame, kinks = equilibrium.catenary.span.frame[cables], np.ones((len(cables), mesh.elements))
-        if mesh.order > 1:  # a bar has one direction
+        if mesh.order > 1:  # a bar has one direction, and so no kink of its drag
             kinks = _closest_to_wind(middle @ frame, half @ frame, wind_direction)
         of_group = Strips(
             cables,

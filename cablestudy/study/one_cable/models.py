@@ -247,6 +247,7 @@ def solve_models(cases):
     cases : list of CableCase
         Cases of one batch, with the same `results`.
     """
+    # equal cases share one cache, and so the model that is stored: one of them is solved
     groups, unsolved = {}, {id(case.cache): case for case in cases if "model" not in case.cache}
     for case in unsolved.values():
         try:

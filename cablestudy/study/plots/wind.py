@@ -73,8 +73,8 @@ def wind_response(winds, at_rest=None, on=None):
     """Figure of the motion of a body in turbulent wind: spectra, cumulative variance, and ellipses of the RMS.
 
     The body is that of the control loop, or the first one; without any free body it is the first cable at mid-span. The
-    motion is drawn with the winches at rest and with the loop, and with it without actuators. Above is the spectrum of
-    the wind speed.
+    motion is drawn with the winches at rest, with the loop and, if there are actuators, with the loop but without them.
+    Above is the spectrum of the wind speed.
 
     Parameters
     ----------

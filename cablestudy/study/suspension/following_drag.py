@@ -93,5 +93,5 @@ def _changes_of_end_forces(equilibrium, drag):
     in_wind = np.nonzero((drag_of_cables.normal_drag > 0) & equilibrium.record.converged[:, None])
     drag_in_wind, catenary = drag_of_cables.take(in_wind), equilibrium.catenary.take(in_wind)
     changes = changes_by_actual_drag(drag_in_wind, catenary, drag.stretched, STUDY.following_drag_steps)
-    forces[in_wind] = changes.ends * np.array([1.0, -1.0])[:, None]
+    forces[in_wind] = changes.end_tensions * np.array([1.0, -1.0])[:, None]
     return forces

@@ -107,7 +107,7 @@ def _static_frequency(column, case):
     Parameters
     ----------
     column : Column
-        `frequency_K` or `BODY.frequency_K`, with the number K of the mode.
+        `frequency_K` or `BODY.frequency_K`; K is here the number of the mode, not the stiffness.
     case : SuspensionCase
 
     Returns
