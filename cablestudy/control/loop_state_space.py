@@ -3,8 +3,6 @@
 The equations are those of `system.first_order`.
 """
 
-from dataclasses import replace
-
 import numpy as np
 
 from cablestudy.control.margins import sensitivity
@@ -14,6 +12,8 @@ from cablestudy.system.state_rows import state_rows
 
 class ExactResponse:
     """Response to forces of a suspension with a loop whose delay T is exp(-s T) itself, not an approximant.
+
+    A function of s, shape (f,) [rad/s] -> outputs per force, shape (f, p, j). The outputs are those of `StateSpaces`.
 
     With the winches at rest the response y of the measured coordinates is a sum over poles; the loop then moves the
     winches by v = -gain C1 A N (I + L)^-1 y, symbols as in `control.loop`.
@@ -26,7 +26,7 @@ class ExactResponse:
         Force on each coordinate by each of the j inputs of the result.
     loop : Loop
     actuators : sequence of Actuator
-        See `StateSpaces`: their outputs come after those of the motion.
+        Actuators of the suspension.
     direct : ndarray, shape (o, j), optional
         Feedthrough: outputs of the motion per input, without delay.
     """
@@ -45,34 +45,21 @@ class ExactResponse:
         self._outputs = output_rows[:, :size] @ motion.eigen.right
         self._direct = [output_rows[:, part] for part in parts]
 
-    def outputs(self, s):
-        """Outputs per input, shape (f, p, j), for s of shape (f,): of the motion, then of the actuators."""
-        return self._solved(s)[0]
-
-    def winch_speeds(self, s):
-        """Speeds of the winches per force, shape (f, i, j), for s of shape (f,)."""
-        return s[:, None, None] * self._solved(s)[1]
-
     @property
-    def open_loop(self):
-        """`Residues` of the outputs with the winches at rest."""
-        count = len(self._loop.notches)
+    def at_small_gain(self):
+        """`Residues` where the loop gain is small: outputs with the winches at rest, speeds without a direct part."""
+        loop, eigen, count = self._loop, self._loop.motion.eigen, len(self._loop.notches)
         inputs, direct = (parts[0][..., self._winches :] for parts in (self._inputs, self._direct))
-        eigen = self._loop.motion.eigen
-        return Residues(eigen.values, inputs, self._outputs[:-count], direct[:-count], eigen.one_sided)
-
-    @property
-    def speeds_at_small_gain(self):
-        """`Residues` of the speeds of winches where the loop gain is small, without a direct part."""
-        loop, alone, count = self._loop, self.open_loop, len(self._loop.notches)
         # to the left of -1/T, exp(-s T) says nothing any more of what happens on the imaginary axis
-        s = np.maximum(alone.poles.real, -1 / loop.law.delay) + 1j * alone.poles.imag
+        s = np.maximum(eigen.values.real, -1 / loop.law.delay) + 1j * eigen.values.imag
         error = loop.controller(s).T * self._outputs[-count:]
-        speeds = -loop.gain * alone.poles * (loop.allocation.matrix @ error)
-        return replace(alone, outputs=speeds, direct=np.zeros((len(speeds), alone.inputs.shape[1])))
+        speeds = -loop.gain * eigen.values * (loop.allocation.matrix @ error)
+        outputs = np.concatenate([self._outputs[:-count], speeds])
+        direct = np.concatenate([direct[:-count], np.zeros((len(speeds), direct.shape[1]))])
+        return Residues(eigen.values, inputs, outputs, direct, eigen.one_sided)
 
-    def _solved(self, s):
-        """Outputs, and lengths v reeled in by the loop, per force at s [rad/s], (f,): shapes (f, o, j), (f, i, j)."""
+    def __call__(self, s):
+        """Outputs per force, shape (f, p, j), for s of shape (f,) [rad/s]."""
         loop, count = self._loop, len(self._loop.notches)
         fractions = self._outputs / (s[:, None] - loop.motion.eigen.values)[:, None, :]
         by_order = zip(self._inputs, self._direct, strict=True)  # of v, v' and v''
@@ -85,4 +72,5 @@ class ExactResponse:
         gain = loop.gain * (by_winches[:, -count:] @ loop.allocation.matrix) * filters[:, None, :]
         error = filters[:, :, None] * (sensitivity(gain) @ by_forces[:, -count:])
         reeled = -loop.gain * loop.allocation.matrix @ error
-        return by_forces[:, :-count] + by_winches[:, :-count] @ reeled, reeled
+        outputs = by_forces[:, :-count] + by_winches[:, :-count] @ reeled
+        return np.concatenate([outputs, s[:, None, None] * reeled], axis=1)

@@ -259,8 +259,9 @@ class LeftOutModes:
         def by_all_modes(s):
             return s[:, None, None] * self._released(s, self._receptance(s))
 
-        responses = _Responses(self._turbulence, slice(None), by_all_modes, speeds=True)
-        return _Spectra(responses, self._turbulence.speed_residues)
+        rows = self._turbulence.speeds
+        responses = _Responses(self._turbulence, rows, by_all_modes)
+        return _Spectra(responses, self._turbulence.all_residues.of_outputs(rows))
 
     def _receptance(self, s):
         """Free displacements of bodies by forces on them, with the loop closed, by `_with_loop`, shape (f, d, d)."""
@@ -359,8 +360,6 @@ class _Responses:
         s, shape (f,) -> response to forces on the d free displacements, by all modes, shape (f, r, d).
     of_each_cable : bool
         True if resonances of each cable are looked at, not only those that add most to the motion of bodies.
-    speeds : bool
-        True for the speeds of the winches instead of the outputs.
 
     Attributes
     ----------
@@ -368,16 +367,16 @@ class _Responses:
         Frequencies, ascending, at which the response of the model shows how it falls. [rad/s]
     """
 
-    def __init__(self, turbulence, rows, by_all_modes, of_each_cable=False, speeds=False):
+    def __init__(self, turbulence, rows, by_all_modes, of_each_cable=False):
         self.plant, self._turbulence, self._by_all_modes = turbulence.plant, turbulence, by_all_modes
-        self._of_model, self._of_each = {"rows": rows, "speeds": speeds}, of_each_cable
+        self._rows, self._of_each = rows, of_each_cable
         low, high = MOTION.left_out_from * self.plant.all_modes.highest, 2 * np.pi * turbulence.range[1]
         self.coarse = np.geomspace(low, max(high, low), MOTION.left_out_points)
 
     @cached_property
     def _by_model(self):
         """Response by the model to forces on the free displacements, as `by_all_modes`."""
-        return self._turbulence.response_to_forces(self.plant.loads_on_bodies, **self._of_model)
+        return self._turbulence.response_to_forces(self.plant.loads_on_bodies, self._rows)
 
     def squares(self, omega):
         """Squared responses to forces, by all modes and by the model, shape (f, 2, r)."""

@@ -76,7 +76,7 @@ def _responses_with(closed_loops, previous):
     }
     in_wind = [response for response in without_errors(responses).values() if response is not None]
     Plant.stiffness_of_outputs.compute([response.closed_loop.plant for response in in_wind])
-    Turbulence.variances.compute([response.turbulence for response in in_wind])
+    Turbulence.all_variances.compute([response.turbulence for response in in_wind])
     GustResponse.own_variances.compute(in_wind)
     return responses
 

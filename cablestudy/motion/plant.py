@@ -245,8 +245,8 @@ class Plant:
         forces[: len(input_matrix)] = input_matrix
         return forces
 
-    def delayed_response(self, loop, coarse=False, speeds=False):
-        """Response of all outputs to the gusts with a loop that has a delay: `DelayedResponse`.
+    def delayed_response(self, loop, coarse=False):
+        """Response of all outputs, as of `StateSpaces`, to the gusts with a loop that has a delay: `DelayedResponse`.
 
         It has the exact response over frequency, and the poles that make sharp peaks in this. Up to a limit of
         frequency these are poles with a Padé approximant of the delay. The limit is below `right_up_to` of the loop, up
@@ -258,19 +258,15 @@ class Plant:
             Loop about the `motion` of this plant.
         coarse : bool
             True to leave out the highest modes, by `coarse_space`: the change tells the error by modes.
-        speeds : bool
-            True for the speeds of the winches instead of the outputs.
         """
         forces = self.gust_forces
         if coarse:
             loop, forces = loop.within(self.coarse_space), self.coarse_space.T @ forces
         space = StateSpaces.of_one(loop.motion, loop, self.actuators)
-        (approximate,) = space.residues(forces[None], self.direct[None], speeds)
+        (approximate,) = space.residues(forces[None], self.direct[None])
         # the poles are those of a Padé approximant: above `right_up_to` the winches hardly move, and those at rest hold
         exact = ExactResponse(loop.motion, forces, loop, self.actuators, self.direct)
-        pair = (exact.winch_speeds, exact.speeds_at_small_gain) if speeds else (exact.outputs, exact.open_loop)
-        response, poles_at_rest = pair
-        return delayed_response(response, approximate, poles_at_rest, loop.right_up_to)
+        return delayed_response(exact, approximate, exact.at_small_gain, loop.right_up_to)
 
     @cached_property
     def direct(self):

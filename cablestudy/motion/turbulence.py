@@ -31,16 +31,22 @@ class ModelVariances:
     by_modes : ndarray, shape (w, o)
         Errors by modes; not numbers where they are not computed.
     by_delay : ndarray, shape (w, o) or (w, 1)
-        Errors by an approximated delay.
+        Errors by an approximated delay; of no meaning for speeds of winches.
     """
 
     value: np.ndarray
     by_modes: np.ndarray
     by_delay: np.ndarray
 
+    def of_outputs(self, rows):
+        """Those of some of the outputs, a slice."""
+        return ModelVariances(self.value[:, rows], self.by_modes[:, rows], self.by_delay)
+
 
 class Turbulence:
     """Variances of one plant in turbulence, with a loop or without.
+
+    Those of outputs and of speeds of winches are computed together, since they have the same poles.
 
     Parameters
     ----------
@@ -82,23 +88,36 @@ class Turbulence:
         return StateSpaces.signature(self.plant.motion, self.loop), *(one.wheel for one in self.plant.actuators)
 
     @computed_together
-    def residues(turbulences):
-        """`Residues` from gusts to outputs, or `DelayedResponse` with a delay."""
+    def all_residues(turbulences):
+        """`Residues` from gusts to outputs and, with a loop, speeds of winches; `DelayedResponse` with a delay."""
         return zip(turbulences, _residues_of_rows(turbulences), strict=True)
 
-    def response_to_forces(self, forces, rows=slice(None), speeds=False):
-        """Response of some outputs to forces on the coordinates, the columns of `forces`, shape (m, j).
+    @property
+    def outputs(self):
+        """Rows of `all_residues` and `all_variances` that are outputs: slice."""
+        return slice(len(self.plant.outputs) + 2 * len(self.plant.actuators))
 
-        A function of s, shape (f,) -> shape (f, r, j); with `speeds` of the speeds of the winches.
+    @property
+    def speeds(self):
+        """Rows of `all_residues` and `all_variances` that are speeds of winches: slice."""
+        return slice(self.outputs.stop, None)
+
+    @property
+    def residues(self):
+        """`all_residues` of the outputs."""
+        return self.all_residues.of_outputs(self.outputs)
+
+    def response_to_forces(self, forces, rows):
+        """Response of some of all rows to forces on the coordinates, the columns of `forces`, shape (m, j).
+
+        A function of s, shape (f,) -> shape (f, r, j).
         """
         plant = self.plant
         if self.has_delay:
             exact = ExactResponse(plant.motion, forces, self.loop, plant.actuators)
-            response = exact.winch_speeds if speeds else exact.outputs
-            return lambda s: response(s)[:, rows]
+            return lambda s: exact(s)[:, rows]
         space, row = self.space
-        direct = np.zeros((1, len(plant.outputs), forces.shape[1]))
-        return space.take([row]).residues(forces[None], direct, speeds)[0].of_outputs(rows).response
+        return space.take([row]).residues(forces[None])[0].of_outputs(rows).response
 
     @cached_property
     def range(self):
@@ -132,18 +151,23 @@ class Turbulence:
 
     @computed_together
     def coarse(turbulences):
-        """`residues` with fewer modes."""
+        """`all_residues` with fewer modes."""
         return zip(turbulences, _residues_of_rows(turbulences, coarse=True), strict=True)
 
     @computed_together
-    def variances(turbulences):
-        """`ModelVariances` of the outputs and of their rates."""
+    def all_variances(turbulences):
+        """`ModelVariances` of the outputs and, with a loop, the speeds of winches, and of the rates of all."""
         integrals = [turbulence._integrals for turbulence in turbulences]
         return zip(turbulences, _variances_of_rows(turbulences, integrals), strict=True)
 
+    @property
+    def variances(self):
+        """`all_variances` of the outputs."""
+        return self.all_variances.of_outputs(self.outputs)
+
     def seen(self, weights):
         """`ModelVariances` of the outputs with weights: dict of functions of frequency [Hz]."""
-        return _variances_of_rows([self], [self._integrals_of(weights)])[0]
+        return _variances_of_rows([self], [self._integrals_of(weights)])[0].of_outputs(self.outputs)
 
     def variances_of(self, residues, weights):
         """Variances of the outputs of other `Residues` by the same gusts, shape (w, o); weights as of `seen`."""
@@ -171,12 +195,7 @@ class Turbulence:
         beyond = replace(integrals, weights=weights).variances(self.plant.at_rest.residues)
         return MOTION.delayed_error * self.loop.gain_beyond * beyond
 
-    @cached_property
-    def speed_residues(self):
-        """Response of the speeds of the winches to the gusts: `Residues` or `DelayedResponse`."""
-        return _residues_of_rows([self], speeds=True)[0]
-
-    @cached_property
+    @property
     def winch_speeds(self):
         """Variances of speed and acceleration of the i winches, and what their errors follow from.
 
@@ -187,11 +206,9 @@ class Turbulence:
         undamped : ndarray, shape (i,)
             Pole that nothing damps of each winch, see `Integrals.undamped`.
         """
-        value, coarse = self._integrals.variances(self.speed_residues), np.nan
-        if self.estimates:
-            coarse = self._integrals.variances(_residues_of_rows([self], coarse=True, speeds=True)[0])
-        undamped = self._integrals.undamped(self.speed_residues, value[0], np.ones(value.shape[1]))
-        return value, np.abs(value - coarse), undamped
+        variances, residues = self.all_variances.of_outputs(self.speeds), self.all_residues.of_outputs(self.speeds)
+        undamped = self._integrals.undamped(residues, variances.value[0], np.ones(variances.value.shape[1]))
+        return variances.value, variances.by_modes, undamped
 
     def undamped(self, stiffness):
         """Poles of the displacements that nothing damps, see `Integrals.undamped`."""
@@ -199,10 +216,10 @@ class Turbulence:
 
 
 def _variances_of_rows(turbulences, integrals):
-    """`ModelVariances` of the outputs of each row, with the weights of its `Integrals`: list."""
-    Turbulence.residues.compute(turbulences)
+    """`ModelVariances` of `all_residues` of each row, with the weights of its `Integrals`: list."""
+    Turbulence.all_residues.compute(turbulences)
     Turbulence.coarse.compute([row for row in turbulences if row.estimates])
-    values = variances_of_rows(integrals, [row.residues for row in turbulences])
+    values = variances_of_rows(integrals, [row.all_residues for row in turbulences])
     by_modes = [np.full(value.shape, np.nan) for value in values]
     estimated = [index for index, row in enumerate(turbulences) if row.estimates]
     coarse_residues = [turbulences[index].coarse for index in estimated]
@@ -213,8 +230,8 @@ def _variances_of_rows(turbulences, integrals):
     return list(map(ModelVariances, values, by_modes, by_delay))
 
 
-def _residues_of_rows(turbulences, coarse=False, speeds=False):
-    """Response of the outputs of each of many rows to the gusts, as a sum over poles.
+def _residues_of_rows(turbulences, coarse=False):
+    """Response of the outputs of each of many rows to the gusts, and of the speeds of its winches, as a sum over poles.
 
     It is D + sum over j of c_j b_j/(s - l_j) (`Residues`). l_j are the poles of the plant, with its loop closed if it
     has one, c_j and b_j belong to outputs and inputs. A loop with a delay adds a remainder to this sum.
@@ -225,8 +242,6 @@ def _residues_of_rows(turbulences, coarse=False, speeds=False):
         Plant of each row, with a loop or without.
     coarse : bool
         True to leave out the highest modes, by `Plant.coarse_space`: the change shows the error by modes.
-    speeds : bool
-        True for the speeds of the winches instead of the outputs.
 
     Returns
     -------
@@ -238,7 +253,7 @@ def _residues_of_rows(turbulences, coarse=False, speeds=False):
     for index, turbulence in enumerate(turbulences):
         plant = turbulence.plant
         if turbulence.has_delay:
-            found[index] = plant.delayed_response(turbulence.loop, coarse, speeds)
+            found[index] = plant.delayed_response(turbulence.loop, coarse)
             continue
         space, _ = turbulence.space
         basis_shape = plant.coarse_space.shape if coarse else None
@@ -252,6 +267,6 @@ def _residues_of_rows(turbulences, coarse=False, speeds=False):
         if coarse:
             basis = np.stack([turbulence.plant.coarse_space for turbulence in members])
             space, forces = space.within(basis), np.swapaxes(basis, -1, -2) @ forces
-        for index, residues in zip(indices, space.residues(forces, direct, speeds), strict=True):
+        for index, residues in zip(indices, space.residues(forces, direct), strict=True):
             found[index] = residues
     return found

@@ -2,7 +2,8 @@
 
     x' = A x + B f,   y = C x + D f
 
-The states x are those of `first_order`. Rows with arrays of equal sizes are one `StateSpaces`, whose arrays have
+The states x are those of `first_order`. The outputs y are those of the motion, then two of each actuator and, with a
+loop, the speeds of the winches. Rows with arrays of equal sizes are one `StateSpaces`, whose arrays have
 the row first: one call serves all of them, and no digit of a row depends on the others.
 """
 
@@ -38,15 +39,16 @@ class StateSpaces:
     def __init__(self, motion, control=None, actuators=()):
         self.motion, self._control, self._actuators = motion, control, actuators
         rows = state_rows(motion, None, control, actuators)
-        self.equations, self.a = rows.equations, rows.state_rate
-        self._reeled, self._speed, self._outputs = rows.reeled, rows.speed, rows.outputs
+        self.equations, self.a, self._outputs = rows.equations, rows.state_rate, rows.outputs
         # a force changes an output at once by the accelerations z'' and, with a loop, by rates and accelerations of
         # winches: at once its output is this matrix times the change of the states
-        self._at_once = np.zeros(self._outputs.shape, self._outputs.dtype)
+        self._at_once = np.zeros(rows.outputs.shape, rows.outputs.dtype)
         of_motion = self._at_once[:, : motion.c[2].shape[-2]]
         of_motion[..., len(motion) : 2 * len(motion)] = motion.c[2]
         if control:
-            of_motion += motion.d[1] @ self._reeled + motion.d[2] @ self._speed
+            of_motion += motion.d[1] @ rows.reeled + motion.d[2] @ rows.speed
+            self._outputs = np.concatenate([rows.outputs, rows.speed], axis=1)
+            self._at_once = np.concatenate([self._at_once, rows.reeled], axis=1)
 
     @staticmethod
     def of(motions, loops=None, actuators=()):
@@ -84,7 +86,7 @@ class StateSpaces:
         taken = copy(self)
         taken.motion, taken.equations = self.motion.take(rows), self.equations.take(rows)
         taken._control = self._control and self._control.take(rows)
-        for name in ("a", "_outputs", "_reeled", "_speed", "_at_once"):
+        for name in ("a", "_outputs", "_at_once"):
             setattr(taken, name, getattr(self, name)[rows])
         taken.eigen = [self.eigen[row] for row in rows]
         return taken
@@ -98,7 +100,7 @@ class StateSpaces:
         """`Eigen` of each row: list."""
         return eigen_of_rows(self.a)
 
-    def matrices(self, forces, direct=None, speeds=False):
+    def matrices(self, forces, direct=None):
         """B, C and D, for forces on the m coordinates by each of j inputs, shape (n, m, j).
 
         Parameters
@@ -106,18 +108,14 @@ class StateSpaces:
         forces : ndarray, shape (n, m, j)
         direct : ndarray, shape (n, p, j), optional
             Part of each input that appears in each output of the motion at once.
-        speeds : bool
-            True for the speeds of the winches instead of the outputs.
         """
         b, m = np.zeros((*self.a.shape[:-1], forces.shape[-1])), len(self.motion)
         b[:, m : 2 * m] = self.motion.accelerations(forces)
-        if speeds:
-            return b, self._speed, self._reeled @ b
         d = self._at_once @ b
         if direct is not None:
             d[:, : direct.shape[-2]] += direct
         return b, self._outputs, d
 
-    def residues(self, forces, direct=None, speeds=False):
+    def residues(self, forces, direct=None):
         """`Residues` of each row: list; arguments as of `matrices`."""
-        return list(map(residues, self.eigen, *self.matrices(forces, direct, speeds)))
+        return list(map(residues, self.eigen, *self.matrices(forces, direct)))

@@ -270,7 +270,7 @@ class AnalysisOfSystem(DynamicAnalysis):
         forces = np.zeros((len(self._system), by_gusts.shape[1]))
         forces[-1] = row[: len(by_gusts)] @ by_gusts / (row @ row)
         (system,) = StateSpaces.of_one(self._system, loop).residues(forces[None])
-        ((squared,),) = closed_loop.turbulence.variances_of(system, {variance: self._weights[variance]})
+        ((squared, *_),) = closed_loop.turbulence.variances_of(system, {variance: self._weights[variance]})
         return float(np.sqrt(squared)), np.nan
 
 
