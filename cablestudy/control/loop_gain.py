@@ -138,6 +138,16 @@ class LoopGain:
         _ = self._divided
 
     @cached_property
+    def elements_at_all_ends(self):
+        """`Superelement` of each cable at its six end displacements, with the poles that the loop gain has: list."""
+        elements, in_loop = list(self.elements), iter(self._cables)
+        for number in np.flatnonzero(self.connection.any(axis=(1, 2))).tolist():
+            cable = next(in_loop)
+            element = elements[number] if cable.used.all() else elements[number].select(cable.used)
+            elements[number] = replace(element, near=cable.element)
+        return elements
+
+    @cached_property
     def _divided(self):
         """`_PoleSumCables`, of the cables whose stiffness is a sum over poles, or None; and the other cables."""
         summed = [cable for cable in self._cables if cable.is_sum]

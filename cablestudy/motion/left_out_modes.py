@@ -114,18 +114,18 @@ class BodiesOnAllModes:
 
     @cached_property
     def displacements(self):
-        """`_Responses` at the displacements of bodies, winches at rest: also of loops that only integrate."""
+        """`_Spectra` of the displacements of bodies, winches at rest: also of loops that only integrate."""
         rows, of_bodies = self._plant.displacements
-        return _Responses(self._plant.at_rest, rows, lambda s: of_bodies @ self._receptance(s))
+        return _Spectra(self._plant.at_rest, rows, lambda s: of_bodies @ self._receptance(s))
 
     @cached_property
     def tensions(self):
-        """`_Responses` at the tensions of cables, winches at rest: also of loops that only integrate."""
+        """`_Spectra` of the tensions of cables, winches at rest: also of loops that only integrate."""
 
         def by_all_modes(s):
             return self.tensions_by(self.loop_gain, s, self._receptance(s))
 
-        return _Responses(self._plant.at_rest, self._plant.tension_rows, by_all_modes, of_each_cable=True)
+        return _Spectra(self._plant.at_rest, self._plant.tension_rows, by_all_modes, of_each_cable=True)
 
     def _receptance(self, s):
         """Free displacements of bodies by forces on them, shape (f, d, d)."""
@@ -138,7 +138,7 @@ class BodiesOnAllModes:
         By free displacements of the bodies, shape (f, d, j), and lengths that winches let out, (f, i, j), None of none.
         """
         tensions = []
-        for cable, element in enumerate(loop_gain.elements):
+        for cable, element in enumerate(loop_gain.elements_at_all_ends):
             ends = self._end_movements[cable] @ displacements
             if released is not None:
                 ends = ends - loop_gain.reeling[cable] @ released
@@ -207,26 +207,23 @@ class LeftOutModes:
     @cached_property
     def _displacements(self):
         """`_Spectra` of the displacements of bodies."""
-        turbulence, (rows, of_bodies) = self._turbulence, self._plant.displacements
-        responses = self._plant.all_modes.displacements
-        if self._counts_loop:
-            responses = _Responses(turbulence, rows, lambda s: of_bodies @ self._receptance(s))
-        return _Spectra(responses, turbulence.residues.of_outputs(rows))
+        if not self._counts_loop:
+            return self._plant.all_modes.displacements
+        rows, of_bodies = self._plant.displacements
+        return _Spectra(self._turbulence, rows, lambda s: of_bodies @ self._receptance(s))
 
     @cached_property
     def _tensions(self):
         """`_Spectra` of the tensions of cables."""
-        plant, turbulence, rows = self._plant, self._turbulence, self._plant.tension_rows
-        responses = plant.all_modes.tensions
-        if self._counts_loop:
+        all_modes = self._plant.all_modes
+        if not self._counts_loop:
+            return all_modes.tensions
 
-            def by_all_modes(s):
-                displacements = self._receptance(s)
-                released = self._released(s, displacements)
-                return plant.all_modes.tensions_by(self._with_loop, s, displacements, released)
+        def by_all_modes(s):
+            displacements = self._receptance(s)
+            return all_modes.tensions_by(self._with_loop, s, displacements, self._released(s, displacements))
 
-            responses = _Responses(turbulence, rows, by_all_modes, of_each_cable=True)
-        return _Spectra(responses, turbulence.residues.of_outputs(rows))
+        return _Spectra(self._turbulence, self._plant.tension_rows, by_all_modes, of_each_cable=True)
 
     @property
     def _counts_loop(self):
@@ -259,9 +256,7 @@ class LeftOutModes:
         def by_all_modes(s):
             return s[:, None, None] * self._released(s, self._receptance(s))
 
-        rows = self._turbulence.speeds
-        responses = _Responses(self._turbulence, rows, by_all_modes)
-        return _Spectra(responses, self._turbulence.all_residues.of_outputs(rows))
+        return _Spectra(self._turbulence, self._turbulence.speeds, by_all_modes)
 
     def _receptance(self, s):
         """Free displacements of bodies by forces on them, with the loop closed, by `_with_loop`, shape (f, d, d)."""
@@ -293,7 +288,7 @@ class LeftOutModes:
     @staticmethod
     def _may_change(spectra, weights, variances, least):
         """True if the variances of the r outputs of `_Spectra`, shape (w, r), may change by more than is stated."""
-        bound = MOTION.left_out_change_at_most * _integrals(spectra.responses.coarse, spectra.coarse, weights)
+        bound = MOTION.left_out_change_at_most * _integrals(spectra.coarse, spectra.of_model, weights)
         return bool((bound > _least_changes(variances, least)).any())
 
     def _changes(self, spectra, weights, variances, others, least, closed=False):
@@ -306,7 +301,7 @@ class LeftOutModes:
         Parameters
         ----------
         spectra : _Spectra
-            Spectra of the forces, and responses of the r outputs by all modes and by the model.
+            Of the r outputs.
         weights : dict
             w functions of frequency [Hz] by which the spectrum is multiplied, one for each kind of variance.
         variances, others : ndarray, shape (w, r)
@@ -330,7 +325,7 @@ class LeftOutModes:
             density = np.max(shares, axis=(0, 2))
             return MOTION.left_out_flank * np.maximum(density[:-1], density[1:]) * np.diff(frequency) > 1
 
-        omega, squares = _refined(spectra.responses.squares, *spectra.responses.first, matters)
+        omega, squares = _refined(spectra.squares, *spectra.first, matters)
         changes = spectra.forcing(omega) * (squares[:, 0] - squares[:, 1])
         return MOTION.left_out_safety * _integrals(omega, changes, weights)
 
@@ -347,15 +342,18 @@ def _least_changes(variances, least):
     return 2 * least * np.maximum(variances, MOTION.left_out_small * variances.max(axis=1, keepdims=True))
 
 
-class _Responses:
-    """Responses of r outputs to forces on the bodies, by all modes and by those of a model, above the modes of this.
+class _Spectra:
+    """Spectra of r outputs in the gusts by a model, above its modes, and their responses by all modes and by the model.
+
+    Responses are those to forces on the bodies. Each is computed when asked for, and kept: with the winches at rest all
+    loops share them.
 
     Parameters
     ----------
     turbulence : Turbulence
         Of the model.
     rows : slice or ndarray of int
-        Which outputs these are.
+        Which of `Turbulence.all_residues` these outputs are.
     by_all_modes : callable
         s, shape (f,) -> response to forces on the d free displacements, by all modes, shape (f, r, d).
     of_each_cable : bool
@@ -397,36 +395,23 @@ class _Responses:
         omega = omega[(omega >= self.coarse[0]) & (omega <= self.coarse[-1])]
         return _where_finite(omega, self.squares(omega))
 
-
-class _Spectra:
-    """Spectra in the gusts of the r outputs of `_Responses`, by the model.
-
-    Parameters
-    ----------
-    responses : _Responses
-    residues : Residues or DelayedResponse
-        Response of these outputs, by the model, to the gusts.
-    """
-
-    def __init__(self, responses, residues):
-        self.responses, self._residues = responses, residues
-
     @cached_property
-    def coarse(self):
-        """Spectra at the frequencies `coarse` of the responses, shape (f, r)."""
-        coarse, gusts = self.responses.coarse, self.responses.plant.gusts
-        return gusts.input_spectra(coarse / (2 * np.pi), np.swapaxes(self._residues.response(1j * coarse), -1, -2))
+    def of_model(self):
+        """W of the module's docstring: spectra by the model at the frequencies `coarse`, shape (f, r)."""
+        residues = self._turbulence.all_residues.of_outputs(self._rows)
+        response = np.swapaxes(residues.response(1j * self.coarse), -1, -2)
+        return self.plant.gusts.input_spectra(self.coarse / (2 * np.pi), response)
 
     @cached_property
     def _forcing(self):
-        """W/|Y_model|^2 of the module's docstring, smoother than both, at the frequencies `coarse`, shape (f, r)."""
-        omega, squares = self.responses.first
-        of_model = _interpolated(self.responses.coarse, omega, squares[:, 1])
-        return np.divide(self.coarse, of_model, out=np.zeros_like(of_model), where=of_model > 0)
+        """W/|Y_model|^2, smoother than both, at the frequencies `coarse`, shape (f, r)."""
+        omega, squares = self.first
+        squares = _interpolated(self.coarse, omega, squares[:, 1])
+        return np.divide(self.of_model, squares, out=np.zeros_like(squares), where=squares > 0)
 
     def forcing(self, omega):
         """`_forcing` interpolated at other frequencies, shape (f, r)."""
-        return _interpolated(omega, self.responses.coarse, self._forcing)
+        return _interpolated(omega, self.coarse, self._forcing)
 
 
 def _interpolated(omega, known, values):

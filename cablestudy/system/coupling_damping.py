@@ -288,7 +288,9 @@ class CouplingDamping:
         The shapes are kept: of modes that nearly coincide both are taken to change by as much.
         """
         n, poles, left, right = len(self.omega), resolvent.poles, resolvent.left, resolvent.right
-        changes = [np.diagonal(own - other)[:n] for own, other in zip(self.matrices, matrices, strict=True)]
+        changes = [
+            np.diagonal(own)[:n] - np.diagonal(other)[:n] for own, other in zip(self.matrices, matrices, strict=True)
+        ]
         change = sum(diagonal[:, None] * poles**order for order, diagonal in enumerate(changes))
         changed = poles - (right.T * change * left).sum(axis=0)
         if not np.iscomplexobj(self.matrices[0]):  # `sum_over_poles` tells real poles by an imaginary part of zero

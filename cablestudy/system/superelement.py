@@ -64,7 +64,7 @@ class Superelement:
     air : ndarray, shape (n + 6, n + 6), or None
         Damping by the wind, of modes and ends. [1/s], [N s/m]
     near : Superelement or None
-        Similar cable, with the same modes and ends and nearly the same numbers: where damping couples modes, the poles
+        Similar cable, with the same modes and nearly the same numbers: where damping couples modes, the poles
         follow from those of `near` to first order.
     windowed : bool
         True if the poles of many modes that damping couples may be found in windows, which leaves a small error.
