@@ -15,6 +15,7 @@ from cablestudy.errors import NoSolutionError
 from cablestudy.motion.left_out_modes import BodiesOnAllModes
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.motion.turbulence import OWN, Turbulence
+from cablestudy.statics.suspension import AXES
 from cablestudy.system.together import computed_together
 from cablestudy.wind.imaging import seen_weights
 from cablestudy.wind.tolerances import WIND
@@ -176,7 +177,7 @@ class GustResponse:
         if self._before is not None:
             change = np.abs(value - self._variances_of(self._before.turbulence, weights).value)
             by_modes = np.minimum(by_modes, MOTION.change_safety * change)
-        left_out = self._left_out.of_displacements(weights or OWN, value, by_modes, self._least)
+        left_out = self._left_out.of_movements(weights or OWN, value, by_modes, self._least)
         return replace(variances, by_modes=by_modes + left_out)
 
     @computed_together
@@ -198,30 +199,37 @@ class GustResponse:
         return turbulence.seen(weights) if weights else turbulence.variances
 
     @cached_property
-    def displacement_truncation_error(self):
+    def truncation_error(self):
         """Largest relative error of a variance by the modes left out: by it the number of modes is chosen. [-]
 
         Each variance is that of one place, summed over x, y and z, and so is its error. For bodies and markers it is
         that of displacements, of velocities, and of displacements weighted as a telescope sees them (`seen_weights`);
         for mid-spans of cables that of displacements only. Free points count if the plant has static responses to loads
-        on them (`Plant.points`), or if no body is free.
+        on them (`Plant.points`), or if no body is free. Rotations of a body count too, the three together and not their
+        rates, if they have more than next to no energy.
         """
         suspension, plant = self.closed_loop.equilibrium.suspension, self.closed_loop.plant
         points_count = plant.points or not suspension.free[: suspension.bodies].any()
         passed_over = () if points_count else self.scene.points
-        displacements = [
+        movements = [
             row
             for row, name in enumerate(self.names)
-            if name.endswith((".x", ".y", ".z")) and name.partition(".")[0] not in passed_over
+            if name.rpartition(".")[2] in AXES and name.partition(".")[0] not in passed_over
         ]
-        groups, errors = np.array(_groups(self.names))[displacements], [0.0]
+        groups, errors = np.array(_groups(self.names))[movements], [0.0]
         value, by_modes = self.own_variances.value, self.own_variances.by_modes
+        energy = value[0] * self.stiffness
+        rotates = energy > MOTION.left_out_small * energy.max(initial=0.0)
         if self._seen_weights:
             value = np.concatenate([value, self._seen_variances.value])
             by_modes = np.concatenate([by_modes, self._seen_variances.by_modes])
         for group in set(groups.tolist()):
-            rows = np.array(displacements)[groups == group]
-            kinds = 1 if ".midspan." in self.names[rows[0]] else len(value)  # no column has velocities of mid-spans
+            rows = np.array(movements)[groups == group]
+            is_displacement = self.names[rows[0]].endswith(AXES[:3])
+            if not (is_displacement or rotates[rows].any()):
+                continue
+            # no column has rates of rotations, or velocities of mid-spans
+            kinds = len(value) if is_displacement and ".midspan." not in self.names[rows[0]] else 1
             error, total = by_modes[:kinds, rows].sum(axis=-1), value[:kinds, rows].sum(axis=-1)
             errors += (error[total > 0] / total[total > 0]).tolist()
         return max(errors)

@@ -113,9 +113,9 @@ class BodiesOnAllModes:
         return np.concatenate([np.zeros(0, dtype=complex), *chosen])  # none of no cable
 
     @cached_property
-    def displacements(self):
-        """`_Spectra` of the displacements of bodies, winches at rest: also of loops that only integrate."""
-        rows, of_bodies = self._plant.displacements
+    def movements(self):
+        """`_Spectra` of the movements of bodies, winches at rest: also of loops that only integrate."""
+        rows, of_bodies = self._plant.movements
         return _Spectra(self._plant.at_rest, rows, lambda s: of_bodies @ self._receptance(s))
 
     @cached_property
@@ -174,8 +174,8 @@ class LeftOutModes:
         self._closed_loop, self._plant, self._turbulence = closed_loop, closed_loop.plant, closed_loop.turbulence
         self._loop = self._turbulence.loop
 
-    def of_displacements(self, weights, variances, others, least):
-        """Errors of the variances of displacements of bodies, shape (w, o); 0 of other outputs.
+    def of_movements(self, weights, variances, others, least):
+        """Errors of the variances of movements of bodies and markers, shape (w, o); 0 of other outputs.
 
         Parameters
         ----------
@@ -186,30 +186,30 @@ class LeftOutModes:
         least : float
             Smallest relative error that an RMS is stated with, infinite if none: smaller changes are not computed.
         """
-        rows, change = self._plant.displacements[0], np.zeros(variances.shape)
+        rows, change = self._plant.movements[0], np.zeros(variances.shape)
         if len(rows) and np.isfinite(least):
-            change[:, rows] = self._changes(self._displacements, weights, variances[:, rows], others[:, rows], least)
+            change[:, rows] = self._changes(self._movements, weights, variances[:, rows], others[:, rows], least)
         return change
 
     def of_tensions(self, variances, others, least):
-        """Errors of the variances of tensions and their rates, shape (2, o); 0 of others; as `of_displacements`."""
+        """Errors of the variances of tensions and their rates, shape (2, o); 0 of others; as `of_movements`."""
         rows, change = self._plant.tension_rows, np.zeros(variances.shape)
         if len(self._plant.layout.free) and np.isfinite(least):
             change[:, rows] = self._changes(self._tensions, OWN, variances[:, rows], others[:, rows], least)
         return change
 
     def of_winch_speeds(self, variances, others, least):
-        """Errors of the variances of speeds and accelerations of winches, shape (2, i); as `of_displacements`."""
+        """Errors of the variances of speeds and accelerations of winches, shape (2, i); as `of_movements`."""
         if not (self._moves_winches and np.isfinite(least)):
             return np.zeros(variances.shape)
         return self._changes(self._winch_speeds, OWN, variances, others, least, closed=True)
 
     @cached_property
-    def _displacements(self):
-        """`_Spectra` of the displacements of bodies."""
+    def _movements(self):
+        """`_Spectra` of the movements of bodies."""
         if not self._counts_loop:
-            return self._plant.all_modes.displacements
-        rows, of_bodies = self._plant.displacements
+            return self._plant.all_modes.movements
+        rows, of_bodies = self._plant.movements
         return _Spectra(self._turbulence, rows, lambda s: of_bodies @ self._receptance(s))
 
     @cached_property
@@ -279,17 +279,17 @@ class LeftOutModes:
         return loop_gain if isinstance(loop_gain, LoopGain) else None
 
     def needs_bodies_at_rest(self, variances, least):
-        """True if errors of variances of displacements and rates, shape (2, o), need `BodiesOnAllModes.loop_gain`."""
-        rows = self._plant.displacements[0]
+        """True if errors of variances of movements and rates, shape (2, o), need `BodiesOnAllModes.loop_gain`."""
+        rows = self._plant.movements[0]
         if self._counts_loop or not (len(rows) and np.isfinite(least)):
             return False
-        return self._may_change(self._displacements, OWN, variances[:, rows], least)
+        return self._may_change(self._movements, OWN, variances[:, rows], least)
 
     @staticmethod
     def _may_change(spectra, weights, variances, least):
         """True if the variances of the r outputs of `_Spectra`, shape (w, r), may change by more than is stated."""
         bound = MOTION.left_out_change_at_most * _integrals(spectra.coarse, spectra.of_model, weights)
-        return bool((bound > _least_changes(variances, least)).any())
+        return bool((bound > spectra.least_changes(variances, least)).any())
 
     def _changes(self, spectra, weights, variances, others, least, closed=False):
         """Estimate by how much the modes that the model leaves out change the variances of r outputs, shape (w, r).
@@ -314,7 +314,7 @@ class LeftOutModes:
         """
         if not self._may_change(spectra, weights, variances, least) or self._unknown(closed or self._counts_loop):
             return np.zeros(variances.shape)
-        smallest = np.maximum(_least_changes(variances, least), others)
+        smallest = np.maximum(spectra.least_changes(variances, least), others)
 
         @np.errstate(divide="ignore", invalid="ignore")  # where nothing moves
         def matters(omega, squares):
@@ -335,11 +335,6 @@ def _integrals(omega, values, weights):
     frequency = omega / (2 * np.pi)
     weighted = [weight(frequency)[:, None] * values for weight in weights.values()]
     return np.abs(np.trapezoid(weighted, frequency, axis=1))
-
-
-def _least_changes(variances, least):
-    """Changes of variances, shape (w, r), by which the RMS change by a relative error `least`: of the root twice it."""
-    return 2 * least * np.maximum(variances, MOTION.left_out_small * variances.max(axis=1, keepdims=True))
 
 
 class _Spectra:
@@ -412,6 +407,15 @@ class _Spectra:
     def forcing(self, omega):
         """`_forcing` interpolated at other frequencies, shape (f, r)."""
         return _interpolated(omega, self.coarse, self._forcing)
+
+    def least_changes(self, variances, least):
+        """Changes of variances, shape (w, r), by which RMS change by a relative error `least`: of the root twice it.
+
+        An output whose motion has next to no energy counts with the share `MOTION.left_out_small` of the largest one.
+        """
+        stiffness = np.append(self.plant.stiffness_of_outputs, np.ones(len(self.plant.winches)))[self._rows]
+        least_variances = MOTION.left_out_small * (variances * stiffness).max(axis=1, keepdims=True) / stiffness
+        return 2 * least * np.maximum(variances, least_variances)
 
 
 def _interpolated(omega, known, values):

@@ -113,4 +113,4 @@ class ModelSizes:
         by_quadrature = response.integration_error / 2
         allowed = max(self.accuracy - by_quadrature, self.accuracy / 2, by_quadrature)
         allowed = MOTION.element_modes_change if self._fixed else allowed
-        return response.displacement_truncation_error <= 2 * allowed  # of a variance, which is twice that of its root
+        return response.truncation_error <= 2 * allowed  # of a variance, which is twice that of its root

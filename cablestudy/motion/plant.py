@@ -21,6 +21,7 @@ from cablestudy.motion.tension_waves import change_by_waves
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.motion.turbulence import Turbulence
 from cablestudy.scene.actuator_tables import ReactionWheel
+from cablestudy.statics.suspension import AXES
 from cablestudy.system.connected import observed
 from cablestudy.system.linear import LinearSystem
 from cablestudy.system.residues import delayed_response
@@ -353,9 +354,13 @@ class Plant:
         return LinearSystem(*matrices, feedback=feedback)
 
     @cached_property
-    def displacements(self):
-        """Outputs that are displacements of bodies and markers: rows, shape (r,), by the free displacements, (r, d)."""
-        rows = [row for name, row in self.outputs.items() if name.endswith((".x", ".y", ".z")) and MIDSPAN not in name]
+    def movements(self):
+        """Outputs that are movements of bodies and markers: rows, shape (r,), by the free displacements, shape (r, d).
+
+        Of bodies displacements and rotations, of markers displacements.
+        """
+        axes = tuple(f".{axis}" for axis in AXES)
+        rows = [row for name, row in self.outputs.items() if name.endswith(axes) and MIDSPAN not in name]
         return np.array(rows, dtype=int), self.full_system.c[0].real[rows, -len(self.layout.free) :]
 
     @property

@@ -66,7 +66,7 @@ class MotionTolerances:
     # what a mode adds to a variance over the largest such number, below which it is left out
     left_out_share: float = 1e-6
     left_out_resonances: float = 1e-2  # and below which frequencies near it are not looked at to begin with
-    left_out_small: float = 1e-6  # variance over the largest, below which it counts as that much
+    left_out_small: float = 1e-6  # energy of an output over the largest, below which it counts as that much
     left_out_flank: float = 100.0  # what a peak may add over what its flank shows between two frequencies
     left_out_safety: float = 2.0  # on the changes that are found
     fixed_model_accuracy: float = 1e-4  # where the scene has a fixed model
