@@ -11,6 +11,7 @@ from test_suspension_ssm import MARKERS, WINCHES, agree, by_bars, model
 from test_suspension_ssm_command import read, response, same_files
 
 from cablestudy.cable.damping import Damping
+from cablestudy.cable.records import stack
 from cablestudy.control.loop import Loop, allocate, moved_by_winches
 from cablestudy.control.motion import Actuator, motion_of_rows, with_actuators
 from cablestudy.control.notch import Notch
@@ -42,7 +43,7 @@ def whole_motion(state, actuators=()):
     whole = suspension_system(layout, kept, WINCHES, MARKERS)
     compliance, shapes = whole.strain_modes
     omega = 1 / np.sqrt(compliance)
-    reduced = motion_of_rows(whole.stack([whole]), omega[None], (shapes * omega)[None], len(WINCHES), 0.0)
+    reduced = motion_of_rows(stack([whole]), omega[None], (shapes * omega)[None], len(WINCHES), 0.0)
     return layout, with_actuators(layout, reduced.take(0), actuators)
 
 

@@ -9,10 +9,11 @@ from random_twins import random_scene
 from references.dense import state_matrix
 from scipy.integrate import quad
 
+from cablestudy.cable.records import stack
 from cablestudy.scene.scene import CableScene
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.system import analysis_of
-from cablestudy.system.residues import eigen, residues, stack
+from cablestudy.system.residues import eigen, residues
 from cablestudy.wind.variance import Noise, Panels, smooth_on, variances
 
 RANGE = 1e-7, 1e7
@@ -141,7 +142,7 @@ def test_variances_of_many_rows_are_those_of_each_alone():
     panels = Panels(edges)
     ones = np.ones((3, 1, panels.frequency.shape[-1]))
     noises = [noise(Panels(of_row), [[1]], np.ones_like) for of_row in edges]
-    together = variances(stack(systems), panels, Noise.stack(noises), ones)
+    together = variances(stack(systems), panels, stack(noises), ones)
     assert together[:, 0, 0] == pytest.approx(1 / (8 * ratio * omega**3), rel=1e-6)
     for found, one, of_row, own in zip(together, systems, edges, noises, strict=True):
         assert np.array_equal(found, variances(one, Panels(of_row), own, ones[0]))

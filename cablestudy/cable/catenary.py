@@ -14,6 +14,7 @@ from cablestudy.cable.equilibrium_residual import EquilibriumResidual
 from cablestudy.cable.geometry import midspan, sag_and_swing
 from cablestudy.cable.midspan import arc_length_at_midspan
 from cablestudy.cable.newton import CONVERGED, STALLED, UNDETERMINED, Record, newton
+from cablestudy.cable.records import take_rows
 from cablestudy.cable.segment import (
     SegmentedCable,
     SegmentTerms,
@@ -36,11 +37,6 @@ class Segments:
     fraction: np.ndarray  # share of the unstretched length [-]
     offset: tuple  # 3 arrays: tension vector at mid-segment minus the unknown at mid-length, chord frame [N]
     weight: np.ndarray  # of each segment [N]
-
-    def take(self, index):
-        """`Segments` of one cable of a batch of shape (n,), or of several."""
-        offset = tuple(component[index] for component in self.offset)
-        return Segments(self.fraction[index], offset, self.weight[index])
 
 
 def split(span):
@@ -71,9 +67,8 @@ class Catenary(SegmentedCable):
 
     def take(self, index):
         """One cable of a batch of shape (n,)."""
-        tension = tuple(component[index] for component in self.tension)
-        parts = self.segments.take(index), self.terms.take(index), self.record.of(index)
-        return Catenary(self.span.take(index), tension, *parts)
+        parts = (take_rows(part, index) for part in (self.span, self.tension, self.segments, self.terms))
+        return Catenary(*parts, self.record.of(index))
 
     @cached_property
     def mid_forces(self):

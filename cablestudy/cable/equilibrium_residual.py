@@ -9,6 +9,7 @@ from copy import copy
 
 import numpy as np
 
+from cablestudy.cable.records import take_rows
 from cablestudy.cable.segment import extension, flexibility, solve_symmetric
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.cable.vectors import dot
@@ -44,7 +45,7 @@ class EquilibriumResidual:
     def take(self, index):
         """The residual of some cables of the batch, by a tuple of indices along its axes, or masks."""
         taken = copy(self)
-        taken.segments, taken.angles = self.segments.take(index), tuple(angle[index] for angle in self.angles)
+        taken.segments, taken.angles = take_rows(self.segments, index), take_rows(self.angles, index)
         for name in ("stiffness", "strain", "load", "transverse_load", "vertical"):
             setattr(taken, name, getattr(self, name)[index])
         taken.shape = taken.strain.shape

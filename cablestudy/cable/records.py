@@ -1,26 +1,59 @@
-"""Dataclasses whose fields are arrays: parts and copies of all of their arrays at once."""
+"""Records: dataclasses of arrays, or of floats, of which parts, copies and stacks are made of all arrays at once.
 
-from dataclasses import fields, replace
+Arrays may also stand in lists, tuples and records that are fields of a record. Whatever else is a field, such as names,
+or None in place of an array, stays as it is.
+"""
+
+from dataclasses import fields, is_dataclass, replace
 
 import numpy as np
 
 
 def with_arrays(record, change):
-    """Copy of a dataclass of arrays with each of them replaced by `change` of it, a function."""
-    return replace(record, **{field.name: change(getattr(record, field.name)) for field in fields(record)})
+    """Copy of a record with each of its arrays replaced by `change` of it, a function."""
+    return _made_of([record], lambda values: change(values[0]))
 
 
 def take_rows(record, index):
-    """The cases at `index` of a dataclass of arrays, whose first axes are the cases."""
+    """The cases at `index` of a record, the first axes of whose arrays are the cases."""
     return with_arrays(record, lambda array: array[index])
 
 
 def copy_record(record):
-    """Copy of a dataclass of arrays, whose arrays can be written to."""
+    """Copy of a record, whose arrays can be written to."""
     return with_arrays(record, np.array)
 
 
+def stack(records):
+    """Record of n rows from those of each, with arrays of equal sizes; what is no array is that of the first."""
+    return _made_of(records, np.stack) if len(records) > 1 else with_arrays(records[0], lambda array: array[None])
+
+
 def assign_rows(record, index, cases):
-    """Write `cases` into the rows at `index` of `record`, both of them dataclasses of arrays."""
+    """Write the record `cases` into the rows at `index` of `record`."""
     for field in fields(record):
-        getattr(record, field.name)[index] = getattr(cases, field.name)
+        value, rows = getattr(record, field.name), getattr(cases, field.name)
+        if is_dataclass(value):
+            assign_rows(value, index, rows)
+        else:
+            value[index] = rows
+
+
+def _made_of(values, make):
+    """What `make` makes of equal arrays, a list of them: for each array of some records, or of lists or tuples."""
+    first = values[0]
+    if isinstance(first, float):
+        return make([np.asarray(value) for value in values])
+    if hasattr(first, "ndim"):  # an array, sparse perhaps
+        return make(values)
+    if is_dataclass(first):
+        names = (field.name for field in fields(first))
+        return replace(first, **{name: _made_of([getattr(value, name) for value in values], make) for name in names})
+    if isinstance(first, list | tuple) and not _are_names(first):
+        return type(first)(_made_of(parts, make) for parts in zip(*values, strict=True))
+    return first
+
+
+def _are_names(value):
+    """True for a text, and for a list or tuple that begins with one, such as names with their units."""
+    return isinstance(value, str) or (isinstance(value, list | tuple) and len(value) > 0 and _are_names(value[0]))

@@ -39,11 +39,6 @@ class SegmentTerms:
     product: np.ndarray  # T0 T1 (S^2 - W^2) [N^4]
     tensions: tuple  # T0 and T1, at the two ends [N]
 
-    def take(self, index):
-        """`SegmentTerms` of one cable of a batch of shape (n,), or of several."""
-        arrays = self.horizontal, self.beta, self.sum_of_tensions, self.excess, self.product
-        return SegmentTerms(*(array[index] for array in arrays), tuple(tension[index] for tension in self.tensions))
-
 
 def segment_terms(tension, weight, cosine, sine):
     """Quantities of one catenary segment that both its form and its flexibility are computed from: `SegmentTerms`.

@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.cable.records import take_rows
 from cablestudy.cable.vectors import cross
 
 # number of dimensions that each field of a span has for one cable, behind those of the batch
@@ -211,7 +212,7 @@ class Span:
         ----------
         index : int or ndarray of int
         """
-        return replace(self, **{name: array[index] for name, array in self.arrays.items()})
+        return take_rows(self, index)
 
     @cached_property
     def arrays(self):

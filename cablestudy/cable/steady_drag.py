@@ -6,12 +6,13 @@ load has the chord's direction for t, and no strain. Over the height h above the
 with the exponent a of the speed; the uniform load then has the mean of q along the cable where it hangs.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from cablestudy.cable.element import basis, lagrange
 from cablestudy.cable.geometry import points_along
+from cablestudy.cable.records import take_rows, with_arrays
 from cablestudy.cable.tolerances import CABLE
 
 ALONG_CHORD = np.array([1.0, 0.0, 0.0])  # chord frame
@@ -64,14 +65,9 @@ class Profile:
             ground_of_rows = np.array([level or 0.0 for level in grounds])
         return cls(exponent, np.where(exponent > 0, height, 1.0), ground_of_rows)
 
-    def take(self, index):
-        """`Profile` of some rows or cables, or of one."""
-        return Profile(self.exponent[index], self.height[index], self.ground[index])
-
     def over(self, count):
         """`Profile` with a last axis of `count` cables, which all have that of their row."""
-        fields = (self.exponent, self.height, self.ground)
-        return Profile(*(np.broadcast_to(field[..., None], (*field.shape, count)) for field in fields))
+        return with_arrays(self, lambda array: np.broadcast_to(array[..., None], (*array.shape, count)))
 
     def pressure(self, points):
         """Dynamic pressure over the stated one at points, shape (..., k, 3) [m]: none at and below the ground.
@@ -136,10 +132,7 @@ class SteadyDrag:
 
     def take(self, index):
         """`SteadyDrag` on several of the cables, or on one."""
-        chosen = SteadyDrag(self.normal_drag[index], self.direction[index])
-        if self.profile is None:
-            return chosen
-        return replace(chosen, profile=self.profile.take(index), end_1=self.end_1[index], mean=self.mean[index])
+        return take_rows(self, index)
 
     def uniform(self, chord):
         """Uniform force per unstretched length, by directions of the chord, both of shape (..., 3). [N/m]"""

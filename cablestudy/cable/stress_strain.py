@@ -23,7 +23,6 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.cable.records import take_rows
 from cablestudy.cable.tolerances import CABLE
 
 NO_SET = -np.inf  # of a part that was not yet stretched
@@ -55,10 +54,6 @@ class Curves:
     expansion: np.ndarray
     temperature: np.ndarray
 
-    def take(self, index):
-        """`Curves` of several of the conductors, or of one."""
-        return take_rows(self, index)
-
     @cached_property
     def unset(self):
         """Permanent sets of conductors that were not yet stretched, shape (..., 2). [-]"""
@@ -84,10 +79,6 @@ class Condition:
     temperature: np.ndarray
     sets: np.ndarray
     creeping: np.ndarray
-
-    def take(self, index):
-        """`Condition` of several of the conductors, or of one."""
-        return Condition(self.curves.take(index), self.temperature[index], self.sets[index], self.creeping[index])
 
     @cached_property
     def _curve(self):

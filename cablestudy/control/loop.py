@@ -21,7 +21,7 @@ import numpy as np
 from cablestudy.control.law import INTEGRATOR, Law
 from cablestudy.control.notch import NotchedLaw
 from cablestudy.control.tolerances import CONTROL
-from cablestudy.system.first_order import Allocation, equations
+from cablestudy.system.first_order import Allocation, LinearControl, equations
 from cablestudy.system.linear import LinearSystem
 from cablestudy.system.residues import eigen, eigen_of_delayed
 from cablestudy.system.tolerances import SYSTEM
@@ -179,6 +179,11 @@ class Loop:
     def gain_beyond(self):
         """Largest eigenvalue of the loop gain above the frequency up to which a delay is right; 0 without delay. [-]"""
         return self.gain * self.gains.largest_beyond(self.right_up_to) if self.law.delay else 0.0
+
+    @property
+    def linear(self):
+        """`LinearControl` of the loop, with its law as a state space."""
+        return LinearControl(self.allocation, self.gain, self.notches, *self.law_states)
 
     @cached_property
     def law_states(self):

@@ -17,6 +17,7 @@ from math import prod
 import numpy as np
 
 from cablestudy.cable.matrices import solve
+from cablestudy.cable.records import stack
 from cablestudy.control.notch import NotchedLaw
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.system.linear import LinearSystem
@@ -80,7 +81,7 @@ class LoopGain:
     def stiffness_and_forces(loop_gains, row, s):
         """Z, shape (f, d, d), and F, shape (f, d, i), as of `of_rows`; of k = 0 too."""
         by_cables = np.concatenate([loop_gains[number]._by_cables(s[part]) for number, part in _parts(row)])
-        bodies = LinearSystem.stack([one.bodies for one in loop_gains]).dynamic_stiffness_of_rows(row, s)
+        bodies = stack([one.bodies for one in loop_gains]).dynamic_stiffness_of_rows(row, s)
         winch_loads, count = np.stack([one.winch_loads for one in loop_gains])[row], bodies.shape[-1]
         return bodies + by_cables[:, :, :count], winch_loads - by_cables[:, :, count:]
 

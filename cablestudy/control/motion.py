@@ -13,7 +13,7 @@ freely about its axis, so the body has J less about it; its torque on the body i
 it.
 """
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -82,16 +82,6 @@ class ActuatorFeedback:
     def filtered(self):
         """True with a high-pass filter, which all rows have or none."""
         return bool(np.any(self.corner))
-
-    def with_arrays(self, change):
-        """Copy with each array and number replaced by `change` of it, a function."""
-        return ActuatorFeedback(*(change(np.asarray(getattr(self, field.name))) for field in fields(self)))
-
-    @staticmethod
-    def stack(feedbacks):
-        """`ActuatorFeedback` of n rows from those of each."""
-        names = [field.name for field in fields(ActuatorFeedback)]
-        return ActuatorFeedback(*(np.stack([getattr(one, name) for one in feedbacks]) for name in names))
 
     def within(self, space):
         """The feedback with new coordinates q, z = S q, with S of shape (..., m, r)."""

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cablestudy.cable.records import stack, take_rows
 from cablestudy.control.law import Law
 
 
@@ -46,15 +47,6 @@ class Notch:
         of_second = 2 * d * (self.damping_ratio * w1 / w2 - self.rolloff_damping_ratio)
         return a, np.stack([zero, w2], axis=-1), np.stack([1.0 - d, of_second], axis=-1), d
 
-    @staticmethod
-    def stack(notches):
-        """`Notch` with arrays, shape (n, ...), of n notches."""
-        return Notch(*np.stack([[*vars(notch).values()] for notch in notches], axis=1))
-
-    def take(self, rows):
-        """`Notch` with some of many."""
-        return Notch(*(np.asarray(part)[rows] for part in vars(self).values()))
-
 
 PASSES = Notch(1.0, 1.0, 1.0, 1.0)  # a notch that is one at all frequencies
 
@@ -76,7 +68,7 @@ class NotchedLaw:
     @classmethod
     def of(cls, law, notches):
         """`NotchedLaw` of a law and the notch, or None, of each coordinate."""
-        return cls(law, Notch.stack([notch or PASSES for notch in notches]))
+        return cls(law, stack([notch or PASSES for notch in notches]))
 
     def __call__(self, s):
         return self.law(s)[:, None] * self.notch(s[:, None])
@@ -91,5 +83,5 @@ class NotchedLaw:
         for law, numbers in laws.items():
             own = slice(None) if len(laws) == 1 else np.isin(row, numbers)
             value[own] = law(s[own])
-        notches = Notch.stack([controller.notch for controller in controllers])
-        return value[:, None] * notches.take(row)(s[:, None])
+        notches = stack([controller.notch for controller in controllers])
+        return value[:, None] * take_rows(notches, row)(s[:, None])

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cablestudy.cable.matrices import dense
+from cablestudy.cable.records import with_arrays
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import NoSolutionError
 from cablestudy.statics.rigid import cross_matrix
@@ -274,7 +275,7 @@ def _with_moved_ends(parts, matrices, connection, movements):
     layouts = [row.layout for row in parts]
     if layouts[0].large:  # of one row, and sparse
         system = layouts[0].system([cable.element for cable in parts[0].kept], movements[0])
-        return system.with_arrays(lambda matrix: dense(matrix)[None])
+        return with_arrays(system, lambda matrix: dense(matrix)[None])
     stiffness, mass = (np.stack(of_rows) for of_rows in zip(*(at.body_matrices for at in layouts), strict=True))
     system = assemble_dense(matrices, connection, mass, movements, stiffness)
     if layouts[0].equilibrium.links is None:

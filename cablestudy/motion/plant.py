@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.matrices import dense
+from cablestudy.cable.records import stack
 from cablestudy.control.loop_state_space import ExactResponse
 from cablestudy.control.motion import Actuator, actuated, motion_of_rows, with_actuators
 from cablestudy.control.suspension import FROM, TO, Marker, SystemParts, Winch, suspension_systems
@@ -323,7 +324,7 @@ class Plant:
             return plant.motion.signature, *(one.wheel for one in plant.actuators)
 
         for members in batches(plants, numbers, _size):
-            motion = LinearSystem.stack([plant.motion for plant in members])
+            motion = stack([plant.motion for plant in members])
             count, outputs = len(motion), state_rows(motion, actuators=members[0].actuators).outputs
             squares = np.abs(outputs[..., : 2 * count]) ** 2
             stiffness, mass = (np.diagonal(part, axis1=-2, axis2=-1) for part in (motion.stiffness.real, motion.mass))
@@ -383,7 +384,7 @@ class Plant:
         """
         Plant._loads_and_basis.compute(plants)
         for members in batches(plants, lambda plant: (plant.full_system.signature, plant.basis[1].shape), _size):
-            systems = LinearSystem.stack([plant.full_system for plant in members])
+            systems = stack([plant.full_system for plant in members])
             omega, shapes = map(np.stack, zip(*(plant.basis for plant in members), strict=True))
             air = (plant.air_on_bodies(plant.basis[1]) for plant in members)
             air = np.stack([np.broadcast_to(of_row, (omega.shape[-1],) * 2) for of_row in air])
@@ -398,7 +399,7 @@ class Plant:
         if viscous is self.full_system:
             return self.motion
         omega, shapes = self.basis
-        rows, air = viscous.stack([viscous]), self.air_on_bodies(shapes)
+        rows, air = stack([viscous]), self.air_on_bodies(shapes)
         reduced = motion_of_rows(rows, omega[None], shapes[None], len(self.winches), air)
         return with_actuators(self.layout, reduced.take(0), self.actuators)
 

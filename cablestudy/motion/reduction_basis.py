@@ -12,9 +12,9 @@ Static responses stand for the modes that the model leaves out. They are those t
 
 import numpy as np
 
+from cablestudy.cable.records import stack
 from cablestudy.control.motion import basis_of_rows
 from cablestudy.motion.tolerances import MOTION
-from cablestudy.system.linear import LinearSystem
 from cablestudy.system.together import batches
 
 MIDSPAN = ".midspan."  # in names of outputs
@@ -85,7 +85,7 @@ def loads_and_bases(plants, size):
         return plant.full_system.signature, plant.modes.shapes.shape, *(part.shape for part in loads[plant])
 
     for members in batches(plants, sizes, size):
-        systems = LinearSystem.stack([plant.full_system for plant in members])
+        systems = stack([plant.full_system for plant in members])
         applied, moving = map(np.stack, zip(*(loads[plant] for plant in members), strict=True))
         inertia = systems.mass @ systems.compliance(moving)
         all_loads = np.concatenate([applied, moving, inertia], axis=-1)

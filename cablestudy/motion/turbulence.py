@@ -9,6 +9,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
+from cablestudy.cable.records import take_rows
 from cablestudy.control.loop_state_space import ExactResponse
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.system.state_spaces import StateSpaces
@@ -78,7 +79,7 @@ class Turbulence:
             if all(eigen is not None for eigen in known):
                 space.eigen = known
             for row, (system, eigen) in enumerate(zip(loops or motions, space.eigen, strict=True)):
-                system.__dict__.setdefault("equations", space.equations.take(row))
+                system.__dict__.setdefault("equations", take_rows(space.equations, row))
                 system.__dict__["eigen"] = eigen
             yield from ((turbulence, (space, row)) for row, turbulence in enumerate(members))
 

@@ -89,11 +89,8 @@ class LengthsFound:
 
     def with_converged(self, index, repeated):
         """Copy in which the cases at `index` are those of their `repeated` search, where that converged."""
-        copy = LengthsFound(*map(copy_record, (self.state, self.record, self.distribution)), self.possible.copy())
-        converged = repeated.record.converged
-        for name in ("state", "record", "distribution"):
-            assign_rows(getattr(copy, name), index[converged], take_rows(getattr(repeated, name), converged))
-        copy.possible[index[converged]] = repeated.possible[converged]
+        copy, converged = copy_record(self), repeated.record.converged
+        assign_rows(copy, index[converged], take_rows(repeated, converged))
         return copy
 
 

@@ -277,7 +277,7 @@ class Equilibrium:
             self.rotation[index],
             self.catenary.take(index),
             take_rows(self.record, index),
-            self.links and take_rows(self.links, index),
+            take_rows(self.links, index),
         )
         if "blocks" in self.__dict__:
             taken.__dict__.update(blocks=self.blocks.of(index))

@@ -47,11 +47,6 @@ class LinearCables:
     # beyond what their curve is measured to
     labels: np.ndarray
 
-    def take(self, index):
-        """`LinearCables` of several of the conductors, or of one."""
-        values = (getattr(self, field.name) for field in fields(self))
-        return LinearCables(*(value.take(index) if isinstance(value, Condition) else value[index] for value in values))
-
 
 def curves_of(cables, shape):
     """`Curves` of cables, of shape `shape`; those of a linear cable are straight lines.
@@ -213,7 +208,7 @@ class Conductors:
             cable.reference.temperature if scene.load_case.temperature is None else scene.load_case.temperature
             for scene in scenes for cable in scene.cables.values()
         ]).reshape(len(scenes), *self._shape[1:])  # fmt: skip
-        return Condition(self.curves.take(rows), temperature, sets, np.full(temperature.shape, creeping))
+        return Condition(take_rows(self.curves, rows), temperature, sets, np.full(temperature.shape, creeping))
 
     @cached_property
     def _sets_by_creep(self):
@@ -277,8 +272,7 @@ class Conductors:
         for index, row in enumerate(rows.tolist()):
             heavier = tension[index] > largest[row]
             # sets by this load alone: from the strain, on the curves of a conductor without earlier sets
-            without_sets = Condition(condition.curves.take(index), condition.temperature[index],
-                                     np.full(sets[row].shape, NO_SET), condition.creeping[index])  # fmt: skip
+            without_sets = replace(take_rows(condition, index), sets=np.full(sets[row].shape, NO_SET))
             new_sets = without_sets.sets_after(strain[index])
             by_load[row] = np.where(heavier[..., None], new_sets, by_load[row])
             label = np.where(beyond[index], f"{scenes[index].case}{BEYOND}", scenes[index].case)

@@ -13,11 +13,12 @@ row. Where the rest of Q_qq is a diagonal matrix d, the formula of Woodbury,
 solves equations of the size of V alone. Arrays have a first axis of g cables; no digit of one depends on the others.
 """
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from cablestudy.cable.matrices import product, solved
+from cablestudy.cable.records import take_rows
 from cablestudy.system.tolerances import SYSTEM
 
 
@@ -79,10 +80,7 @@ class CondensedCables:
 
     def take(self, chosen):
         """Some of the cables, by an array of bool."""
-        if chosen.all():
-            return self
-        arrays = {field.name: getattr(self, field.name) for field in fields(self)}
-        return CondensedCables(**{name: None if array is None else array[chosen] for name, array in arrays.items()})
+        return self if chosen.all() else take_rows(self, chosen)
 
     def with_further(self, matrices):
         """Copy with further damping of each cable: a dict of ndarray, shape (n + 6, n + 6), by its index."""

@@ -4,6 +4,7 @@ from functools import partial
 
 import numpy as np
 
+from cablestudy.cable.records import take_rows
 from cablestudy.errors import outcome_of, result_of
 from cablestudy.system.coupled import Layout
 from cablestudy.system.hanging_cables import UNDAMPED, Cables
@@ -82,7 +83,7 @@ def coupled_modes_of_cases(equilibrium, count, accuracy, damping, planes=None, d
         outcomes = []
         for case in range(cases):
             index = slice(cables_of_case * case, cables_of_case * (case + 1))
-            of_case = equilibrium.take(case), count, accuracy, damping[index], model and model.take(index)
+            of_case = equilibrium.take(case), count, accuracy, damping[index], take_rows(model, index)
             outcomes.append(outcome_of(partial(coupled_modes, *of_case, damped=damped)))
         return outcomes
     catenary = equilibrium.catenary.take(tuple(np.indices((cases, cables_of_case)).reshape(2, -1)))

@@ -11,6 +11,7 @@ from operator import attrgetter
 import numpy as np
 
 from cablestudy.cable.matrices import product
+from cablestudy.cable.records import take_rows
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.pole_windows import Resolvent, mode_amplitudes, poles_and_vectors, poles_in_windows
 from cablestudy.system.together import batches, computed_together
@@ -79,10 +80,6 @@ class PoleSum:
         driven = sum(right @ part * power[..., None] for power, part in zip(powers, by_ends, strict=True))
         driven = driven / powers[-1][..., None]
         return cls(polynomial, poles, np.swapaxes(forces, -1, -2)[..., None] * driven[..., None, :])
-
-    def take(self, row):
-        """`PoleSum` of one row of many."""
-        return PoleSum([matrix[row] for matrix in self.polynomial], self.poles[row], self.residues[row])
 
     def __call__(self, x, rows=slice(None), columns=slice(None)):
         """The value for x of shape (..., m) and some of the ends, shape (..., m, r, c)."""
@@ -227,7 +224,7 @@ class CouplingDamping:
         n = len(self.omega)
         try:
             resolvent = poles_in_windows([matrix[:n, :n] for matrix in self.matrices], self.omega)
-            return _where_trusted([self], resolvent.take(None), SYSTEM.trusted_windows)[0]
+            return _where_trusted([self], take_rows(resolvent, None), SYSTEM.trusted_windows)[0]
         except np.linalg.LinAlgError:
             return None
 
@@ -356,7 +353,7 @@ def _where_trusted(cables, resolvent, trusted):
         x = np.stack([cable.variable(of_row) for cable, of_row in zip(cables, s, strict=True)])
         difference = _relative_errors(matrices, x, sums, resolvent)
     usable = (difference <= trusted).tolist()
-    return [(sums.take(row), resolvent.take(row)) if usable[row] else None for row in range(len(cables))]
+    return [(take_rows(sums, row), take_rows(resolvent, row)) if usable[row] else None for row in range(len(cables))]
 
 
 def _relative_errors(matrices, x, sums, resolvent):

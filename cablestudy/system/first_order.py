@@ -42,16 +42,6 @@ class Allocation:
         """A = U R: length that each winch reels in per error of each measured coordinate, (..., i, k). [-], [m/rad]"""
         return self.movements @ self.rates
 
-    @staticmethod
-    def stack(allocations):
-        """`Allocation` of n rows from those of each, whose winches have equally many independent movements."""
-        parts = zip(*((one.measured, one.movements, one.rates) for one in allocations), strict=True)
-        return Allocation(*map(np.stack, parts))
-
-    def take(self, rows):
-        """`Allocation` of some of many rows."""
-        return Allocation(self.measured[rows], self.movements[rows], self.rates[rows])
-
     def within(self, space):
         """`Allocation` with new coordinates q of the motion, z = S q, with S of shape (..., m, r)."""
         return replace(self, measured=self.measured @ space)
@@ -59,7 +49,7 @@ class Allocation:
 
 @dataclass(frozen=True)
 class LinearControl:
-    """Control law that closes the loop, as `Loop` has it too.
+    """Control law that closes the loop; of many rows too.
 
     Attributes
     ----------
@@ -79,21 +69,6 @@ class LinearControl:
     notches: tuple
     law_space: tuple
     law_names: list
-
-    @staticmethod
-    def stack(loops):
-        """`LinearControl` of n rows from loops whose allocations, notches and laws have equal shapes."""
-        notches = tuple(of_rows[0] and type(of_rows[0]).stack(of_rows) for of_rows in zip(*(
-            loop.notches for loop in loops), strict=True))  # fmt: skip
-        law_space = tuple(map(np.stack, zip(*(loop.law_space for loop in loops), strict=True)))
-        gain = np.array([loop.gain for loop in loops])
-        return LinearControl(Allocation.stack([loop.allocation for loop in loops]), gain, notches, law_space, [])
-
-    def take(self, rows):
-        """`LinearControl` of some of many rows."""
-        notches = tuple(notch and notch.take(rows) for notch in self.notches)
-        law_space = tuple(part[rows] for part in self.law_space)
-        return LinearControl(self.allocation.take(rows), self.gain[rows], notches, law_space, [])
 
     def within(self, space):
         """The law with new coordinates q, z = S q, with S of shape (..., m, r)."""
@@ -124,12 +99,6 @@ class Equations:
     rates: np.ndarray
     feedback: list
     winches: np.ndarray
-
-    def take(self, row):
-        """`Equations` of one row of many, or of some."""
-        arrays = (getattr(self, name)[row] for name in ("fixed", "scaled", "coordinates", "rates"))
-        feedback = [(movement[row], rate[row]) for movement, rate in self.feedback]
-        return Equations(*arrays, feedback, self.winches[row])
 
     def with_gain(self, gain):
         """A0 + gain sum A_j, and the matrices of the inputs, shape (..., N, w), for gains [rad/s] of shape (...)."""

@@ -1,6 +1,6 @@
 """The cables of a suspension about their equilibrium: which of them have modes, their end stiffness, their meshes."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from math import ceil
 
@@ -10,6 +10,7 @@ from cablestudy.cable.catenary import GAUSS_POINTS
 from cablestudy.cable.damping import Damping, grows_with_modes
 from cablestudy.cable.element import basis
 from cablestudy.cable.meshes import edges_of_pieces, mesh_by_waves, mesh_segments
+from cablestudy.cable.records import take_rows
 from cablestudy.cable.steady_drag import SteadyDrag, uneven_drag
 from cablestudy.system.condensed_cables import CondensedCables, laws_of
 from cablestudy.system.coupling_damping import Strain
@@ -36,10 +37,6 @@ class FixedModel:
     order: int = 1
     mass: str = "lumped"
     drag: SteadyDrag | None = None
-
-    def take(self, cables):
-        """`FixedModel` with the drag on some of the cables alone, by their indices."""
-        return replace(self, drag=self.drag and self.drag.take(cables))
 
 
 class Cables:
@@ -71,8 +68,7 @@ class Cables:
 
     def take(self, indices):
         """`Cables` of some of them, by their indices; what all need is computed for all at once."""
-        damping, drag = [self.damping[cable] for cable in indices], self._drag
-        drag = None if drag is None else drag.take(indices)
+        damping, drag = [self.damping[cable] for cable in indices], take_rows(self._drag, indices)
         taken = Cables(self.catenary.take(indices), damping, drag=drag, planes=self.planes)
         all_cables, own = self.among or (self, np.arange(self.count))
         taken.among = all_cables, own[indices]

@@ -16,6 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.matrices import UNSTABLE, cholesky, dense, only_dissipates, polynomial, solved, sparse_factors
+from cablestudy.cable.records import take_rows, with_arrays
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.first_order import equations
 from cablestudy.system.reduced import ReducedSystem
@@ -73,50 +74,16 @@ class LinearSystem:
     def __len__(self):
         return self.mass.shape[-1]
 
-    @staticmethod
-    def stack(systems):
-        """`LinearSystem` of n rows from those of each, whose arrays have equal sizes."""
-        first = systems[0]
-        if len(systems) == 1:
-            return first.with_arrays(lambda array: array[None])
-
-        def stacked(name):
-            """An array of all rows, or None."""
-            arrays = [getattr(system, name) for system in systems]
-            return None if arrays[0] is None else np.stack(arrays)
-
-        def of_orders(name):
-            """Matrices of all rows by which inputs or coordinates act and their first and second derivatives."""
-            return tuple(map(np.stack, zip(*(getattr(system, name) for system in systems), strict=True)))
-
-        feedback = zip(*(system.feedback for system in systems), strict=True)
-        return replace(
-            first,
-            **{name: stacked(name) for name in ("mass", "damping", "stiffness", "scale", "shapes")},
-            **{name: of_orders(name) for name in ("b", "c", "d")},
-            feedback=tuple(of_rows[0].stack(of_rows) for of_rows in feedback),
-        )
-
     def take(self, row):
         """`LinearSystem` of one row of many, by its index, or of some."""
-        taken = self.with_arrays(lambda array: array[row])
+        taken = take_rows(self, row)
         if isinstance(row, int):
             taken.__dict__["_origin"] = self, row
         return taken
 
-    def with_arrays(self, change):
-        """Copy with each array replaced by `change` of it, a function."""
-        return replace(
-            self,
-            **{name: change(getattr(self, name)) for name in ("mass", "damping", "stiffness")},
-            **{name: tuple(map(change, getattr(self, name))) for name in ("b", "c", "d")},
-            feedback=tuple(one.with_arrays(change) for one in self.feedback),
-            **{name: change(array) for name in ("scale", "shapes") if (array := getattr(self, name)) is not None},
-        )
-
     @property
     def signature(self):
-        """Sizes of all arrays: `stack` takes systems for which they are equal. Tuple."""
+        """Sizes of all arrays: systems for which they are equal are made one of many rows. Tuple."""
         shapes = self.mass.shape, self.b[0].shape, self.c[0].shape, None if self.shapes is None else self.shapes.shape
         return *shapes, self.stiffness.dtype, self.scale is None, *(one.filtered for one in self.feedback)
 
@@ -273,7 +240,7 @@ class LinearSystem:
         s = s[:, None, None]
         dynamic = self.stiffness[row] + s * (self.damping[row] + s * self.mass[row])
         for feedback in self.feedback:
-            own = feedback.with_arrays(lambda array: array[row][..., None])
+            own = with_arrays(feedback, lambda array: array[row][..., None])
             dynamic = dynamic - own.gain(s[:, 0])[..., None] * own.acts * np.swapaxes(own.measured, 1, 2)
         return dynamic
 

@@ -38,10 +38,6 @@ class Resolvent:
     left: np.ndarray
     right: np.ndarray
 
-    def take(self, row):
-        """`Resolvent` of one row of many; None adds an axis of one row."""
-        return Resolvent(self.poles[row], self.left[row], self.right[row])
-
 
 def poles_in_windows(matrices, omega):
     """Find all poles x of the matrix polynomial Q(x) of the n modes of a cable, and Q^-1 as a sum over these poles.

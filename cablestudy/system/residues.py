@@ -382,11 +382,3 @@ def _sharp(system):
 def residues(eigen, b, c, d):
     """`Residues` of a state space from the `Eigen` of A, and B, C, D of shapes (N, i), (o, N) and (o, i)."""
     return Residues(eigen.values, eigen.left @ b, c @ eigen.right, d, eigen.one_sided)
-
-
-def stack(systems):
-    """`Residues` of many rows, shape (n, ...), from those of each, with arrays of equal sizes."""
-    arrays = (
-        np.stack([getattr(system, name) for system in systems]) for name in ("poles", "inputs", "outputs", "direct")
-    )
-    return Residues(*arrays, systems[0].one_sided)

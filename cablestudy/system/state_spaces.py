@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.system.first_order import LinearControl
+from cablestudy.cable.records import stack, take_rows
 from cablestudy.system.residues import eigen_of_rows, residues
 from cablestudy.system.state_rows import state_rows
 
@@ -61,7 +61,7 @@ class StateSpaces:
             About these motions.
         actuators : sequence of Actuator
         """
-        return StateSpaces(motions[0].stack(motions), loops and LinearControl.stack(loops), actuators)
+        return StateSpaces(stack(motions), loops and stack([loop.linear for loop in loops]), actuators)
 
     @staticmethod
     def of_one(motion, loop=None, actuators=()):
@@ -84,8 +84,8 @@ class StateSpaces:
         if rows == list(range(len(self.a))):
             return self
         taken = copy(self)
-        taken.motion, taken.equations = self.motion.take(rows), self.equations.take(rows)
-        taken._control = self._control and self._control.take(rows)
+        taken.motion, taken.equations = self.motion.take(rows), take_rows(self.equations, rows)
+        taken._control = self._control and take_rows(self._control, rows)
         for name in ("a", "_outputs", "_at_once"):
             setattr(taken, name, getattr(self, name)[rows])
         taken.eigen = [self.eigen[row] for row in rows]

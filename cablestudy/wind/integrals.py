@@ -9,9 +9,9 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.system.residues import stack
+from cablestudy.cable.records import stack
 from cablestudy.wind.tolerances import WIND
-from cablestudy.wind.variance import Noise, Panels, variances, variances_with_remainder
+from cablestudy.wind.variance import Panels, variances, variances_with_remainder
 
 
 @dataclass(frozen=True)
@@ -155,7 +155,7 @@ def variances_of_rows(integrals, responses):
         for begin in range(0, len(rows), at_once):
             members = rows[begin : begin + at_once]
             panels = Panels(np.stack([integrals[row].panels.edges for row in members]))
-            noise = Noise.stack([integrals[row].noise for row in members])
+            noise = stack([integrals[row].noise for row in members])
             weights = np.stack([integrals[row].all_weights for row in members])
             of_members = variances(stack([residues[row] for row in members]), panels, noise, weights)
             for row, variance in zip(members, of_members, strict=True):

@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cablestudy.cable.records import take_rows
 from cablestudy.cable.steady_drag import Profile
 from cablestudy.cable.vectors import size
 from cablestudy.statics import tangent
@@ -63,9 +64,7 @@ class Drag:
 
     def take(self, case):
         """`Drag` of one case."""
-        fields = (self.velocity, self.density, self.cables, self.bodies, self.centers)
-        profile = self.profile and self.profile.take(case)
-        return Drag(*(np.asarray(field)[case] for field in fields), self.stretched, profile)
+        return take_rows(self, case)
 
 
 def body_forces(drag, rotation):

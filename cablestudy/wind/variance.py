@@ -50,13 +50,6 @@ class Noise:
     groups: list
     functions: list
 
-    @staticmethod
-    def stack(noises):
-        """`Noise` of many rows, from those of each, with arrays of equal sizes."""
-        functions = [[np.stack(of_rows) for of_rows in zip(*row, strict=True)] for row in zip(
-            *(noise.functions for noise in noises), strict=True)]  # fmt: skip
-        return Noise(np.stack([noise.matrices for noise in noises]), noises[0].groups, functions)
-
 
 def with_turns(edges, delay):
     """Edges [Hz], and further ones between which the phase of a delay [s] turns by `WIND.delay_in_panel`."""

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from cablestudy.cable.records import take_rows
 from cablestudy.study.conductors import Conductors, distinct_without_case, tensions_along, uneven_errors
 from cablestudy.study.suspension.load_cases import CablesOfCase, cables_left, loaded_state, numbers_at_rest
 from cablestudy.study.suspension.numbers import kind_of_case
@@ -52,7 +53,7 @@ class SuspendedConductors:
         stretching = self._stretching[:, present]
         row, cable = np.nonzero(stretching)
         indices, error = (row, present[cable]), np.zeros(stretching.shape)
-        error[row, cable] = uneven_errors(self._linear.take(indices), equilibrium.catenary.take((row, cable)))
+        error[row, cable] = uneven_errors(take_rows(self._linear, indices), equilibrium.catenary.take((row, cable)))
         return error.max(axis=-1)
 
     def _cables(self, rows, stiffness, elongation, length_ratio):
