@@ -18,7 +18,6 @@ from cablestudy.control.curves import at_frequencies, by_parts
 from cablestudy.control.law import Law
 from cablestudy.control.loop_gain import LoopGain
 from cablestudy.control.loop_gain_poles import narrow_poles, poles_of_modes
-from cablestudy.errors import result_of
 from cablestudy.motion import driven_cables
 from cablestudy.motion.driven_cables import DrivenCables
 from cablestudy.motion.tolerances import MOTION
@@ -299,7 +298,7 @@ def test_an_error_of_the_poles_of_cables_counts_where_resonances_are_narrow():
     for cable in moved.coupling_damping:
         poles = cable.pole_sum.poles
         poles *= 1 + 1e-9
-    poles = result_of(right.poles_outcome)
+    poles = right.poles
     (narrowest,) = poles[[np.argmin(np.abs(poles.real / poles))]].imag
     at_pole = np.array([narrowest])
     right.loop_gain.find_pole_sums()

@@ -22,7 +22,7 @@ from test_load_cases import LINE, load_of
 from test_suspension_ssm import state_space
 
 from cablestudy.cable.geometry import points_along
-from cablestudy.control.suspension import FROM, TO, Winch
+from cablestudy.control.winches import FROM, TO, Winch
 from cablestudy.scene.determinacy import MOTIONS
 from cablestudy.statics.tolerances import STATICS
 from cablestudy.study.columns import find

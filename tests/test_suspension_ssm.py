@@ -10,7 +10,8 @@ from suspension_scenes import hung, platform, suspension
 
 from cablestudy.cable.damping import Damping
 from cablestudy.control import export, statespace
-from cablestudy.control.suspension import FROM, TO, Marker, Winch, suspension_system
+from cablestudy.control.suspension import Marker, suspension_system
+from cablestudy.control.winches import FROM, TO, Winch
 from cablestudy.errors import NoSolutionError
 from cablestudy.statics.suspension import GROUND, outward
 from cablestudy.system.cables import Models

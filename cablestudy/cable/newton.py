@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cablestudy.cable.records import assign_rows, take_rows
 from cablestudy.cable.tolerances import CABLE
 
 CONVERGED, STALLED, SLACK, UNDETERMINED = range(4)
@@ -130,7 +131,7 @@ def newton(problem, unknown, active):
                 _assign(solution, moving, (unknown, point))
                 moving = tuple(index[kept] for index in moving)
             problem, unknown, gap = problem.take(kept), unknown[:, *kept], gap[:, *kept]
-            point, change, active = _taken(point, kept), change[kept], active[kept]
+            point, change, active = take_rows(point, kept), change[kept], active[kept]
     if solution is not None:
         _assign(solution, moving, (unknown, point))
         unknown, point = solution
@@ -149,21 +150,4 @@ def _assign(solution, index, part):
     """Write the unknown and the `point` of the cables at an index of a batch into those of the whole batch."""
     (unknown, point), (unknown_of_part, point_of_part) = solution, part
     unknown[:, *index] = unknown_of_part
-    for array, of_part in zip(_arrays(point), _arrays(point_of_part), strict=True):
-        array[index] = of_part
-
-
-def _arrays(point):
-    """Yield the arrays of a `point`: nested tuples, and dataclasses with a method `take`."""
-    if isinstance(point, np.ndarray):
-        yield point
-        return
-    for part in point if isinstance(point, tuple) else vars(point).values():
-        yield from _arrays(part)
-
-
-def _taken(point, index):
-    """A `point` of the cables at an index of the batch alone."""
-    if isinstance(point, tuple):
-        return tuple(_taken(part, index) for part in point)
-    return point[index] if isinstance(point, np.ndarray) else point.take(index)
+    assign_rows(point, index, point_of_part)

@@ -26,17 +26,24 @@ def copy_record(record):
 
 def stack(records):
     """Record of n rows from those of each, with arrays of equal sizes; what is no array is that of the first."""
-    return _made_of(records, np.stack) if len(records) > 1 else with_arrays(records[0], lambda array: array[None])
+    return _made_of(records, np.stack)
 
 
 def assign_rows(record, index, cases):
     """Write the record `cases` into the rows at `index` of `record`."""
-    for field in fields(record):
-        value, rows = getattr(record, field.name), getattr(cases, field.name)
-        if is_dataclass(value):
-            assign_rows(value, index, rows)
-        else:
-            value[index] = rows
+    for array, rows in zip(_arrays(record), _arrays(cases), strict=True):
+        array[index] = rows
+
+
+def _arrays(value):
+    """Yield the arrays of a record, or of a list or tuple."""
+    if hasattr(value, "ndim"):
+        yield value
+    elif is_dataclass(value):
+        yield from _arrays([getattr(value, field.name) for field in fields(value)])
+    elif isinstance(value, list | tuple):
+        for part in value:
+            yield from _arrays(part)
 
 
 def _made_of(values, make):

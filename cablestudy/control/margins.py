@@ -32,7 +32,7 @@ SHIFTS = np.array([0.0, 0.5])  # of S by multiples of I: for the peak of the sen
 PEAK_OVER_DEVIATION = 2 * (1 + 2 * CONTROL.peak_reach)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Margins:
     """Margins of stability of a stable loop over frequency: phase, delay, sensitivity, disk margin and bandwidth.
 

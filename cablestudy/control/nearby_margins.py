@@ -9,8 +9,6 @@ Margins are of first order, and a peak of a singular value is that of the parabo
 frequencies about the known one. Where L' differs too much for that, or L turns too fast, `nearby_margins` gives None.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from cablestudy.control.margins import Margins, largest, sensitivity
@@ -57,43 +55,17 @@ def nearby_margins(known, unit_gain):
     at_peaks, at_passed = of_known[:2], of_known[2:]
     changed = known.gain * unit_gain(1j * np.append(about_peaks, passed))
     changed_at_peaks, changed_at_passed = changed[:6].reshape(at_peaks.shape), changed[6:]
+    nearby = Margins(unit_gain, known.omega, known.gain)
     try:
-        found = {
-            "crossovers": _crossovers(crossovers, angles, at_passed[:count], changed_at_passed[:count]),
-            "sensitivity": _peak(known.sensitivity_peak, peaks[0], step[0], 0.0, at_peaks[0], changed_at_peaks[0]),
-            "disk": _peak(1 / known.disk_margin, peaks[1], step[1], 0.5, at_peaks[1], changed_at_peaks[1]),
-            "bandwidth": known.bandwidth and _bandwidth(passed[-1], at_passed[-1], changed_at_passed[-1]),
-        }
+        nearby.crossovers = _crossovers(crossovers, angles, at_passed[:count], changed_at_passed[:count])
+        nearby.peaks = (
+            _peak(known.sensitivity_peak, peaks[0], step[0], 0.0, at_peaks[0], changed_at_peaks[0]),
+            _peak(1 / known.disk_margin, peaks[1], step[1], 0.5, at_peaks[1], changed_at_peaks[1]),
+        )
+        nearby.bandwidth = known.bandwidth and _bandwidth(passed[-1], at_passed[-1], changed_at_passed[-1])
     except (_DifferenceError, np.linalg.LinAlgError):
         return None
-    return _NearbyMargins(unit_gain, known.omega, known.gain, found=found)
-
-
-@dataclass(frozen=True, eq=False)
-class _NearbyMargins(Margins):
-    """`Margins` that are given, not computed: `found` has the values from which all other margins follow.
-
-    Attributes
-    ----------
-    found : dict
-        "crossovers", "sensitivity" and "disk" (its highest values), "bandwidth": see the properties of these names.
-    """
-
-    found: dict | None = None
-
-    @property
-    def crossovers(self):
-        """The `crossovers` that were found."""
-        return self.found["crossovers"]
-
-    @property
-    def peaks(self):
-        return self.found["sensitivity"], self.found["disk"]
-
-    @property
-    def bandwidth(self):
-        """The `bandwidth` that was found. [Hz]"""
-        return self.found["bandwidth"]
+    return nearby
 
 
 class _Eigenvalues:

@@ -1,38 +1,22 @@
-"""A suspension as a linear system: winches and forces are its inputs, displacements and tensions its outputs.
-
-Reeling in dL at an end of a cable moves that end out along its tangent by (1 + T/EA) dL, T being the tension there.
-That is exact for the rest of the cable; the force at the winch itself is that of the place where the cable now ends,
-which differs by the weight w dL of what was reeled in. As in the statics of a shorter cable, that piece is there no
-more: its mass is not added to a body on which the winch stands.
-"""
+"""A suspension as a linear system: winches and forces are its inputs, displacements and tensions its outputs."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from cablestudy.cable.matrices import dense
-from cablestudy.cable.records import with_arrays
+from cablestudy.cable.records import stack, with_arrays
 from cablestudy.control.tolerances import CONTROL
+from cablestudy.control.winches import ENDS, WinchedEnds
 from cablestudy.errors import NoSolutionError
 from cablestudy.statics.rigid import cross_matrix
-from cablestudy.statics.suspension import AXES, GROUND, tangents
+from cablestudy.statics.suspension import AXES
 from cablestudy.system.assemble import assemble_dense
 from cablestudy.system.coupled import Layout
 from cablestudy.system.linear import MODAL
 
-FROM, TO = 0, 1
-ENDS = ("from", "to")
 LOADS = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
 LENGTHS, LOAD_UNITS = ("m", "m", "m", "rad", "rad", "rad"), ("N", "N", "N", "N m", "N m", "N m")
-
-
-@dataclass(frozen=True)
-class Winch:
-    """A winch that reels in a cable, or moves its end."""
-
-    cable: int
-    end: int = FROM  # FROM or TO
-    direction: np.ndarray | None = None  # unit vector along which it moves the end, global axes; None reels in [-]
 
 
 @dataclass(frozen=True)
@@ -100,87 +84,6 @@ class SystemParts:
         )
 
 
-class _Ends:
-    """Effect of winches on the ends of the c cables, of n suspensions ("rows") with equal names and connections.
-
-    A winch that reels in v moves the end of its cable along the tangent t by (1 + T/EA) v, T being the tension there,
-    and takes the weight of the length v off it. A winch that moves an end in a direction d displaces it by v d.
-
-    Parameters
-    ----------
-    layouts : list of Layout
-        Bodies and cables of each row.
-    winches : list of (list of Winch)
-        The i winches of each row. Those of equal index are on the same end of the same cable in all rows, and of the
-        same kind.
-
-    Attributes
-    ----------
-    direction : ndarray, shape (n, c, 2, 3)
-        Unit tangents at both ends, which point out of the cables. [-]
-    movements : ndarray, shape (n, 6 c, i)
-        H: displacements of the six ends of all cables per movement of each winch. [-]
-    lifted : ndarray, shape (n, 6 c, i)
-        Forces on the ends of all cables per movement of each winch. A length that is reeled in no longer loads its end
-        with its weight: a force upwards. [N/m]
-    moments : ndarray, shape (n, 6 b, i)
-        Loads on the b bodies and points per movement of each winch: moments d x F of the force F of the cable on the
-        body, where a winch moves its end in a direction d. [N]
-    """
-
-    def __init__(self, layouts, winches):
-        equilibria = [at.equilibrium for at in layouts]
-        suspension = equilibria[0].suspension
-        self._spans = [equilibrium.catenary.span for equilibrium in equilibria]
-        forces = np.stack([equilibrium.end_forces[suspension.of_cables] for equilibrium in equilibria])  # on bodies
-        self.direction, self._tension = tangents(forces)
-        (rows, cables, *_), bodies, count = forces.shape, len(suspension.body_names), len(winches[0])
-        movements, lifted = np.zeros((2, rows, cables, 2, 3, count))  # by cable, end and axis
-        moments = np.zeros((rows, bodies, 6, count))
-        for column, of_rows in enumerate(zip(*winches, strict=True)):
-            cable, end, direction = of_rows[0].cable, of_rows[0].end, of_rows[0].direction
-            if direction is None:
-                movements[:, cable, end, :, column] = self._movement_by_reeling(cable, end)
-                lifted[:, cable, end, :, column] = self._load_per_length(cable)
-                continue
-            directions = np.array([winch.direction for winch in of_rows])
-            movements[:, cable, end, :, column] = directions
-            body = suspension.owner[cable, end]
-            if body != GROUND:
-                moments[:, body, 3:, column] = np.cross(directions, forces[:, cable, end])
-        self.movements = movements.reshape(rows, 6 * cables, count)
-        self.lifted = lifted.reshape(rows, 6 * cables, count)
-        self.moments = moments.reshape(rows, 6 * bodies, count)
-
-    def _movement_by_reeling(self, cable, end):
-        """Displacement of an end of a cable per length reeled in there, (1 + T/EA) t, shape (n, 3). [-]"""
-        axial_stiffness = np.array([span.axial_stiffness[cable] for span in self._spans])
-        stretch = 1 + self._tension[:, cable, end] / axial_stiffness
-        return stretch[:, None] * self.direction[:, cable, end]
-
-    def _load_per_length(self, cable):
-        """Uniform load on a cable, upwards where it is its weight, shape (n, 3). [N/m]"""
-        load = np.array([span.mass[cable] * span.gravity[cable] for span in self._spans])
-        upwards = np.array([np.broadcast_to(span.vertical, (*span.mass.shape, 3))[cable] for span in self._spans])
-        return load[:, None] * upwards
-
-
-def reeling(equilibrium, winches):
-    """H: displacements of the six ends of all cables per movement of each winch, shape (6 c, i). [-]"""
-    return _Ends([Layout(equilibrium)], [winches]).movements[0]
-
-
-def winch_loads(layout, winches):
-    """Loads on bodies and points per movement of each winch, with bodies and cables at rest, shape (d, i).
-
-    They are by the load that a winch takes off its own end, and by the arm of the cable: where a
-    winch on a body moves the end by v d, the force F of the cable has the additional moment v d x F about the body. One
-    that reels moves the end along F, without a moment. [N/m, N]
-    """
-    ends = _Ends([layout], [winches])
-    return layout.connection.T @ ends.lifted[0] + ends.moments[0][layout.free]
-
-
 def suspension_system(layout, kept, winches=(), markers=()):
     """Assemble the `LinearSystem` of one suspension, with the arguments of `SystemParts`; see `suspension_systems`.
 
@@ -219,13 +122,13 @@ def suspension_systems(parts):
     -----
     A winch moves the end of its cable, which gives the input matrices B0, B1 and B2 of its displacement, speed and
     acceleration. It also changes the loads on the bodies at once, by the weight that it takes off the cable
-    (`_Ends.lifted`) and by the lever arm of the cable's force (`_Ends.moments`), which is added to B0. Loads on bodies
+    (`WinchedEnds.lifted`) and by the lever arm of the cable's force (`moments`), which is added to B0. Loads on bodies
     and points follow the winches among the inputs.
     """
     first, layouts = parts[0], [row.layout for row in parts]
     layout = first.layout
-    ends = _Ends(layouts, [row.winches for row in parts])
-    matrices = _matrices_of_cables(parts)
+    ends = WinchedEnds(layouts, [row.winches for row in parts])
+    matrices = stack([[cable.element.matrices() for cable in row.kept] for row in parts])  # M, C and K of each cable
     connection = np.stack([dense(at.connection) for at in layouts])  # G, shape (n, 6 c, d)
     system = _with_moved_ends(parts, matrices, connection, ends.movements)
     total, free = len(system), system.bodies
@@ -248,35 +151,16 @@ def suspension_systems(parts):
     return system.with_forces(loads_on_bodies, input_names[len(first.winches) :])
 
 
-def _matrices_of_cables(parts):
-    """M, C and K of each of the c cables, of n suspensions, for its m modes and then its six end displacements.
-
-    Returns
-    -------
-    list of tuple of 3 ndarray, shape (n, m + 6, m + 6)
-    """
-    of_rows = [[cable.element.matrices() for cable in row.kept] for row in parts]
-    return [tuple(map(np.stack, zip(*of_cable, strict=True))) for of_cable in zip(*of_rows, strict=True)]
-
-
 def _with_moved_ends(parts, matrices, connection, movements):
     """`LinearSystem` of n suspensions, whose inputs are the displacements of cable ends by winches, without outputs.
 
-    Parameters
-    ----------
-    parts : list of SystemParts
-    matrices : list of tuple of 3 ndarray, shape (n, m + 6, m + 6)
-        Of each cable, see `_matrices_of_cables`.
-    connection : ndarray, shape (n, 6 c, d)
-        G: displacements of the ends of all cables per free displacement.
-    movements : ndarray, shape (n, 6 c, i)
-        H: displacements of these ends per movement of each winch.
+    Arguments as of `_outputs`; `movements` is H, shape (n, 6 c, i), see `WinchedEnds`.
     """
     layouts = [row.layout for row in parts]
     if layouts[0].large:  # of one row, and sparse
         system = layouts[0].system([cable.element for cable in parts[0].kept], movements[0])
         return with_arrays(system, lambda matrix: dense(matrix)[None])
-    stiffness, mass = (np.stack(of_rows) for of_rows in zip(*(at.body_matrices for at in layouts), strict=True))
+    stiffness, mass = stack([at.body_matrices for at in layouts])
     system = assemble_dense(matrices, connection, mass, movements, stiffness)
     if layouts[0].equilibrium.links is None:
         return system
@@ -315,27 +199,19 @@ def _coordinates(layout, kept):
 
 
 def _outputs(parts, matrices, connection, ends):
-    """Output matrices of n suspensions: y = C0 z + C1 z' + C2 z'' + D0 v + D1 v' + D2 v''.
+    """C0, C1, C2 and D0, D1, D2 of n suspensions, shapes (n, o, N) and (n, o, i), by the derivatives of z and of v.
 
-    z are the N coordinates (modal amplitudes of all cables, then the d free displacements of bodies) and v the lengths
-    that i winches reel in. The o outputs y are displacements of bodies, of markers and at mid-spans, then forces of
-    links, then tensions at both ends of each cable.
+    z are the N coordinates and v the lengths that i winches reel in. The o outputs are displacements of bodies, of
+    markers and at mid-spans, then forces of links, then tensions. C0 and D0 are complex where damping is hysteretic.
 
     Parameters
     ----------
     parts : list of SystemParts
-        Of each suspension.
     matrices : list of tuple of 3 ndarray, shape (n, m + 6, m + 6)
         For each of the c cables M, C and K, for its m modes and then its six end displacements.
     connection : ndarray, shape (n, 6 c, d)
         G: displacements of the ends of all cables per free displacement.
-    ends : _Ends
-        Displacements of the ends by the winches.
-
-    Returns
-    -------
-    c, d : tuple of 3 ndarray, shapes (n, o, N) and (n, o, i)
-        C0, C1, C2 and D0, D1, D2. C0 and D0 are complex where damping is hysteretic.
+    ends : WinchedEnds
     """
     layouts, winches = [row.layout for row in parts], ends.movements.shape[-1]
     modal = sum(stiffness.shape[-1] - 6 for *_, stiffness in matrices)
@@ -348,8 +224,8 @@ def _outputs(parts, matrices, connection, ends):
     # of each part of the outputs its C0 and D0, C1 and D1, C2 and D2
     outputs = [_static(*by_bodies(_displacements(layouts, [row.markers for row in parts])))]
     if parts[0].midspans:
-        of_cables = list(map(np.stack, zip(*(row.midspans for row in parts), strict=True)))
-        outputs.append(_static(*_of_cables(of_cables, connection, ends.movements, modal)))
+        midspans = stack([row.midspans for row in parts])
+        outputs.append(_static(*_of_cables(midspans, connection, ends.movements, modal)))
     if layouts[0].equilibrium.suspension.link_names:
         stiffness, damping, elongation = _of_links(layouts)
         factors = stiffness, damping, np.zeros_like(damping)
@@ -410,29 +286,13 @@ def _of_cables(of_each, connection, movements, modal):
 
 
 def _tensions(matrices, connection, ends, modal):
-    """Output matrices of the tensions at both ends of all c cables of n suspensions.
+    """C_j and D_j, j = 0, 1, 2, of the tensions at both ends of all c cables, shapes (n, 2 c, N) and (n, 2 c, i): list.
 
     A tension is the component, along the outward unit tangent t, of the force on an end of the cable. With the modes q
     of a cable, its end displacements u = G x + H v and its matrices A = K, C, M for j = 0, 1, 2, the j-th derivatives
     of q, x and v add t^T (A_uq q + A_uu u). A winch takes the weight of the length v off its own end: the component of
-    this force (`ends.lifted`) along t is subtracted from D_0.
-
-    Parameters
-    ----------
-    matrices : list of tuple of 3 ndarray, shape (n, m + 6, m + 6)
-        For each cable M, C and K, for its m modes and then its six end displacements.
-    connection : ndarray, shape (n, 6 c, d)
-        G: displacements of the ends of all cables per free displacement x of the bodies.
-    ends : _Ends
-        Tangents; H, displacements of the ends, and forces on them, per length v reeled in.
-    modal : int
-        Number of modal amplitudes of all cables.
-
-    Returns
-    -------
-    list of 3 (ndarray, ndarray), shapes (n, 2 c, N) and (n, 2 c, i)
-        C_j and D_j, by which the j-th derivatives of the N coordinates (modal amplitudes, then x) and of v are
-        multiplied.
+    this force (`ends.lifted`) along t is subtracted from D_0. `modal` is the number of modal amplitudes of all cables;
+    other arguments as of `_outputs`.
     """
     along = np.zeros((*ends.direction.shape[:-1], 6))  # from forces on both ends of each cable to tensions
     along[..., 0, :3], along[..., 1, 3:] = ends.direction[..., 0, :], ends.direction[..., 1, :]

@@ -9,7 +9,7 @@ from itertools import chain
 
 import numpy as np
 
-from cablestudy.errors import NoSolutionError, outcome_of, result_of
+from cablestudy.errors import NoSolutionError, outcome_of
 from cablestudy.motion.body_damping import damping_ratios
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.statics.suspension import AXES
@@ -89,18 +89,13 @@ class RefinedMode:
         return self.damping.value, np.maximum(self.damping.error, self._rounding)
 
     @property
-    def damping(self):
-        """`DampingRatio`; raises as `body_damping.damping_ratios` says."""
-        return result_of(self._damping_outcome)
-
-    @property
     def together(self):
         """Modes of all rows whose damping ratios are computed in one call: list of RefinedMode."""
         return self._rows()
 
     @computed_together
-    def _damping_outcome(modes):
-        """`damping`, or the error that says why there is none."""
+    def damping(modes):
+        """`DampingRatio`; raises as `body_damping.damping_ratios` says."""
         return zip(modes, damping_ratios(modes), strict=True)
 
     def damped_models(self):

@@ -19,7 +19,7 @@ Step by step:
 1. meshes that resolve the waves which the gain could drive (`_models`), those of the coupled modes if fine enough;
 2. the modes that enter the loop gain by themselves (`modes_in_loop`); six vectors represent the others;
 3. the loop gain of bodies and cables (`loop_gain_of`);
-4. the poles beside which it is computed (`poles_outcome`), and the gains at which poles cross (`gains`);
+4. the poles beside which it is computed (`poles`), and the gains at which poles cross (`gains`);
 5. where the first of these is beyond what the meshes resolve, finer meshes, in which it is located again
    (`_limit_and_resolving`).
 """
@@ -34,9 +34,9 @@ from cablestudy.control.gain_limits import StableGains, limit_near, limits_near,
 from cablestudy.control.loop_gain import LoopGain
 from cablestudy.control.loop_gain_poles import narrow_poles, poles_of_modes
 from cablestudy.control.motion import with_strokes
-from cablestudy.control.suspension import winch_loads
 from cablestudy.control.tolerances import CONTROL
-from cablestudy.errors import ConvergenceError, outcome_of, result_of, without_errors
+from cablestudy.control.winches import winch_loads
+from cablestudy.errors import ConvergenceError, outcome_of, without_errors
 from cablestudy.motion.driven_waves import ACROSS, driven_modes
 from cablestudy.motion.loop_gain_errors import LoopGainErrors
 from cablestudy.motion.tolerances import MOTION
@@ -142,7 +142,7 @@ class DrivenCables:
             The gain could drive more modes than can be computed.
         """
         notches, law = self.closed_loop.body.notches, self.closed_loop.untuned_loop.law
-        return StableGains(self.loop_gain, result_of(self.poles_outcome), notches, law, self.gain)
+        return StableGains(self.loop_gain, self.poles, notches, law, self.gain)
 
     @cached_property
     def errors(self):
@@ -385,10 +385,10 @@ class DrivenCables:
         return [in_air.element for in_air in self.closed_loop.plant.in_air(models, kept)]
 
     @computed_together
-    def poles_outcome(trials):
-        """Poles of the model, and estimates of those of modes above it that the gain could drive, or an error. [rad/s]
+    def poles(trials):
+        """Poles of the model, and estimates of those of modes above it that the gain could drive. [rad/s]
 
-        The error is the NoSolutionError of too many modes. Each of the trials has a loop gain.
+        NoSolutionError of too many modes. Each of the trials has a loop gain.
         """
         yield from ((one, open_poles(one.closed_loop)) for one in trials if one.ill_conditioned)
         trials = [one for one in trials if not one.ill_conditioned]

@@ -30,11 +30,11 @@ from operator import attrgetter
 import numpy as np
 
 from cablestudy.cable.matrices import dense, solve
-from cablestudy.cable.records import take_rows
+from cablestudy.cable.records import stack, take_rows
 from cablestudy.control.loop_gain_poles import poles_of_modes
 from cablestudy.control.notch import NotchedLaw
-from cablestudy.control.suspension import reeling
 from cablestudy.control.tolerances import CONTROL
+from cablestudy.control.winches import reeling
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.determinacy import MOTIONS
 from cablestudy.statics.rigid import cross_matrix
@@ -306,7 +306,7 @@ def _winch_gains(effects, omega):
 
 def _impedance_of_rows(effects):
     """z at both ends of each cable, block diagonal, shape (n, c, 6, 6); zero of a cable without mass. [kg/s]"""
-    direction, tension = map(np.stack, zip(*(one.outward for one in effects), strict=True))
+    direction, tension = stack([one.outward for one in effects])
     mass, stiffness = _stacked([one.cables.catenary.span for one in effects], "mass", "axial_stiffness")
     mass = np.where(np.stack([one.cables.heavy for one in effects]), mass, 0.0)
     along, across = np.sqrt(stiffness * mass)[..., None, None], np.sqrt(tension * mass[..., None])
@@ -410,8 +410,8 @@ def _waves(effects, cable):
     names = "axial_stiffness", "mass", "unstretched_length", "gravity"
     spans = _stacked([one.cables.catenary.span for one in effects], *names)
     stiffness, mass, length, gravity = (part[:, cable, None] for part in spans)  # (n, 1) each
-    direction = np.stack([one.outward[0][cable] for one in effects])  # at both ends, (n, 2, 3)
-    tension = np.stack([one.outward[1][cable] for one in effects]).max(axis=1)[:, None]
+    direction, tension = (part[:, cable] for part in stack([one.outward for one in effects]))  # at both ends
+    tension = tension.max(axis=1)[:, None]
     shortest = np.array([one.shortest_part(cable) for one in effects])[:, None]
     across_time, along_time = (shortest * travel_time[:, way, cable, None] for way in (ACROSS, ALONG))
     across = np.sqrt(2 * np.sqrt(tension * mass) / across_time) / omega

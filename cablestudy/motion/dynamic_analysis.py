@@ -195,8 +195,8 @@ class DynamicAnalysis:
         return any(share < 1 - MOTION.lacked_motion for share in shares)
 
     @computed_together
-    def _search_outcome(analyses):
-        """`ClosedLoop` and response to the wind, or the error that says why there are none."""
+    def _loop_and_response(analyses):
+        """`closed_loop` and `response`; raises as `response`."""
         return search_models(analyses).items()
 
     def response_with(self, closed_loop, before):
@@ -227,15 +227,10 @@ class DynamicAnalysis:
     @property
     def solved(self):
         """True if the motion was computed, that of an unstable loop with its winches at rest too."""
-        outcomes = DynamicAnalysis._search_outcome.known(self), DynamicAnalysis._outcome_of_loop_for_margins.known(self)
+        outcomes = DynamicAnalysis._loop_and_response.known(self), DynamicAnalysis.loop_for_margins.known(self)
         at_rest = DynamicAnalysis._without_control.known(self)
         found = any(not isinstance(outcome, Exception | None) for outcome in outcomes)
         return found or (at_rest is not None and at_rest.solved)
-
-    @property
-    def _loop_and_response(self):
-        """`closed_loop` and `response`; raises as `response`."""
-        return result_of(self._search_outcome)
 
     @property
     def closed_loop(self):
@@ -245,7 +240,7 @@ class DynamicAnalysis:
     @property
     def loop_for_notes(self):
         """The `ClosedLoop` that notes describe: `closed_loop` if its response was computed, else `loop_for_margins`."""
-        outcome = DynamicAnalysis._search_outcome.known(self)
+        outcome = DynamicAnalysis._loop_and_response.known(self)
         return self.loop_for_margins if isinstance(outcome, Exception | None) else self.closed_loop
 
     @property
@@ -260,14 +255,7 @@ class DynamicAnalysis:
         return self._loop_and_response[1]
 
     @computed_together
-    def _outcome_of_loop_for_margins(analyses):
-        """`loop_for_margins`, or the error that says why there is none."""
-        sizes = {analysis: outcome_of(lambda a=analysis: a.sizes_to_try) for analysis in analyses}
-        for analysis, closed_loop in closed_loops_of(sizes).items():
-            yield analysis, outcome_of(partial(stable_without_loop, closed_loop))
-
-    @property
-    def loop_for_margins(self):
+    def loop_for_margins(analyses):
         """`ClosedLoop` with the fewest modes, for numbers of the loop: its loop gain has all modes of the cables.
 
         With the loop it may be unstable.
@@ -277,14 +265,15 @@ class DynamicAnalysis:
         NoSolutionError, ConvergenceError
             It is unstable with the winches at rest, or there are no modes to the accuracy.
         """
-        return result_of(self._outcome_of_loop_for_margins)
+        sizes = {analysis: outcome_of(lambda a=analysis: a.sizes_to_try) for analysis in analyses}
+        for analysis, closed_loop in closed_loops_of(sizes).items():
+            yield analysis, outcome_of(partial(stable_without_loop, closed_loop))
 
     @computed_together
     def _limits_begun(analyses):
         """True: the search for the largest gain has begun, if there is a loop."""
-        controlled = [analysis for analysis in analyses if analysis.scene.control is not None]
-        outcomes = [analysis._outcome_of_loop_for_margins for analysis in controlled]
-        LoopStability.driven_outcome.compute(one.stability for one in outcomes if isinstance(one, ClosedLoop))
+        loops = _of_controlled(analyses, "loop_for_margins")
+        LoopStability.driven.compute([one.stability for one in loops])
         return dict.fromkeys(analyses, True).items()
 
     @property
@@ -296,9 +285,7 @@ class DynamicAnalysis:
     @computed_together
     def _margins_begun(analyses):
         """True: the `Margins` of the loops that are stable were searched, in one call for many rows."""
-        controlled = [analysis for analysis in analyses if analysis.scene.control is not None]
-        found = without_errors({analysis: outcome_of(lambda a=analysis: a._margins) for analysis in controlled})
-        margins = list(found.values())
+        margins = _of_controlled(analyses, "_margins")
         for search in (Margins.crossovers, Margins.peaks, Margins.bandwidth):
             search.compute(margins)
         return dict.fromkeys(analyses, True).items()
@@ -478,3 +465,9 @@ class DynamicAnalysis:
         """Tension at both ends of a cable in the mean wind, shape (2,). [N]"""
         cable = self.equilibrium.suspension.cable_names.index(name)
         return np.linalg.norm(self.equilibrium.end_forces[cable], axis=-1)
+
+
+def _of_controlled(analyses, name):
+    """An attribute of each analysis with a loop, by its name, of those that have it: list."""
+    controlled = [analysis for analysis in analyses if analysis.scene.control is not None]
+    return list(without_errors({one: outcome_of(partial(getattr, one, name)) for one in controlled}).values())

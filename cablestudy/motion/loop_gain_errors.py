@@ -8,7 +8,6 @@ import numpy as np
 from cablestudy.control.gain_limits import limit_near
 from cablestudy.control.margins import Margins
 from cablestudy.control.nearby_margins import nearby_margins
-from cablestudy.errors import result_of
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.system.cable_coordinates import residual_vectors
 from cablestudy.system.tolerances import SYSTEM
@@ -116,7 +115,7 @@ class LoopGainErrors:
         """
         if not self._driven.coupling_damping:
             return 0.0
-        s, poles = 1j * np.unique(omega), result_of(self._driven.poles_outcome)
+        s, poles = 1j * np.unique(omega), self._driven.poles
         narrow = np.abs(s[:, None] - poles).min(axis=1, initial=np.inf) < MOTION.narrow_resonance * np.abs(s)
         s = s[narrow | self._driven.loop_gain.windowed][-SYSTEM.solved_frequencies :]
         if not len(s):

@@ -13,7 +13,7 @@ from cablestudy.control.gain_limits import StableGains, undamped
 from cablestudy.control.law import law_from
 from cablestudy.control.loop import clearly_stable
 from cablestudy.control.tolerances import CONTROL
-from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of, result_of, without_errors
+from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of, without_errors
 from cablestudy.motion.driven_cables import DrivenCables
 from cablestudy.motion.driven_waves import DrivingBounds
 from cablestudy.motion.tolerances import MOTION
@@ -27,7 +27,7 @@ def _solve_trials(trials):
     Models.groups.compute(trial.models for trial in trials)
     coupling = without_errors({trial: outcome_of(partial(getattr, trial, "coupling_damping")) for trial in trials})
     compute_pole_sums(damping for of_trial in coupling.values() for damping in of_trial)
-    DrivenCables.poles_outcome.compute(coupling)
+    DrivenCables.poles.compute(coupling)
     gains = without_errors({trial: outcome_of(partial(getattr, trial, "gains")) for trial in trials})
     StableGains.limits.compute(gains.values())
 
@@ -80,22 +80,17 @@ class LoopStability:
         self._closed_loop.check_open()
         return self.effects
 
-    @property
-    def driven(self):
+    @computed_together
+    def driven(loops):
         """`DrivenCables` of a gain above that of the loop and above the largest stable one.
 
-        Loops that differ only in their gain share it.
+        Loops that differ only in their gain share it. The trials of many loops are computed together.
 
         Raises
         ------
         NoSolutionError, ConvergenceError
             The loop is unstable without gain, or could drive too many modes.
         """
-        return result_of(self.driven_outcome)
-
-    @computed_together
-    def driven_outcome(loops):
-        """`driven`, or the error that says why there is none; the trials of many loops are computed together."""
         effects = without_errors({one: outcome_of(one._effects_if_stable) for one in loops})
         DrivingBounds.driving_gain.compute(effects.values())
         searches = {one: one._search_driven_cables() for one in loops}
@@ -327,7 +322,7 @@ class LoopStability:
     @property
     def seen_far_from_unstable(self):
         """`_far_from_unstable`, or False where the largest gain is known already."""
-        return LoopStability.driven_outcome.known(self) is None and self._far_from_unstable
+        return LoopStability.driven.known(self) is None and self._far_from_unstable
 
     @cached_property
     def _far_from_unstable(self):

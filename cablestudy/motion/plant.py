@@ -14,7 +14,8 @@ from cablestudy.cable.matrices import dense
 from cablestudy.cable.records import stack
 from cablestudy.control.loop_state_space import ExactResponse
 from cablestudy.control.motion import Actuator, actuated, motion_of_rows, with_actuators
-from cablestudy.control.suspension import FROM, TO, Marker, SystemParts, Winch, suspension_systems
+from cablestudy.control.suspension import Marker, SystemParts, suspension_systems
+from cablestudy.control.winches import ENDS, Winch
 from cablestudy.errors import NoSolutionError, outcome_of
 from cablestudy.motion.left_out_modes import BodiesOnAllModes
 from cablestudy.motion.reduction_basis import MIDSPAN, applied_loads, loads_and_bases, space_with_fewer_modes
@@ -34,11 +35,10 @@ from cablestudy.wind.strips import midspan_shapes
 
 def winches_of(scene, cable_names):
     """The `Winch` of each cable that has one, in the order of the scene: list."""
-    cable = {name: number for number, name in enumerate(cable_names)}
-    ends, winches = {"from": FROM, "to": TO}, []
-    for name, winch in scene.winches.items():
-        winches.append(Winch(cable[name], ends[winch.end], winch.direction and _unit(winch.direction)))
-    return winches
+    return [
+        Winch(cable_names.index(name), ENDS.index(winch.end), winch.direction and _unit(winch.direction))
+        for name, winch in scene.winches.items()
+    ]
 
 
 def _unit(vector):
@@ -385,7 +385,7 @@ class Plant:
         Plant._loads_and_basis.compute(plants)
         for members in batches(plants, lambda plant: (plant.full_system.signature, plant.basis[1].shape), _size):
             systems = stack([plant.full_system for plant in members])
-            omega, shapes = map(np.stack, zip(*(plant.basis for plant in members), strict=True))
+            omega, shapes = stack([plant.basis for plant in members])
             air = (plant.air_on_bodies(plant.basis[1]) for plant in members)
             air = np.stack([np.broadcast_to(of_row, (omega.shape[-1],) * 2) for of_row in air])
             motions = motion_of_rows(systems, omega, shapes, len(members[0].winches), air)

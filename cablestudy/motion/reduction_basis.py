@@ -86,7 +86,7 @@ def loads_and_bases(plants, size):
 
     for members in batches(plants, sizes, size):
         systems = stack([plant.full_system for plant in members])
-        applied, moving = map(np.stack, zip(*(loads[plant] for plant in members), strict=True))
+        applied, moving = stack([loads[plant] for plant in members])
         inertia = systems.mass @ systems.compliance(moving)
         all_loads = np.concatenate([applied, moving, inertia], axis=-1)
         responses = systems.compliance(all_loads)

@@ -79,7 +79,7 @@ class Turbulence:
             if all(eigen is not None for eigen in known):
                 space.eigen = known
             for row, (system, eigen) in enumerate(zip(loops or motions, space.eigen, strict=True)):
-                system.__dict__.setdefault("equations", take_rows(space.equations, row))
+                system.__dict__.setdefault("equations", take_rows(space.rows.equations, row))
                 system.__dict__["eigen"] = eigen
             yield from ((turbulence, (space, row)) for row, turbulence in enumerate(members))
 

@@ -3,11 +3,12 @@
     x' = A x + B f,   y = C x + D f
 
 The states x are those of `first_order`. The outputs y are those of the motion, then two of each actuator and, with a
-loop, the speeds of the winches. Rows with arrays of equal sizes are one `StateSpaces`, whose arrays have
-the row first: one call serves all of them, and no digit of a row depends on the others.
+loop, the speeds of the winches. Rows with arrays of equal sizes are one `StateSpaces`, whose arrays have the row first:
+one call serves all of them, and no digit of a row depends on the others.
 """
 
 from copy import copy
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -31,15 +32,13 @@ class StateSpaces:
 
     Attributes
     ----------
-    equations : Equations
-        Without inputs.
-    a : ndarray, shape (n, N, N)
+    rows : StateRows
+        Without inputs; with a loop, `outputs` has the speeds of the winches too.
     """
 
     def __init__(self, motion, control=None, actuators=()):
         self.motion, self._control, self._actuators = motion, control, actuators
-        rows = state_rows(motion, None, control, actuators)
-        self.equations, self.a, self._outputs = rows.equations, rows.state_rate, rows.outputs
+        self.rows = rows = state_rows(motion, None, control, actuators)
         # a force changes an output at once by the accelerations z'' and, with a loop, by rates and accelerations of
         # winches: at once its output is this matrix times the change of the states
         self._at_once = np.zeros(rows.outputs.shape, rows.outputs.dtype)
@@ -47,7 +46,7 @@ class StateSpaces:
         of_motion[..., len(motion) : 2 * len(motion)] = motion.c[2]
         if control:
             of_motion += motion.d[1] @ rows.reeled + motion.d[2] @ rows.speed
-            self._outputs = np.concatenate([rows.outputs, rows.speed], axis=1)
+            self.rows = replace(rows, outputs=np.concatenate([rows.outputs, rows.speed], axis=1))
             self._at_once = np.concatenate([self._at_once, rows.reeled], axis=1)
 
     @staticmethod
@@ -81,13 +80,11 @@ class StateSpaces:
 
     def take(self, rows):
         """`StateSpaces` of some rows, by their indices: itself where these are all."""
-        if rows == list(range(len(self.a))):
+        if rows == list(range(len(self.eigen))):
             return self
         taken = copy(self)
-        taken.motion, taken.equations = self.motion.take(rows), take_rows(self.equations, rows)
-        taken._control = self._control and take_rows(self._control, rows)
-        for name in ("a", "_outputs", "_at_once"):
-            setattr(taken, name, getattr(self, name)[rows])
+        taken.motion, taken._control = self.motion.take(rows), take_rows(self._control, rows)
+        taken.rows, taken._at_once = take_rows(self.rows, rows), self._at_once[rows]
         taken.eigen = [self.eigen[row] for row in rows]
         return taken
 
@@ -98,7 +95,7 @@ class StateSpaces:
     @cached_property
     def eigen(self):
         """`Eigen` of each row: list."""
-        return eigen_of_rows(self.a)
+        return eigen_of_rows(self.rows.state_rate)
 
     def matrices(self, forces, direct=None):
         """B, C and D, for forces on the m coordinates by each of j inputs, shape (n, m, j).
@@ -109,12 +106,12 @@ class StateSpaces:
         direct : ndarray, shape (n, p, j), optional
             Part of each input that appears in each output of the motion at once.
         """
-        b, m = np.zeros((*self.a.shape[:-1], forces.shape[-1])), len(self.motion)
+        b, m = np.zeros((*self.rows.state_rate.shape[:-1], forces.shape[-1])), len(self.motion)
         b[:, m : 2 * m] = self.motion.accelerations(forces)
         d = self._at_once @ b
         if direct is not None:
             d[:, : direct.shape[-2]] += direct
-        return b, self._outputs, d
+        return b, self.rows.outputs, d
 
     def residues(self, forces, direct=None):
         """`Residues` of each row: list; arguments as of `matrices`."""

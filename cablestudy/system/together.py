@@ -1,5 +1,6 @@
 """Rows that are computed in one call: those with arrays of equal sizes, and attributes of many rows."""
 
+from cablestudy.errors import result_of
 from cablestudy.system.tolerances import SYSTEM
 
 
@@ -28,13 +29,13 @@ class RowAttribute:
     """Attribute of a row that is computed for many rows in one call, and kept in each.
 
     Asked for, it is computed for its row, with all rows of the list `together` of that row if it has one that is not
-    empty.
+    empty. An error in place of a value is raised whenever it is asked for.
 
     Parameters
     ----------
     function : callable
-        List of rows that lack the attribute, each once -> iterable of pairs: row, value. Its docstring is that of the
-        attribute.
+        List of rows that lack the attribute, each once -> iterable of pairs: row, value or error. Its docstring is that
+        of the attribute.
     """
 
     def __init__(self, function):
@@ -46,8 +47,12 @@ class RowAttribute:
     def __get__(self, row, owner=None):
         if row is None:
             return self
-        self.compute(getattr(row, "together", ()) or [row])
-        return row.__dict__[self._name]
+        if self._name not in row.__dict__:
+            self.compute(getattr(row, "together", ()) or [row])
+        return result_of(row.__dict__[self._name])
+
+    def __set__(self, row, value):
+        row.__dict__[self._name] = value
 
     def compute(self, rows):
         """Compute the attribute of those of some rows that lack it."""
@@ -56,7 +61,7 @@ class RowAttribute:
             row.__dict__[self._name] = value
 
     def known(self, row):
-        """Value of a row, None where it was not computed."""
+        """Value of a row, or the error in its place; None where it was not computed."""
         return row.__dict__.get(self._name)
 
 

@@ -8,7 +8,7 @@ from cablestudy.cable.assembly import IN_PLANE, OUT_OF_PLANE, SPATIAL
 from cablestudy.cable.damping import grows_with_modes
 from cablestudy.cable.dynamics import PLANAR
 from cablestudy.cable.geometry import midspan
-from cablestudy.errors import NoSolutionError, result_of
+from cablestudy.errors import NoSolutionError
 from cablestudy.motion.model_sizes import MODAL
 from cablestudy.study.column import DISCRETE, SYSTEM, shapeless_error
 from cablestudy.study.compared_case import ComparedCase
@@ -372,7 +372,7 @@ class CableCase(ComparedCase):
         label = number, kind, symmetry
         if self.level is None and self.exact_statics:
             case = self if label in self.asked_modes.labels else self.asking_for(AskedModes([label]))
-            return result_of(case.frequencies_asked_for).of(label)
+            return case.frequencies_asked_for.of(label)
         dynamics = self.out_of_plane if kind == "out-of-plane" else self.in_plane
         modes_below = self._modes_below_axial(number if kind == "axial" else 0)
         frequencies, *_ = dynamics.frequencies((label,), estimated_count=modes_below)

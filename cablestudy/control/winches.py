@@ -1,0 +1,105 @@
+"""Winches on the ends of cables: how they move these ends, and what they change of the loads on bodies.
+
+Reeling in dL at an end of a cable moves that end out along its tangent by (1 + T/EA) dL, T being the tension there.
+That is exact for the rest of the cable; the force at the winch itself is that of the place where the cable now ends,
+which differs by the weight w dL of what was reeled in. As in the statics of a shorter cable, that piece is there no
+more: its mass is not added to a body on which the winch stands.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cablestudy.statics.suspension import GROUND, tangents
+from cablestudy.system.coupled import Layout
+
+ENDS = ("from", "to")
+FROM, TO = 0, 1
+
+
+@dataclass(frozen=True)
+class Winch:
+    """A winch that reels in a cable, or moves its end."""
+
+    cable: int
+    end: int = FROM  # FROM or TO
+    direction: np.ndarray | None = None  # unit vector along which it moves the end, global axes; None reels in [-]
+
+
+class WinchedEnds:
+    """Effect of winches on the ends of the c cables, of n suspensions ("rows") with equal names and connections.
+
+    A winch that reels in v moves the end of its cable along the tangent t by (1 + T/EA) v, T being the tension there,
+    and takes the weight of the length v off it. A winch that moves an end in a direction d displaces it by v d.
+
+    Parameters
+    ----------
+    layouts : list of Layout
+        Bodies and cables of each row.
+    winches : list of (list of Winch)
+        The i winches of each row. Those of equal index are on the same end of the same cable in all rows, and of the
+        same kind.
+
+    Attributes
+    ----------
+    direction : ndarray, shape (n, c, 2, 3)
+        Unit tangents at both ends, which point out of the cables. [-]
+    movements : ndarray, shape (n, 6 c, i)
+        H: displacements of the six ends of all cables per movement of each winch. [-]
+    lifted : ndarray, shape (n, 6 c, i)
+        Forces on the ends of all cables per movement of each winch. A length that is reeled in no longer loads its end
+        with its weight: a force upwards. [N/m]
+    moments : ndarray, shape (n, 6 b, i)
+        Loads on the b bodies and points per movement of each winch: moments d x F of the force F of the cable on the
+        body, where a winch moves its end in a direction d. One that reels moves the end along F, without a moment. [N]
+    """
+
+    def __init__(self, layouts, winches):
+        equilibria = [at.equilibrium for at in layouts]
+        suspension = equilibria[0].suspension
+        self._spans = [equilibrium.catenary.span for equilibrium in equilibria]
+        forces = np.stack([equilibrium.end_forces[suspension.of_cables] for equilibrium in equilibria])  # on bodies
+        self.direction, self._tension = tangents(forces)
+        (rows, cables, *_), bodies, count = forces.shape, len(suspension.body_names), len(winches[0])
+        movements, lifted = np.zeros((2, rows, cables, 2, 3, count))  # by cable, end and axis
+        moments = np.zeros((rows, bodies, 6, count))
+        for column, of_rows in enumerate(zip(*winches, strict=True)):
+            cable, end, direction = of_rows[0].cable, of_rows[0].end, of_rows[0].direction
+            if direction is None:
+                movements[:, cable, end, :, column] = self._movement_by_reeling(cable, end)
+                lifted[:, cable, end, :, column] = self._load_per_length(cable)
+                continue
+            directions = np.array([winch.direction for winch in of_rows])
+            movements[:, cable, end, :, column] = directions
+            body = suspension.owner[cable, end]
+            if body != GROUND:
+                moments[:, body, 3:, column] = np.cross(directions, forces[:, cable, end])
+        self.movements = movements.reshape(rows, 6 * cables, count)
+        self.lifted = lifted.reshape(rows, 6 * cables, count)
+        self.moments = moments.reshape(rows, 6 * bodies, count)
+
+    def _movement_by_reeling(self, cable, end):
+        """Displacement of an end of a cable per length reeled in there, (1 + T/EA) t, shape (n, 3). [-]"""
+        axial_stiffness = np.array([span.axial_stiffness[cable] for span in self._spans])
+        stretch = 1 + self._tension[:, cable, end] / axial_stiffness
+        return stretch[:, None] * self.direction[:, cable, end]
+
+    def _load_per_length(self, cable):
+        """Uniform load on a cable, upwards where it is its weight, shape (n, 3). [N/m]"""
+        load = np.array([span.mass[cable] * span.gravity[cable] for span in self._spans])
+        upwards = np.array([np.broadcast_to(span.vertical, (*span.mass.shape, 3))[cable] for span in self._spans])
+        return load[:, None] * upwards
+
+
+def reeling(equilibrium, winches):
+    """H: displacements of the six ends of all cables per movement of each winch, shape (6 c, i). [-]"""
+    return WinchedEnds([Layout(equilibrium)], [winches]).movements[0]
+
+
+def winch_loads(layout, winches):
+    """Loads on bodies and points per movement of each winch, with bodies and cables at rest, shape (d, i).
+
+    By the weight that a winch takes off its own end, and by `WinchedEnds.moments`. [N/m], [N]
+    """
+    ends = WinchedEnds([layout], [winches])
+    return layout.connection.T @ ends.lifted[0] + ends.moments[0][layout.free]
