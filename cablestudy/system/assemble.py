@@ -93,26 +93,9 @@ def assemble_dense(matrices, connection, bodies, imposed, stiffness=0.0):
 
 
 def _assemble_sparse(cables, matrices, connection, bodies, imposed, stiffness):
-    """Assemble the `LinearSystem` of `assemble` from a sparse G, the end displacements per displacement of the bodies.
+    """`assemble` with a sparse G: each matrix is T^T A T plus that of the bodies, see its notes.
 
-    With T = [I, 0; 0, G], from the coordinates of the system to all modes and cable ends, each matrix is T^T A T plus
-    that of the bodies. A is the block-diagonal matrix of all cables. -T^T A [0; H] acts on the inputs, the movements of
-    the winches: it is B2, B1 or B0 if A is that of mass, damping or stiffness.
-
-    Parameters
-    ----------
-    cables : sequence of Superelement
-        The c cables.
-    matrices : list of tuple of 3 ndarray, shape (n + 6, n + 6)
-        M, C and K of each cable, for its n modes and then its six end displacements.
-    connection : sparse array, shape (6 c, b)
-        G.
-    bodies : ndarray or sparse array, shape (b, b)
-        Mass matrix of the bodies.
-    imposed : ndarray, shape (6 c, i)
-        H: end displacements per movement of each winch.
-    stiffness : ndarray or sparse array, shape (b, b), or 0
-        Stiffness of the bodies without that of the cables.
+    `matrices` has M, C and K of each cable, for its n modes and then its six end displacements.
     """
     from scipy.sparse import block_array, csc_array, eye_array
 
@@ -135,19 +118,9 @@ def _assemble_sparse(cables, matrices, connection, bodies, imposed, stiffness):
 
 
 def _block_diagonal(cables, matrices):
-    """Block-diagonal mass, damping and stiffness matrices of all c cables, before they are connected to bodies.
+    """Block-diagonal M, C and K of all c cables, sparse, shape (N + 6 c, N + 6 c): list.
 
-    Parameters
-    ----------
-    cables : sequence of Superelement
-    matrices : list of tuple of 3 ndarray, shape (n + 6, n + 6)
-        M, C and K of each cable, for its n modes and then its six end displacements.
-
-    Returns
-    -------
-    list of 3 sparse arrays, shape (N + 6 c, N + 6 c)
-        M, C and K. Rows and columns are the N modes of all cables, one cable after the other; then the six end
-        displacements of each cable, one cable after the other.
+    Rows and columns are the N modes of all cables, one cable after the other; then the six ends of each, likewise.
     """
     from scipy.sparse import coo_array
 

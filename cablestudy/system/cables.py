@@ -260,27 +260,9 @@ class Models:
         return [np.stack([masks[cable] for cable in group.cable_indices.tolist()]) for group in self.groups]
 
     def truncation_error(self, coordinates, square, ends):
-        """Relative error of squared frequencies of a suspension by the modes of cables that its coordinates omit.
+        """Part of each cable in the error of squared frequencies by modes that `Coordinates` omit, shape (c, r). [-]
 
-        Parameters
-        ----------
-        coordinates : Coordinates
-            Of the c cables: modes with fixed ends that are kept, and residual vectors.
-        square : ndarray, shape (c, r)
-            w^2: squared angular frequencies of r modes of the suspension, given for each cable. [rad^2/s^2]
-        ends : ndarray, shape (c, 6, r)
-            u: displacements of the two ends of each cable along x, y, z in these modes, mass-normalised. [1/sqrt(kg)]
-
-        Returns
-        -------
-        ndarray, shape (c, r)
-            Part of the error that each cable makes. [-]
-
-        Notes
-        -----
-        A mode left out, with the frequency W and the coupling m, its momentum per velocity of the ends, adds the mass
-        (m u)^2 w^2/(W^2 - w^2) to that of the suspension, which is 1. The error is the sum of this over the modes left
-        out, less the same sum over the residual vectors, which replace a part of them.
+        See `GroupCoordinates.truncation_error`; `square`, shape (c, r), and `ends`, (c, 6, r), as there.
         """
         error = np.zeros(square.shape)
         for of_group in coordinates.of_groups:

@@ -181,27 +181,12 @@ def laws_of(damping):
 def _solution(diagonal, damped, dense, right):
     """Solve (d + sum of V^T c V + sum of f B) x = b for the n coordinates of each of g cables.
 
-    d is a diagonal matrix; V^T c V comes from damping of strain or of point masses. If V has few rows and there is no
-    B, Woodbury's formula is used, which is cheaper.
-
-    Parameters
-    ----------
-    diagonal : ndarray, complex, shape (g, n, 1)
-        d.
-    damped : list of (ndarray, ndarray)
-        Rows V, shape (g, r, n), and their complex factor c, shape (g, 1, 1).
-    dense : list of (ndarray, ndarray)
-        Matrices B, shape (g, n, n), and their factors f, shape (g, 1, 1).
-    right : ndarray, complex, shape (g, n, 6)
-        b.
-
-    Returns
-    -------
-    ndarray, complex, shape (g, n, 6)
-        x.
+    x has the shape (g, n, 6) of b. d, a diagonal matrix, has the shape (g, n, 1). `damped` has pairs of rows V, shape
+    (g, r, n), of the damping of strain or of point masses, and their complex factors c; `dense` pairs of matrices B,
+    shape (g, n, n), and factors f; both factors have the shape (g, 1, 1).
     """
     n = diagonal.shape[1]
-    # if V has few rows and there is no B, Woodbury's formula is cheaper
+    # if V has few rows and there is no B, Woodbury's formula of the module's docstring is cheaper
     if dense or sum(rows.shape[1] for rows, _ in damped) >= n:
         return _dense_solution(diagonal, damped, dense, right)
     inverse = 1 / diagonal

@@ -73,15 +73,10 @@ class Layout:
 
     @cached_property
     def _all_connections(self):
-        """Displacements of both ends of all c cables, then of all l links, per free displacement of the bodies.
+        """Displacements of both ends of all c cables, then of all l links, per free displacement.
 
-        A body has three displacements and three small rotations at its reference point, global axes; d of them are
-        free. An end at r from that point moves by [I, -[r x]] times these six. An end on the ground does not move.
-
-        Returns
-        -------
-        ndarray or sparse array, shape (..., 6 (c + l), d)
-            Rows: x y z of end 1, then of end 2, of one line after the other; sparse for large suspensions. [-], [m]
+        Shape (..., 6 (c + l), d); rows: x y z of end 1, then of end 2, of one line after the other; sparse for large
+        suspensions. [-], [m]
         """
         owner, arms = self.equilibrium.suspension.owner, self.equilibrium.arms
         line, end = np.nonzero(owner != GROUND)  # index of the cable or link, and its end, of all ends on bodies

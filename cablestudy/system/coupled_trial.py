@@ -56,11 +56,7 @@ class Trial:
         """Yield the undamped systems of all n rows (suspensions) in stacks of rows with matrices of equal sizes.
 
         Rows of one stack have equally many coordinates of cables, and equally many of these are coupled to bodies.
-
-        Parameters
-        ----------
-        row : ndarray of int, shape (N,)
-            Row of each of the N coordinates of the cables of all rows.
+        `row` is the row of each of the N coordinates of all cables.
 
         Yields
         ------
@@ -69,7 +65,6 @@ class Trial:
         index : ndarray of int, shape (m, size), or (size,)
             For each of these rows, indices of its cables' coordinates among all N.
         system : ReducedSystem
-            Mass and stiffness of the stack.
         """
         if not self.layout.shape:
             yield 0, np.arange(len(row)), self.reduced(0)

@@ -11,7 +11,7 @@ from operator import attrgetter
 import numpy as np
 
 from cablestudy.cable.matrices import product
-from cablestudy.cable.records import take_rows
+from cablestudy.cable.records import stack, take_rows
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.pole_windows import Resolvent, mode_amplitudes, poles_and_vectors, poles_in_windows
 from cablestudy.system.together import batches, computed_together
@@ -309,7 +309,7 @@ def compute_pole_sums(cables):
 def _pole_sums_by_all_modes(cables):
     """`CouplingDamping._pole_sum_and_resolvent` of many cables by all their modes at once: list."""
     n, found, omega = len(cables[0].omega), [None] * len(cables), np.stack([cable.omega for cable in cables])
-    matrices = [np.stack([matrix[:n, :n] for matrix in of_order]) for of_order in _by_order(cables)]
+    matrices = stack([[matrix[:n, :n] for matrix in cable.matrices] for cable in cables])
     try:
         poles, vectors = poles_and_vectors(matrices, omega)
         left = mode_amplitudes(vectors, omega)
@@ -327,11 +327,6 @@ def _pole_sums_by_all_modes(cables):
     return [of_row or (None, None) for of_row in found]
 
 
-def _by_order(cables):
-    """The matrices of some cables by ascending power of x: iterable of tuples."""
-    return zip(*(cable.matrices for cable in cables), strict=True)
-
-
 def _right_by_symmetry(matrices, poles, left, _):
     """`right` of poles that are apart: left^T over left^T Q' left, Q' the slope of the symmetric polynomial."""
     slope = left if len(matrices) == 2 else 2 * poles[:, None] * left + product(matrices[1], left)
@@ -346,7 +341,7 @@ def _right_by_inverse(matrices, _, left, vectors):
 
 def _where_trusted(cables, resolvent, trusted):
     """`CouplingDamping._pole_sum_and_resolvent` of many cables, or None where the sum is not as good: list."""
-    matrices = [np.stack(of_order) for of_order in _by_order(cables)]
+    matrices = stack([cable.matrices for cable in cables])
     sums, difference = PoleSum.of_polynomial(matrices, resolvent), np.zeros(len(cables))
     if resolvent.left.shape[1]:
         s = _checked_frequencies(np.stack([cable.omega for cable in cables]))
@@ -357,31 +352,16 @@ def _where_trusted(cables, resolvent, trusted):
 
 
 def _relative_errors(matrices, x, sums, resolvent):
-    """Largest relative error of the `PoleSum`s of r cables, each checked at m values of x. [-]
+    """Largest relative errors of the `PoleSum`s of r cables, shape (r,). [-]
 
-    A `PoleSum` is the dynamic stiffness at the ends of a cable as a sum over poles. It is compared with
+    Each is checked at m values of x, shape (r, m). A `PoleSum` is compared with
 
         Q_ee - Q_en q - q^T Q_ne + q^T Q_nn q,    q = Q_nn^-1 Q_ne,
 
-    Q(x) being the matrix polynomial of n modes and e ends. This form is stationary in q: an error of q, which is
-    computed from the same poles, changes it by the square only.
-
-    Parameters
-    ----------
-    matrices : sequence of 2 or 3 ndarray, shape (r, n + e, n + e)
-        Coefficients of Q by ascending power of x, symmetric.
-    x : ndarray, complex, shape (r, m)
-        Values at which the sums are checked.
-    sums : PoleSum
-        Of all r cables.
-    resolvent : Resolvent
-        Q_nn^-1 of all r cables as sums over N poles.
-
-    Returns
-    -------
-    ndarray, shape (r,)
-        Error of an entry i j over sqrt(a_i a_j), with the size a = |x|^d M_ii + |K_ii| of the forces at an end; d is
-        the degree of Q, M its last coefficient and K its first.
+    Q(x) being the matrix polynomial of n modes and e ends, whose coefficients are `matrices`. This form is stationary
+    in q: an error of q, which is computed from the same poles, changes it by the square only. The error of an entry i j
+    is taken over sqrt(a_i a_j), with the size a = |x|^d M_ii + |K_ii| of the forces at an end; d is the degree of Q, M
+    its last coefficient and K its first.
     """
     poles, left, right = resolvent.poles, resolvent.left, resolvent.right
     n = left.shape[1]

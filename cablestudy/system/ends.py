@@ -362,31 +362,21 @@ class EndsOfLarge(Ends):
         return tuple(array[None] for array in (*basis, forces))
 
     def _residual_vectors(self, system, static, omega, shapes):
-        """Residual vectors in one plane of motion of the cable: they replace its modes that are not computed.
+        """Residual vectors of the cable in one plane of motion, a `System`: they replace modes that are not computed.
 
-        Parameters
-        ----------
-        system : System
-            Equations of motion in this plane, from `Dynamics.systems`; of one to three axes of the chord frame.
-        static : ndarray, shape (nodes, axes, 2 axes)
-            U: displacements of the nodes along these axes by a unit displacement of each end along each of them. [-]
-        omega, shapes : ndarray, shapes (n,) and (nodes, 3, n)
-            W and Phi: frequencies and mass-normalised shapes of the computed modes. [rad/s], [1/sqrt(kg)]
+        With U the displacements of the nodes by the ends (`static`), W and Phi the frequencies and mass-normalised
+        shapes of the computed modes, and Phi^T K Phi = W^2, the response of the other modes to the inertia forces M U,
+        and the forces that hold it, are
+
+            V = K^-1 M U - Phi a,    K V = M U - M Phi W^2 a,    a = Phi^T M K^-1 M U.
+
+        The vectors are combinations of the columns of V that are orthonormal for M and orthogonal for K.
 
         Returns
         -------
         tuple of ndarray, shapes (k,), (nodes, 3, k), (nodes, 3, k)
             Frequencies [rad/s] and mass-normalised shapes of k independent vectors, and the forces on the nodes that
             hold these shapes (K V, scaled as in `_holding_forces`).
-
-        Notes
-        -----
-        With Phi^T K Phi = W^2, the response of the other modes to the inertia forces M U, and the forces that hold it,
-        are
-
-            V = K^-1 M U - Phi a,    K V = M U - M Phi W^2 a,    a = Phi^T M K^-1 M U.
-
-        The vectors are combinations of the columns of V that are orthonormal for M and orthogonal for K.
         """
         dynamics, axes = self._dynamics, list(system.axes)
         cable_mass, unit = (dynamics.mass * dynamics.length).item(), self._unit_frequency.item()

@@ -239,19 +239,8 @@ def _add_law(motion, allocation, law, errors, rows):
         p' = c l + d w,    l' = a l + b w,    w = -gain R e,    v = U p.
 
     The lengths v that winches reel in, v' and v'' act on the m coordinates by B0, B1 and B2. Terms with the gain go
-    into `scaled` of the rows, others into `force` and `fixed`.
-
-    Parameters
-    ----------
-    motion : LinearSystem
-        Of m coordinates, with B0, B1 and B2.
-    allocation : Allocation
-        R: movements by errors; U: lengths that winches reel in by movements.
-    law : tuple of 4 ndarray
-        a, b, c, d.
-    errors : (ndarray, ndarray)
-        Rows that give e and e' of the k measured coordinates, shape (..., k, w) both.
-    rows : _EquationRows
+    into `scaled` of the rows, others into `force` and `fixed`. `errors` are the rows that give e and e', shape (..., k,
+    w) both.
     """
     a, b, c, d = map(np.asarray, law)
     b_column, c_row, d = b[..., :, None], c[..., None, :], d[..., None, None]
@@ -317,16 +306,8 @@ def force_of_actuator(feedback, movement, rate):
 def _filter_by_notches(notches, error, error_rate, rows):
     """Pass the control errors through the notch filters, in place, and write the equations of the filters' states n.
 
-    Each filter turns an error e into c n + d e, with n' = a n + b e.
-
-    Parameters
-    ----------
-    notches : tuple of (Notch or None)
-        Filter of each of the k measured coordinates; None leaves its error as it is.
-    error, error_rate : ndarray, shape (..., k, w)
-        Rows that give the errors and their rates; on return those behind the filters.
-    rows : _EquationRows
-        On return with n', two states of each filter.
+    Each filter turns an error e into c n + d e, with n' = a n + b e; None leaves it as it is. `error` and `error_rate`,
+    shape (..., k, w), are rows that give the k errors and their rates.
     """
     begin = rows.columns.notches.start
     for coordinate, notch in enumerate(notches):

@@ -85,24 +85,10 @@ def truncate_modes(system, chosen):
 
 
 def _in_modes(system, chosen, static, c, d):
-    """Transform a system to modal amplitudes q and static displacements S u by the inputs u: z = Phi q + S u.
+    """`LinearSystem` in modal amplitudes q and static displacements S u by the inputs u: z = Phi q + S u.
 
-    Parameters
-    ----------
-    system : LinearSystem
-        Of n coordinates z, i inputs and o outputs.
-    chosen : ndarray of int, shape (k,)
-        Indices of the modes that are the columns of Phi, mass-normalised; from 0, the lowest first.
-    static : ndarray, shape (n, i)
-        S: displacement of each coordinate by a unit of each input.
-    c, d : tuple of 3 ndarray, shapes (o, n) and (o, i)
-        C0, C1, C2 and D0, D1, D2: outputs per z, z', z'' and per u, u', u''.
-
-    Returns
-    -------
-    LinearSystem
-        q'' + Phi^T C Phi q' + W^2 q = Phi^T (B0 u + (B1 - C S) u' + B2 u''), with the outputs
-        Cj Phi and Dj + Cj S, j = 0, 1, 2.
+    The columns of Phi are the modes `chosen`, S is `static`, shape (n, i): q'' + Phi^T C Phi q' + W^2 q = Phi^T (B0 u +
+    (B1 - C S) u' + B2 u''), with the outputs Cj Phi and Dj + Cj S, j = 0, 1, 2; C0 to D2 are `c` and `d`.
     """
     compliance, shapes = system.strain_modes
     omega = 1 / np.sqrt(compliance[chosen])

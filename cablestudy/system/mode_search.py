@@ -86,20 +86,10 @@ class Search:
         return [failure if outcome is None else outcome for outcome in outcomes]
 
     def _accurate_modes(self, row, outcome, finer):
-        """Modes of one row to the accuracy, or None: on a mesh that makes too large an error.
+        """Modes of one row to the accuracy, the error that there are none, or None where the mesh is too coarse.
 
-        Parameters
-        ----------
-        row : int
-            Index of the row.
-        outcome : (Trial, int) or Exception
-            Its trial and its index there, or the error that there is none, see `_with_enough_coordinates`.
-        finer : callable
-            Makes modes of a finer model, which damping needs.
-
-        Returns
-        -------
-        CoupledModes or Exception or None
+        `outcome` is the trial of the row and its index there, or an error, see `_with_enough_coordinates`; `finer`
+        makes modes of a finer model, which damping needs.
         """
         if isinstance(outcome, Exception):
             return outcome
@@ -111,22 +101,11 @@ class Search:
         return outcome_of(partial(modes_of_row, trial, row_of_trial, error, None if serves_for_damping else finer))
 
     def _refined_orders(self, rows, orders, mesh_errors, highest):
-        """Sums of element orders along each cable for the next meshes, higher where the mesh makes too large an error.
+        """Sums of element orders along each cable for the next meshes, shape (m, c).
 
-        Parameters
-        ----------
-        rows : ndarray of int, shape (m,)
-            Indices of m rows (suspensions) of c cables each.
-        orders : ndarray, shape (m, c)
-            Sum of orders along each cable of the last meshes.
-        mesh_errors : ndarray, shape (m, c)
-            Largest relative error of a squared frequency by the mesh of each cable; accuracy/c is allowed. [-]
-        highest : ndarray, shape (m,)
-            Highest frequency of the last trial. [rad/s]
-
-        Returns
-        -------
-        ndarray, shape (m, c)
+        They are higher where the mesh makes too large an error. `orders` are those of the last meshes, `mesh_errors`
+        the largest relative errors of a squared frequency by the mesh of each cable, of which accuracy/c is allowed;
+        both of shape (m, c). `highest` is the highest frequency found. [rad/s]
         """
         excess = np.maximum(mesh_errors * mesh_errors.shape[1] / self.accuracy, 1.0)
         refinements = np.ceil(np.log10(excess) / SYSTEM.finer_digits)
@@ -189,12 +168,8 @@ class Search:
     def _batch_of_elements(self, row, meshes):
         """Key of the rows whose stated elements are solved in one call.
 
-        Returns
-        -------
-        row_alone : int or None
-            The row itself if it is solved alone: with many elements, or in a steady wind.
-        loads_across : bool
-            True if loads on its cables act across their planes, and couple the motion in and out of them.
+        It is the row itself, if that is solved alone: with many elements, or in a steady wind; and True if loads on its
+        cables act across their planes, and couple the motion in and out of them.
         """
         cables, loads = self._cable_indices([row]), self.cables.catenary.span.load_forces
         large = any(meshes[cable] and has_more_modes(meshes[cable]) for cable in cables)
@@ -204,17 +179,9 @@ class Search:
     def _modes_of_elements(self, rows, alone, meshes):
         """Modes of some rows (suspensions) with stated elements: list of (CoupledModes or Exception).
 
-        The rows are solved in one call, or each by itself if this call fails. Each cable keeps all modes computed. Of a
-        single row with many elements, not all of whose modes are, modal damping has a finer model, `_damped_by_all`.
-
-        Parameters
-        ----------
-        rows : ndarray of int, shape (m,)
-            Indices of the rows.
-        alone : bool
-            True for one row with many elements, or in a steady wind: of its cables only the modes needed are computed.
-        meshes : list of (Mesh or None)
-            Of all cables of all rows, from the elements that the scene states.
+        The rows are solved in one call, or each by itself if this call fails. Each cable keeps all modes computed: only
+        those needed where a row is `alone`, with many elements or in a steady wind. Of a single row with many elements,
+        not all of whose modes are, modal damping has a finer model, `_damped_by_all`.
         """
         cables, meshes_of_rows = self._cables_of(rows), [meshes[cable] for cable in self._cable_indices(rows)]
         most_modes = min(self._modes_needed(rows), SYSTEM.modes_of_cable) if alone else SYSTEM.modes_of_cable
@@ -333,14 +300,7 @@ class Search:
         return np.where(np.isfinite(omega), omega, 0.0).max(axis=1, initial=0.0)
 
     def _orders(self, rows, highest):
-        """Sum of orders along each cable of some rows from which waves up to a frequency are resolved, as `orders_of`.
-
-        Parameters
-        ----------
-        rows : ndarray of int, shape (m,)
-        highest : ndarray, shape (m,)
-            [rad/s]
-        """
+        """Sum of orders along each cable of m rows, (m, c), that resolves waves up to `highest` [rad/s], (m,)."""
         waves = highest[:, None] * self._travel_time[rows] / np.pi
         return self.orders_of(np.maximum(waves, shaping_modes(self.accuracy)) if self._shaped else waves)
 
@@ -351,24 +311,12 @@ class Search:
         return np.where(orders <= ORDER_STEPS[-1], steps, 8 * np.ceil(orders / 8))
 
     def _limits(self, rows, highest):
-        """Frequency up to which each of the c cables of some rows (suspensions) keeps its modes in the first trial.
+        """Frequency up to which each of c cables of m rows keeps its modes in the first trial, shape (m, c). [rad/s]
 
         Let w be the highest frequency that is asked for, W the first one of a cable and r the share of all cables in
-        the mass of a row. Without its modes the cable changes w^2 by about r (w/W)^2, relative. It keeps none if this
-        is well below the accuracy and W well above w. Else it keeps those up to a multiple of w (`_margin`).
-
-        Parameters
-        ----------
-        rows : ndarray of int, shape (m,)
-            Indices of the rows.
-        highest : ndarray, shape (m,)
-            w of each row. [rad/s]
-
-        Returns
-        -------
-        ndarray, shape (m, c)
-            Zero for no modes. If the modes must give the form of cables too (`shaped`), at least `shaping_modes` times
-            W. [rad/s]
+        the mass of a row. Without its modes the cable changes w^2 by about r (w/W)^2, relative. It keeps none, a limit
+        of zero, if this is well below the accuracy and W well above w. Else it keeps those up to a multiple of w
+        (`_margin`); if the modes must give the form of cables too (`shaped`), up to `shaping_modes` times W at least.
         """
         # Dunkerley: masses on a string lower its first mode at most by this
         lowering = np.sqrt(1 + (np.pi / 2) ** 2 * self.cables.carried).reshape(self._rows, -1)[rows]
@@ -389,17 +337,7 @@ class Search:
         """Solve rows (suspensions) with more and more modes of cables.
 
         A row is solved when the error by the modes left out is within its part of the accuracy (`coordinates_share`).
-
-        Parameters
-        ----------
-        rows : ndarray of int, shape (m,)
-            Indices of the rows, of c cables each.
-        models : Models
-            Elements of their cables.
-        highest : ndarray, shape (m,)
-            Estimate of the highest frequency that is asked for. [rad/s]
-        limits : ndarray, shape (m, c)
-            Angular frequency up to which each cable keeps its modes in the first trial. [rad/s]
+        `highest`, shape (m,), and `limits`, (m, c), are first estimates as of `_judge`.
 
         Returns
         -------
@@ -427,31 +365,20 @@ class Search:
         return outcomes, highest, limits
 
     def _judge(self, trial, models, rows, highest, limits):
-        """Decide for each row (suspension) of a trial if its c cables keep enough modes; else widen their limits.
+        """Decide for each of m rows of a trial if its c cables keep enough modes; else widen their limits.
 
-        Parameters
-        ----------
-        trial : Trial
-            Modes of m rows.
-        models : Models
-            Elements of their cables.
-        rows : ndarray of int, shape (m,)
-            Indices of these rows among all.
-        highest : ndarray, shape (m,)
-            Previous estimate of the highest frequency that is asked for. [rad/s]
-        limits : ndarray, shape (m, c)
-            Angular frequency up to which each cable keeps its modes in the trial. [rad/s]
+        They do if three conditions hold: all modes were found; the error by modes of cables left out is within its part
+        of the accuracy; and cables with own modes near those asked for keep enough of them.
 
         Returns
         -------
         good : ndarray of bool, shape (m,)
-            True if three conditions hold: all modes were found; the error by modes of cables left out is within its
-            part of the accuracy; and cables with own modes near those asked for keep enough of them.
         highest : ndarray, shape (m,)
             Highest frequency that was found; a multiple of the previous estimate where too few modes were found.
             [rad/s]
         limits : ndarray, shape (m, c)
-            Limits of the trial where it is good, else wider ones. [rad/s]
+            Frequency up to which each cable keeps its modes: that of the trial where it is good, else a higher one.
+            [rad/s]
         """
         allowed = 2 * SYSTEM.coordinates_share * self.accuracy  # of squared frequencies
         too_few = np.isinf(trial.omega).any(axis=1) & self._heavy[rows].any(axis=1)
@@ -466,30 +393,13 @@ class Search:
         return good, highest, np.where(good[:, None], limits, wider)
 
     def _wider_limits(self, error, allowed, limits, near, highest):
-        """Limits of the modes of cables for the next trial, wider where the modes left out make too large an error.
+        """Limits of the modes of cables for the next trial, shape (m, c).
 
-        The error of a cable falls about as limit^-n, n = `left_out_power`. If it is x > 1 times the value allowed, the
-        limit grows in proportion to x^(1/n), within bounds. That value is `allowed`/2, divided equally among the cables
-        of a row that make an error. Cables that keep modes have limits of at least `_margin` times `highest`.
-
-        Parameters
-        ----------
-        error : ndarray, shape (m, c)
-            For m rows (suspensions) of c cables: largest error of a squared frequency by the modes of each cable left
-            out. [-]
-        allowed : float
-            Allowed sum of these errors over the cables of a row. [-]
-        limits : ndarray, shape (m, c)
-            Limits of the last trial: angular frequency up to which each cable keeps its modes. [rad/s]
-        near : ndarray of bool, shape (m, c)
-            True where the first mode of a cable is among those asked for, or near.
-        highest : ndarray, shape (m,)
-            Highest frequency of the last trial. [rad/s]
-
-        Returns
-        -------
-        ndarray, shape (m, c)
-            Limits of the next trial. [rad/s]
+        They are wider where the modes left out make too large an error. The error of a cable falls about as limit^-n, n
+        = `left_out_power`. If it is x > 1 times the value allowed, the limit grows in proportion to x^(1/n), within
+        bounds. That value is half of `allowed`, the error of a squared frequency, divided equally among the cables of a
+        row that make an error. Cables that keep modes, or have one `near` those asked for, have limits of at least
+        `_margin` times `highest`.
         """
         cables_with_error = np.maximum(np.count_nonzero(error, axis=1), 1)[:, None]
         excess = np.maximum(2 * error * cables_with_error / allowed, 1.0)

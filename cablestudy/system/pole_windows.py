@@ -134,24 +134,12 @@ def poles_and_vectors(matrices, omega):
 
 
 def _poles_of_coupled_modes(matrices, omega):
-    """Solve `poles_and_vectors` for modes all of which damping couples.
+    """`poles_and_vectors` of modes all of which damping couples.
 
     The states of the linear problem are the amplitudes q of the modes for two matrices, and W q and q' for three, W
     being the frequencies of the modes. The inverse of its matrix is solved: W differ by many powers of ten, and the
     rounding of an eigen-solution has the size of the largest eigenvalue. Where damping is weak, a problem of half the
     size serves instead (`eigen_by_solvents`).
-
-    Parameters
-    ----------
-    matrices : sequence of 2 or 3 ndarray, shape (r, n, n)
-        Coefficients of the polynomials of r cables by ascending power of x: K and M, or K, C and M. M is the identity.
-    omega : ndarray, shape (r, n)
-        W. [rad/s]
-
-    Returns
-    -------
-    poles, vectors : ndarray, complex, shapes (r, N) and (r, N, N)
-        N = n or 2 n for 2 or 3 matrices; vectors of the states as columns.
     """
     (rows, n), states = omega.shape, len(matrices) - 1
     found, size = np.zeros(rows, dtype=bool), states * n

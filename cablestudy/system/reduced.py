@@ -92,22 +92,10 @@ class ReducedSystem:
         return np.where(stable, omega, np.nan), np.where(stable[..., None], shapes, 0.0)
 
     def _lowest_with_uncoupled(self, count, moves_bodies):
-        """The lowest modes where some of the N cable coordinates move no body.
+        """`lowest` where some of the N cable coordinates move no body, by a mask, shape (..., N), of those that do.
 
-        Each of these is a mode by itself, of shape 1. The eigenvalue problem is solved for the other coordinates and
-        the bodies. Its modes and the modes by themselves are then sorted by frequency.
-
-        Parameters
-        ----------
-        count : int
-            Number of modes.
-        moves_bodies : ndarray of bool, shape (..., N)
-            True for the cable coordinates that move bodies, equally many in each system of a stack.
-
-        Returns
-        -------
-        omega, shapes : ndarray
-            As of `lowest`: angular frequencies, ascending [rad/s]; mass-normalised shapes.
+        Each of the others is a mode by itself, of shape 1. The eigenvalue problem is solved for the coordinates that
+        move bodies, equally many in each system of a stack, and the bodies; all modes are then sorted by frequency.
         """
         modal, size = self.omega.shape[-1], len(self)
         order = np.argsort(~moves_bodies, axis=-1, kind="stable")
@@ -134,20 +122,9 @@ class ReducedSystem:
         return float(sparse_factors(self.stiffness).solve(force)[motion])
 
     def _lowest_of_large(self, count):
-        """The lowest modes of a large system by Lanczos iteration, without forming a large matrix.
+        """`lowest` of a large system by Lanczos iteration, without forming a large matrix; those of a stack one by one.
 
         Only the stiffness of the bodies is factorised, as that of the cable coordinates is the diagonal matrix W^2.
-        Systems of a stack are solved one by one.
-
-        Parameters
-        ----------
-        count : int
-            Number of modes.
-
-        Returns
-        -------
-        omega, shapes : ndarray
-            As of `lowest`: angular frequencies, ascending [rad/s]; mass-normalised shapes.
         """
         if self.omega.ndim > 1:
             systems = zip(self.omega, self.coupling, self.inertia, self.stiffness, strict=True)

@@ -198,22 +198,10 @@ def _one_sided(poles, right, left, usable):
 
 
 def _separating_change(a, poles, right):
-    """Random matrix: a small multiple of it, added to a matrix A, separates poles of A that nearly coincide.
+    """Random matrix; a small multiple of it, added to A, separates poles of A that nearly coincide.
 
-    It acts only in the space of such poles whose eigenvectors are nearly parallel; other poles do not change. Its norm
-    there is the size of these poles.
-
-    Parameters
-    ----------
-    a : ndarray, shape (N, N)
-        A.
-    poles, right : ndarray, complex, shapes (N,) and (N, N)
-        Eigenvalues and eigenvectors (columns) that were computed for A. [rad/s]
-
-    Returns
-    -------
-    ndarray, shape (N, N)
-        Real for a real A.
+    It is real for a real A, and acts only in the space of such poles whose eigenvectors, columns of `right`, are nearly
+    parallel; other poles do not change. Its norm there is the size of these poles.
     """
     random, total, is_real = np.random.default_rng(0), np.zeros_like(a), not np.iscomplexobj(a)
     remaining = np.arange(len(poles))
