@@ -119,20 +119,9 @@ def _dense_step(matrix, force, largest):
     with the eigenvalues k_j and eigenvectors q_j of the symmetric part of K. Each term is shortened by itself to the
     largest step allowed: a motion that nothing holds does not shorten the others.
 
-    Parameters
-    ----------
-    matrix : ndarray, shape (n, d, d)
-        Stiffness K of the d free degrees of freedom, row and column i divided by the scale s_i of that degree of
-        freedom.
-    force : ndarray, shape (n, d)
-        Net forces and moments g over s_i.
-    largest : ndarray, shape (n, d)
-        Largest size allowed of each component of the step, times s_i.
-
-    Returns
-    -------
-    ndarray, shape (n, d)
-        Components of the steps, times s_i.
+    `matrix` is K, shape (n, d, d), and `force` the net forces and moments g, shape (n, d), both divided by the scales
+    s_i of the d free degrees of freedom. `largest`, the largest size allowed, and the steps, both (n, d), are times
+    s_i.
     """
     symmetric = (matrix + np.swapaxes(matrix, -1, -2)) / 2
     unit = np.eye(force.shape[-1])

@@ -33,22 +33,11 @@ def explain(equilibrium):
 
 
 def _describe_net_force(equilibrium):
-    """Text for an error message: the force or moment that a failed search has left unbalanced on a body.
+    """Text for an error message: the force or moment left unbalanced on a body, as "4600 N m about z are left on disk".
 
-    Of several the largest one relative to the forces on its body (the scale of `tangent.net_forces`).
-
-    Under a dead moment, a constant one that the scene prescribes, a body may turn on and on. The moment left then
-    depends on where the search was given up, so that the dead moment is named instead.
-
-    Parameters
-    ----------
-    equilibrium : Equilibrium
-        Of one case, in which the search did not converge.
-
-    Returns
-    -------
-    str
-        As "4600 N m about z are left on disk".
+    `equilibrium` is one case. Of several forces the largest one relative to those on its body (the scale of
+    `tangent.net_forces`) is named. Under a dead moment, a constant one that the scene prescribes, a body may turn on
+    and on. The moment left then depends on where the search was given up, so that the dead moment is named instead.
     """
     suspension, tension = equilibrium.suspension, equilibrium.catenary.max_tension
     net, scale = tangent.net_forces(suspension, equilibrium.rotation, equilibrium.arms, equilibrium.end_forces, tension)

@@ -104,13 +104,9 @@ def fit_strains(span, quantities, value, strain):
 def _newton_step(error, by_length, kinds):
     """Relative changes of length dL/L = -m/(dm/d ln L) of cables, no larger than `STATICS.stated_length_change`.
 
-    Parameters
-    ----------
-    error : ndarray, shape (..., c)
-        Relative errors e of the stated values, of which `linear_measure` makes m; zero where nothing is stated.
-    by_length : ndarray, shape (..., c)
-        de/d ln L; where it is zero or not a number the length stays. [-]
-    kinds : ndarray of object, shape (c,)
+    `error` has the relative errors e of the stated values, of which `linear_measure` makes m, zero where nothing is
+    stated, and `by_length` de/d ln L, both of shape (..., c); where the latter is zero or not a number the length
+    stays.
     """
     measure, factor = linear_measure(error, kinds)
     slope = factor * by_length

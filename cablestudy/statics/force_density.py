@@ -85,31 +85,15 @@ def _at_free_junction(suspension):
 
 
 def _coordinates(suspension, moving, cables, density, load, ends):
-    """Coordinates along x, y or z at which force densities hold the free points of a cable net in balance, in one case.
+    """Coordinates along x, y or z of the m points of a cable net that can move, shape (m,), in one case. [m]
 
-    With the force densities q of its cables and the load p along the axis, the balance of a point at x is
+    With the force densities q of its cables, shape (c,) [N/m], and the load p along the axis, weight and dead force,
+    shape (b,) [N], the balance of a point at x is
 
         sum over its cables of q (x - x_other) = p
 
-    Parameters
-    ----------
-    suspension : SuspendedSystem
-        With b bodies and points, and c cables.
-    moving : ndarray of bool, shape (b,)
-        True for the m points that can move along the axis.
-    cables : ndarray of int
-        Indices of the cables with an end at a free junction.
-    density : ndarray, shape (c,)
-        Force density (tension over length) of each cable. [N/m]
-    load : ndarray, shape (b,)
-        Weight and dead force on each body and point, along the axis. [N]
-    ends : ndarray, shape (c, 2)
-        Coordinate of each cable end along the axis; used for ends at places that cannot move. [m]
-
-    Returns
-    -------
-    ndarray, shape (m,)
-        Coordinates of the points that can move. [m]
+    `moving`, shape (b,), is True for the points that can move, and `cables` has the indices of the cables with an end
+    at a free junction. `ends`, shape (c, 2), are the coordinates of all cable ends, used where they cannot move [m].
 
     Raises
     ------

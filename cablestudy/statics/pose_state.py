@@ -245,28 +245,12 @@ def _along_chord_and_mean_square(cables):
 
 
 def _work(suspension, state, step, rotation_change, shift):
-    """Work of the constant loads along a step of the bodies.
+    """Work of the constant loads along a step of the bodies from a `PoseState`, shape (n,). [J]
 
     These are the weights of the bodies, the dead forces and moments on them, and half of the load of each cable (its
-    weight, wind and point loads) on each of its ends.
-
-    Parameters
-    ----------
-    suspension : SuspendedSystem
-        Bodies on cables and links (springs).
-    state : PoseState
-        Before the step.
-    step : ndarray, shape (n, b, 6)
-        Displacements [m] and rotation vectors [rad] of the bodies.
-    rotation_change : ndarray, shape (n, b, 3, 3)
-        Rotation matrix of this rotation vector, less I (`rigid.turn`).
-    shift : ndarray, shape (n, c + l, 2, 3)
-        Displacements of both ends of the c cables and l links. [m]
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        [J]
+    weight, wind and point loads) on each of its ends. `step`, shape (n, b, 6), has displacements [m] and rotation
+    vectors [rad]; `rotation_change`, shape (n, b, 3, 3), is the rotation matrix less I (`rigid.turn`). `shift`, shape
+    (n, c + l, 2, 3), are the displacements of both ends of the c cables and l links [m].
     """
     center, weight = tangent.weights(suspension, state.rotation)
     center_shift = step[..., :3] + times(rotation_change, center)

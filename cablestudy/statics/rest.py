@@ -252,12 +252,7 @@ def equilibrium(suspension, flat, state, record):
 def _with_links(equilibrium, vector, extension):
     """The `Equilibrium` with its links, all of which have a length: the distance of their ends where none is stated.
 
-    Parameters
-    ----------
-    equilibrium : Equilibrium
-        Without links.
-    vector, extension
-        As of `PoseState`.
+    `vector` and `extension` are those of `PoseState`.
     """
     suspension, distance = equilibrium.suspension, size(vector)
     unstated, first_link = np.isnan(suspension.link_length), len(suspension.cable_names)

@@ -157,12 +157,7 @@ def _gradients(cables, kinds):
 
         dT_m/dN = d/L - N/EA,    L dT_m/dL = (T_1 + T_2)/2 - T_m at constant N
 
-    Parameters
-    ----------
-    cables : Catenary
-        Equilibria of c cables without point loads, shape (..., c).
-    kinds : ndarray of object, shape (c,)
-        Name of the stated quantity of each cable.
+    `kinds` names the stated quantity of each of the c cables, a `Catenary` without point loads.
 
     Returns
     -------
@@ -246,16 +241,8 @@ def _changes_at_stated_tension(cables, quantities, value, chosen):
     F is the flexibility, dd the movement of end 2, m this movement per dL/L at fixed N, and g and c are the derivatives
     of v by N and by dL/L. Forces are divided by the tension, and lengths by L: all entries are of like size.
 
-    Parameters
-    ----------
-    cables : Catenary
-        Equilibria of the c cables, shape (..., c).
-    quantities : sequence of str
-        Name of the stated quantity of each cable.
-    value : ndarray, shape (..., c)
-        Stated values v. [N]
-    chosen : ndarray of bool, shape (..., c)
-        True for the cables to solve; the results of the others have no meaning.
+    `quantities` names the stated quantity of each of c cables. `value` has the stated values v [N]; the results where
+    `chosen` is False have no meaning. Both have the shape (..., c).
 
     Returns
     -------
@@ -307,19 +294,9 @@ def _rates_with_loads(cables, quantities):
 def _differences(span, function, step):
     """Derivatives of m quantities of cables, such as the sag, by length and place of end 2, by central differences.
 
-    Parameters
-    ----------
-    span : Span
-        Cables of shape (...).
-    function : callable
-        `Catenary` of the cables in 8 variations, shape (8, ...) -> their quantities, ndarray, shape (8, ..., m).
-    step : ndarray, shape (...)
-        Relative change of the unstretched length L, and change of the place of end 2 over L. [-]
-
-    Returns
-    -------
-    ndarray, shape (..., m, 4)
-        Per relative change dL/L, and per meter of movement of end 2 along x, y and z.
+    `function` makes of the `Catenary` of the cables in 8 variations, shape (8, ...), their quantities, (8, ..., m).
+    `step`, shape (...), is the relative change of the unstretched length L, and the change of the place of end 2 over
+    L. The result, shape (..., m, 4), is per relative change dL/L, and per meter of movement along x, y and z.
     """
     vector = span.frame[..., 0, :] * np.asarray(span.chord)[..., None]
     forces = span.in_frame(span.load_forces, "global")

@@ -315,15 +315,6 @@ class CoupledEquations:
         K is the stiffness of the d free degrees of freedom of the bodies, and G the derivative of their net forces by
         dL/L of the s cables whose lengths are sought. M and D are the derivatives of the relative stated values of
         these cables by motions and by dL/L. Rows and columns of degrees of freedom are divided by `scales`.
-
-        Parameters
-        ----------
-        suspension : SuspendedSystem
-            Bodies on cables and links (springs).
-
-        Yields
-        ------
-        scipy.sparse.csc_array, shape (d + s, d + s)
         """
         from scipy.sparse import block_array, coo_array, diags_array, eye_array
 

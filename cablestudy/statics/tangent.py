@@ -341,14 +341,8 @@ def stiffness_blocks(suspension, rotation, arms, end_forces, end_stiffness):
 def _loads_at_arms(suspension, rotation, arms, end_forces):
     """Sums over all loads F on each of b bodies, at arms r: forces of cables and links, weight and dead loads.
 
-    Parameters as of `stiffness_blocks`.
-
-    Returns
-    -------
-    outer : ndarray, shape (..., b, 3, 3)
-        Sum of r F^T. [N m]
-    sum_of_sizes : ndarray, shape (..., b)
-        Sum of |r| |F|, which bounds the rounding of the other sum. [N m]
+    Parameters as of `stiffness_blocks`. The sums are r F^T, shape (..., b, 3, 3), and |r| |F|, shape (..., b), which
+    bounds the rounding of the first. [N m]
     """
     center, weight = weights(suspension, rotation)
     cable, end, body = held_ends(suspension)

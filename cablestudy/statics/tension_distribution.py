@@ -122,25 +122,10 @@ def _solutions(matrix, scales, right):
 def _objective(method, count, weights, reference, current):
     """Objective by which tensions t and other unknowns y are chosen, as least squares: O and d of |O (t, y) - d|^2.
 
-    The first rows are those of the method. The rows below damp changes: w (t - current), and w y.
-
-    Parameters
-    ----------
-    method : {"balanced", "least", "closest"}
-        For the first rows: t - mean(t) and, with a small weight, t; or t; or t - reference.
-    count : int
-        Number m of the tensions.
-    weights : ndarray, shape (n, m + f)
-        Weights w of the m tensions and f other unknowns, in each of n problems.
-    reference, current : ndarray, shape (n, m)
-        Tensions of the method `closest`, and tensions before the change. [N]
-
-    Returns
-    -------
-    objective : ndarray, shape (n, p, m + f)
-        O.
-    target : ndarray, shape (n, p)
-        d.
+    The first rows are those of the method: for "balanced" t - mean(t) and, with a small weight, t; for "least" t; for
+    "closest" t - reference. The rows below damp changes: w (t - current), and w y. There are n problems with m
+    (`count`) tensions and f other unknowns: `weights` w have the shape (n, m + f), `reference` and `current` (n, m),
+    the results O and d the shapes (n, p, m + f) and (n, p).
     """
     cases, unknowns = weights.shape
     tensions = np.eye(count, unknowns)
@@ -163,14 +148,8 @@ def _least_squares(particular, null_space, objective, target):
 
     By the singular value decomposition S Z = U s V^T this is z = V (w + U^T (d - S t_0))/s with w = 0: within bounds
     the w of least size is wanted, a least-distance problem. The basis is V/s, shape (n, q, q), with columns of zeros
-    for motions that change no tension.
-
-    Parameters
-    ----------
-    particular, null_space : ndarray, shapes (n, m + f), (n, m + f, q)
-        t_0 and Z; the first m unknowns are tensions.
-    objective, target : ndarray, shapes (n, p, m + f), (n, p)
-        S, and its product d with the target.
+    for motions that change no tension. t_0, Z, S and d are the arguments in this order, shapes (n, m + f), (n, m + f,
+    q), (n, p, m + f) and (n, p); the first m unknowns are tensions.
     """
     left_vectors, values, right_vectors = np.linalg.svd(objective @ null_space, full_matrices=False)
     kept = values > STATICS.rank * values.max(axis=-1, keepdims=True, initial=0.0)
@@ -180,25 +159,12 @@ def _least_squares(particular, null_space, objective, target):
 
 
 def _smallest_shift_into_bounds(tension, slopes, low, high, unit):
-    """Find the smallest w with which the tensions t + D w are within their bounds, in one case.
+    """Smallest w, shape (q,), with which the tensions t + D w are within their bounds, in one case; None if none are.
 
-    t are the best tensions without bounds. The objective grows with |w|^2, so that those of the smallest w are best.
-
-    Parameters
-    ----------
-    tension : ndarray, shape (m,)
-        t, of which at least one is outside of its bounds. [N]
-    slopes : ndarray, shape (m, q)
-        D, the changes of the tensions per w; columns may be zero.
-    low, high : ndarray, shape (m,)
-        Bounds; infinite where there is none. [N]
-    unit : float
-        Tension of about the size of the solution, over which the bounds are of order one. [N]
-
-    Returns
-    -------
-    ndarray, shape (q,), or None
-        w; None where no tensions are within the bounds.
+    t, shape (m,), are the best tensions without bounds, of which at least one is outside of them. The objective grows
+    with |w|^2, so that those of the smallest w are best. D, shape (m, q), are the `slopes`, with columns that may be
+    zero. `low` and `high` are infinite where there is no bound; `unit` is a tension of about the size of the solution
+    [N].
 
     Notes
     -----

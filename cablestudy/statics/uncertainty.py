@@ -97,11 +97,6 @@ def _sampled(equilibrium):
     result is the root mean square of the samples. One more sample, the last, has the net forces and errors of stated
     values that the search has left: `STATICS.curved` times its size is added.
 
-    Parameters
-    ----------
-    equilibrium : Equilibrium
-        Of b bodies, c cables and l links.
-
     Returns
     -------
     displacement : ndarray, shape (..., b, 6)
@@ -165,13 +160,8 @@ class _HeldEnds:
     def add_forces(self, forces, end_forces, changes):
         """Add to net forces on bodies those by relative changes of cables and links.
 
-        Parameters
-        ----------
-        forces : ndarray, shape (..., b, 6, k)
-            Force and moment on each body in k samples; changed in place. [N], [N m]
-        end_forces : ndarray, shape (..., c + l, 2, 3)
-            Force on each end per relative change. [N]
-        changes : ndarray, shape (..., c + l, k)
+        `forces`, shape (..., b, 6, k), are those on each body in k samples, changed in place. [N], [N m] `end_forces`,
+        shape (..., c + l, 2, 3), are per relative change; `changes` have the shape (..., c + l, k).
         """
         wrench = tangent.wrenches(self.arm, end_forces[..., self.cable, self.end, :])
         wrench = np.ascontiguousarray(wrench)
@@ -182,14 +172,9 @@ class _HeldEnds:
     def add_tensions(self, tension, stiffness, displacement):
         """Add to tension vectors what displacements of bodies change.
 
-        Parameters
-        ----------
-        tension : ndarray, shape (..., c + l, 3, k)
-            Force of each cable and link at its end 2 in k samples; changed in place. [N]
-        stiffness : ndarray, shape (..., c + l, 2, 3, 3)
-            Force on each end per movement of end 2. [N/m]
-        displacement : ndarray, shape (..., b, 6, k)
-            Of the bodies. [m], [rad]
+        `tension`, shape (..., c + l, 3, k), is the force of each cable and link at its end 2 in k samples, changed in
+        place. [N] `stiffness`, shape (..., c + l, 2, 3, 3), is per movement of end 2; `displacement` has the shape
+        (..., b, 6, k).
         """
         by_end = np.where(self.end == 1, 1.0, -1.0)[:, None, None] * stiffness[..., self.cable, 1, :, :]
         by_body = np.concatenate([by_end, cross(self.arm[..., None, :], by_end)], axis=-1)  # K [I, -[r x]]
@@ -214,12 +199,9 @@ def _displacements(blocks, suspension, forces):
 def _force_changes(equilibrium, kinds):
     """Changes of the end forces of all cables by the place of end 2 and by length or stated value.
 
-    Returns
-    -------
-    force_changes : ndarray, shape (..., c, 2, 3, 4)
-        See `stated.force_changes_at_stated_values`; at fixed length where the length is known.
-    length_known : ndarray of bool, shape (..., c)
-        True where the length is stated, or bodies that have not moved show that it is known.
+    They have the shape (..., c, 2, 3, 4), see `stated.force_changes_at_stated_values`; at fixed length where the length
+    is known, as the second result says, shape (..., c): it is stated, or bodies that have not moved show that it is
+    known.
     """
     cables, length_stated = equilibrium.catenary, np.array([kind == "unstretched_length" for kind in kinds], dtype=bool)
     length_known = _stayed(equilibrium)[..., None] | length_stated
@@ -231,30 +213,13 @@ def _force_changes(equilibrium, kinds):
 
 
 def _with_links(equilibrium, stiffness, end_forces, changes, generator):
-    """Append the links (springs) to the arrays of cables from which `_sampled` finds the effect of rounding.
+    """Append the l links (springs) to the arrays of c cables from which `_sampled` finds the effect of rounding.
 
-    Parameters
-    ----------
-    equilibrium : Equilibrium
-        Of c cables and l links.
-    stiffness : ndarray, shape (..., c, 2, 3, 3)
-        Force on each end of the cables per movement of end 2. [N/m]
-    end_forces : ndarray, shape (..., c, 2, 3)
-        Changes of the end forces of the cables by a relative change of their stated values. [N]
-    changes : ndarray, shape (..., c, samples + 1)
-        Relative changes of the stated values of the cables in each sample of rounding, and in the last one, which has
-        what the search has left. [-]
-    generator : numpy.random.Generator
-        Draws the sign of the rounding of each link.
-
-    Returns
-    -------
-    stiffness : ndarray, shape (..., c + l, 2, 3, 3)
-        Of the cables and then the links. [N/m]
-    end_forces : ndarray, shape (..., c + l, 2, 3)
-        Of the cables and then the links; for links by a relative change of their lengths and places. [N]
-    changes : ndarray, shape (..., c + l, samples + 1)
-        Of the cables and then the links; zero for links in the last sample. [-]
+    These are the `stiffness`, force on each end per movement of end 2, shape (..., c, 2, 3, 3) [N/m]; `end_forces`,
+    their changes by a relative change of the stated value, (..., c, 2, 3) [N], for links by one of their lengths and
+    places; and `changes`, relative changes of the stated values in each sample of rounding and in the last one, which
+    has what the search has left, (..., c, samples + 1): zero for links. The `generator` draws the signs of the rounding
+    of links.
     """
     links, ends = equilibrium.links, equilibrium.ends[..., len(equilibrium.suspension.cable_names) :, :, :]
     least, most = rounding.of_link_forces(ends, links)
@@ -284,14 +249,8 @@ def _stayed(equilibrium):
 def _residuals(equilibrium, quantities, length_known):
     """Net forces on bodies and errors of stated values that the search for an equilibrium has left, and their rounding.
 
-    Parameters
-    ----------
-    equilibrium : Equilibrium
-        Of b bodies and c cables.
-    quantities : sequence of str
-        What each cable states: its unstretched length, a tension or a sag.
-    length_known : ndarray of bool, shape (..., c)
-        True for cables whose unstretched length is given, so that no stated value had to be met.
+    `quantities` names what each of the c cables states: its unstretched length, a tension or a sag. `length_known`,
+    shape (..., c), is True if the length is given, so that no stated value had to be met.
 
     Returns
     -------

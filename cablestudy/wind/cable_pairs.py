@@ -203,19 +203,8 @@ def _sinh_rule(count, center, scale):
 
     In the variable u of t = center + scale sinh(u) the peak is broad. The points are those of a Gauss rule in u, closer
     together at the ends. If one of the peaks is narrower than `WIND.narrow_peak`, all of them count as kinks: each side
-    of a kink then has all points of the rule.
-
-    Parameters
-    ----------
-    count : int
-        Number of coefficients of the polynomial.
-    center, scale : ndarray, shape (...)
-        Place and width of the peak of each of many rules, in t.
-
-    Returns
-    -------
-    points, weights : ndarray, shape (..., q)
-        q points t, and weights for an integral over t.
+    of a kink then has all points of the rule. `count` is the number of coefficients of the polynomial; `center` and
+    `scale` have the shape (...) of many rules, points and weights (..., q).
     """
     points, weights = _ends_refined(max(count + WIND.load_points, WIND.peak_points))
     kinked = np.any(scale < WIND.narrow_peak)

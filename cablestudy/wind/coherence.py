@@ -132,14 +132,8 @@ class Rods:
     def _of_springs(self, loads, ratio, inverse):
         """Part of `covariance` by the springs at the ends of the rods, and by the constant function.
 
-        Parameters
-        ----------
-        loads : ndarray, shape (n, c, i, r)
-            Coefficients of the loads.
-        ratio : ndarray, shape (n, m)
-            rho. [-]
-        inverse : ndarray, shape (n, m, r - 1)
-            Inverse of K without springs, a diagonal matrix, for all functions but the constant one.
+        `loads`, shape (n, c, i, r), are the coefficients of the loads; `ratio`, shape (n, m), is rho. `inverse`, shape
+        (n, m, r - 1), is the inverse of K without springs, a diagonal matrix, for all functions but the constant one.
 
         Returns
         -------
@@ -170,13 +164,8 @@ class Rods:
 def _add_products(covariance, diagonals, loads):
     """Add the products loads^T D loads with m diagonal matrices D, summed over c components, in place.
 
-    The products are symmetric: entries on the diagonal and to the right of it are computed, then mirrored.
-
-    Parameters
-    ----------
-    covariance : ndarray, shape (m, i, i)
-    diagonals : ndarray, shape (m, r)
-    loads : ndarray, shape (r, c, i)
+    `covariance` has the shape (m, i, i). The products are symmetric: entries on the diagonal and to the right of it are
+    computed, then mirrored. `diagonals` have the shape (m, r), `loads` (r, c, i).
     """
     functions, _, size = loads.shape
     at_once = max(1, WIND.coherence_entries // max(1, size * functions))  # rows whose products caches hold

@@ -154,19 +154,10 @@ class Gusts:
     def _table_weights(self, kappa):
         """Weights by which covariances at f values of kappa are interpolated from those at the k values of `_table`.
 
-        They are splines over log(kappa + const). Above the highest kappa of the table, covariances with cables fall
-        with 1/kappa, and those between bodies stay constant. Where no covariance depends on kappa, k is 1 and all
+        The first, shape (k, f), are for the entries of the covariance with a cable, the second for those between
+        bodies. They are splines over log(kappa + const). Above the highest kappa of the table, covariances with cables
+        fall with 1/kappa, and those between bodies stay constant. Where no covariance depends on kappa, k is 1 and all
         weights are 1.
-
-        Parameters
-        ----------
-        kappa : ndarray, shape (f,)
-            Decay of the coherence exp(-kappa r) over a distance r. [1/m]
-
-        Returns
-        -------
-        for_cables, for_bodies : ndarray, shape (k, f)
-            Weight of each covariance of the table: for its entries with a cable, and for those between bodies. [-]
         """
         table_kappa = self._table.kappa
         if table_kappa is None:
@@ -240,12 +231,8 @@ class Gusts:
 
         The gusts on a cable are expanded in q functions along it. Each function does work on the k coordinates of the
         cable. In place of functions, bodies have q = b places, and in place of work the speeds themselves: their
-        coordinates are the three components of the speed at each body, k = 3 b.
-
-        Parameters
-        ----------
-        kappa : ndarray, shape (f,)
-            The coherence at a distance r is exp(-kappa r), at each of f frequencies. [1/m]
+        coordinates are the three components of the speed at each body, k = 3 b. The coherence at a distance r is
+        exp(-kappa r), at f frequencies.
 
         Yields
         ------
@@ -277,30 +264,14 @@ class Gusts:
 
 
 def _cross_covariance(kappa, places, work, cables, other_work):
-    """Covariance of the work of the gusts on one load with that on several cables.
+    """Covariance of the work of the gusts on one load with that on several cables, shape (f, k, l).
 
     Loads are those of `Gusts._loads`. The covariance of the work on coordinates k and l, at each frequency, is
 
         sum over q, p and t of work[q, t, k] C[q, p] other_work[p, t, l]
 
     C is the mean coherence of functions, or places, q and p; the t components of the turbulence are uncorrelated.
-
-    Parameters
-    ----------
-    kappa : ndarray, shape (f,)
-        The coherence at a distance r is exp(-kappa r), at each of f frequencies. [1/m]
-    places : list of Arc, or ndarray, shape (q, 3)
-        The one load: elements of a cable, with q functions in all, or places of q bodies. [m]
-    work : ndarray, shape (q, t, k)
-        Its work on k coordinates.
-    cables : list of list of Arc
-        Elements of each of the other cables.
-    other_work : ndarray, shape (p, t, l)
-        Work on l coordinates by the p functions of all other cables.
-
-    Returns
-    -------
-    ndarray, shape (f, k, l)
+    `cables` has the elements of each of the other cables, lists of `Arc`, and p numbers their functions.
     """
     mean = coherence_of_cables if isinstance(places, list) else coherence_with_points
     covariance = np.zeros((len(kappa), work.shape[-1], other_work.shape[-1]))
@@ -370,15 +341,8 @@ def _wind_on_bodies(drag, layout, shapes):
     """Linearised drag of the b bodies and junctions that have a drag area.
 
     A change u' of the mean wind U changes the drag along axis k of a body by rho/2 C_d A_k (|U| u'_k + U_k (U.u')/|U|).
-
-    Parameters
-    ----------
-    drag : Drag
-        Mean wind U, air density rho, and drag coefficients times areas C_d A_k, of one case.
-    layout : Layout
-        Matrices and connections of the bodies.
-    shapes : ndarray, shape (n, m)
-        Column j: displacements of the n coordinates of the suspension by the j-th of m coordinates.
+    `drag` has the wind of one case; column j of `shapes` the displacements of the suspension by the j-th of m
+    coordinates.
 
     Returns
     -------

@@ -328,19 +328,9 @@ def amplitudes(coordinates, layout, shapes, groups):
 def _courses(models, catenary):
     """Direction, stretch and tension along each cable in its chord frame. A cable without mass counts as straight.
 
-    Parameters
-    ----------
-    models : Models
-        Elements of the cables.
-    catenary : Catenary
-        Of the c cables.
-
-    Returns
-    -------
-    list of (direction, stretch, middle, half)
-        For each cable, with e elements of some order p: unit tangents, shape (e, p, 3), and local stretched over
-        unstretched length, (e, p), at the Gauss points [-]; tension vectors in the middle of each element, and half of
-        their changes over it, both (e, 3) [N]. Without mass a unit vector stands for the tension.
+    For each cable, with e elements of some order p: unit tangents, shape (e, p, 3), and local stretched over
+    unstretched length, (e, p), at the Gauss points; tension vectors in the middle of each element, and half of their
+    changes over it, both (e, 3) [N]. Without mass a unit vector stands for the tension.
     """
     along = np.eye(3)[:1]
     mean_stretch = (1 + catenary.mean_tension / catenary.span.axial_stiffness)[:, None, None]

@@ -271,30 +271,12 @@ def variances_with_remainder(residues, remainder, noise_times, panels, noise, we
 
 
 def _spectral_integrals(inputs, panels, noise, weights, resolvents):
-    """Integrals over frequency for `variances`: of r_j b_j S, and of S, each times w weights.
+    """Integrals over frequency for `variances`: of r_j b_j S, and of S, times w weights.
 
-    S is the one-sided spectral matrix of i inputs, b_j the input vector of the pole l_j, and r_j the narrow peak by
-    this pole: -2 l_j/(w^2 + l_j^2), or 2/(i w - l_j) for a one-sided response, see `Panels.resolvents`.
-
-    Parameters
-    ----------
-    inputs : ndarray, complex, shape (..., N, i)
-        b_j of N poles.
-    panels : Panels
-        n points of quadrature over frequency.
-    noise : Noise
-        S.
-    weights : ndarray, shape (..., w, n)
-        w functions of frequency at these points.
-    resolvents : ndarray, complex, shape (..., N, n)
-        r_j times the weights of the quadrature.
-
-    Returns
-    -------
-    by_pole : ndarray, complex, shape (..., w, N, i)
-        Integrals of r_j b_j S.
-    spectra : ndarray, shape (..., w, i, i)
-        Integrals of S.
+    They have the shapes (..., w, N, i) and (..., w, i, i). S is the one-sided spectral matrix of i inputs (`noise`),
+    b_j the input vector of each of N poles l_j (`inputs`), and r_j the narrow peak by this pole: -2 l_j/(w^2 + l_j^2),
+    or 2/(i w - l_j) for a one-sided response. `resolvents`, shape (..., N, n), are r_j times the weights of the
+    quadrature at the n points of the `panels`; `weights` are w functions of frequency there, shape (..., w, n).
     """
     *leading, poles, size = inputs.shape
     count, points = weights.shape[-2:]  # w, n
@@ -315,22 +297,11 @@ def _spectral_integrals(inputs, panels, noise, weights, resolvents):
 
 
 def _times_matrices(inputs, matrices, integrals):
-    """Sum of c_k b_j S_k over k = 1 to p, for each of N poles j and w weights; the c_k differ with pole and weight.
+    """Sum of c_k b_j S_k over k = 1 to p, for each of N poles j and w weights, shape (..., N, w, l).
 
-    Where i < p the sums of c_k S_k are computed first, else the products b_j S_k.
-
-    Parameters
-    ----------
-    inputs : ndarray, complex, shape (..., N, i)
-        b_j, a row for each pole.
-    matrices : ndarray, shape (..., p, i, l)
-        S_k, real.
-    integrals : ndarray, shape (..., 2, N, w, p)
-        Real and imaginary parts of c_k, for each pole and weight.
-
-    Returns
-    -------
-    ndarray, complex, shape (..., N, w, l)
+    Where i < p the sums of c_k S_k are computed first, else the products b_j S_k. b_j are the rows of `inputs`, (...,
+    N, i), and S_k the real `matrices`, (..., p, i, l). `integrals`, (..., 2, N, w, p), are the real and imaginary parts
+    of c_k, which differ with pole and weight.
     """
     *leading, functions, rows, columns = matrices.shape  # p, i, l
     real, imag = np.moveaxis(integrals, -4, 0)  # of c_k, (..., N, w, p) each
