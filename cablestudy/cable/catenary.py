@@ -231,15 +231,10 @@ class Catenary(SegmentedCable):
         return np.stack([m + half_weight * u for m, u in zip(middle, up, strict=True)], axis=-1)
 
     def _pieces(self, position):
-        """Parts of a cable from which `at` finds the form and tension at given positions.
+        """Parts of a cable from which `at` finds the form and tension at given positions, shape (..., j), from 0 to 1.
 
-        A position is in one of the k + 1 segments between the k point loads. Its piece is the part of the cable from
-        the beginning of this segment, on the side of end 1, to the position.
-
-        Parameters
-        ----------
-        position : ndarray, shape (..., j)
-            Unstretched arc length over unstretched length, in [0, 1]; at a point load, the side of end 1. [-]
+        A position is in one of the k + 1 segments between the k point loads; at a point load, on the side of end 1. Its
+        piece is the part of the cable from the beginning of this segment, on the side of end 1, to the position.
 
         Returns
         -------
@@ -367,23 +362,9 @@ def _pass_kinks(problem, unknown, change, record, weightless):
     tension. Where the energy is least at the kink, that segment hangs slack. Elsewhere Newton's method begins again
     from a point of less energy beside the kink.
 
-    Parameters
-    ----------
-    problem : EquilibriumResidual
-        Of all cables; its `kink` finds the kink of the segment with the least tension.
-    unknown : ndarray, shape (3, ...)
-        Tension vectors at mid-length of all cables, where the iteration ended. [N]
-    change : ndarray, shape (...)
-        Size of the last correction of each, relative to the tension vector. [-]
-    record : Record
-        Of the iteration.
-    weightless : ndarray of bool, shape (...)
-        True for the cables to solve.
-
-    Returns
-    -------
-    unknown, change, record
-        The arguments after the further iterations; a cable with a slack segment has a change of zero.
+    `problem` is the `EquilibriumResidual` of all cables, whose `kink` finds that of the segment with the least tension;
+    `unknown`, shape (3, ...), `change` and `record` are what Newton's method returned, and are returned after the
+    further iterations: a cable with a slack segment has a change of zero. `weightless` masks the cables to solve.
     """
     pending = weightless
     for _ in range(problem.segments.fraction.shape[-1]):

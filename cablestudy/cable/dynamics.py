@@ -208,23 +208,11 @@ class Dynamics:
         return Modes(CombinedModes(planes, self), min(count, self.dof), count >= self.dof)
 
     def _solve(self, system, count):
-        """Compute at least the `count` lowest modes of cables in one plane, or in all directions if these are coupled.
+        """At least the `count` lowest modes of cables in one plane, or in all directions if these are coupled.
 
         Small systems, and larger ones of which many modes are wanted, have dense matrices. These are solved apart for
-        shapes that are symmetric and antisymmetric about mid-length, if the cable is its own mirror image. Other
-        systems are solved by Lanczos iteration.
-
-        Parameters
-        ----------
-        system : System
-            Linear model of all cables of the batch in these directions.
-        count : int
-            Number of modes.
-
-        Returns
-        -------
-        list of PlaneModes
-            One for each kind of symmetry; a single one where modes are not separated by symmetry.
+        shapes that are symmetric and antisymmetric about mid-length, if the cable is its own mirror image: one
+        `PlaneModes` for each kind of symmetry. Other systems are solved by Lanczos iteration.
 
         Raises
         ------

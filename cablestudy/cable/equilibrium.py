@@ -201,14 +201,8 @@ def _nodal_forces(mesh, force_per_length):
 def _solve_loads(catenary, mesh, nodal=None):
     """Equilibrium of cables of finite elements under weight, point loads and further constant loads on the nodes.
 
-    Parameters
-    ----------
-    catenary : Catenary
-        Exact equilibrium of the continuous cables under weight and point loads, the start.
-    mesh : Mesh
-        Elements of all cables.
-    nodal : ndarray, shape (..., nodes, 3), optional
-        The further loads, chord frame. [N]
+    The search begins at the exact equilibrium of the continuous cables (`catenary`). `nodal`, shape (..., nodes, 3),
+    are the further loads in the chord frame. [N]
 
     Returns
     -------

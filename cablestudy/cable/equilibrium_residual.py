@@ -167,20 +167,10 @@ class EquilibriumResidual:
 
 
 def _first_tension(span):
-    """Approximate tension vector at mid-length of a cable, where Newton's method begins.
+    """Approximate tension vector at mid-length of a cable, where Newton's method begins, chord frame. [N]
 
     Weight and point loads are taken as distributed uniformly over the cable. Its form is then a parabola, or an
     inextensible catenary where it is more than 1.2 times as long as its chord.
-
-    Parameters
-    ----------
-    span : Span
-        Ends, length, properties and loads of the cables, fields of shape (...).
-
-    Returns
-    -------
-    tuple of 3 ndarrays, shape (...)
-        Components along the chord, across it in the vertical plane, and out of that plane. [N]
     """
     load_vector = span.load_forces.sum(axis=-2) - np.asarray(span.weight)[..., None] * span.up
     load = np.sqrt((load_vector**2).sum(axis=-1))

@@ -171,23 +171,17 @@ def _tension(span, strain, at="mean"):
 def _rising_zeros(function, guess, highest):
     """Find the chord strains with which n cables have stated tensions or sags: zeros of n functions of the strain.
 
-    Each search begins near a guess: first the secant method, then brackets near the guess, then in all of the range. A
-    function with two zeros rises at that of the shorter cable, which is the wanted one.
-
-    Parameters
-    ----------
-    function : callable
-        Chord strains, shape (k,), and indices of the cables, shape (k,) -> relative errors of the stated values, (k,).
-    guess, highest : ndarray, shape (n,)
-        Estimates of the zeros, and upper limits of the search. [-]
+    Each search begins near a guess: first the secant method, then brackets near the guess, then in all of the range up
+    to `highest`. A function with two zeros rises at that of the shorter cable, which is the wanted one. `function`
+    makes of strains and indices of cables, both of shape (k,), the relative errors of the stated values.
 
     Returns
     -------
     zeros : ndarray, shape (n,)
         Not a number where none was found. [-]
     known_to_rise : ndarray of bool, shape (n,)
-        True where the secant method found the zero: it accepts none at which the function falls. False where a zero
-        is from a bracket, or none was found.
+        True where the secant method found the zero: it accepts none at which the function falls. False where a zero is
+        from a bracket, or none was found.
     """
     step = np.minimum(np.maximum(1e-3 * np.abs(guess), 1e-15), (highest - CABLE.loosest_strain) / 8)
     guess = np.clip(guess, CABLE.loosest_strain + 2 * step, highest - 2 * step)
@@ -213,18 +207,8 @@ def _rising_zeros(function, guess, highest):
 def _zeros_by_secant(function, guess, highest):
     """Find zeros of n functions of the chord strain near good guesses, each where its function rises: secant method.
 
-    Parameters
-    ----------
-    function : callable
-        Chord strains, shape (k,), and indices of the functions they belong to, shape (k,) -> values, shape (k,).
-    guess, highest : ndarray, shape (n,)
-        Estimates of the zeros, and upper limits of the search. [-]
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Not a number where the steps do not become small, where they leave the limits, or where the function was not
-        seen to rise. [-]
+    A zero is not a number where the steps do not become small, where they leave the range, or where the function was
+    not seen to rise. The arguments are those of `_rising_zeros`.
     """
     zeros, index = np.full(len(guess), np.nan), np.arange(len(guess))
     previous, x = guess, guess * (1 + CABLE.length_first_secant)

@@ -137,19 +137,8 @@ def _travel_shares(catenary, edges):
     """Relative times that a transverse wave takes along the pieces of one cable, by which elements are distributed.
 
     The wave speed is sqrt(T/m) with the tension T and the mass per length m, so that the time is the integral of
-    sqrt(m/T) ds.
-
-    Parameters
-    ----------
-    catenary : Catenary
-        Of one cable.
-    edges : sequence of float
-        Ends of the n pieces along the cable, shares of the unstretched length: n + 1 of them, ascending from 0 to 1.
-
-    Returns
-    -------
-    list of float
-        Time of each of the n pieces over the longest of these times, by Gauss's rule. [-]
+    sqrt(m/T) ds, by Gauss's rule; the longest is 1. `edges` are the n + 1 ends of the n pieces along the cable, shares
+    of the unstretched length, ascending from 0 to 1.
     """
     nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
     low, high = np.array(edges[:-1]), np.array(edges[1:])

@@ -99,21 +99,12 @@ class _Part:
 def _arc_length_at(part):
     """Arc length x along a segment at which the cable is at a given horizontal distance from the segment's end 1.
 
-    x is found by Newton's method within a bracket, from
+    x, over the length of the cable, from 0 to `part.length`, is found by Newton's method within a bracket, from
 
         h x (1/EA + 2 (1 + excess)/S) = target
 
     h is the horizontal tension over a scale of forces, the same as in `target`. S is the sum of the tensions at both
     ends of the part up to x, and 2 (1 + excess)/S the mean of 1/T along it (`segment_terms`).
-
-    Parameters
-    ----------
-    part : _Part
-
-    Returns
-    -------
-    ndarray, shape (..., 1)
-        x over the length of the cable, from 0 to `part.length`. [-]
     """
     shape = part.length.shape
     part = with_arrays(part, lambda values: np.broadcast_to(values, shape).ravel())

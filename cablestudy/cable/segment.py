@@ -170,28 +170,14 @@ def flexibility(tension, weight, axial_stiffness, cosine, sine, terms):
 def _flexibility_of_small_beta(tension, weight, cosine, sine, terms):
     """Flexibility of light segments by change of direction alone, from small deviations from the chord.
 
-    Light is a segment of small beta = W/S. The result is `flexibility` without I/EA, with the unit tangent t = P/T:
+    Light is a segment of small beta = W/S: its weight over the sum of the tensions at both ends. The result is
+    `flexibility` without I/EA, with the unit tangent t = P/T:
 
         mean of (I - t t^T)/T = mean of (T^2 I - P P^T)/T^3
 
     Along the segment the tension vector is P = (q, n, y) + w tau with w = W (sine, cosine, 0) and tau from -1/2 to 1/2.
-    The numbers i0, i1 and i2 are the means of tau^k/T^3 for k = 0, 1 and 2, the last one by quadrature.
-
-    Parameters
-    ----------
-    tension : tuple of 3 ndarrays
-        Tension vector (q, n, y) at mid-segment, chord frame. [N]
-    weight : ndarray
-        W of the segment. [N]
-    cosine, sine : ndarray
-        Of the inclination of the chord. [-]
-    terms : SegmentTerms
-        With S, the sum of the tensions at both ends.
-
-    Returns
-    -------
-    tuple of 6 ndarrays
-        Entries qq, nn, yy, qn, qy, ny of the symmetric matrix. [1/N]
+    The numbers i0, i1 and i2 are the means of tau^k/T^3 for k = 0, 1 and 2, the last one by quadrature. Returned are
+    the entries qq, nn, yy, qn, qy, ny of the symmetric matrix, in the chord frame. [1/N]
     """
     q, n, y = tension
     total, product = terms.sum_of_tensions, np.maximum(terms.product, CABLE.least_divisor)
@@ -228,28 +214,10 @@ def _gauss_rule(dimensions):
 
 
 def _flexibility_of_large_beta(tension, cosine, sine, terms):
-    """Flexibility of heavy segments by change of direction alone, from horizontal and vertical components.
-
-    Heavy is a segment of large beta = W/S, with the weight W. The result is `flexibility` without I/EA, with t = P/T:
-
-        mean of (I - t t^T)/T = mean of (T^2 I - P P^T)/T^3
+    """Flexibility of heavy segments (large beta) by change of direction alone: the same entries in the same frame.
 
     It is found for horizontal, vertical and lateral components (h, V, y) of the tension vector P and then rotated into
     the chord frame (q, n, y). The numbers i0, i1 and i2 are the means of V^k/T^3 for k = 0, 1 and 2.
-
-    Parameters
-    ----------
-    tension : tuple of 3 ndarrays
-        Tension vector (q, n, y) at mid-segment, chord frame. [N]
-    cosine, sine : ndarray
-        Of the inclination of the chord. [-]
-    terms : SegmentTerms
-        With S, the sum of the tensions at both ends.
-
-    Returns
-    -------
-    tuple of 6 ndarrays
-        Entries qq, nn, yy, qn, qy, ny of the symmetric matrix. [1/N]
     """
     q, n, y = tension
     h, total, (t0, t1) = terms.horizontal, terms.sum_of_tensions, terms.tensions

@@ -149,18 +149,9 @@ def refined_for_sensitivity(function, gain, curve):
 def _subdivided(functions, curves, divides, highest):
     """Divide intervals of frequency where a criterion asks for it, and compute n loop gains there: `LoopGainCurves`.
 
-    Each interval is divided into `interval_parts`, and these in turn, in up to `interval_rounds` rounds.
-
-    Parameters
-    ----------
-    functions : sequence of callable
-        The n loop gains: s, shape (f,) [rad/s] -> shape (f, k, k).
-    curves : LoopGainCurves
-        Known values at f frequencies.
-    divides : callable
-        The criterion: `LoopGainCurves` -> ndarray of bool, shape (f - 1,), True for intervals to divide.
-    highest : ndarray, shape (n,)
-        Frequency of each loop above which no interval is divided. [rad/s]
+    Each interval is divided into `interval_parts`, and these in turn, in up to `interval_rounds` rounds. `divides`
+    makes of `LoopGainCurves` at f frequencies a mask of intervals, shape (f - 1,). Above `highest` of a loop, shape
+    (n,) [rad/s], none is divided.
     """
     fractions = np.arange(1, CONTROL.interval_parts) / CONTROL.interval_parts
     for _ in range(CONTROL.interval_rounds):
@@ -179,19 +170,8 @@ def _may_cross_twice(curves, most):
 
     It may where the eigenvalue turns by a large angle, or where it is near the axis and its angle or size changes by
     much. An eigenvalue l crosses at the gain 1/|l|: one too small to cross at the gains of interest does not count.
-
-    Parameters
-    ----------
-    curves : LoopGainCurves
-        Eigenvalues of n loop gains at f frequencies.
-    most : ndarray, shape (n,)
-        Gain of each loop up to which no crossing may be missed, or the least with a crossing where that is larger.
-        [rad/s]
-
-    Returns
-    -------
-    ndarray of bool, shape (f - 1,)
-        For the interval from each frequency to the next.
+    `most` is the gain of each of n loops up to which no crossing may be missed, or the least with a crossing where that
+    is larger.
     """
     before, after = paired(curves.values)
     row, inside = curves.row[1:], curves.row[1:] == curves.row[:-1]

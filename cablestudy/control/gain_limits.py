@@ -284,19 +284,9 @@ def _curves_of(loops):
 def _destabilising_limits(loops):
     """Gains at which poles of many loops cross the imaginary axis to the right: `StableGains.limits` of each.
 
-    Parameters
-    ----------
-    loops : list of StableGains
-        With equally many measured coordinates.
+    For each loop a list of `Limit`, ascending by gain. The first is the largest stable gain; of those above it some may
+    be missing. An empty list means that every gain is stable. All loops have equally many measured coordinates.
 
-    Returns
-    -------
-    list of (list of Limit)
-        For each loop, ascending by gain. The first is the largest stable gain; of those above it some may be missing.
-        An empty list means that every gain is stable.
-
-    Notes
-    -----
     With the gain g and an eigenvalue l of the loop gain over g, a pole s obeys 1 + g l(s) = 0: it moves by 1/(g dl/ds)
     per relative change of g.
 
@@ -319,15 +309,10 @@ def _destabilising_limits(loops):
 
 
 def _limits_at(functions, crossings):
-    """Turn `Crossings` of n loop gains into `Limit`s, each with the direction in which its pole crosses.
+    """`Limit`s of `Crossings` of n loop gains, with the number of the loop, and True if the pole crosses to the right.
 
     For a nearly undamped mode that crosses to the right the limit is where it grows by `CONTROL.negligible_growth`
     times its frequency; the factor is infinite if it never does. Its crossing back to the left is left out.
-
-    Returns
-    -------
-    list of (int, Limit, bool)
-        Number of the loop, the limit, and True if the pole crosses to the right with more gain.
     """
     limits, destabilising = _as_limits(crossings), crossings.destabilising.tolist()
     undamped = [index for index, limit in enumerate(limits) if destabilising[index] and limit.undamped]
@@ -343,21 +328,9 @@ def _limits_at(functions, crossings):
 def _undamped_factors(functions, row, limits):
     """Gain from which on each of l nearly undamped modes grows by `negligible_growth` times its frequency. [rad/s]
 
-    The growing pole is sought along s = (negligible_growth + i) w, at frequencies w on both sides of the mode.
-
-    Parameters
-    ----------
-    functions : sequence of callable
-        Loop gains of n loops, over the gain: s, shape (f,) [rad/s] -> shape (f, k, k).
-    row : ndarray of int, shape (l,)
-        Number of the loop of each mode, ascending.
-    limits : list of Limit
-        Gain and frequency at which the pole of each mode crosses the imaginary axis.
-
-    Returns
-    -------
-    ndarray, shape (l,)
-        Infinite where the mode nowhere grows so fast.
+    The growing pole is sought along s = (negligible_growth + i) w, at frequencies w on both sides of the mode. The gain
+    is infinite where the mode nowhere grows so fast. `row`, shape (l,), is the number of the loop of each mode,
+    ascending; `limits` are gain and frequency at which the pole of each crosses the imaginary axis.
     """
     own, growth = [functions[index] for index in row.tolist()], CONTROL.negligible_growth  # one function for each mode
     center = np.array([limit.omega for limit in limits])[:, None]
@@ -379,22 +352,11 @@ def _as_limits(crossings):
 
 
 def _growth_allowed(functions, remaining):
-    """Find the factor above 1 of a gain at which a pole first crosses to the right, of a loop that is stable at 1.
+    """`Limit` with the factor above 1 of a gain at which a pole first crosses to the right; the loop is stable at 1.
 
-    If more poles cross to the left than to the right below 1, the loop is unstable without this gain: the factor is
-    then 0. A mode that is nearly undamped counts from the factor on with which it grows, as in `_limits_at`.
-
-    Parameters
-    ----------
-    functions : sequence of callable
-        Loop gains of several loops, over the gain: s, shape (f,) [rad/s] -> shape (f, 1, 1).
-    remaining : Crossings
-        Those of one of these loops, sorted.
-
-    Returns
-    -------
-    Limit
-        With an infinite factor where no pole crosses to the right.
+    The factor is infinite if none does. If more poles cross to the left than to the right below 1, the loop is unstable
+    without this gain: the factor is then 0. A mode that is nearly undamped counts from the factor on with which it
+    grows, as in `_limits_at`. `remaining` are the sorted `Crossings` of one of the loops of `functions`.
     """
     net, allowed = 0, Limit(np.inf, 0.0)
     while len(remaining):

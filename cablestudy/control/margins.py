@@ -364,25 +364,14 @@ def _finite(value):
 
 
 def _next_below(peak, value, gain):
-    """Find at each of f frequencies the largest g < `gain` with which a singular value of (I + g L)^-1 is `peak`.
+    """1/g for the largest g < `gain` with which a singular value of (I + g L)^-1 is `peak`, at f frequencies. [s]
 
     m = 1/g is an eigenvalue of a quadratic problem, which is solved as a linear one of twice the size:
 
         det[(1 - 1/peak^2) m^2 I + m (L + L^H) + L^H L] = 0.
 
-    Parameters
-    ----------
-    peak : float
-        Size of the sensitivity, above 1. [-]
-    value : ndarray, shape (f, k, k)
-        L, the loop gain divided by its gain. [s]
-    gain : float
-        Gain below which g is looked for. [rad/s]
-
-    Returns
-    -------
-    ndarray, shape (f,)
-        m = 1/g; zero where the sensitivity is not above `peak` with `gain`, or no such g is found. [s]
+    L, shape (f, k, k), is the loop gain divided by its gain (`value`). m is zero where the sensitivity is not above
+    `peak` with `gain`, or no such g is found.
     """
     size, factor, result = value.shape[-1], 1 - peak**-2, np.zeros(len(value))
     higher = np.flatnonzero(_least_singular_value(value, gain) * peak < 1)  # where the sensitivity is above the peak

@@ -156,25 +156,11 @@ def refined(functions, brackets, growth=0.0):
 
 
 def _by_secant(functions, brackets, is_single, growth):
-    """Locate crossings of the negative real axis by eigenvalues to rounding, by the secant method.
+    """Locate crossings of the negative real axis by eigenvalues to rounding, by the secant method: `Crossings`.
 
-    Of the k eigenvalues at a new frequency it takes the one nearest to the line through the last two values.
-
-    Parameters
-    ----------
-    functions : sequence of callable
-        The n loop gains, each divided by its gain: s, shape (f,) [rad/s] -> shape (f, k, k). [s]
-    brackets : Crossings
-        Pairs of frequencies, each with one crossing between them.
-    is_single : bool
-        True for k = 1: no eigenvalue can be mistaken for another.
-    growth : float
-        The loop gains are computed at s = (growth + i) w. [-]
-
-    Returns
-    -------
-    Crossings
-        One for each bracket, without those where another eigenvalue was followed by mistake.
+    Of the k eigenvalues at a new frequency it takes the one nearest to the line through the last two values. `brackets`
+    are pairs of frequencies with one crossing between them; those where another eigenvalue was followed by mistake are
+    left out, which cannot happen if k = 1 (`is_single`). The loop gains are computed at s = (growth + i) w.
     """
     pairs, (low, high) = brackets, brackets.omega.T  # the last two points of each search
     last_step = np.maximum(CONTROL.secant_last_step * (high - low), CONTROL.secant_rounding * high)

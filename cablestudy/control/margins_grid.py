@@ -201,20 +201,9 @@ def passages(function, curves):
 def _with_extrema_of_other_sign(function, single, curves):
     """Add to tables of functions of frequency the extrema that pass zero between two values of one sign.
 
-    Parameters
-    ----------
-    function : callable
-        Frequencies [rad/s] and, for each, the number of one of n functions, both of shape (q,) -> values, shape (q, k).
-    single : callable
-        One of these k values: frequencies, numbers of functions and numbers of values, each of shape (q,) -> shape
-        (q,).
-    curves : list of (ndarray, ndarray)
-        The tables, one for each function: frequencies, shape (f,), ascending; and values there, shape (f, k).
-
-    Returns
-    -------
-    list of (ndarray, ndarray)
-        `curves` with the frequencies of these extrema, and all k values there.
+    `function` makes of frequencies [rad/s] and, for each, the number of one of n functions, both of shape (q,), its k
+    values (q, k); `single` one of these values, with its number as a third argument. `curves` are the tables, one for
+    each function: ascending frequencies, shape (f,), and values there, (f, k).
     """
     brackets = []
     for number, (omega, value) in enumerate(curves):

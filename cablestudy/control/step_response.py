@@ -70,20 +70,9 @@ def step_response(time, value, final):
 
 
 def _by_spline(time, value, final, largest):
-    """Overshoot, rise time and settling time of a sampled response to a step, from a cubic spline through the samples.
+    """`StepResponse` of a response to a step, sampled at uniform times from zero, by a cubic spline.
 
-    Parameters
-    ----------
-    time, value : ndarray, shape (m,)
-        Uniform times from zero [s], and the response to a step at time zero.
-    final : float
-        Value after a long time.
-    largest : float
-        Largest size of the values, by which the spline is scaled.
-
-    Returns
-    -------
-    StepResponse
+    `final` is the value after a long time, `largest` the largest size of the values, by which the spline is scaled.
     """
     from scipy.interpolate import CubicSpline
 

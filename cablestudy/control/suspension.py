@@ -203,15 +203,8 @@ def _outputs(parts, matrices, connection, ends):
 
     z are the N coordinates and v the lengths that i winches reel in. The o outputs are displacements of bodies, of
     markers and at mid-spans, then forces of links, then tensions. C0 and D0 are complex where damping is hysteretic.
-
-    Parameters
-    ----------
-    parts : list of SystemParts
-    matrices : list of tuple of 3 ndarray, shape (n, m + 6, m + 6)
-        For each of the c cables M, C and K, for its m modes and then its six end displacements.
-    connection : ndarray, shape (n, 6 c, d)
-        G: displacements of the ends of all cables per free displacement.
-    ends : WinchedEnds
+    `matrices` are M, C and K of each cable, for its modes and then its six end displacements; `connection`, shape (n, 6
+    c, d), is G: the displacements of the ends of all cables per free displacement.
     """
     layouts, winches = [row.layout for row in parts], ends.movements.shape[-1]
     modal = sum(stiffness.shape[-1] - 6 for *_, stiffness in matrices)

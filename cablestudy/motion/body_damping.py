@@ -55,21 +55,12 @@ def damping_ratios(modes):
 
 
 def _solved_together(tried):
-    """Group the rows whose poles can be found in the same calls.
+    """Group rows whose poles can be found in the same calls: tuples of row, model tried for it, and air that damps it.
 
-    Rows of a group belong to one `Trial`, which holds the undamped modes of several suspensions. They also agree in the
-    laws of damping of their cables, in whether their models have all modes of the cables, and in whether the air damps
-    cables. Rows with the same suspension of a trial, such as load cases in equal equilibrium, are in different groups.
-
-    Parameters
-    ----------
-    tried : list of (int, BodyMode, Airflow or None)
-        Row, the model that is tried for it, and the air that damps it.
-
-    Returns
-    -------
-    list of list of (int, BodyMode, Airflow or None)
-        Groups, each sorted by the number of the suspension in the trial.
+    Rows of a group belong to one `Trial`, which holds the undamped modes of several suspensions, by whose numbers they
+    are sorted. They also agree in the laws of damping of their cables, in whether their models have all modes of the
+    cables, and in whether the air damps cables. Rows with the same suspension of a trial, such as load cases in equal
+    equilibrium, are in different groups.
     """
     groups, uses = {}, Counter()
     for row, mode, airflow in tried:
@@ -113,23 +104,12 @@ class DampingRatio:
 
 
 def _ratios_of_trial(modes, airflows):
-    """Compute the damping ratios of the modes of bodies in n suspensions of one `Trial`, and estimate their errors.
+    """Damping ratios of the modes of bodies in n suspensions of one `Trial`, with estimates of their errors.
 
     The relative error is `SYSTEM.coarser_mesh_safety` times the relative change of the ratio by coarser meshes of the
-    cables. It is not a number where the ratio is 1 (no oscillation) and for stated elements; for a ratio of 0 it is
-    `MOTION.rounding`.
-
-    Parameters
-    ----------
-    modes : sequence of BodyMode
-        n modes, whose scenes either all state the elements of the cables, or none of them does.
-    airflows : sequence of (Airflow or None)
-        Air that damps each.
-
-    Returns
-    -------
-    list of (DampingRatio or ConvergenceError)
-        For each mode the ratio; or the error, where no pole is found, on either mesh.
+    cables. It is not a number where the ratio is 1 (no oscillation) and for stated elements, which all of the scenes of
+    `modes` have or none; for a ratio of 0 it is `MOTION.rounding`. Where no pole is found, on either mesh, the
+    ConvergenceError is in place of the `DampingRatio`.
     """
     search, exact = _PoleSearch(modes, airflows), modes[0].exact
     models = search.trial.coordinates.models
@@ -201,11 +181,6 @@ class _PoleSearch:
 
         with its frequency w, and its mass-normalised viscous and hysteretic damping c and h. With strong damping, or
         where no pole is found there, it is the pole of the model of the coupled modes.
-
-        Parameters
-        ----------
-        models : Models
-            Elements of the cables, by which the pole is found.
 
         Returns
         -------

@@ -265,7 +265,7 @@ class DrivenCables:
         )
 
     def _models(self):
-        """Choose elements of the cables that resolve all waves which the gain could drive: `Models`.
+        """Elements of the cables that resolve all waves which the gain could drive: `Models`.
 
         Waves across the cables are also resolved up to the frequency `resolved_to`. The elements of the coupled modes
         are taken if they are fine enough and all their modes are computed, or if the scene states them
@@ -274,12 +274,8 @@ class DrivenCables:
             n = w tau/pi
 
         with the highest frequency w that is needed and the travel time tau from end to end: the larger n of waves that
-        move across the cable and along it.
-
-        Raises
-        ------
-        NoSolutionError
-            n exceeds the number of half-waves that can be resolved, `MOTION.resolved_waves` or that at `resolved_to`.
+        move across the cable and along it. A NoSolutionError says that it exceeds `MOTION.resolved_waves` or that at
+        `resolved_to`.
         """
         base, highest, travel_time = self._base, self._highest_driven, self._effects.travel_time
         resolved_to = self.resolved_to
@@ -417,30 +413,18 @@ class DrivenCables:
         return [np.flatnonzero(modes & (element.omega > least)) for modes, element in pairs]
 
     def _poles_and_starts(self, modes, estimated):
-        """List poles beside which the loop gain is computed, and points where searches for narrow poles begin.
+        """Poles beside which the loop gain is computed, and points where searches for narrow poles begin.
 
-        Both lists begin with the poles of the model. Each mode of a cable whose pole may lie above those adds five
-        entries. With its frequency W with fixed ends, its estimated pole p and the shift d = |p| - W they are
+        Both lists, of shape (N,), begin with the poles of the model. Each mode of a cable whose pole may lie above
+        those, or whose W does, adds five entries. With its frequency W with fixed ends, its estimated pole p
+        (`estimated`, of all `modes`) and the shift d = |p| - W they are
 
             poles     Re p + i (W + j d), j = 0 to 4,
             starts    the same; if |d| is large, Re p + i (W + j d/5), j = 1 to 5.
 
-        The multiples of d serve for modes that nearly coincide: a pole of j such modes is shifted by up to about j d.
-
-        Parameters
-        ----------
-        modes : list of ndarray of int
-            For each cable, indices of modes; n in all.
-        estimated : ndarray, complex, shape (n,)
-            p of these modes, by `poles_of_modes`. [rad/s]
-
-        Returns
-        -------
-        poles, starts : ndarray, complex, shape (N,)
-            The two lists. A mode is in them only if |p| or W is above the frequency below which all poles are certainly
-            those of the model. [rad/s]
-        errors : ndarray, shape (N,)
-            Distance at which a pole may be from each start, over its frequency: |d|/W, at least the accuracy. [-]
+        The multiples of d serve for modes that nearly coincide: a pole of j such modes is shifted by up to about j d. The
+        third result are the distances at which a pole may be from each start, over its frequency: |d|/W, at least the
+        accuracy.
         """
         elements, highest = self.loop_gain.elements, self._highest_surely_known
         fixed = np.concatenate([element.omega[own] for element, own in zip(elements, modes, strict=True)])  # W

@@ -139,15 +139,9 @@ class DrivingBounds:
             yield from ((one, take_rows(responses, row)) for row, one in enumerate(members))
 
     def _shift_per_gain(self, cable, index, coupling):
-        """Bound on the shift of poles of modes of a cable per gain, |C1 N| |b| |A| |P u|/(2 W), shape (n,).
+        """Bound on the shift of poles of n modes of a cable per gain, |C1 N| |b| |A| |P u|/(2 W), shape (n,).
 
-        Parameters
-        ----------
-        cable : int
-        index : ndarray of int, shape (n,)
-            Which of the frequencies is that of each mode.
-        coupling : ndarray, shape (n, 6)
-            m of `Superelement`. [sqrt(kg)]
+        `index` tells which of the frequencies is that of each mode; `coupling`, shape (n, 6), is m of `Superelement`.
         """
         square = self.omega[index, None] ** 2
         force = square * (coupling @ self.connection[cable])  # W^2 G^T m
@@ -333,7 +327,7 @@ def _driving_gains_of_rows(effects):
 
 
 def _driving_gain_of_cable(effects, cable, of_measured, of_winches, winch_gain):
-    """Gain above which waves across and along one cable could be driven, in n suspensions ("rows").
+    """Gain above which waves across and along one cable could be driven, in n suspensions, (n, 2, f). [rad/s]
 
     A wave is taken as a mode of the frequency W. With the bound x on the shift of its pole per gain (see the module's
     docstring), and its rate of decay a, this gain is
@@ -343,20 +337,9 @@ def _driving_gain_of_cable(effects, cable, of_measured, of_winches, winch_gain):
     The safety factor is s = `MOTION.driven_wave_safety`. r a is at least `UNDAMPED` W, a growth that is no instability.
     Of the four waves across of `_waves` the one with the largest x counts, and so of the two along.
 
-    Parameters
-    ----------
-    effects : list of DrivingBounds
-        n of them.
-    cable : int
-        Index of the cable.
-    of_measured, of_winches, winch_gain : ndarray, shapes (n, d, k, f), (n, d, i, f), (n, k, i, f)
-        P Z^-1, F^T Z^-1 and |A| |C1 N| from `_responses_of_rows`, with the axes behind the row reversed: d free
-        displacements of bodies, k measured coordinates, i winches.
-
-    Returns
-    -------
-    ndarray, shape (n, 2, f)
-        For waves across and along the cable, at f frequencies. [rad/s]
+    `of_measured`, `of_winches` and `winch_gain`, shapes (n, d, k, f), (n, d, i, f) and (n, k, i, f), are P Z^-1, F^T
+    Z^-1 and |A| |C1 N| from `_responses_of_rows`, with the axes behind the row reversed: d free displacements of
+    bodies, k measured coordinates, i winches.
     """
     forces, decay, across, by_sag, along = _waves(effects, cable)
     connection, reeling, omega = _stacked(effects, "connection", "reeling", "omega")
@@ -387,13 +370,6 @@ def _waves(effects, cable):
     the cable, tau the travel time, T the tension and mu the mass per length. Where a cable of length l sags under
     gravity g, a wave across it stretches it, too, by the tension EA (mu g/T) sqrt(2/(mu l)) 2/(W tau). Masses on the
     cable divide it: the shortest part has the largest forces on its ends, and is taken for all.
-
-    Parameters
-    ----------
-    effects : list of DrivingBounds
-        n of them, with the frequencies W of each.
-    cable : int
-        Index of the cable.
 
     Returns
     -------

@@ -295,22 +295,13 @@ class LeftOutModes:
         """Estimate by how much the modes that the model leaves out change the variances of r outputs, shape (w, r).
 
         The estimate is |integral of weight (S_all - S_model)| over frequency, times `MOTION.left_out_safety`: S are the
-        spectra of an output with all modes and with those of the model. It is zero if no change can be as large as
-        `least` says, and if rounding spoils the response with all modes (`_unknown`).
+        spectra of an output with all modes and with those of the model (`spectra`). It is zero if no change can be as
+        large as `least` says, and if rounding spoils the response with all modes (`_unknown`).
 
-        Parameters
-        ----------
-        spectra : _Spectra
-            Of the r outputs.
-        weights : dict
-            w functions of frequency [Hz] by which the spectrum is multiplied, one for each kind of variance.
-        variances, others : ndarray, shape (w, r)
-            Variances by the model, and their errors by other causes: a change that is small beside these errors need
-            not be exact.
-        least : float
-            Least relative change of an RMS that matters. [-]
-        closed : bool
-            True for responses with the control loop closed; where `_counts_loop` says so they always are.
+        `weights` has w functions of frequency [Hz], one for each kind of variance. `variances` and `others`, both (w,
+        r), are those by the model, and their errors by other causes: a change that is small beside these need not be
+        exact. `least` is the least relative change of an RMS that matters. `closed` asks for responses with the control
+        loop closed; where `_counts_loop` says so they always are.
         """
         if not self._may_change(spectra, weights, variances, least) or self._unknown(closed or self._counts_loop):
             return np.zeros(variances.shape)
@@ -430,27 +421,15 @@ def _where_finite(omega, values):
 
 
 def _refined(function, omega, values, matters):
-    """Refine a grid of frequencies where a function changes fast, by halving intervals.
+    """Refine a grid of frequencies where a function changes fast, by halving intervals: frequencies and values there.
 
     An interval is halved where the logarithm of the function may change by more than `MOTION.left_out_change` across
     it, by the steepest slope there or next to it. It must also be wider than `MOTION.left_out_step` times its
     frequency, and matter.
 
-    Parameters
-    ----------
-    function : callable
-        Frequencies [rad/s], shape (f,) -> values, shape (f, ...), 0 or more; not numbers where there is no value.
-    omega : ndarray, shape (f,)
-        f frequencies to begin with, ascending. [rad/s]
-    values : ndarray, shape (f, ...)
-        Values there.
-    matters : callable
-        Frequencies and values -> array of bool, shape (f - 1,): False for intervals that need not be halved.
-
-    Returns
-    -------
-    omega, values : ndarray, shapes (f,), (f, ...)
-        The finer grid, without frequencies at which the function has no value.
+    `function` makes of f frequencies [rad/s] values of shape (f, ...), 0 or more; where they are not numbers the
+    frequency is left out. `matters` makes of frequencies and values an array of bool, shape (f - 1,): False for
+    intervals that need not be halved. `omega` and `values` are the grid to begin with, ascending.
     """
     for _ in range(MOTION.left_out_rounds):
         logarithm, width = np.log(np.maximum(values, MOTION.tiny)).reshape(len(omega), -1), np.diff(omega)[:, None]

@@ -60,7 +60,7 @@ class LoopGainErrors:
         return [driven.loop_gain_of(models.with_modes(driven.modes_in_loop(models)), models)]
 
     def _mesh_errors(self, group):
-        """Estimate the relative errors, by the mesh, of the frequencies W of n modes of each cable.
+        """Estimated relative errors, by the mesh, of the frequencies W of n modes of each cable of a `MeshGroup`: list.
 
         W^2 is twice the strain energy of a mode of modal mass 1. With the error E of twice the strain energy by the
         mesh, W has the relative error E/(2 W^2), at most 1/2.
@@ -68,16 +68,6 @@ class LoopGainErrors:
         Far above the modes that decide on the loop, only the joint response of all modes to moving ends matters. There
         errors of single modes cancel. Six combinations of these modes (`residual_vectors`) have the same response. So
         the error of such a mode is at most the mean of their errors, weighted by its squared amplitudes in them.
-
-        Parameters
-        ----------
-        group : MeshGroup
-            Cables on equal meshes. Their n modes are those in the loop gain, and vectors that stand for others.
-
-        Returns
-        -------
-        list of ndarray, shape (n,)
-            For each cable. [-]
         """
         elements, multiple = self._driven.loop_gain.elements, MOTION.single_mode_errors
         far, vectors, amplitudes, errors = [], [], [], []

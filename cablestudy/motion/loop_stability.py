@@ -114,12 +114,8 @@ class LoopStability:
 
         `DrivenCables` give the largest stable gain (`limit`) with all modes of cables that their trial gain could drive
         to instability. This gain is right if it is at most the trial gain; else it becomes the next trial gain. After
-        `MOTION.gain_trials` trials it is left as it is, and `limit` refuses a larger one.
-
-        Yields
-        ------
-        DrivenCables
-            Those of each trial gain, before their `limit` is used: the caller can compute it for many loops together.
+        `MOTION.gain_trials` trials it is left as it is, and `limit` refuses a larger one. The `DrivenCables` of each
+        trial gain are yielded before their `limit` is used: the caller can compute it for many loops together.
 
         Raises
         ------

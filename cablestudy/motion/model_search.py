@@ -57,17 +57,9 @@ def search_models(analyses):
 def _responses_with(closed_loops, previous):
     """Responses to gusts with the models of many analyses, and their variances, computed together.
 
-    Parameters
-    ----------
-    closed_loops : dict
-        Analysis -> its `ClosedLoop`.
-    previous : dict
-        Analysis -> `GustResponse` with its previous, smaller model; None where there was none.
-
-    Returns
-    -------
-    dict
-        Analysis -> `GustResponse`, None without wind, or the error that says why there is none.
+    `closed_loops` and `previous` are dicts by analysis: its `ClosedLoop`, and its `GustResponse` with its previous,
+    smaller model or None. The result has a `GustResponse` for each, None without wind, or the error that says why there
+    is none.
     """
     Turbulence.space.compute(_turbulence_of_stated_gains(closed_loops.values()))
     responses = {

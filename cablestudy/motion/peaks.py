@@ -107,16 +107,9 @@ def winch_speeds(analysis):
 
 
 def _expected_peak(rms, rate, error, rate_error, duration):
-    """Peak factor times RMS, and its relative error.
+    """Peak factor times RMS in a `duration` [s], and its relative error; `rate` is that of up-crossings [Hz].
 
-    Parameters
-    ----------
-    rms, rate : float or ndarray
-        RMS, and rate of up-crossings [Hz].
-    error, rate_error : float or ndarray
-        Their relative errors. [-]
-    duration : float
-        [s]
+    `error` and `rate_error` are the relative errors of RMS and rate.
     """
     factor = peak_factor(rate, duration)
     return factor * rms, error + peak_factor(rate * (1 + rate_error), duration) / factor - 1

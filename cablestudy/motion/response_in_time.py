@@ -129,26 +129,11 @@ def uniform_gust(gusts):
 
 
 def _response_in_space(closed_loop, loop, motion, space, channel, law_states=None):
-    """Compute the `in_time` response with the n coordinates of the plant, or in a subspace of them.
+    """Compute the `in_time` response, without errors, with the n coordinates of the plant, or in a subspace.
 
-    Parameters
-    ----------
-    closed_loop : ClosedLoop
-        Its plant has n coordinates, and its gusts give the force of a uniform gust.
-    loop : Loop
-        Loop about all n coordinates, whose gain, notches and allocation are used.
-    motion : LinearSystem
-        Equations of motion of the plant: in n coordinates, or in the r coordinates of the subspace.
-    space : ndarray, shape (n, r), or None
-        Basis of the subspace; None to keep all n coordinates.
-    channel : _Channel
-    law_states : tuple, optional
-        `Loop.law_states` (state space of the control law, and names of its states) with another approximant of a delay.
-
-    Returns
-    -------
-    TimeResponse
-        Displacement with the loop and without it, and movements of the winches. Errors are not estimated.
+    `loop` is about all n coordinates; its gain, notches and allocation are used. `motion` are the equations of motion
+    of the plant in n coordinates, or in the r coordinates of the subspace of the basis `space`, shape (n, r).
+    `law_states` are `Loop.law_states` with another approximant of a delay.
     """
     loads, allocation = np.zeros((len(closed_loop.motion), 1)), loop.allocation
     if closed_loop.gusts is not None:

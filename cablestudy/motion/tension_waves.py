@@ -79,12 +79,8 @@ def _first_waves(plant):
     energy of the wave, 1 along and `MOTION.strained_share` across. c is the viscous damping per length, across with
     that by the air. zeta is kept between `MOTION.least_wave_damping` and `most_wave_damping`.
 
-    Returns
-    -------
-    rows : ndarray of int, shape (r,)
-        Outputs of the plant that are the tensions at the ends of these cables, two of each.
-    along, across : ndarray, complex, shape (r,)
-        Pole s of the wave along, and across, the cable of each of these outputs. [rad/s]
+    The results, all of shape (r,), are the outputs of the plant that are the tensions at the ends of these cables, two
+    of each, and s of the wave along, and across, the cable of each [rad/s].
     """
     catenary, cables, wind = plant.equilibrium.catenary, list(plant.scene.cables.values()), plant.scene.wind
     span, dampings = catenary.span, [cable.damping for cable in cables]

@@ -232,22 +232,11 @@ def _variances_of_rows(turbulences, integrals):
 
 
 def _residues_of_rows(turbulences, coarse=False):
-    """Response of the outputs of each of many rows to the gusts, and of the speeds of its winches, as a sum over poles.
+    """`all_residues` of each `Turbulence` of a list, as sums over poles: list of `Residues`.
 
-    It is D + sum over j of c_j b_j/(s - l_j) (`Residues`). l_j are the poles of the plant, with its loop closed if it
-    has one, c_j and b_j belong to outputs and inputs. A loop with a delay adds a remainder to this sum.
-
-    Parameters
-    ----------
-    turbulences : list of Turbulence
-        Plant of each row, with a loop or without.
-    coarse : bool
-        True to leave out the highest modes, by `Plant.coarse_space`: the change shows the error by modes.
-
-    Returns
-    -------
-    list of (Residues or DelayedResponse)
-        For each row a `DelayedResponse` with a delay, else `Residues`.
+    They are D + sum over j of c_j b_j/(s - l_j). l_j are the poles of the plant, with its loop closed if it has one, c_j
+    and b_j belong to outputs and inputs. A loop with a delay adds a remainder to this sum (`DelayedResponse`). `coarse`
+    leaves out the highest modes, by `Plant.coarse_space`: the change shows the error by modes.
     """
     Turbulence.space.compute(turbulences)
     found, groups = [None] * len(turbulences), {}  # groups: rows of one state space with arrays of equal sizes
