@@ -364,12 +364,12 @@ def test_cases_of_a_suspension_together_are_as_each_alone(monkeypatch):
     )
     searches, search = [], rest.pose
     monkeypatch.setattr(rest, "pose", lambda suspension: searches.append(1) or search(suspension))
-    equilibria.shared.forget()
+    equilibria.forget()
     together = table_of("static", path, "--case", "all", "--table", "cables")
     alone, number, cases = [], len(searches), list(dict.fromkeys(row["case"] for row in together))
     cases = campaign(cases, ["hot"])  # what the heaviest load leaves decides its state too
     for case in cases:
-        equilibria.shared.forget()
+        equilibria.forget()
         searches.clear()
         given = ("--case", case) if case in ("hot", "ice") else ()
         alone += [{"case": case} | row for row in table_of("static", path, *given, "--table", "cables")]

@@ -7,7 +7,7 @@ from campaign import campaign
 from command import CONFIGS, ROOT
 
 from cablestudy.scene.study import read_study
-from cablestudy.statics.equilibria import shared
+from cablestudy.statics import equilibria
 from cablestudy.sweeps.chunks import Chunk, compute
 from cablestudy.sweeps.fingerprint import versions
 
@@ -25,7 +25,7 @@ def test_rows_of_a_stored_study_do_not_depend_on_their_neighbours(name):
 
     def records(cases):
         """Case -> its record, of cases that one chunk computes without equilibria of chunks before it."""
-        shared.forget()
+        equilibria.forget()
         done = compute(Chunk(pickle.dumps(study), versions(), columns, tuple(cases)))
         return dict(zip(cases, done.records, strict=True))
 

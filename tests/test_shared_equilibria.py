@@ -7,8 +7,7 @@ import pytest
 from suspension_scenes import platform
 
 from cablestudy.scene.scene import load_scene
-from cablestudy.statics import rest
-from cablestudy.statics.equilibria import Equilibria
+from cablestudy.statics import equilibria, rest
 from cablestudy.statics.tolerances import STATICS
 from cablestudy.study.suspension.case import SuspensionCase
 
@@ -17,7 +16,8 @@ BODY = platform().suspension
 
 @pytest.fixture
 def searched(monkeypatch):
-    """Shapes of the searches of `rest.pose`."""
+    """Shapes of the searches of `rest.pose`, from an empty cache on."""
+    equilibria.forget()
     found, pose = [], rest.pose
     monkeypatch.setattr(rest, "pose", lambda suspension: found.append(suspension.shape) or pose(suspension))
     return found
@@ -31,10 +31,9 @@ def masses(*values):
 
 
 def test_equal_rows_are_searched_once(searched):
-    shared = Equilibria()
-    first = shared.pose(masses(50.0, 60.0, 50.0, 70.0))
-    again = shared.pose(masses(70.0, 60.0))
-    other = shared.pose(masses(70.0, 65.0))
+    first = equilibria.pose(masses(50.0, 60.0, 50.0, 70.0))
+    again = equilibria.pose(masses(70.0, 60.0))
+    other = equilibria.pose(masses(70.0, 65.0))
     assert searched == [(3,), (2,)]  # before those of the lines that follow
     for found, values in ((first, (50.0, 60.0, 50.0, 70.0)), (again, (70.0, 60.0)), (other, (70.0, 65.0))):
         for row, value in enumerate(values):
@@ -44,27 +43,26 @@ def test_equal_rows_are_searched_once(searched):
 
 
 def test_other_connections_are_other_rows(searched):
-    shared, one = Equilibria(), masses(50.0)
+    one = masses(50.0)
     held = one.free.copy()
     held[0, 2] = False
-    shared.pose(one)
-    found = shared.pose(replace(one, free=held))
+    equilibria.pose(one)
+    found = equilibria.pose(replace(one, free=held))
     assert searched == [(1,), (1,)]
     assert found.position[0, 0, 2] == one.position[..., 0, 2]
 
 
 def test_no_more_is_kept_than_there_is_room_for(searched, monkeypatch):
     monkeypatch.setattr(type(STATICS), "remembered_cables", 20)  # of eight cables: two rows
-    shared = Equilibria()
     for value in (50.0, 60.0, 70.0, 70.0, 60.0, 50.0):
-        shared.pose(masses(value))
+        equilibria.pose(masses(value))
     assert len(searched) == 4
 
 
 @pytest.mark.parametrize("shape", [(), (1, 2)])
 def test_axes_of_other_numbers_are_searched_as_they_are(shape):
     suspension = BODY.broadcast(shape) if not shape else masses(50.0, 60.0).broadcast(shape)
-    assert Equilibria().pose(suspension).record.converged.shape == shape
+    assert equilibria.pose(suspension).record.converged.shape == shape
 
 
 SPANS = """\

@@ -25,8 +25,8 @@ def batches(rows, key, size):
             yield members[begin : begin + at_once]
 
 
-class RowAttribute:
-    """Attribute of a row that is computed for many rows in one call, and kept in each.
+class computed_together:  # noqa: N801 a decorator, as functools.cached_property
+    """Decorator: attribute of a row that is computed for many rows in one call, and kept in each.
 
     Asked for, it is computed for its row, with all rows of the list `together` of that row if it has one that is not
     empty. An error in place of a value is raised whenever it is asked for.
@@ -63,8 +63,3 @@ class RowAttribute:
     def known(self, row):
         """Value of a row, or the error in its place; None where it was not computed."""
         return row.__dict__.get(self._name)
-
-
-def computed_together(function):
-    """Decorator: the `RowAttribute` that a function of many rows computes."""
-    return RowAttribute(function)

@@ -24,21 +24,6 @@ from cablestudy.wind.variance import Noise
 
 
 @dataclass(frozen=True)
-class CovarianceTable:
-    """Covariances of the i inputs of gusts for k values of kappa, the decay of the coherence over distance.
-
-    Attributes
-    ----------
-    kappa : ndarray, shape (k,), or None
-        Ascending; None, with k = 1, where the covariance does not depend on it. [1/m]
-    covariance : ndarray, shape (k, i, i)
-    """
-
-    kappa: np.ndarray | None
-    covariance: np.ndarray
-
-
-@dataclass(frozen=True)
 class Gusts:
     """Forces of the turbulence on m coordinates.
 
@@ -122,7 +107,7 @@ class Gusts:
 
         groups = range(len(factors))
         functions = [[function(row, column) for column in groups] for row in groups]
-        return Noise(self._table.covariance, self.input_groups, functions)
+        return Noise(self._table, self.input_groups, functions)
 
     @property
     def force_on_cables(self):
@@ -131,7 +116,7 @@ class Gusts:
 
     def edges(self, low, high):
         """Edges from low to high, ascending, of panels of frequency on each of which `noise` is smooth. [Hz]"""
-        per_decade = WIND.panels_per_decade if self._table.kappa is None else self.coherence.panels_per_decade
+        per_decade = WIND.panels_per_decade if self._table_kappa is None else self.coherence.panels_per_decade
         count = ceil(per_decade * np.log10(high / low) - WIND.panel_boundary)
         inner = low * 10 ** (np.arange(1, count) / per_decade)
         return np.concatenate([[low], inner, [high]])
@@ -146,7 +131,7 @@ class Gusts:
     def _interpolated_covariance(self, kappa):
         """Covariance of the inputs, shape (f, i, i), for kappa [1/m], shape (f,), interpolated in `_table`."""
         for_cables, for_bodies = self._table_weights(kappa)
-        table, bodies = self._table.covariance, slice(self._cable_inputs, None)
+        table, bodies = self._table, slice(self._cable_inputs, None)
         covariance = np.tensordot(for_cables, table, axes=(0, 0))
         covariance[:, bodies, bodies] = np.tensordot(for_bodies, table[:, bodies, bodies], axes=(0, 0))
         return covariance
@@ -159,7 +144,7 @@ class Gusts:
         fall with 1/kappa, and those between bodies stay constant. Where no covariance depends on kappa, k is 1 and all
         weights are 1.
         """
-        table_kappa = self._table.kappa
+        table_kappa = self._table_kappa
         if table_kappa is None:
             return (np.ones((1, len(kappa))),) * 2
         linear, highest, kappa = WIND.linear_covariance / self._extent, table_kappa[-1], kappa[:, None]
@@ -188,21 +173,26 @@ class Gusts:
         return float(np.concatenate([[far_above_least], *of_cables, of_bodies]).max())
 
     @cached_property
-    def _table(self):
-        """`CovarianceTable` from which covariances are interpolated."""
+    def _table_kappa(self):
+        """Values of kappa, ascending, of which `_table` has the covariance; None where it does not depend on kappa."""
         least, extent = self.coherence.least_kappa, self._extent
         if self.coherence.constant or not extent:
-            return CovarianceTable(None, self._computed_covariance(np.array([least])))
+            return None
         linear = WIND.linear_covariance / extent
         highest = self._highest_kappa
         count = round(self.coherence.per_decade * np.log10((highest + linear) / (least + linear)))
-        kappa = np.maximum(np.geomspace(least + linear, highest + linear, 1 + count) - linear, least)
-        return CovarianceTable(kappa, self._computed_covariance(kappa))
+        return np.maximum(np.geomspace(least + linear, highest + linear, 1 + count) - linear, least)
+
+    @cached_property
+    def _table(self):
+        """Covariances of the inputs for k values of kappa, between which others are interpolated, shape (k, i, i)."""
+        kappa = self._table_kappa
+        return self._computed_covariance(np.array([self.coherence.least_kappa]) if kappa is None else kappa)
 
     @property
     def error(self):
         """Relative error of a variance by interpolation between covariances, see `Coherence`. [-]"""
-        return self.coherence.error if self._table.kappa is not None else 0.0
+        return self.coherence.error if self._table_kappa is not None else 0.0
 
     @property
     def uniform(self):
