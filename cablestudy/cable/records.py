@@ -29,6 +29,11 @@ def stack(records):
     return _made_of(records, np.stack)
 
 
+def concatenate(records):
+    """Record of the rows of several, one after the other; what is no array is that of the first."""
+    return _made_of(records, np.concatenate)
+
+
 def assign_rows(record, index, cases):
     """Write the record `cases` into the rows at `index` of `record`."""
     for array, rows in zip(_arrays(record), _arrays(cases), strict=True):

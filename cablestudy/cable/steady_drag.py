@@ -155,20 +155,6 @@ class SteadyDrag:
         return values * self.profile.pressure(points() + end_1)[..., None]
 
 
-def concatenate(drags):
-    """`SteadyDrag` on the cables of several, one after the other; all of them have a profile, or none."""
-
-    def concatenated(objects, name):
-        arrays = [getattr(item, name) for item in objects]
-        return None if arrays[0] is None else np.concatenate(arrays)
-
-    profiles = [drag.profile for drag in drags]
-    names = ("exponent", "height", "ground")
-    profile = None if profiles[0] is None else Profile(*(concatenated(profiles, name) for name in names))
-    names = ("normal_drag", "direction", "end_1", "mean")
-    return SteadyDrag(profile=profile, **{name: concatenated(drags, name) for name in names})
-
-
 def across(direction, tangent):
     """|u_n| u_n of a unit vector u, with its part u_n across a tangent, shape (..., 3). [-]"""
     normal = direction - tangent * (direction * tangent).sum(axis=-1, keepdims=True)

@@ -10,6 +10,7 @@ from functools import partial
 
 import numpy as np
 
+from cablestudy.cable.records import concatenate, take_rows
 from cablestudy.control.loop_gain import LoopGain
 from cablestudy.control.tolerances import CONTROL
 
@@ -82,9 +83,8 @@ class LoopGainCurves:
     def with_more(self, functions, row, omega):
         """The curves with more frequencies, `row` and `omega` of these, of the n loop gains `functions`."""
         added = LoopGainCurves.of(row, omega, at_frequencies(functions, row, omega))
-        order = np.lexsort([np.append(self.omega, added.omega), np.append(self.row, added.row)])
-        pairs = ((getattr(curves, name) for curves in (self, added)) for name in ("row", "omega", "matrices", "values"))
-        return LoopGainCurves(*(np.concatenate(list(pair))[order] for pair in pairs))
+        both = concatenate([self, added])
+        return take_rows(both, np.lexsort([both.omega, both.row]))
 
 
 def at_frequencies(functions, row, omega, growth=0.0):

@@ -296,7 +296,7 @@ def _destabilising_limits(loops):
     not where its pole crosses, but where its growth over its frequency is `CONTROL.negligible_growth`.
     """
     functions, limits = [loop.loop_gain for loop in loops], [[] for _ in loops]
-    remaining = Crossings.concatenate([loop._crossings for loop in loops])
+    remaining = Crossings.of_all([loop._crossings for loop in loops])
     while len(remaining):
         first, remaining = _split_first(functions, remaining)
         for row, limit, destabilising in _limits_at(functions, first):

@@ -150,9 +150,9 @@ class LoopGain:
 
     @cached_property
     def _divided(self):
-        """`_PoleSumCables`, of the cables whose stiffness is a sum over poles, or None; and the other cables."""
+        """`_sum_over_cables`, of the cables whose stiffness is a sum over poles, or None; and the other cables."""
         summed = [cable for cable in self._cables if cable.is_sum]
-        sums = _PoleSumCables(summed, self.winch_loads.shape[1]) if summed else None
+        sums = _sum_over_cables(summed, self.winch_loads.shape[1]) if summed else None
         return sums, [cable for cable in self._cables if not cable.is_sum]
 
     @cached_property
@@ -227,38 +227,32 @@ def _parts(row):
     return [(int(row[part.start]) if len(row) else 0, part) for part in parts]
 
 
-class _PoleSumCables:
-    """Forces of cables on bodies, where the stiffness of each cable is a sum over its poles.
+def _sum_over_cables(cables, winches):
+    """Function of s, shape (f,): forces on bodies by their displacements and by the winches, shape (f, d, d + i).
 
-    Parameters
-    ----------
-    cables : list of _CableInLoop
-    winches : int
-        How many there are, i.
+    The stiffness of each of the cables is a sum over its poles.
     """
+    # of each cable its sum over poles, and the matrix from its entries to forces on bodies; None where it has these
+    sums = []
+    polynomial = [0.0, 0.0, 0.0]  # coefficients of s^0, s^1 and s^2 in the forces on bodies by all cables
+    for cable in cables:
+        damping, columns, ends = cable.element.coupling_damping, cable.columns(winches), len(cable.connection)
+        residues = damping.pole_sum.residues[:, :ends]  # of the forces at the ends that bodies move, (N, e, e + w)
+        if cable.connection.shape[1] * columns.shape[1] <= prod(residues.shape[1:]):  # fewer of bodies than of ends
+            residues, onto_bodies = cable.connection.T @ residues @ columns, None
+        else:
+            onto_bodies = np.kron(cable.connection, columns)
+        sums.append((damping.sum_over_poles(residues.reshape(-1, prod(residues.shape[1:]))), onto_bodies))
+        for order, coefficient in enumerate(damping.polynomial_in_s):
+            polynomial[order] = polynomial[order] + cable.connection.T @ coefficient[:ends] @ columns
+    static, first, second = polynomial
 
-    def __init__(self, cables, winches):
-        # of each cable its sum over poles, and the matrix from its entries to forces on bodies; None where it has these
-        self._sums = []
-        self._polynomial = [0.0, 0.0, 0.0]  # coefficients of s^0, s^1 and s^2 in the forces on bodies by all cables
-        for cable in cables:
-            damping, columns, ends = cable.element.coupling_damping, cable.columns(winches), len(cable.connection)
-            residues = damping.pole_sum.residues[:, :ends]  # of the forces at the ends that bodies move, (N, e, e + w)
-            if cable.connection.shape[1] * columns.shape[1] <= prod(residues.shape[1:]):  # fewer of bodies than of ends
-                residues, onto_bodies = cable.connection.T @ residues @ columns, None
-            else:
-                onto_bodies = np.kron(cable.connection, columns)
-            flat_residues = residues.reshape(-1, prod(residues.shape[1:]))
-            self._sums.append((damping.sum_over_poles(flat_residues), onto_bodies))
-            for order, coefficient in enumerate(damping.polynomial_in_s):
-                self._polynomial[order] = self._polynomial[order] + cable.connection.T @ coefficient[:ends] @ columns
-
-    def __call__(self, s):
-        """Forces on the bodies by their displacements and by the winches, shape (f, d, d + i)."""
+    def forces(s):
         moving = 0.0
-        for sum_over_poles, onto_bodies in self._sums:
+        for sum_over_poles, onto_bodies in sums:
             of_cable = sum_over_poles(s).T
             moving = moving + (of_cable if onto_bodies is None else of_cable @ onto_bodies)
-        static, first, second = self._polynomial
         s = s[:, None, None]
         return s * (s * second + first) + static - moving.reshape(len(s), *second.shape)
+
+    return forces

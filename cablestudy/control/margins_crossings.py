@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.cable.records import concatenate, take_rows
 from cablestudy.control.curves import at_frequencies, eigenvalues, paired
 from cablestudy.control.tolerances import CONTROL
 
@@ -39,16 +40,15 @@ class Crossings:
 
     def take(self, chosen):
         """Crossings that are `chosen` by numbers or bool, with the properties already computed."""
-        taken = Crossings(self.row[chosen], self.omega[chosen], self.values[chosen])
+        taken = take_rows(self, chosen)
         vars(taken).update({name: value[chosen] for name, value in vars(self).items()})
         return taken
 
-    @classmethod
-    def concatenate(cls, of_loops):
+    @staticmethod
+    def of_all(of_loops):
         """`Crossings` of n loops, from those of each: a list."""
         row = np.repeat(np.arange(len(of_loops)), [len(of_loop) for of_loop in of_loops])
-        pairs = ([getattr(of_loop, name) for of_loop in of_loops] for name in ("omega", "values"))
-        return cls(row, *map(np.concatenate, pairs))
+        return replace(concatenate(of_loops), row=row)
 
     @cached_property
     def slope(self):

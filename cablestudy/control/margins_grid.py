@@ -113,22 +113,12 @@ def _peaks(omega, value, chosen):
 
 
 def maxima(function, low, top, high, *which):
-    """Refine p local maxima of functions of frequency, each known to lie between two frequencies.
+    """Refine p local maxima of functions of frequency, each between two frequencies: their frequencies and values.
 
-    Parameters
-    ----------
-    function : callable
-        Frequencies, shape (q,) [rad/s], and for each the entries of `which` that belong to its maximum, shape (q,) each
-        -> values, shape (q,).
-    low, top, high : ndarray, shape (p,)
-        Frequencies below, near and above each maximum; of the three `top` has the highest value. [rad/s]
-    *which : ndarray, shape (p,)
-        Further arguments of `function`, one value for each maximum, such as the number of one of several functions.
-
-    Returns
-    -------
-    frequency, value : ndarray, shape (p,)
-        Frequency [rad/s] and value of each maximum; -inf for a value that is not a number.
+    `function` makes values of frequencies [rad/s] and of the entries of `which`, arrays of shape (p,) such as the
+    number of one of several functions, that belong to their maxima; all of shape (q,). `low`, `top` and `high`, shape
+    (p,), are below, near and above each maximum: of the three `top` has the highest value. A value that is not a number
+    becomes -inf.
     """
     width = high - low
 

@@ -68,45 +68,6 @@ def nearby_margins(known, unit_gain):
     return nearby
 
 
-class _Eigenvalues:
-    """An eigenvalue l of a loop gain at each of c frequencies, and its change along the frequency.
-
-    Parameters
-    ----------
-    matrices : ndarray, shape (c, 3, k, k)
-        L a step before each of these frequencies, there, and a step after it.
-    expected : ndarray, shape (c,)
-        Values, to which the eigenvalues are the nearest ones.
-    step : float or ndarray, shape (c,)
-        [rad/s]
-
-    Attributes
-    ----------
-    value : ndarray, shape (c,)
-        l.
-    slope, curvature : ndarray, shape (c,)
-        First and second derivatives of ln l by the frequency, with the eigenvectors as they are. [s], [s^2]
-    """
-
-    def __init__(self, matrices, expected, step):
-        before, at, after = np.moveaxis(matrices, 1, 0)
-        values, right = np.linalg.eig(at)
-        index = np.arange(len(values)), np.abs(values - np.array(expected)[:, None]).argmin(axis=1)
-        left, right = np.linalg.inv(right)[index][:, None], np.swapaxes(right, 1, 2)[index][:, :, None]
-        self.value = values[index]
-        differences = (after - before) / 2, after - 2 * at + before
-        first, second = ((left @ difference @ right)[:, 0, 0] / self.value for difference in differences)
-        self.slope, self.curvature = first / step, (second - first**2) / step**2
-
-    def change(self, matrices):
-        """ln(l'/l) of the nearest eigenvalues l' of other matrices L', shape (c, k, k); _DifferenceError if far off."""
-        ratios = np.linalg.eigvals(matrices) / self.value[:, None]
-        change = np.log(ratios[np.arange(len(ratios)), np.abs(ratios - 1).argmin(axis=1)])
-        if not (np.abs(change) < CONTROL.nearby_change).all():
-            raise _DifferenceError
-        return change
-
-
 def _check_first_order(slope, curvature, shift, change):
     """Raise `_DifferenceError` unless terms of second order are small, beside the slope and beside `change`.
 
@@ -121,12 +82,30 @@ def _check_first_order(slope, curvature, shift, change):
 
 def _crossovers(omega, angles, known, changed):
     """`Margins.crossovers` of L' near those of L, which is `known` at three frequencies about each, L' there alone."""
-    eigenvalues = _Eigenvalues(known, -np.exp(1j * np.radians(angles)), CONTROL.nearby_step * omega)
-    change = eigenvalues.change(changed)
-    shift = -change.real / eigenvalues.slope.real  # to where the size is 1
-    turn = (change + eigenvalues.slope * shift).imag
-    _check_first_order(eigenvalues.slope.real, eigenvalues.curvature, shift, turn)
+    value, slope, curvature = _eigenvalues(known, -np.exp(1j * np.radians(angles)), CONTROL.nearby_step * omega)
+    ratios = np.linalg.eigvals(changed) / value[:, None]
+    change = np.log(ratios[np.arange(len(ratios)), np.abs(ratios - 1).argmin(axis=1)])  # ln(l'/l) of the nearest l'
+    if not (np.abs(change) < CONTROL.nearby_change).all():
+        raise _DifferenceError
+    shift = -change.real / slope.real  # to where the size is 1
+    turn = (change + slope * shift).imag
+    _check_first_order(slope.real, curvature, shift, turn)
     return omega + shift, angles + np.degrees(turn)
+
+
+def _eigenvalues(matrices, expected, step):
+    """Eigenvalues l of a loop gain nearest to expected ones, and two derivatives of ln l by the frequency, (c,) each.
+
+    `matrices`, shape (c, 3, k, k), are a `step` [rad/s] before each frequency, there, and a step after it. The
+    derivatives have the eigenvectors as they are.
+    """
+    before, at, after = np.moveaxis(matrices, 1, 0)
+    values, right = np.linalg.eig(at)
+    index = np.arange(len(values)), np.abs(values - expected[:, None]).argmin(axis=1)
+    left, right = np.linalg.inv(right)[index][:, None], np.swapaxes(right, 1, 2)[index][:, :, None]
+    differences = (after - before) / 2, after - 2 * at + before
+    first, second = ((left @ difference @ right)[:, 0, 0] / values[index] for difference in differences)
+    return values[index], first / step, (second - first**2) / step**2
 
 
 def _bandwidth(omega, known, changed):

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from cablestudy.activity import doing
-from cablestudy.cable.steady_drag import concatenate
+from cablestudy.cable.records import concatenate
 from cablestudy.errors import outcome_of, result_of, without_errors
 from cablestudy.motion.gust_response import GustResponse
 from cablestudy.motion.plant import Plant

@@ -65,26 +65,12 @@ class SearchRecord:
 
 
 def newton_step(suspension, state, evaluation):
-    """Newton step of all bodies towards equilibrium: K^-1 times the net forces and moments on them.
+    """Newton step of all bodies towards equilibrium, K^-1 times the net forces and moments on them: shape (n, b, 6).
 
     Where the tangent stiffness K is not positive definite, another step is taken, along which the net forces do
-    positive work so that the energy falls. Degrees of freedom that are held have a step of zero.
-
-    Parameters
-    ----------
-    suspension : SuspendedSystem
-        Bodies on cables and links (springs).
-    state : PoseState
-        Pose from which the step starts, of n cases.
-    evaluation : Evaluation
-        In this pose: net force and moment on each body, and forces and stiffness at the ends of the cables.
-
-    Returns
-    -------
-    ndarray, shape (n, b, 6)
-        Displacement and rotation of each of the b bodies [m], [rad]. Where a displacement is larger than
-        `STATICS.farthest_step` times the extent of the suspension, or a rotation larger than `STATICS.widest_turn`, the
-        step of the whole case is shortened.
+    positive work so that the energy falls. Degrees of freedom that are held have a step of zero. Where a displacement
+    is larger than `STATICS.farthest_step` times the extent of the suspension, or a rotation larger than
+    `STATICS.widest_turn`, the step of the whole case is shortened.
     """
     free = suspension.free
     force, end_forces = tangent.free_values(suspension, evaluation.net), evaluation.end_forces
@@ -151,13 +137,7 @@ def _sparse_step(matrix, force):
 def imbalance(suspension, net, scale):
     """Largest net force on a free degree of freedom over the sum of forces on that body, shape (n,). [-]
 
-    Parameters
-    ----------
-    suspension : SuspendedSystem
-    net : ndarray, shape (n, b, 6)
-        [N], [N m]
-    scale : ndarray, shape (n, b)
-        Sum of the sizes of the forces on each body. [N]
+    `scale`, shape (n, b), is the sum of the sizes of the forces on each body. [N]
     """
     free_net = np.where(suspension.free, net / tangent.motion_units(suspension), 0.0)
     return (largest(free_net) / np.maximum(scale, STATICS.tiny)).max(axis=-1, initial=0.0)
@@ -177,25 +157,8 @@ def line_search(suspension, state, evaluation, step):
     forces would do along the whole step, and c is `STATICS.sufficient_descent`. Where the change of energy is no more
     than rounding, the share is accepted if the energy does not rise too steeply at its end (Hager and Zhang).
 
-    Parameters
-    ----------
-    suspension : SuspendedSystem
-        Bodies on cables, with cases of shape (n,).
-    state : PoseState
-        Pose before the step.
-    evaluation : Evaluation
-        Forces, stiffness and energy in this pose.
-    step : ndarray, shape (n, b, 6)
-        Displacement and rotation of each of the b bodies, from `newton_step`. [m], [rad]
-
-    Returns
-    -------
-    state : PoseState
-        After the shortened steps.
-    evaluation : Evaluation
-        In that state.
-    share : ndarray, shape (n,)
-        Share x of the step that is taken; zero where none was accepted, and state and evaluation are unchanged. [-]
+    `evaluation` is that of `state`. Returned are the state after the shortened steps, its `Evaluation`, and x, shape
+    (n,): zero where none was accepted, and state and evaluation are unchanged.
     """
     descent = (evaluation.net * step).sum(axis=(-1, -2))  # of the energy, by the share of the step: the forces' work
     share, accepted = np.ones(len(descent)), np.zeros(len(descent), dtype=bool)
@@ -333,21 +296,8 @@ def least_energy_poses(suspension, state):
 
     Stiff cables make a narrow, curved valley of the energy, in which Newton steps are short. Cables so soft that the
     loads strain them by a third make it wide. Their equilibrium is the start of the search with stiffer ones, and so on
-    (`SOFTENED`). The stiffness of links (springs) is limited alike.
-
-    Parameters
-    ----------
-    suspension : SuspendedSystem
-        Bodies on cables, with cases of shape (n,).
-    state : PoseState
-        Where the searches begin, with the unstretched lengths of the cables.
-
-    Returns
-    -------
-    PoseState
-        Where the search with the actual stiffness ended.
-    SearchRecord
-        Of this search: number of steps, what they left, and why it ended.
+    (`SOFTENED`). The stiffness of links (springs) is limited alike. Returned are the states in which the search with
+    the actual stiffness ended, and its `SearchRecord`.
     """
     final, record = descend(suspension, state, STATICS.straight_steps)
     failed = np.flatnonzero(~record.converged)

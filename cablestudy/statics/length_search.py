@@ -316,19 +316,8 @@ def at_stated_values(suspension, arms, rates, stiffness):
 
         dF = -(K + (dF/dv) (dv/du)) du
 
-    with the stiffness K and the derivative dv/du at constant lengths.
-
-    Parameters
-    ----------
-    suspension : SuspendedSystem
-        Bodies on cables and links (springs).
-    arms : ndarray, shape (n, c + l, 2, 3)
-        Vector to each end of the c cables and l links, from the reference point of the body that holds the end, global
-        axes. [m]
-    rates : stated.Rates
-        Derivatives of end forces and stated values of all cables, by length and by the place of end 2.
-    stiffness : ndarray, shape (n, d, d)
-        K of the d free degrees of freedom.
+    with the stiffness K (`stiffness`, shape (n, d, d)) and the derivative dv/du at constant lengths. `rates` are the
+    `stated.Rates` of all cables.
 
     Returns
     -------
@@ -352,17 +341,6 @@ def limited_steps(problem, state, iterates, solutions):
     Displacements are limited to `STATICS.farthest_step` times the extent of the suspension, rotations to
     `STATICS.widest_turn`. The change of the tensions is shortened by the same factor. No tension falls below the share
     `STATICS.least_tension_share` of its value.
-
-    Parameters
-    ----------
-    problem : TensionProblem
-        Bodies, cables, and which degrees of freedom are not given.
-    state : PoseState
-        Pose before the step.
-    iterates : Iterates
-        With the mean tensions of the m open cables before the step.
-    solutions : Distribution
-        Tensions and displacements that solve the linear problems.
 
     Returns
     -------

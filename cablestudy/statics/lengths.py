@@ -132,20 +132,7 @@ def at_wanted_tensions(problem, suspension):
 
     The balance does not restrict the tensions of the open cables, those for which nothing is stated. The method
     `closest` takes the reference tensions, other methods the lower bounds. The places of bodies and points follow.
-
-    Parameters
-    ----------
-    problem : TensionProblem
-        Suspensions with n cases in a row, the method, and bounds and reference of the tensions.
-    suspension : SuspendedSystem
-        That of the problem, with its cases in their own shape.
-
-    Returns
-    -------
-    Equilibrium
-        Of all cases, in their own shape.
-    reasons : ndarray of str
-        Why each case has no equilibrium; empty where it has one.
+    `suspension` is that of the problem, with its cases in their own shape, which the results have as those of `solve`.
 
     Raises
     ------
@@ -219,19 +206,6 @@ def describe_failure(problem, result, case):
     """Reason, for an error message, why no lengths were found that hold the bodies at their given places in a case.
 
     Either no tensions hold the loads, or only tensions outside the bounds do, or the search did not settle.
-
-    Parameters
-    ----------
-    problem : TensionProblem
-        Suspensions, and the bounds of the tensions, of all cases.
-    result : LengthsFound
-        Where the searches of all cases ended.
-    case : int
-        Index of the case.
-
-    Returns
-    -------
-    str
     """
     suspension, answer = problem.suspension, take_rows(result.distribution, case)
     bodies = [suspension.body_names[i] for i in range(suspension.bodies) if suspension.free[i].any()]

@@ -1,11 +1,11 @@
 """Statics of suspensions with given lengths, preloads, sags or tensions: where the bodies come to rest (`pose`)."""
 
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 
 from cablestudy.cable import catenary
-from cablestudy.cable.records import assign_rows, copy_record, take_rows
+from cablestudy.cable.records import assign_rows, copy_record, take_rows, with_arrays
 from cablestudy.cable.vectors import largest, size
 from cablestudy.errors import NoSolutionError
 from cablestudy.statics import tangent
@@ -72,18 +72,8 @@ def leave_saddle_points(suspension, flat, state, record):
 
     At a saddle point of the energy the forces balance, so that a search that begins there stays there. Another search
     begins a step away, along the unstable motion. Where its result is unstable too, other sizes of this step are tried
-    (`STATICS.off_saddle`).
-
-    Parameters
-    ----------
-    suspension : SuspendedSystem
-        Cases in their own shape, which the result has.
-    flat : SuspendedSystem
-        The same n cases along one axis, as in `state` and `record`.
-    state : PoseState
-        The equilibria found. Those that are replaced are written over.
-    record : SearchRecord
-        Of the searches that led to them.
+    (`STATICS.off_saddle`). `flat` has the same n cases as `suspension` along one axis, as have `state` and `record`;
+    states that are replaced are written over.
     """
     for size_of_step in STATICS.off_saddle:
         result = equilibrium(suspension, flat, state, record)
@@ -130,19 +120,8 @@ def search_with_softer_cables(suspension):
 
     The pose hardly depends on the stiffness EA of the cables, but the search does: between stiff cables a small step
     makes large tensions. Each search begins at the pose of the one before. EA is limited to (mean tension)/strain, for
-    one strain of `STATICS.softened` after the other, except of cables whose length is stated.
-
-    Parameters
-    ----------
-    suspension : SuspendedSystem
-        Bodies on cables, with cases of shape (n,).
-
-    Returns
-    -------
-    PoseState
-        Pose and lengths, with the actual stiffness.
-    SearchRecord
-        Of the last search: number of steps, what they left, and why it ended.
+    one strain of `STATICS.softened` after the other, except of cables whose length is stated. Returned are the pose and
+    lengths with the actual stiffness, and the `SearchRecord` of the last search.
     """
     length_stated = np.array([kind == "unstretched_length" for kind in suspension.stated])
     first_state = start(suspension)
@@ -244,7 +223,7 @@ def equilibrium(suspension, flat, state, record):
 
     span = span_of_shape(spans(flat, state), (*shape, state.length.shape[-1]))
     cables = catenary.solve(span, shaped(state.tension))
-    record = replace(record, **{f.name: shaped(getattr(record, f.name))[()] for f in fields(record)})
+    record = with_arrays(record, lambda array: shaped(array)[()])
     result = Equilibrium(suspension.broadcast(), shaped(state.position), shaped(state.rotation), cables, record)
     return _with_links(result, shaped(state.vector), shaped(state.extension)) if suspension.link_names else result
 
@@ -265,11 +244,4 @@ def _with_links(equilibrium, vector, extension):
 
 def span_of_shape(span, shape):
     """Cables of shape (n, c) in another shape of the same size."""
-    names = ["chord", "cosine", "sine", "chord_strain", "axial_stiffness", "mass", "gravity", "level", "vertical"]
-    loaded = span.load_positions.shape[-1] > 0
-    of_loads = ("load_positions", "load_forces", "load_masses", "load_fractions")
-    names += [name for name in of_loads if loaded and getattr(span, name) is not None]
-    arrays = {name: np.asarray(getattr(span, name)) for name in names}
-    shaped = {name: array.reshape((*shape, *array.shape[2:])) for name, array in arrays.items()}
-    shaped = replace(span, **shaped)
-    return (shaped if loaded else shaped.without_loads()).broadcast()
+    return with_arrays(span, lambda array: array.reshape((*shape, *array.shape[2:])))

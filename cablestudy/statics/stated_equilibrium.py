@@ -89,33 +89,9 @@ def backtrack(suspension, state, step, length_change, sought, error):
     3. A quarter of the step and of the changes of length, then a sixteenth, and so on. The last trial is returned even
        if it is no better.
 
-    Parameters
-    ----------
-    suspension : SuspendedSystem
-        Bodies on cables, with the stated values.
-    state : PoseState
-        Pose and unstretched lengths before the step, of n cases.
-    sought : ndarray of int, shape (s,)
-        Indices of the cables for which a tension or sag is stated in place of the length.
-    error : ndarray, shape (n, s)
-        Relative errors of their stated values in `state`, from `stated_errors`. [-]
-    step : ndarray, shape (n, b, 6)
-        Displacement and rotation of each of the b bodies, from `coupled_step`. [m], [rad]
-    length_change : ndarray, shape (n, c)
-        Changes dL/L of the unstretched lengths of all cables, from `coupled_step`. [-]
-
-    Returns
-    -------
-    state : PoseState
-        The last trial, after the search for its equilibrium.
-    error : ndarray, shape (n, s)
-        Relative errors in this state. [-]
-    rounding : Bounds
-        Of these errors.
-    cables : Catenary
-        Equilibria of all cables in this state.
-    record : SearchRecord
-        Of the search for the equilibrium.
+    `step` and `length_change` are those of `coupled_step` from `state`, in which the cables `sought` have the relative
+    errors `error`, as `stated_errors` gives them. The results are the last trial after the search for its equilibrium,
+    what `stated_errors` returns of it, and the `SearchRecord` of that search.
     """
     error_before, share, refitted = log_error(error), np.ones(len(error)), np.zeros(len(error), dtype=bool)
     for number in range(STATICS.equilibrium_tries):
@@ -196,17 +172,18 @@ def coupled_step(suspension, state, cables, sought, error):
     K is the tangent stiffness, G the derivative of the net forces on the bodies by dL/L, and M and D are the
     derivatives of the relative values by q and by dL/L.
 
+    Degrees of freedom are scaled, see `tangent.magnitudes`, and dL/L is divided by the dL/L for which D alone gives a
+    relative change of 1. A step takes away an error of no more than `STATICS.error_in_step`, and changes no length by
+    more than `STATICS.length_change`. The error of a sag is replaced by a measure that is nearly linear in L
+    (`linear_measure`).
+
     Parameters
     ----------
     suspension : SuspendedSystem
     state : PoseState
         In equilibrium; n cases.
-    cables : Catenary
-        Equilibria of all c cables in this state.
-    sought : ndarray of int, shape (s,)
-        Indices of the cables for which a tension or sag is stated in place of the length.
-    error : ndarray, shape (n, s)
-        (Value in this state)/(stated value) - 1 of these cables. [-]
+    cables, sought, error
+        As of `stated_errors`.
 
     Returns
     -------
@@ -214,13 +191,6 @@ def coupled_step(suspension, state, cables, sought, error):
         Displacement and rotation of each of the b bodies. [m], [rad]
     change : ndarray, shape (n, c)
         dL/L, zero for cables whose length is stated. [-]
-
-    Notes
-    -----
-    Degrees of freedom are scaled, see `tangent.magnitudes`, and dL/L is divided by the dL/L for which D alone gives a
-    relative change of 1. A step takes away an error of no more than `STATICS.error_in_step`, and changes no length by
-    more than `STATICS.length_change`. The error of a sag is replaced by a measure that is nearly linear in L
-    (`linear_measure`).
     """
     rates, arms = stated.rates(cables, suspension.stated), state.arms[:, sought]
     forces, stiffness, _ = end_forces_and_stiffness(suspension, state, cables, rates.stiffness)

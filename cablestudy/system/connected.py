@@ -51,17 +51,9 @@ def component_numbers(joined):
 
 
 def reachable(joined, start):
-    """Mask of the nodes of a graph that paths lead to from some, these included.
+    """Mask of the nodes of a graph that paths lead to from some (`start`), these included, shape (..., n).
 
-    Parameters
-    ----------
-    joined : ndarray of bool, shape (..., n, n)
-        True where an edge leads from the node of the row to that of the column.
-    start : ndarray of bool, shape (..., n)
-
-    Returns
-    -------
-    ndarray of bool, shape (..., n)
+    `joined`, shape (..., n, n), is True where an edge leads from the node of the row to that of the column.
     """
     nodes, count = start, -1
     while (found := np.count_nonzero(nodes)) > count:

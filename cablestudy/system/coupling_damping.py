@@ -43,21 +43,9 @@ class PoleSum:
     def of_polynomial(cls, matrices, resolvent):
         """Condense the modes out of the matrix polynomial Q(x) of a cable: `PoleSum` of the stiffness at its ends.
 
-        Parameters
-        ----------
-        matrices : sequence of 2 or 3 ndarray, shape (..., n + e, n + e)
-            Coefficients of Q by ascending power of x: K and M, or K, C and M, for n modes and then e ends. M is the
-            identity for the modes.
-        resolvent : Resolvent
-            Of the modes: Q_nn^-1 as a sum over N poles.
-
-        Returns
-        -------
-        PoleSum
-
-        Notes
-        -----
-        The stiffness at the ends is Q_ee - Q_en Q_nn^-1 Q_ne. With d, the degree of Q, this is a polynomial of degree d
+        `matrices`, shape (..., n + e, n + e), are the coefficients of Q by ascending power of x, K and M or K, C and M,
+        for n modes and then e ends; M is the identity for the modes. `resolvent` is Q_nn^-1 as a sum over N poles. The
+        stiffness at the ends is Q_ee - Q_en Q_nn^-1 Q_ne. With d, the degree of Q, this is a polynomial of degree d
         less x^d times the sum of residue_j/(x - pole_j), where
 
             residue_j = (Q_en(pole_j) left_j) (right_j Q_ne(pole_j))/pole_j^d.

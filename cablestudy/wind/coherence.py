@@ -216,21 +216,9 @@ def galerkin(mesh, stretch, functions):
 
         stiffness_ij = integral of phi_i' phi_j' dx,   mass_ij = integral of phi_i phi_j dx
 
-    Parameters
-    ----------
-    mesh : Mesh
-        Mesh of the cables: e elements of p + 1 nodes.
-    stretch : ndarray, shape (n, e, p)
-        Local stretched over unstretched length of each cable, at the p Gauss points of each element. [-]
-    functions : ndarray, shape (nodes, r)
-        Values of the r functions at all nodes.
-
-    Returns
-    -------
-    length : ndarray, shape (n,)
-        Stretched over unstretched length of each cable. [-]
-    stiffness, mass : ndarray, shape (n, r, r)
-        [-]
+    `stretch`, shape (n, e, p), is the local stretched over unstretched length at the p Gauss points of the e elements
+    of the mesh, and `functions`, shape (nodes, r), has phi at all nodes. Returned are the stretched over unstretched
+    length of each cable, shape (n,), stiffness and mass, shape (n, r, r) both.
     """
     element, (points, weights) = basis(mesh.order), gauss(mesh.order)
     interpolation, nodal = lagrange(element.points, points), functions[mesh.element_nodes]
