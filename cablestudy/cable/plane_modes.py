@@ -129,10 +129,14 @@ def clusters(square):
     coincides = np.diff(square, axis=-1) <= 2 * CABLE.coincident_modes * square[..., 1:]  # with the one before
     runs = []
     for cable in {tuple(index[:-1]) for index in np.argwhere(coincides).tolist()}:
-        breaks = np.flatnonzero(~coincides[cable]) + 1
-        edges = np.concatenate([[0], breaks, [square.shape[-1]]]).tolist()
-        runs += [(cable, begin, end) for begin, end in itertools.pairwise(edges) if end - begin > 1]
+        runs += [(cable, *run) for run in runs_of(coincides[cable])]
     return runs
+
+
+def runs_of(with_next):
+    """(begin, end) of each run of two or more of n numbers: list; `with_next` says which go with the next, (n - 1,)."""
+    edges = [0, *(np.flatnonzero(~with_next) + 1).tolist(), len(with_next) + 1]
+    return [(begin, end) for begin, end in itertools.pairwise(edges) if end - begin > 1]
 
 
 def _definite_basis(system, shapes):

@@ -137,13 +137,19 @@ class SuspendedSystem:
         """Shape of the cases: () for one."""
         return np.broadcast_shapes(*(array.shape[: array.ndim - CORES[name]] for name, array in self._arrays.items()))
 
+    @cached_property
+    def _full_arrays(self):
+        """Arrays of numbers by name, in the full shape of cases."""
+        pairs = ((name, array, array.shape[array.ndim - CORES[name] :]) for name, array in self._arrays.items())
+        return {name: np.broadcast_to(array, self.shape + core) for name, array, core in pairs}
+
     @property
     def identity(self):
         """Hashable keys of cases of shape (n,): what they share, and a list with the numbers of each.
 
         Two cases are equal where both keys are.
         """
-        arrays = self.broadcast()._arrays
+        arrays = self._full_arrays
         names = self.body_names, self.junctions, self.cable_names, self.stated, self.link_names, tuple(arrays)
         common = *names, self.free.tobytes(), self.owner.tobytes(), *(array.shape[1:] for array in arrays.values())
         return common, row_keys(arrays.values())
@@ -177,23 +183,13 @@ class SuspendedSystem:
 
     def broadcast(self, shape=None):
         """Copy of the cases with all arrays in the full shape of cases, or in another `shape` of the same size."""
-        full = self.shape
-        shape = full if shape is None else shape
-        arrays = {}
-        for name, array in self._arrays.items():
-            core = array.shape[array.ndim - CORES[name] :]
-            arrays[name] = np.broadcast_to(array, full + core).reshape(shape + core)
-        return replace(self, **arrays)
+        full, axes = self._full_arrays, len(self.shape)
+        shape = self.shape if shape is None else shape
+        return replace(self, **{name: array.reshape(shape + array.shape[axes:]) for name, array in full.items()})
 
     def take(self, index):
         """Copy of one case of a batch of shape (n,), or of some of them."""
-        arrays, full = {}, self.shape
-        for name, array in self._arrays.items():
-            case_axes = array.ndim - CORES[name]
-            if array.shape[:case_axes] != full:
-                array = np.broadcast_to(array, full + array.shape[case_axes:])
-            arrays[name] = array[index]
-        return replace(self, **arrays)
+        return replace(self, **{name: array[index] for name, array in self._full_arrays.items()})
 
     def with_cables(self, cables):
         """Copy with some of its cables only, by their indices, and with all links."""

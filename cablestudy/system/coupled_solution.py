@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.cable.plane_modes import runs_of
 from cablestudy.system.coupled_trial import RowModel
 from cablestudy.system.damped_pole import ratios_near
 from cablestudy.system.damping import damped_poles
@@ -365,7 +366,9 @@ def modes_of_row(trial, row, error, finer=None):
     """
     model, omega, shapes, truncation_error = trial.modes_of(row)
     error = np.maximum(error, trial.rounding[row])[: len(omega)]
-    coincident = tuple(coincident_runs(omega, np.where(np.isnan(error), SYSTEM.frequency_rounding, error)))
+    known = np.where(np.isnan(error), SYSTEM.frequency_rounding, error)
+    coincide = np.diff(omega) <= (known[1:] + known[:-1]) * omega[1:]  # within their errors, each with the next one
+    coincident = tuple((begin + 1, end) for begin, end in runs_of(coincide))
     number = np.arange(len(shapes))[:, None] + 1.0
     for first, last in coincident:
         run = slice(first - 1, last)
@@ -374,17 +377,6 @@ def modes_of_row(trial, row, error, finer=None):
         by_number = shapes[:, run].T @ (number * model.reduced.mass_times(shapes[:, run]))
         shapes[:, run] = shapes[:, run] @ np.linalg.eigh(by_number + by_number.T)[1]
     return CoupledModes(omega, error, coincident, model, shapes, truncation_error, finer)
-
-
-def coincident_runs(omega, error):
-    """Yield first and last number (from 1) of each run of frequencies that agree within their errors."""
-    near_next = np.diff(omega) <= (error[1:] + error[:-1]) * omega[1:]
-    first = 0
-    for last in range(len(omega)):
-        if last == len(near_next) or not near_next[last]:
-            if last > first:
-                yield first + 1, last + 1
-            first = last + 1
 
 
 def _cable_record(modes, cable, name):
