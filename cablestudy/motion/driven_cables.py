@@ -422,9 +422,9 @@ class DrivenCables:
             poles     Re p + i (W + j d), j = 0 to 4,
             starts    the same; if |d| is large, Re p + i (W + j d/5), j = 1 to 5.
 
-        The multiples of d serve for modes that nearly coincide: a pole of j such modes is shifted by up to about j d. The
-        third result are the distances at which a pole may be from each start, over its frequency: |d|/W, at least the
-        accuracy.
+        The multiples of d serve for modes that nearly coincide: a pole of j such modes is shifted by up to about j d.
+        The third result are the distances at which a pole may be from each start, over its frequency: |d|/W, at least
+        the accuracy.
         """
         elements, highest = self.loop_gain.elements, self._highest_surely_known
         fixed = np.concatenate([element.omega[own] for element, own in zip(elements, modes, strict=True)])  # W
