@@ -2,7 +2,6 @@
 
 import numpy as np
 from matplotlib.colors import LogNorm
-from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator
 
 from cablestudy.study.plots.quantity import quantity_named
@@ -15,6 +14,7 @@ from cablestudy.study.plots.style import (
     heading,
     log_axis,
     name_axis,
+    new_figure,
     own_ticks,
     panels,
     plain_axis,
@@ -46,10 +46,6 @@ def colour_map(study, every, rows):
         Its `plot` names the columns and keys that are drawn.
     every, rows : list of dict
         All rows of the study's table, and those with an answer: name of a column or key -> value.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     plot = study.plot
     x, colour = quantity_named(study, plot.x, every), quantity_named(study, plot.color, every)
@@ -58,7 +54,7 @@ def colour_map(study, every, rows):
     mappable = _colours(colour, rows)
     alone, count = len(drawn) == 1, min(len(drawn), MOST_PANELS)
     side = 1 if alone else 2
-    figure = Figure(figsize=(WIDTH, -(-count // side) * (4.4 if alone else 3.0) + 0.6), layout="constrained")
+    figure = new_figure(-(-count // side) * (4.4 if alone else 3.0) + 0.6)
     grid = panels(figure, count, side)
     for axes, (y, series) in zip(grid, drawn, strict=False):
         _panel(axes, (x, y, colour), series.rows, mappable, plot, (WIDTH - 2.0) / side)
@@ -114,19 +110,10 @@ def _axis(axes, which, quantity, values, logarithmic, room):
 
 
 def _heat(axes, sides, points, mappable, contoured):
-    """Draw a heat map: a grid of coloured cells, one for each pair of values of x and y.
+    """Draw a heat map: a grid of coloured cells, one for each pair of the different values of x and y, the `sides`.
 
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-    sides : (ndarray, ndarray), shapes (p,) and (q,)
-        The different values of x and of y, ascending.
-    points : tuple of three ndarray, shape (n,)
-        x, y and value of n rows. Pairs of x and y without a row or a value are empty cells.
-    mappable : ScalarMappable
-        Value -> colour.
-    contoured : bool
-        True if lines of equal values are drawn where the values have no room in the cells.
+    `points` are x, y and value of the rows, arrays of equal length; a pair without a row or a value is an empty cell.
+    Lines of equal values are drawn, if `contoured`, where the values have no room in the cells.
     """
     x_values, y_values = sides
     x, y, colour = points

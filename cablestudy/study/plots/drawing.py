@@ -21,23 +21,12 @@ AZIMUTH, ELEVATION, DISTANCE = np.radians(-58), np.radians(18), 3.0  # of the ey
 
 @dataclass(frozen=True)
 class View:
-    """Parallel projection.
-
-    Attributes
-    ----------
-    title : str
-    axes : ndarray, shape (3, 2)
-        Directions to the right and upwards on the paper, unit vectors.
-    labels : tuple of str
-        Labels of the axes on the paper.
-    origin : ndarray, shape (3,)
-        Place at the origin of the paper. [m]
-    """
+    """Parallel projection."""
 
     title: str
-    axes: np.ndarray
-    labels: tuple
-    origin: np.ndarray
+    axes: np.ndarray  # shape (3, 2): directions to the right and upwards on the paper, unit vectors
+    labels: tuple  # of the axes on the paper
+    origin: np.ndarray  # shape (3,): place at the origin of the paper [m]
 
     def __call__(self, places):
         """Coordinates on the paper for places, shape (..., 3) -> (..., 2)."""
@@ -80,55 +69,24 @@ class Perspective:
 
 @dataclass(frozen=True)
 class Drawing:
-    """Places of all that is drawn of one case.
+    """Places of all that is drawn of one case. [m]"""
 
-    Attributes
-    ----------
-    case : str or None
-        Name of the load case.
-    cables : ndarray, shape (c, j, 3)
-        Points along each cable. [m]
-    shares : ndarray, shape (c, j)
-        Arc length at these points over the unstretched length. [-]
-    ends : ndarray, shape (c, 2, 3)
-        Ends 1 and 2 of each cable. [m]
-    form : Catenary of shape (c,), or State of the only cable
-    statics : ClosedStatics or ElementStatics
-        Statics of the same cables.
-    stated : tuple
-        Preload [N] and sag [m] that the scene states of its only cable.
-    links : ndarray, shape (l, 2, 3)
-        Ends of each link. [m]
-    anchors : list of (str, ndarray)
-        Fixed ends and their places, shape (3,). [m]
-    junctions, bodies : dict
-        Name -> place; name -> places of its attachments and its reference point, shape (k, 3). [m]
-    markers, winches : ndarray, shape (k, 3)
-        Places of markers, and of the ends of cables that winches reel or move. [m]
-    loads : list of (ndarray, ndarray, float)
-        Of each point load its place [m] and force [N], shape (3,), and arc length along the unstretched cable [m].
-    ground : float, sequence of (float, float) or None
-        As the scene states it.
-    lost : ndarray, shape (k, j, 3)
-        Points along each cable that the load case lacks, where it would be with all cables. [m]
-    """
-
-    case: str | None
-    cables: np.ndarray
-    shares: np.ndarray
-    ends: np.ndarray
-    form: object
-    statics: object
-    stated: tuple
-    links: np.ndarray
-    anchors: list
-    junctions: dict
-    bodies: dict
-    markers: np.ndarray
-    winches: np.ndarray
-    loads: list
-    ground: object
-    lost: np.ndarray
+    case: str | None  # name of the load case
+    cables: np.ndarray  # shape (c, j, 3): points along each cable
+    shares: np.ndarray  # shape (c, j): arc length at these points over the unstretched length [-]
+    ends: np.ndarray  # shape (c, 2, 3): ends 1 and 2 of each cable
+    form: object  # Catenary of shape (c,), or State of the only cable
+    statics: object  # ClosedStatics or ElementStatics of the same cables
+    stated: tuple  # preload [N] and sag [m] that the scene states of its only cable
+    links: np.ndarray  # shape (l, 2, 3): ends of each link
+    anchors: list  # (name, place) of each fixed end
+    junctions: dict  # free point -> place, shape (3,)
+    bodies: dict  # body -> places of its attachments and its reference point, shape (k, 3)
+    markers: np.ndarray  # shape (k, 3)
+    winches: np.ndarray  # shape (k, 3): ends of cables that winches reel or move
+    loads: list  # of each point load its place and force [N], shape (3,), and arc length along the unstretched cable
+    ground: object  # as the scene states it: float, sequence of (x, level), or None
+    lost: np.ndarray  # shape (k, j, 3): points along each cable that the load case lacks, where it would be with all
 
     @cached_property
     def held(self):
@@ -251,17 +209,7 @@ class Drawing:
 
 
 def drawing_of(case):
-    """Collect the positions of all that a picture of a case in equilibrium shows.
-
-    Parameters
-    ----------
-    case : CableCase or SuspensionCase
-        One cable is drawn as a suspension of a single cable.
-
-    Returns
-    -------
-    Drawing
-    """
+    """`Drawing` of a `CableCase` or `SuspensionCase` in equilibrium: one cable as a suspension of a single cable."""
     scene, equilibrium = kind_of(case.scene).as_suspension(case.scene), case.equilibrium
     suspension = equilibrium.suspension
     body_count, cable_rows = suspension.bodies, suspension.of_cables
@@ -361,7 +309,6 @@ def upright_plane(drawings):
     Returns
     -------
     View or None
-        None without such a plane.
     """
     first, size = drawings[0], max(drawing.size for drawing in drawings)
     held = np.concatenate([drawing.held for drawing in drawings])
@@ -398,22 +345,10 @@ def _side_view(origin, level, distance, height):
 
 
 def ground_in(view, ground, x):
-    """Line of the ground in a side view.
+    """Line of the ground of a scene in a `View`: ascending distances to the right and levels, two arrays. [m]
 
-    Parameters
-    ----------
-    view : View
-    ground : float, sequence of (float, float) or None
-        Ground of the scene: its level, or pairs of x and level. [m]
-    x : ndarray
-        Distances on the paper; a ground of one level is drawn from the smallest to the largest. [m]
-
-    Returns
-    -------
-    tuple of (ndarray, ndarray), or None
-        Distances to the right on the paper, ascending, and levels of the ground there, both from the origin of the view
-        [m]. None if there is no ground, if the view is not from the side, or if it is along x and the levels depend on
-        x.
+    None if there is no ground, if the view is not from the side, or if it is along x and the levels depend on x. A
+    ground of one level extends over the distances `x`.
     """
     right, up = view.axes.T
     if ground is None or up[2] != 1:  # no view from the side

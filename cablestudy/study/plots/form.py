@@ -6,7 +6,6 @@ from itertools import pairwise
 import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
-from matplotlib.figure import Figure
 
 import cablestudy.study.plots.marks as marks
 from cablestudy.cable.geometry import points_along
@@ -27,6 +26,7 @@ from cablestudy.study.plots.style import (
     entries_of,
     heading,
     legend_below,
+    new_figure,
     plain,
     styled,
 )
@@ -75,54 +75,31 @@ def case_forms(cases):
 
 
 class _Picture:
-    """Figure of the static form of a scene in one load case or in several, with those panels that show something.
+    """Figure of the static form of a scene, with those panels that show something: a `Drawing` for each load case.
 
-    Parameters
-    ----------
-    drawings : list of Drawing
-        One for each load case.
-    case : CableCase or SuspensionCase, optional
-        The only load case, for the deflections by its point loads.
-
-    Attributes
-    ----------
-    first : Drawing
-        The first of the drawings; `alone` is True if it is the only one.
-    places : ndarray, shape (n, 3)
-        All places that are drawn. [m]
-    plane : View or None
-        Side view of the vertical plane of the scene, from `upright_plane`.
-    seen : ndarray of bool, shape (3,)
-        Axes along which the scene has an extent.
-    in_space, upright, loaded : bool
-        Whether the scene is drawn in perspective and from three sides; whether the only cable hangs between ends above
-        each other; whether its deflection by its point loads is drawn.
-    looks, scale
-        From `_looks`.
+    `case` is the only load case, for the deflections by its point loads.
     """
 
     def __init__(self, drawings, case=None):
         self.drawings, self.first, self.alone, self.case = drawings, drawings[0], len(drawings) == 1, case
-        self.places, self.plane = np.concatenate([drawing.places for drawing in drawings]), upright_plane(drawings)
+        self.places = np.concatenate([drawing.places for drawing in drawings])  # all that are drawn, shape (n, 3) [m]
+        self.plane = upright_plane(drawings)
         extent = np.ptp(self.places, axis=0)
-        self.seen, (least, middle, most) = extent > FLAT * extent.max(), np.sort(extent)
+        self.seen, (least, middle, most) = extent > FLAT * extent.max(), np.sort(extent)  # axes along which it extends
+        # drawn in perspective and from three sides
         self.in_space = self.alone and self.plane is None and least > FLAT * most and middle >= LONG_SCENE * most
         held = np.concatenate([drawing.held for drawing in drawings])
+        # the only cable hangs between ends above each other
         self.upright = self.first.single and np.ptp(held[:, :2], axis=0).max() < FLAT * most
         has_loads = case is not None and self.first.single and len(self.first.loads) and self.first.ground is None
+        # the deflection of the only cable by its point loads is drawn
         self.loaded = has_loads and np.ravel(self.first.form.span.vertical)[2] == 1
         self.looks, self.scale = _looks(drawings, self.upright and self.loaded)
 
     def figure(self):
-        """Draw all panels, one legend below them, and a title.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
-            It has a colour bar of the tension if it shows a single load case whose cables differ in mean tension.
-        """
+        """Draw all panels, one legend below them, a title, and a colour bar of the tension if colours show that."""
         columns, heights = 1 + self.in_space, [height for height, _ in self.panels][:: 1 + self.in_space]
-        figure = Figure(figsize=(WIDTH, sum(heights) + 0.8), layout="constrained")
+        figure = new_figure(sum(heights) + 0.8)
         if self.in_space:
             figure.get_layout_engine().set(hspace=SPACE_BELOW)
         grid = figure.add_gridspec(len(heights), columns, height_ratios=heights)
@@ -196,10 +173,9 @@ class _Picture:
         return [Window(*outline.T, ENLARGED_RATIO, 1.0 if self.in_space else TALLEST_PANEL) for outline in outlines]
 
     def _view(self, view, window, ground, with_clearance, hidden, figure, cell):
-        """Draw one view of the scene in a cell of a figure's grid.
+        """Draw one view of the scene, with its ground from `ground_in`, in a cell of a figure's grid.
 
-        `window` limits the view, `ground` is from `ground_in`. Of a single load case the clearance is marked if
-        `with_clearance`, and sags have no dimensions if they are `hidden` by the slopes of the chords.
+        Sags have no dimensions if they are `hidden` by the slopes of the chords.
         """
         axes = figure.add_subplot(cell)
         for drawing, look in zip(self.drawings, self.looks, strict=True):
@@ -300,24 +276,11 @@ class _Picture:
 
 
 def _looks(drawings, unnamed):
-    """Colours, line styles and labels of load cases in a picture, and a scale of the colours.
+    """Looks of load cases, a dict of arguments of `marks.draw_parts` for each, and a scale of the colours or None.
 
-    Of a single load case, each cable has the colour of its mean tension, if these differ. Of several load cases, each
-    has one colour for all its cables.
-
-    Parameters
-    ----------
-    drawings : list of Drawing
-        One for each load case.
-    unnamed : bool
-        True if a single load case of one cable is labelled by its name alone, without sag or distance of a load.
-
-    Returns
-    -------
-    looks : list of dict
-        For each drawing keyword arguments of `marks.draw_parts`.
-    scale : (ScalarMappable, str) or None
-        Colours over tension and their label; None where colours do not show tensions.
+    Of a single load case, each cable has the colour of its mean tension, if these differ; the scale is then a
+    ScalarMappable and its label. Of several load cases, each has one colour for all its cables. If `unnamed`, a single
+    load case of one cable is labelled by its name alone, without sag or distance of a load.
     """
     if len(drawings) > 1:
         pairs = [(DASHES[k % len(DASHES)], SERIES[k % len(SERIES)]) for k in range(len(drawings))]
@@ -369,14 +332,7 @@ def finish_view(axes, view, window, ground, ticks=8):
 def load_path(path):
     """Figure of a load that travels along a cable: its path in a side view, and below it the largest tension.
 
-    Parameters
-    ----------
-    path : LoadPath
-        Equilibria with the load in many places. The side view shows the cable in some of them.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    The side view shows the cable in some of the places of a `LoadPath`.
     """
     first, places = path.cables[0], np.stack([_numbers(path, name) for name in ("x_m", "y_m", "z_m")], axis=-1)
     clearance, tension = _numbers(path, "clearance_m"), _numbers(path, "max_tension_N")
@@ -387,7 +343,7 @@ def load_path(path):
     ground = ground_in(view, first.ground, all_points[:, 0])
     window = Window(*with_ground(all_points, ground).T, ENLARGED_RATIO)
     tall = 0.7 + window.ratio * (WIDTH - 0.8)
-    figure = Figure(figsize=(WIDTH, tall + 2.6), layout="constrained")
+    figure = new_figure(tall + 2.6)
     side, below = figure.subplots(2, 1, height_ratios=(tall, 1.9))
     marks.draw_lines(side, forms, GREY, linewidths=0.7, alpha=0.7, label="the cable in some of the places")
     dots = "." if len(line) <= MOST_DOTS else ""

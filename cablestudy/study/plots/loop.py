@@ -3,7 +3,6 @@
 from itertools import cycle
 
 import numpy as np
-from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
 from cablestudy.control.response import Phase
@@ -19,10 +18,10 @@ from cablestudy.study.plots.style import (
     GREY,
     RED,
     SERIES,
-    WIDTH,
     entries_of,
     heading,
     legend_below,
+    new_figure,
     panels,
     plain,
     plain_axis,
@@ -57,10 +56,6 @@ def loop_margins(closed_loop, span=None):
         Lowest and highest frequency [Hz] and number of those at equal ratios. Default: about the frequencies of the
         controlled motions and of the stability limit, the gain over 2 pi, and the roll-off of notches.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-
     Raises
     ------
     NothingToDrawError
@@ -72,7 +67,7 @@ def loop_margins(closed_loop, span=None):
     value, sensitivity, complementary = curves(closed_loop, frequency)
     alone = len(closed_loop.body.measured) == 1
     heights = (2.2, 1.6, 1.8, 3.2) if alone else (2.2, 1.8, 3.2)
-    figure = Figure(figsize=(WIDTH, 0.8 + sum(heights)), layout="constrained")
+    figure = new_figure(0.8 + sum(heights))
     grid = figure.add_gridspec(len(heights), 2, height_ratios=heights, width_ratios=(1.35, 1))
     upper = figure.add_subplot(grid[0, :])
     lower = [figure.add_subplot(grid[row, :], sharex=upper) for row in range(1, len(heights) - 1)]
@@ -189,15 +184,9 @@ def _sensitivity(axes, closed_loop, frequency, sensitivity, complementary):
 def _nyquist(axes, closed_loop, value):
     """Draw the Nyquist plot: eigenvalues of the loop gain in the complex plane, their distance from -1, and margins.
 
-    The distance is 1 / (peak of the sensitivity). It is drawn if the loop is stable. The phase margin is drawn if the
-    loop is stable and has one coordinate. The gain margin is drawn if the loop has a largest gain, stable or not.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-    closed_loop : ClosedLoop
-    value : ndarray, shape (f, k, k)
-        Loop gain of k measured coordinates at f frequencies, complex. [-]
+    `value` is the loop gain of k coordinates at f frequencies, shape (f, k, k). The distance is 1 / (peak of the
+    sensitivity), drawn if the loop is stable; so is the phase margin of one coordinate. The gain margin is drawn if
+    the loop has a largest gain, stable or not.
     """
     zero_lines(axes)
     circle = np.exp(1j * np.linspace(0, 2 * np.pi, 361))
@@ -273,22 +262,14 @@ def _margins_in_words(margins):
 
 @styled
 def loop_in_time(solved):
-    """Figure of the response of a loop over time: displacement with and without the loop, and positions of the winches.
+    """Figure of a `TimeCase`, a loop over time: displacement with and without the loop, and positions of the winches.
 
     Above them is the input, such as the speed of a gust, unless it is constant.
-
-    Parameters
-    ----------
-    solved : TimeCase
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     time = solved.time
     varies = np.ptp(solved.input.values_in_unit) > 0
     heights = (1, 2, 1.5) if varies else (2, 1.5)
-    figure = Figure(figsize=(WIDTH, 1.3 + 1.1 * sum(heights)), layout="constrained")
+    figure = new_figure(1.3 + 1.1 * sum(heights))
     *input_axes, body_axes, winch_axes = grid = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights)
     for axes in input_axes:
         axes.plot(time, solved.input.values_in_unit, color=GREY)
@@ -318,11 +299,6 @@ def _displacement(axes, solved):
 
     For the response to a step, the settling time is drawn, and the band about the final value that defines it. The
     largest value is not marked if a step ends away from zero and its overshoot is at most `CONTROL.settling_band`.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-    solved : TimeCase
     """
     time, response, unit, step = solved.time, solved.response, solved.unit, solved.step
     if response.open_loop is not None:
@@ -364,7 +340,7 @@ def bode(curves, frequency, *numbers, title="frequency responses"):
     title : str
         Title of a figure of several curves; one curve has its label as the title.
     """
-    figure = Figure(figsize=(WIDTH, 5.2 + 0.09 * (len(curves) - 1)), layout="constrained")
+    figure = new_figure(5.2 + 0.09 * (len(curves) - 1))
     magnitude, phase = panels(figure, 2, 1, height_ratios=(3, 2))
     for k, (colour, dashes, curve) in enumerate(zip(cycle(SERIES), cycle(DASHES), curves, strict=False)):
         look = {"color": colour, "ls": dashes, "lw": 1.1, "label": curve.label}  # dashed, since curves may coincide

@@ -29,39 +29,19 @@ class Room:
     """Free room of a picture, in which texts and arrows are put so that they do not overlap.
 
     Positions and boxes, (left, right, low, high), are in the lengths of the scene. [m]
-
-    Attributes
-    ----------
-    axes : matplotlib.axes.Axes
-        With its limits.
-    per_inch : ndarray, shape (2,)
-        Length in the view along x and y over that on paper, about. [m/in]
-    lines : ndarray, shape (n, 2)
-        Points along lines, which a text had better not cover.
-    taken : list of (tuple of float)
-        Boxes of the texts and arrows that are there already.
     """
 
-    axes: object
-    per_inch: np.ndarray
-    lines: np.ndarray
-    taken: list = field(default_factory=list)
+    axes: object  # matplotlib.axes.Axes with its limits
+    per_inch: np.ndarray  # shape (2,): length in the view along x and y over that on paper, about [m/in]
+    lines: np.ndarray  # shape (n, 2): points along lines, which a text had better not cover
+    taken: list = field(default_factory=list)  # boxes of the texts and arrows that are there already
 
     def write(self, text, spots, needed=True, fontsize=9, **look):
         """Write a text at one of several possible spots, the free one where it covers least of the lines: True if so.
 
-        Parameters
-        ----------
-        text : str
-        spots : sequence of (ndarray, tuple, tuple)
-            Position in the picture, in the lengths of the scene [m]; offset of the text from it [pt]; and on which side
-            of this point the text stands, along x and y: -1 left or below, 0 centred, 1 right or above.
-        needed : bool
-            Whether to write it at the first spot if none is free.
-        fontsize : float
-            [pt]
-        **look
-            Further properties of the text.
+        A spot has a position in the picture [m], the offset of the text from it [pt], and on which side of this point
+        the text stands, along x and y: -1 left or below, 0 centred, 1 right or above. If no spot is free, a `needed`
+        text stands at the first one.
         """
         size = np.array([text_width(text, fontsize) + 0.06, fontsize / 60]) * self.per_inch
         boxes = [self._box(point + np.array(offset) / 72 * self.per_inch, side, size) for point, offset, side in spots]
@@ -107,21 +87,16 @@ def _overlap(box, other):
 
 
 def draw_parts(axes, drawing, view, colours, label="", lost="", dashes="-", own=None):
-    """Draw a view of a scene: its cables in their colours, links, anchors, winches, points, bodies, markers.
+    """Draw a view of a `Drawing`: its cables in their colours, links, anchors, winches, points, bodies, markers.
 
     Parameters
     ----------
-    axes : matplotlib.axes.Axes
-    drawing : Drawing
-        Places of all that is drawn of one load case.
     view : callable
         Positions, shape (..., 3) -> coordinates on the paper, shape (..., 2).
     colours : color or list of color
         Colour of all cables, or of each.
     label, lost : str
         Entries of the legend for the cables, and for the cables that the load case has lost.
-    dashes : str or tuple
-        Line style of the cables.
     own : color, optional
         Colour of links, points, bodies and loads of this load case, in a picture of several load cases.
     """
@@ -203,13 +178,13 @@ def mark_sag(axes, room, middle, sag):
 def mark_loads(axes, room, loads, paper):
     """Draw the point loads: an arrow along each force, a ring with a dot or cross for one nearly normal to the paper.
 
-    A dot is the point of an arrow towards the viewer, a cross the tail of an arrow away from the viewer.
+    A dot is the point of an arrow towards the viewer, a cross the tail of an arrow away from the viewer. The sizes of
+    the forces are written beside them.
 
     Parameters
     ----------
     axes : matplotlib.axes.Axes
     room : Room
-        For the sizes of the forces, written beside them.
     loads : list of (ndarray, ndarray)
         Position on the paper, shape (2,), and force [N], shape (3,).
     paper : ndarray, shape (3, 2)

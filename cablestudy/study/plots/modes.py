@@ -8,7 +8,6 @@ from functools import cached_property
 
 import numpy as np
 from matplotlib.colors import to_rgb
-from matplotlib.figure import Figure
 
 from cablestudy.scene.determinacy import ROTATIONS
 from cablestudy.scene.words import counted
@@ -26,6 +25,7 @@ from cablestudy.study.plots.style import (
     bold,
     figure_without_panels,
     heading,
+    new_figure,
     nice,
     panels,
     styled,
@@ -66,42 +66,18 @@ PAGE = """<!DOCTYPE html>
 
 @dataclass(frozen=True)
 class ModeDrawing:
-    """Positions and displacements of all that is drawn of one mode, without scale.
+    """Positions and displacements of all that is drawn of one mode, without scale."""
 
-    Attributes
-    ----------
-    view : callable
-        Places, shape (..., 3) -> coordinates on the paper, shape (..., 2).
-    colour : str
-        Colour of the parts that move.
-    words : str
-        Words for the part that moves most.
-    upwards : str
-        Words for the coordinate that a picture in a plane shows upwards.
-    cables : list of (ndarray, ndarray)
-        Places along each cable and link and their displacements, shape (j, 3).
-    bodies : dict
-        Name -> places of attachments and reference point, and their displacements, shape (k, 3).
-    points : tuple of ndarray
-        Places of the free points and their displacements, shape (p, 3).
-    turn : float
-        Largest rotation of a body.
-    body : str or None
-        The body that moves most, where it turns.
-    across : float
-        Enlargement of displacements across the paper, over that of those upwards. [-]
-    """
-
-    view: object
-    colour: str
-    words: str
-    upwards: str
-    cables: list
-    bodies: dict = field(default_factory=dict)
-    points: tuple = (np.zeros((0, 3)),) * 2
-    turn: float = 0.0
-    body: str | None = None
-    across: float = 1.0
+    view: object  # places, shape (..., 3) -> coordinates on the paper, shape (..., 2)
+    colour: str  # of the parts that move
+    words: str  # for the part that moves most
+    upwards: str  # words for the coordinate that a picture in a plane shows upwards
+    cables: list  # places along each cable and link and their displacements, shape (j, 3)
+    bodies: dict = field(default_factory=dict)  # name -> places of attachments and reference point, and displacements
+    points: tuple = (np.zeros((0, 3)),) * 2  # places of the free points and their displacements, shape (p, 3)
+    turn: float = 0.0  # largest rotation of a body
+    body: str | None = None  # that moves most, where it turns
+    across: float = 1.0  # enlargement of displacements across the paper, over that of those upwards [-]
 
     @property
     def parts(self):
@@ -148,10 +124,6 @@ def mode_shapes(case, modes, share=None):
         The figure shows at most MOST_MODES of them.
     share : float, optional
         Factor on the displacements, from -1 to 1, for one picture of an animation; by default 1.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     shown = _of_cable(case, modes, min(len(modes), MOST_MODES))
     chord = float(case.span.chord)
@@ -200,10 +172,6 @@ def coupled_mode_shapes(case, modes, listed=None, share=None):
         Number of modes asked for; by default all. The figure shows at most MOST_MODES of them.
     share : float, optional
         Factor on the displacements, from -1 to 1, for one picture of an animation; by default 1.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     listed, drawing = len(modes) if listed is None else listed, drawing_of(case)
     plane, peak = upright_plane([drawing]), nice(PEAK_OVER_SIZE * drawing.size)  # peak: largest displacement drawn [m]
@@ -236,23 +204,9 @@ def _alike_in_both_directions(shown, drawing, enlargement):
 
 
 def _drawing_of_coupled_mode(case, modes, drawing, plane, number):
-    """Collect the places and displacements of all cables, bodies and points in one coupled mode.
+    """`ModeDrawing` of one of the `CoupledModes` of a case, `number` from 0, whose scene at rest is `drawing`.
 
-    Parameters
-    ----------
-    case : SuspensionCase
-    modes : CoupledModes
-        Modes of the case.
-    drawing : Drawing
-        The scene at rest.
-    plane : View or None
-        Side view of the vertical plane in which all cables end; None draws in perspective.
-    number : int
-        Index of the mode, from 0.
-
-    Returns
-    -------
-    ModeDrawing
+    `plane` is the side view of the vertical plane in which all cables end; None draws in perspective.
     """
     equilibrium = case.equilibrium
     suspension = equilibrium.suspension
@@ -326,7 +280,6 @@ def _figure(shown, frequency, listed, peak, share, drawing, distance):
     Parameters
     ----------
     shown : list of ModeDrawing
-        The modes that are drawn.
     frequency : ndarray
         Frequencies of the modes. [Hz]
     listed : int
@@ -339,10 +292,6 @@ def _figure(shown, frequency, listed, peak, share, drawing, distance):
         Static form of a suspension; None for one cable.
     distance : str or None
         Label of the distance along the plane of the panels; None in perspective.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     if not shown:
         return figure_without_panels("There is no mode to show")
@@ -350,7 +299,7 @@ def _figure(shown, frequency, listed, peak, share, drawing, distance):
     with_inset = distance is None and any(mode.turns_in_a_small_body(drawing.size) for mode in shown)
     window, inset = _window(shown, factors, share, with_inset, PANEL_RATIOS[columns] if distance else None)
     width, rows = WIDTH / columns, -(-count // columns)
-    figure = Figure((columns * width, rows * (window.ratio * (width - 0.45) + 0.55) + 0.6), layout="constrained")
+    figure = new_figure(rows * (window.ratio * (width - 0.45) + 0.55) + 0.6)
     # displacements are enlarged to the peak, or to less where a body would turn too far
     peaks = [float(f"{factor * mode.largest:.2g}") for mode, factor in zip(shown, factors, strict=True)]
     equal, anchors = len(set(peaks)) == 1, [] if drawing is None else [place for _, place in drawing.anchors]

@@ -15,31 +15,15 @@ SI = (0.0, 1.0)  # scale of a quantity that is shown in the unit of its cells
 
 @dataclass(frozen=True)
 class DrawnQuantity:
-    """A column or a varied key of a study's table.
+    """A column or a varied key of a study's table."""
 
-    Attributes
-    ----------
-    name : str
-        Of the cells in rows.
-    words, unit : str
-        For people, and the unit in which it is shown.
-    scale : tuple of float
-        The cell of 0 and that of 1 in this unit.
-    printed : str or None
-        Name of the printed values.
-    categories : tuple of str or None
-        Its values where they are no numbers.
-    key : str or None
-        The varied key, if it is one.
-    """
-
-    name: str
-    words: str
-    unit: str
-    scale: tuple = SI
-    printed: str | None = None
-    categories: tuple | None = None
-    key: str | None = None
+    name: str  # of the cells in rows
+    words: str  # for people
+    unit: str  # in which it is shown
+    scale: tuple = SI  # the cell of 0 and that of 1 in this unit
+    printed: str | None = None  # name of the printed values
+    categories: tuple | None = None  # its values where they are no numbers
+    key: str | None = None  # the varied key, if it is one
 
     @property
     def label(self):

@@ -28,23 +28,12 @@ BAR_NAMES = 24  # names beside a colour bar
 
 @dataclass
 class Series:
-    """Rows of a study's table that one line joins, or one kind of mark shows.
-
-    Attributes
-    ----------
-    rows : list of dict
-    levels : tuple of int
-        For each `Factor` the position, among its levels, of the value that all of these rows have.
-    label : str
-        Entry of the legend.
-    look : dict
-        Colour, mark and dashes.
-    """
+    """Rows of a study's table that one line joins, or one kind of mark shows."""
 
     rows: list
-    levels: tuple
-    label: str
-    look: dict = field(default_factory=dict)
+    levels: tuple  # for each `Factor` the position, among its levels, of the value that all of these rows have
+    label: str  # entry of the legend
+    look: dict = field(default_factory=dict)  # colour, mark and dashes
 
 
 @dataclass
@@ -59,17 +48,10 @@ class Bar:
 
 @dataclass(frozen=True)
 class Factor:
-    """Quantities of a study that vary together and tell series apart.
+    """Quantities of a study that vary together and tell series apart."""
 
-    Attributes
-    ----------
-    quantities : list of DrawnQuantity
-    levels : list of tuple
-        The different sets of values that they take, in order of appearance; a value for each quantity.
-    """
-
-    quantities: list
-    levels: list
+    quantities: list  # of DrawnQuantity
+    levels: list  # the different sets of values that they take, in order of appearance; a value for each quantity
 
     @property
     def words(self):
@@ -146,17 +128,9 @@ def _grouped(rows, factors, categories):
     """Distribute the rows of a table over the series of a plot: dict of (levels, turn) -> list of rows.
 
     Rows in which all factors have the same values are one series. Its key `levels` has one int for each factor: the
-    index of the row's value in `factor.levels`. `turn` is 0, except where the values along x are names: a series then
-    has each name once, and the second row with the same levels and name goes to the series with turn 1, and so on.
-
-    Parameters
-    ----------
-    rows : list of dict
-        Of the table of results.
-    factors : list of Factor
-        Quantities that tell the series apart, each with a list of the different values it has (its levels).
-    categories : Quantity or None
-        Quantity along x if its values are names, else None.
+    index of the row's value in `factor.levels`. `turn` is 0, except where x has `categories`, a quantity whose values
+    are names: a series then has each name once, and the second row with the same levels and name goes to the series
+    with turn 1, and so on.
     """
     position_of_level = [{level: number for number, level in enumerate(factor.levels)} for factor in factors]
     groups, seen = {}, Counter()
@@ -256,7 +230,7 @@ def _colours(series, factors, k):
     if count <= NAMED_SERIES:
         colours, bar = SERIES, None
         entries = [(Line2D([], [], color=SERIES[level], lw=3), _named(factor, level)) for level in range(count)]
-    elif numbers is not None and None not in numbers:
+    elif numbers is not None:
         mappable, entries = colours_over(numbers, spaced_logarithmically(np.unique(numbers))), []
         bar = Bar(mappable, factor.quantities[0].label)
         colours = bar.mappable.to_rgba(numbers)

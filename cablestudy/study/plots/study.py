@@ -1,7 +1,6 @@
 """Pictures of a study: columns over the keys that it varies, beside printed numbers; Sobol's indices of its columns."""
 
 import numpy as np
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from cablestudy.study.cable_columns import TEXTS
@@ -21,6 +20,7 @@ from cablestudy.study.plots.style import (
     legend_below,
     log_axis,
     name_axis,
+    new_figure,
     own_ticks,
     panels,
     plain_axis,
@@ -68,10 +68,6 @@ def study_plot(study, table, chosen=()):
         All rows of the study's table, or some.
     chosen : sequence of str
         Columns and varied keys that are drawn along y instead, with or without units, except in a map of colours.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     every = [row | {ROW: number} for number, row in enumerate(table.rows, 1)]
     rows = [row for row in every if has_answer(row.get("status", OK))]
@@ -88,19 +84,9 @@ def not_drawn(study):
 
 
 def _line_figure(study, every, rows, chosen):
-    """Figure with one panel for each drawn column of a study, all over one x.
+    """Figure with one panel for each drawn column of a study, all over one x; arguments as of `colour_map`.
 
-    Parameters
-    ----------
-    study : StudyFile
-    every, rows : list of dict
-        All rows of the study's table, and those with an answer.
-    chosen : sequence of str
-        Columns and varied keys that are drawn along y in place of those that the study states.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    `chosen`: columns and varied keys that are drawn along y in place of those that the study states.
     """
     x, columns, *logarithmic = _drawn(study, every, chosen)
     if not columns:
@@ -110,7 +96,7 @@ def _line_figure(study, every, rows, chosen):
     entries, bar = give_looks(series, factors, joined)
     side = 1 if len(columns) <= OTHER_COLUMNS else 2
     height = PANEL_HEIGHT * -(-len(columns) // side) + 0.9 + 0.2 * -(-len(entries) // 3)
-    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    figure = new_figure(height)
     grid = panels(figure, len(columns), side)
     printed = [_panel(axes, x, column, series, joined) for axes, column in zip(grid, columns, strict=True)]
     _scale_panels(grid, x, columns, logarithmic, _by_ratio(x, factors))
@@ -135,21 +121,10 @@ def _nothing(study, reason):
 
 
 def _scale_panels(grid, x, columns, logarithmic, by_ratio):
-    """Set scales and ticks of all panels of a study.
+    """Set scales and ticks of the panels of a study, each with a column along y and its lines.
 
-    Parameters
-    ----------
-    grid : list of Axes
-        A panel for each column, with its lines.
-    x : DrawnQuantity
-        The quantity along x of all panels.
-    columns : list of DrawnQuantity
-        The quantity along y of each panel.
-    logarithmic : (bool or None, bool or None)
-        Whether x and y are logarithmic, as the study states it. If it does not (None), x is logarithmic if its values
-        are spaced logarithmically. A y is logarithmic if its values span decades and x is logarithmic or `by_ratio`.
-    by_ratio : bool
-        True if y may be logarithmic over a linear x.
+    `logarithmic` says whether x and y are logarithmic, as the study states it. If it does not (None), x is logarithmic
+    if its values are spaced logarithmically; a y, if its values span decades and x is logarithmic or `by_ratio`.
     """
     logx, logy = logarithmic
     lines = [line for axes in grid for line in axes.lines]
@@ -222,19 +197,7 @@ def _with_printed_values(study, quantity, rows, headers):
 def _panel(axes, x, column, series, joined):
     """Draw one column of a study over x: its computed values in the looks of the series, rings for the printed values.
 
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-    x, column : DrawnQuantity
-        Quantities along x and y.
-    series : list of Series
-    joined : bool
-        Whether lines join the points.
-
-    Returns
-    -------
-    bool
-        True if there are printed values.
+    Lines join the points if these are `joined`. True if there are printed values.
     """
     any_printed = False
     for k, line in enumerate(series):
@@ -330,10 +293,6 @@ def sensitivity_plot(study, table):
     table : Table
         From `Sensitivity.table`: rows with `column`, `parameter` (the varied key), values of keys that vary beside the
         sample, the indices, and the ends of their confidence intervals.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     fixed = ("column", "parameter", *(f"{kind}{end}" for kind in INDICES for end in ("", "_low", "_high")))
     others = [field for field in table.fields if field.name not in fixed]  # keys that vary beside the sample
@@ -342,7 +301,7 @@ def sensitivity_plot(study, table):
     columns = 1 if count == 1 else 2
     keys = max((len(rows) for rows in groups.values()), default=1)
     panel_rows = -(-count // columns)
-    figure = Figure(figsize=(WIDTH, panel_rows * (0.75 + 0.36 * keys) + 0.9), layout="constrained")
+    figure = new_figure(panel_rows * (0.75 + 0.36 * keys) + 0.9)
     grid = panels(figure, count, columns, sharey=True)
     for number, (axes, (group, rows)) in enumerate(zip(grid, groups.items(), strict=False)):
         _index_panel(axes, rows)

@@ -134,14 +134,8 @@ def with_numbered_clip_paths(svg):
 class Window:
     """Limits of the axes for a cable, and the enlargement of the vertical scale: 1, 2 or 5 times 10^k.
 
-    Parameters
-    ----------
-    x, y : ndarray
-        Points that must be visible. [m]
-    ratio : float
-        Height over width of an enlarged picture; a picture true to scale may be taller. [-]
-    tallest : float
-        Largest height over width. [-]
+    Points x, y [m] are visible. `ratio` is the height over width of an enlarged picture; one that is true to scale may
+    be taller, up to `tallest`.
     """
 
     def __init__(self, x, y, ratio, tallest=TALLEST_PANEL):
@@ -263,16 +257,9 @@ def log_ticks(axis, low, high, count=8, own=()):
 
 
 def own_ticks(values, most, apart):
-    """The ticks of a logarithmic axis that are its values themselves: if they are few and not too close, else none.
+    """The ticks of a logarithmic axis that are its ascending values themselves, if these are few and not too close.
 
-    Parameters
-    ----------
-    values : ndarray
-        Distinct, ascending.
-    most : int
-        Largest number of such ticks.
-    apart : float
-        Least ratio of neighbouring values, as its logarithm of base 10.
+    At most `most` values; neighbours have a ratio of at least 10^apart.
     """
     return values if 1 < len(values) <= most and np.diff(np.log10(values)).min() >= apart else []
 
@@ -330,12 +317,7 @@ def colour_bar(figure, mappable, label, axes, ticks=(), names=(), **options):
 
 
 def legend_below(figure, entries, size=8.5):
-    """One legend of a whole figure below it, in as many columns as fit.
-
-    Parameters
-    ----------
-    entries : list of (artist, str)
-    """
+    """One legend of a whole figure below it, in as many columns as fit; `entries` are pairs (artist, str)."""
     if not entries:
         return None
     room = figure.get_figwidth() - 0.2
@@ -356,9 +338,14 @@ def zero_lines(axes):
     axes.axvline(0, color=LIGHT, lw=0.9)
 
 
+def new_figure(height):
+    """Figure of the common width and of a height [in]."""
+    return Figure(figsize=(WIDTH, height), layout="constrained")
+
+
 def figure_without_panels(reason):
     """Figure that has nothing to draw, with the reason as its title."""
-    figure = Figure(figsize=(WIDTH, 1.2), layout="constrained")
+    figure = new_figure(1.2)
     heading(figure, reason)
     return figure
 
@@ -398,16 +385,8 @@ def wrapped(text, room, size):
 def name_axis(axes, which, names, room):
     """Write names instead of numbers at the positions 0, 1, 2, ... along an axis, MOST_NAMES at most.
 
-    Names along x stand in lines below their positions where they fit, else at an angle or, of many, upright.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-    which : {"x", "y"}
-        The axis.
-    names : sequence of str
-    room : float
-        Length of the axis, about. [in]
+    Names along x stand in lines below their positions where they fit, else at an angle or, of many, upright. `which` is
+    "x" or "y", `room` the length of the axis, about. [in]
     """
     step = -(-len(names) // MOST_NAMES)
     positions, shown = range(0, len(names), step), names[::step]

@@ -3,7 +3,6 @@
 import re
 
 import numpy as np
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
@@ -20,6 +19,7 @@ from cablestudy.study.plots.style import (
     WIDTH,
     heading,
     legend_below,
+    new_figure,
     round_ticks,
     styled,
     wrapped,
@@ -62,17 +62,13 @@ def trade_plot(trade, title):
     trade : Trade
         Measured errors and times.
     title : str
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     count = len(trade.columns)
     side = 1 if count == 1 else 2
     rows = -(-count // side)
     entries = _legend(trade)
     tall = (2.9 if side == 1 else 2.3) * rows
-    figure = Figure(figsize=(WIDTH, tall + 1.1 + 0.08 * len(entries)), layout="constrained")
+    figure = new_figure(tall + 1.1 + 0.08 * len(entries))
     grid = figure.subplots(rows, side, squeeze=False).ravel()
     for axes in grid[count:]:
         axes.set_axis_off()
@@ -116,15 +112,7 @@ def _look(family):
 
 
 def _panel(axes, trade, column):
-    """Draw error against time of all models for one column, their Pareto front, and the error of the reference.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-    trade : Trade
-        Measured errors and times. Errors below that of its reference mean nothing: they lie in a grey band.
-    column : Column
-    """
+    """Draw error against time of all models for one column, their Pareto front, and the error of the reference."""
     name, reference_error = column.name, trade.reference.errors[column.name]
     value = quantity_text(trade.reference.values[name], column.unit)
     axes.set_title(wrapped(f"{column_words(name)}: {value}", 0.4 * WIDTH, 9), loc="left")

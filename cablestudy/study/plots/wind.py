@@ -4,7 +4,6 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from cablestudy.errors import ConvergenceError, NoSolutionError, NothingToDrawError
 from cablestudy.study.plots.style import (
@@ -14,8 +13,8 @@ from cablestudy.study.plots.style import (
     GREY,
     ORANGE,
     RED,
-    WIDTH,
     heading,
+    new_figure,
     plain,
     styled,
     zero_lines,
@@ -39,29 +38,15 @@ KINDS = (DISPLACEMENTS, MM, "displacement", "mm"), (TURNS, 1e6, "rotation", "µr
 
 @dataclass(frozen=True)
 class DrawnState:
-    """Curves that are drawn of one state of control, such as "winches at rest".
-
-    Attributes
-    ----------
-    label, colour, dashes : str
-        Entry of the legend, colour and line style.
-    spectra : dict
-        Output -> spectrum, shape (f,). [m^2/Hz], [rad^2/Hz]
-    rms : dict
-        Output -> RMS. [m], [rad]
-    covariance : ndarray, shape (3, 3)
-        Covariance of the displacements of the point whose ellipses are drawn. [m^2]
-    parts : dict
-        `spectra` by the last of several winds.
-    """
+    """Curves that are drawn of one state of control, such as "winches at rest"."""
 
     label: str
     colour: str
     dashes: str
-    spectra: dict
-    rms: dict
-    covariance: np.ndarray
-    parts: dict
+    spectra: dict  # output -> spectrum, shape (f,) [m^2/Hz], [rad^2/Hz]
+    rms: dict  # output -> RMS [m], [rad]
+    covariance: np.ndarray  # shape (3, 3): of the displacements of the point whose ellipses are drawn [m^2]
+    parts: dict  # `spectra` by the last of several winds
 
     def together(self, names):
         """Sum of the spectra, and root of the sum of variances, of some outputs."""
@@ -85,10 +70,6 @@ def wind_response(winds, at_rest=None, on=None):
     on : str, optional
         Name of the part that the wind blows on, for the title; by default the body.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-
     Raises
     ------
     NothingToDrawError
@@ -108,7 +89,7 @@ def wind_response(winds, at_rest=None, on=None):
     _check_range(states, kinds)
     extended = np.linalg.matrix_rank(states[0].covariance) > 1  # the point moves in a plane, or in space
     heights = (1.3, 2.4, 1.6, 2.8) if extended else (2, 2, 2)
-    figure = Figure(figsize=(WIDTH, 0.8 + 1.2 * sum(heights)), layout="constrained")
+    figure = new_figure(0.8 + 1.2 * sum(heights))
     grid = figure.add_gridspec(len(heights), 2, height_ratios=heights)
     shared, high = figure.add_subplot(grid[0, :]), _highest(frequency, states, kinds)
     _speed(shared, winds, frequency[frequency <= high], body)
@@ -228,26 +209,10 @@ def _drawn_states(names, point, frequency, states_of_control):
 
 
 def _drawn_state(names, point, frequency, label, colour, dashes, winds, open_loop):
-    """Compute the curves that are drawn of one state of control, such as "winches at rest".
+    """Compute the `DrawnState` of the outputs `names`, such as `camera.x`, and of the ellipses of a point.
 
-    Parameters
-    ----------
-    names : list of str
-        Outputs whose spectra and RMS are drawn, such as `camera.x`.
-    point : str
-        Body, marker or cable at mid-span, whose covariance of displacements gives the ellipses.
-    frequency : ndarray, shape (f,)
-        Frequencies of the spectra. [Hz]
-    label, colour, dashes : str
-        Entry of the legend, colour and line style of the state.
-    winds : list of DynamicAnalysis
-        One for each wind; their spectra and covariances add.
-    open_loop : bool
-        Whether the winches are at rest.
-
-    Returns
-    -------
-    DrawnState
+    The point is a body, a marker, or a cable at mid-span. Spectra and covariances of the winds, which are uncorrelated,
+    add; `open_loop` says whether the winches are at rest.
     """
     of_point = [f"{point}.{axis}" for axis in DISPLACEMENTS]  # outputs, of which some may be held
     spectra, variances, covariance = {}, {}, np.zeros((3, 3))
@@ -303,20 +268,8 @@ def _highest(frequency, states, kinds):
 def _spectra(axes, frequency, states, kind, several):
     """Draw the spectra of displacements, or of rotations, of a body or a mid-span in all states of control.
 
-    A single output has the colour of its state, several outputs have the colours of their axes.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-    frequency : ndarray, shape (f,)
-        [Hz]
-    states : list of DrawnState
-        Curves of each state of control, such as "winches at rest".
-    kind : (list of str, float, str, str)
-        Names of the outputs; factor from SI to the unit; name of the motion; its unit.
-    several : bool
-        True if there are several winds, the last of them on the cable. Its share of the spectrum of the first output is
-        then drawn too.
+    A single output has the colour of its state, several outputs have the colours of their axes. If there are `several`
+    winds, the last of them on the cable, its share of the spectrum of the first output is drawn too.
     """
     names, scale, motion, unit = kind
     for state in states:
@@ -355,22 +308,10 @@ def _variance(axes, frequency, states, kind):
 
 
 def _draw_rms_ellipses(figure, grid, states, closed_loop, point):
-    """Draw the RMS displacement of a point by direction, as ellipses in two planes, for each state of control.
+    """Draw the RMS displacement of a point by direction, as ellipses in two planes, in the last row of a grid.
 
     The planes are the horizontal one, and the vertical one along the mean wind. The extent of an ellipse along a unit
     vector n is the RMS in this direction, sqrt(n^T C n), with the covariance C of the displacements.
-
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-    grid : matplotlib.gridspec.GridSpec
-        The two panels take its last row.
-    states : list of DrawnState
-        Their `covariance` is C: global axes, of a cable those of its chord. [m^2]
-    closed_loop : ClosedLoop
-        Gives the direction of the mean wind.
-    point : str
-        Name of a body or marker, or of a cable at mid-span.
     """
     velocity = closed_loop.drag.velocity
     wind_direction = velocity / np.linalg.norm(velocity)

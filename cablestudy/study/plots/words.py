@@ -115,16 +115,8 @@ def key_words(key):
 def value_text(value):
     """Short text, for labels in pictures, of a value that a study gives to a key.
 
-    Numbers are rounded, tables are written without brackets and quotes, long texts are shortened.
-
-    Parameters
-    ----------
-    value : object
-        A number, a text such as `20 kN`, or a table or list, also as JSON text.
-
-    Returns
-    -------
-    str
+    It is a number, a text such as `20 kN`, or a table or list, also as JSON text. Numbers are rounded, tables are
+    written without brackets and quotes, long texts are shortened.
     """
     if isinstance(value, str) and (value[:1] in ("{", "[") or value in ("null", "true", "false")):
         try:
