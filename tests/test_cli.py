@@ -38,7 +38,7 @@ import cablestudy
 from cablestudy import __version__
 from cablestudy.cli import main
 from cablestudy.cli.options import OneValueEach
-from cablestudy.study import columns, files
+from cablestudy.interface import reference
 from cablestudy.study.one_cable import report
 
 GUY = CONFIGS / "guy.yaml"
@@ -128,8 +128,8 @@ def test_json_carries_units_and_a_single_scene_is_one_row():
     [
         ("static", report, "static_table"),
         ("modes", report, "mode_table"),
-        ("validate", files, "validate_table"),
-        ("columns", columns, "columns_table"),
+        ("validate", reference, "validate_table"),
+        ("columns", reference, "columns_table"),
     ],
 )
 def test_a_number_that_is_not_finite_is_never_printed(monkeypatch, command, module, function, value, style):

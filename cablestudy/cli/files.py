@@ -37,9 +37,9 @@ FREEZE_NOTE = "comments of the file are lost, base and changes are resolved"
 @handle_errors
 def validate(files, sets, style, quiet):
     """Read and check scenes and studies; compute nothing."""
-    from cablestudy.interface import files as interface
+    from cablestudy.interface.reference import validate_table
 
-    table, mistakes, notes = interface.validate(files, sets)
+    table, mistakes, notes = validate_table(files, sets)
     echo_notes(notes, quiet)
     for mistake in mistakes:
         click.echo(str(mistake), err=True)
@@ -54,9 +54,9 @@ def schema(kind):
     """JSON Schema of a file, for editors."""
     import json
 
-    from cablestudy.interface import files as interface
+    from cablestudy.interface.files import schema as schema_of
 
-    click.echo(json.dumps(interface.schema(kind), indent=2, ensure_ascii=False))
+    click.echo(json.dumps(schema_of(kind), indent=2, ensure_ascii=False))
 
 
 @click.command(cls=OneValueEach)
@@ -66,9 +66,9 @@ def schema(kind):
 @handle_errors
 def keys(kind, beginning, style):
     """Every key of a file, or those that begin with KEY: unit, default, meaning, what is allowed."""
-    from cablestudy.interface import files as interface
+    from cablestudy.interface.reference import key_table
 
-    show(interface.keys(kind, beginning), style)
+    show(key_table(kind, beginning), style)
 
 
 @click.command(cls=OneValueEach)
@@ -77,9 +77,9 @@ def keys(kind, beginning, style):
 @handle_errors
 def columns(text, style):
     """Every column, or those with TEXT in their names: unit, meaning, needs."""
-    from cablestudy.interface import files as interface
+    from cablestudy.interface.reference import columns_table
 
-    show(interface.columns(text), style)
+    show(columns_table(text), style)
 
 
 @click.command(cls=OneValueEach)
@@ -88,9 +88,9 @@ def columns(text, style):
 @handle_errors
 def materials(files, style):
     """Materials and ropes with their numbers and sources: of files of them, of scenes and studies, and built-in."""
-    from cablestudy.interface import files as interface
+    from cablestudy.interface.reference import materials_table
 
-    show(interface.materials(files), style)
+    show(materials_table(files), style)
 
 
 @click.command(cls=OneValueEach)

@@ -16,10 +16,21 @@ from typing import TYPE_CHECKING, Any
 
 from cablestudy.interface.answers import find_value
 from cablestudy.interface.arguments import checked
-from cablestudy.interface.kinds import Between, Changes, Columns, Goal, Runs, Source, Text, case_text
+from cablestudy.interface.kinds import (
+    Between,
+    Changes,
+    Columns,
+    File,
+    Goal,
+    Processes,
+    Runs,
+    Source,
+    Text,
+    Variations,
+    case_text,
+)
 from cablestudy.interface.scene import Scene
 from cablestudy.interface.scene_commands import with_likely_mistakes
-from cablestudy.interface.study import sweep
 from cablestudy.interface.suspension import Suspension
 from cablestudy.scene.document import Document, apply_sets, read_document
 from cablestudy.scene.scene import CableScene, load_scene, read_scene
@@ -85,6 +96,57 @@ def checked_scene(document: Document) -> CableScene | SuspensionScene:
 def scene_of(name: str, changes: tuple[str, ...], document: Document, model: CableScene | SuspensionScene) -> Scene:
     """The `Scene` or `Suspension` of what was read from a file or mapping, see `checked_scene`."""
     return INTERFACES.get(type(model), Suspension)(name, changes, document, model)
+
+
+@checked
+def sweep(
+    study: Source,
+    set: Changes = (),
+    vary: Variations = (),
+    jobs: Processes | None = 1,
+    out: File | None = None,
+) -> pandas.DataFrame:
+    """Compute all cases of a study: a base scene in which keys are varied.
+
+    Parameters
+    ----------
+    study : str, path-like or mapping
+        Name of its file, `-` for standard input; or the contents of the file as a mapping, whose `base` may be one too.
+    set : mapping or list of str, optional
+        Dotted key -> value that changes the base; or texts "KEY=VALUE".
+    vary : mapping or list of str, optional
+        Dotted key -> its values: a list or array; a range {"from": ..., "to": ..., "count": ...}; or text as of the
+        option `--vary`, such as "100N:2kN:20log" or "10kg,50kg". Or a list of texts "KEY=VALUES".
+    jobs : int or None
+        Processes; None for as many as the work is worth. A script that asks for several must call this function below
+        `if __name__ == "__main__":`, since each process imports it.
+    out : str or path-like, optional
+        Folder in which the rows are kept, and the files of the study written, as `cablestudy sweep --out` does; by
+        default nothing is written.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row for each case, with the names and numbers of the CSV. `attrs["units"]` has the unit of each column.
+
+    Raises
+    ------
+    SceneError
+        All that is wrong with the study.
+    """
+    from cablestudy.interface.study import Study
+
+    folder, keep = ("results", False) if out is None else (out, True)
+    with Study(study, set, vary).run(folder, keep, jobs=jobs, quiet=True) as run:
+        with one_thread():
+            run.compute()
+        run.check_complete()
+        table = run.table()
+        if keep:
+            run.write(table, "cablestudy.sweep")
+        frame = table.rows.frame()[[field.name for field in table.fields]]
+    frame.attrs["units"] = {field.name: field.unit for field in table.fields}
+    return frame
 
 
 @checked

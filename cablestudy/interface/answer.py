@@ -87,29 +87,14 @@ class Tables(dict[str, "pandas.DataFrame"]):
 
 @dataclass(frozen=True)
 class Answer:
-    """Answer of a command.
+    """Answer of a command."""
 
-    Attributes
-    ----------
-    tables : dict
-        Name -> Table, of the only one "" -> Table; see `only`. Empty where there is no answer at all.
-    explain : callable
-        Makes the lines on what was modelled and what was left out: tuple of str.
-    warnings : tuple of str
-    failures : tuple of str
-        Why there is no answer.
-    draw : callable or None
-        Makes the picture: the module `study.plots` -> matplotlib.figure.Figure.
-    case : object
-        What was solved.
-    """
-
-    tables: dict[str, Table] = field(default_factory=dict)
-    explain: Callable[[], tuple[str, ...]] = tuple
+    tables: dict[str, Table] = field(default_factory=dict)  # of the only one "" -> Table; empty without any answer
+    explain: Callable[[], tuple[str, ...]] = tuple  # makes the lines on what was modelled and what was left out
     warnings: tuple[str, ...] = ()
-    failures: tuple[str, ...] = ()
-    draw: Callable[..., Figure] | None = None
-    case: object = None
+    failures: tuple[str, ...] = ()  # why there is no answer
+    draw: Callable[..., Figure] | None = None  # makes the picture by the module `study.plots`
+    case: object = None  # what was solved
 
     @property
     def table(self) -> Table | None:
@@ -121,13 +106,7 @@ class Answer:
         return Values(self.table, self.warnings)
 
     def frame(self) -> pandas.DataFrame:
-        """The table as a pandas.DataFrame; `attrs["units"]` has the unit of each column.
-
-        Raises
-        ------
-        NoSolutionError
-            There is no answer at all.
-        """
+        """The table as a pandas.DataFrame, see `frame_of`; NoSolutionError where there is no answer at all."""
         if not self.tables:
             raise NoSolutionError("; ".join(self.failures))
         return frame_of(self.table)
@@ -142,15 +121,7 @@ class Answer:
 
     @one_thread()
     def figure(self) -> Figure:
-        """The picture: matplotlib.figure.Figure.
-
-        Raises
-        ------
-        SceneError
-            There is none.
-        NoSolutionError
-            Nothing was solved that it could show.
-        """
+        """The picture; SceneError where there is none, NoSolutionError where nothing was solved that it could show."""
         from cablestudy.study import plots
 
         if self.draw is not None:
@@ -174,13 +145,7 @@ class Answer:
         plots.save_animation(lambda share: self.draw(plots, share=share), path)
 
     def render(self, style: str) -> str:
-        """All tables of a suspension as one text.
-
-        Parameters
-        ----------
-        style : {"md", "json"}
-            Markdown with headings, without empty tables; or one object of the tables by their names.
-        """
+        """All tables as one text: "md" with headings, without empty tables; or "json", one object of all by names."""
         if style == "md":
             sections = (f"## {name}\n\n{table.render(style)}" for name, table in self.tables.items() if table.rows)
             return "\n".join(sections)

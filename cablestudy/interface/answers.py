@@ -90,21 +90,9 @@ def fewer_modes(modes, asked, limit):
 
 
 def coupled_modes(case, count, upto):
-    """Answer of the command modes with the coupled modes of a case: those of cables and bodies together.
+    """Answer of the command modes with the coupled modes of a `SuspensionCase`: those of cables and bodies together.
 
-    It has the notes and warnings on the modes; the caller adds those on the case itself.
-
-    Parameters
-    ----------
-    case : SuspensionCase
-    count : int or None
-        Number of modes, from the lowest; by default DEFAULT_MODES.
-    upto : float, str or None
-        Frequency up to which all modes are given instead, in Hz or with a unit.
-
-    Returns
-    -------
-    Answer
+    Arguments as of `suspension.modes`. It has the notes and warnings on the modes, and lacks those on the case itself.
     """
     from cablestudy.study.suspension.report import mode_notes, mode_table
     from cablestudy.study.vibration import diameters_of_coupled_modes, with_lock_in
@@ -140,23 +128,16 @@ def loop(
     scene : Scene
     response : str or sequence of 3, optional
         Lowest and highest frequency and number of frequencies, such as "0.01Hz:100Hz:200": the table is then the
-        response over frequency.
+        response over frequency, and the picture covers these frequencies.
     time : float or str, optional
-        Duration in s, perhaps with the number of rows, such as "60 s:2001": the table is then the response in time.
+        Duration in s, perhaps with the number of rows, such as "60 s:2001": table and picture are then of the response
+        in time.
     table : str, optional
         Of a suspension, the name of the only table that is asked for.
-    input : str, optional
-        For the response in time: a step of "winch", "reference" or "wind", or a "gust"; see `Scene.loop_in_time`.
-    size, length : float or str, optional
-        Size of this step or gust, and time that the gust lasts; in SI or with a unit.
-    output : str, optional
-        Of a suspension, the coordinate whose response in time is shown, for example "gondola.x".
+    input, size, length, output : optional
+        Of the response in time; see `Scene.loop_in_time`.
     estimate : bool
         True if errors are estimated too.
-
-    Returns
-    -------
-    Answer
     """
     span = time_options = None
     if response:
@@ -167,45 +148,21 @@ def loop(
         from cablestudy.study.loop_in_time import TimeOptions
 
         time_options = TimeOptions(time, input=input, size=size, length=length, output=output)
-    return scene.solve_loop(scene, span, time_options, table, estimate)
-
-
-def finished_loop_answer(answer, scene, analysis, span, time_options):
-    """Complete the answer of the command `loop`: add its picture, and put a response in place of the table of margins.
-
-    Without `span` and `time_options` the table of margins stays. With `span` the table is the response over frequency,
-    and the picture covers these frequencies. With `time_options` table and picture are of the response in time.
-
-    Parameters
-    ----------
-    answer : Answer
-        With the table of margins, without a picture.
-    scene : Scene
-    analysis : DynamicAnalysis
-        Of the scene, with its closed loop.
-    span : (float, float, int) or None
-        Lowest and highest frequency [Hz] and number of frequencies, if the response over frequency is asked for.
-    time_options : TimeOptions or None
-        Options of the response in time, if it is asked for.
-
-    Returns
-    -------
-    Answer
-        With the table of the response if one is asked for, else that of the margins.
-    """
+    answer, analysis = scene.solve_loop(scene, span, time_options, table, estimate)
+    if analysis is None:
+        return answer
     if time_options:
         from cablestudy.study.loop_in_time import time_case, time_table
 
-        response = time_case(scene.document, scene.model, analysis.closed_loop, time_options)
-        warnings, draw = (*answer.warnings, *response.notes), lambda plots: plots.loop_in_time(response)
-        return replace(answer, tables=only(time_table(response)), warnings=warnings, draw=draw)
+        timed = time_case(scene.document, scene.model, analysis.closed_loop, time_options)
+        warnings, draw = (*answer.warnings, *timed.notes), lambda plots: plots.loop_in_time(timed)
+        return replace(answer, tables=only(time_table(timed)), warnings=warnings, draw=draw)
     closed_loop = analysis.loop_for_margins
-    answer = replace(answer, draw=lambda plots: plots.loop_margins(closed_loop, span))
-    if not span:
-        return answer
-    from cablestudy.study.loop_report import response_table
+    if span:
+        from cablestudy.study.loop_report import response_table
 
-    return replace(answer, tables=only(response_table(closed_loop, span)))  # of an unstable loop too
+        answer = replace(answer, tables=only(response_table(closed_loop, span)))  # of an unstable loop too
+    return replace(answer, draw=lambda plots: plots.loop_margins(closed_loop, span))
 
 
 def ssm(scene, out: File | None = None, response: Frequencies | None = None, **options):
@@ -226,11 +183,6 @@ def ssm(scene, out: File | None = None, response: Frequencies | None = None, **o
     -------
     Answer
         Without a table where a file is written and no response is asked for.
-
-    Raises
-    ------
-    SceneError
-        Options that exclude each other; a file that cannot be written; no gondola or loop to attach.
     """
     from cablestudy.study import ssm as state_spaces
     from cablestudy.study.notes import reference_without_loads
@@ -292,19 +244,12 @@ def compare_models(
 
     Parameters
     ----------
-    scene : Scene
-    columns : str or list of str, optional
-        Results whose errors are compared; in text separated by commas. By default the main results of the scene.
-    repeats : int
-        Number of timings of each model.
+    scene, columns, repeats
+        As of `Scene.trade`.
     out : str, optional
         Folder to write the tables to.
     shown : bool
         True if the table will be shown as Markdown.
-
-    Returns
-    -------
-    Answer
     """
     from cablestudy.scene.strict_yaml import refuse
     from cablestudy.study import trade
@@ -333,30 +278,12 @@ def compare_models(
 
 
 def find(scene, goal: Goal, by: Text, between: Between | None = None, columns: Columns | None = None):
-    """The values of a key of a `Scene`; see `Scene.find`."""
+    """Answer of the command find: the values of a key for which a result takes a wanted value; see `Scene.find`."""
     return find_value(scene.document, goal, by, between, columns)
 
 
 def find_value(document, goal, by, between=None, columns=None):
-    """Answer of the command find: the values of a key of a scene for which a result takes a wanted value.
-
-    Parameters
-    ----------
-    document : Document
-        File of the scene, which may lack the key.
-    goal : str
-        Column and value, such as "sag = 2 m"; or "limits": the ends of the range in which all limits of the scene hold.
-    by : str
-        Dotted key that is solved for, such as "cable.preload".
-    between : str or sequence of 2, optional
-        Range of the key that is searched, such as "100 N:10 kN".
-    columns : str, optional
-        Columns that are shown beside the key, separated by commas.
-
-    Returns
-    -------
-    Answer
-    """
+    """Answer of the command find for the `Document` of a scene, which may lack the key; see `Scene.find`."""
     from cablestudy.study import find, find_limits
     from cablestudy.study.goal import LIMITS, read_find, read_goal
     from cablestudy.study.scene_kind import kind_of

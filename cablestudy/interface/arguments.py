@@ -23,29 +23,16 @@ _COMMAND_OR_OPTION = re.compile(r"'cablestudy[^']*'|(?<![\w-])--([a-z]+(?:-[a-z]
 class Kind:
     """Values that an argument takes, as part of its annotation: `Annotated[int, Kind(...)]`.
 
-    Attributes
-    ----------
-    expected : str
-        For messages, for example "a whole number from 1 to 1000".
-    read : callable
-        What was given -> what the function is called with. It raises ValueError for a value of another kind, and
-        `NotPlainError` for one inside it, whose message is shown as it is.
+    `read` makes of what was given what the function is called with. It raises ValueError for a value of another kind,
+    and `NotPlainError` for one inside it, whose message is shown as it is.
     """
 
-    expected: str
+    expected: str  # for messages, such as "a whole number from 1 to 1000"
     read: Callable[[Any], Any]
 
 
 def checked(function: Callable[P, R]) -> Callable[P, R]:
-    """Decorator: check the arguments of a function of the interface; let its errors name arguments, not options.
-
-    Raises
-    ------
-    SceneError
-        Every argument that is not of the kind which its annotation names.
-    TypeError
-        One that the function does not have, or one that is missing.
-    """
+    """Decorator: check the arguments of a function of the interface, see `call`; let its errors name arguments."""
 
     @wraps(function)
     def checked_function(*args: P.args, **kwargs: P.kwargs) -> R:
@@ -56,7 +43,11 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def call(function: Callable[..., R], *args: Any, **kwargs: Any) -> R:
-    """Call a function with arguments converted by its annotations; all that are wrong are named in one error."""
+    """Call a function with arguments converted by its annotations.
+
+    SceneError for all that are not of the kind which their annotation names, TypeError for one that the function does
+    not have or that is missing.
+    """
     name = function.__qualname__.removesuffix(".__init__").rpartition(".")[2]
     signature = inspect.signature(function)
     try:
@@ -90,12 +81,11 @@ def reader_of(annotation: Any) -> Callable[[Any], Any]:
     """The function that reads what an annotation allows, and raises ValueError with a message for anything else."""
     parts = get_args(annotation)
     kind = next((part for part in parts if isinstance(part, Kind)), None)
-    optional = type(None) in parts
     if kind is not None:
         return lambda value: _read(kind, value)
     if get_origin(annotation) is Literal:
         return lambda value: _read_word(parts, value)
-    if optional:
+    if type(None) in parts:
         (inner,) = (reader_of(part) for part in parts if part is not type(None))
         return lambda value: None if value is None else inner(value)
     if isinstance(annotation, type):

@@ -10,7 +10,6 @@ from cablestudy.interface.answers import (
     SHARED,
     coupled_modes,
     fewer_modes,
-    finished_loop_answer,
     frequency_limit,
 )
 from cablestudy.interface.kinds import Frequency, Modes, WindOn
@@ -37,24 +36,7 @@ def shape(scene, estimate: bool = False):
 def modes(
     scene, count: Modes | None = None, upto: Frequency | None = None, coupled: bool = False, estimate: bool = False
 ):
-    """Answer of the command modes: natural frequencies and types of the modes of the cable between fixed ends.
-
-    Parameters
-    ----------
-    scene : Scene
-    count : int, optional
-        Number of modes, from the lowest; by default DEFAULT_MODES.
-    upto : float or str, optional
-        Frequency up to which all modes are given instead, in Hz or with a unit.
-    coupled : bool
-        True for the modes of gondola and cable together instead, as of a suspension.
-    estimate : bool
-        True if errors are estimated too.
-
-    Returns
-    -------
-    Answer
-    """
+    """Answer of the command modes: natural frequencies and types of the modes of the cable; see `Scene.modes`."""
     if coupled:
         return _modes_with_gondola(scene, count, upto)
     from cablestudy.study.notes import fixed_gondola, long_cable, reference_without_loads
@@ -117,7 +99,7 @@ def windrms(scene, on: WindOn | None = None, estimate: bool = False):
 
 
 def solve_loop(scene, span, time_options, table, estimate):
-    """Answer of the command loop: stability margins of the winch control loop, or response over frequency or in time.
+    """Answer of the command loop with the table of margins, and `DynamicAnalysis` of its picture and responses; a pair.
 
     Parameters
     ----------
@@ -127,14 +109,16 @@ def solve_loop(scene, span, time_options, table, estimate):
     time_options : TimeOptions or None
         Options of the response in time, if that is asked for.
     table : str or None
-        Without effect here; of a suspension the name of the only table that is asked for.
+        Of a suspension the name of the only table that is asked for.
     estimate : bool
         True if errors are estimated too.
 
     Returns
     -------
-    Answer
+    answer : Answer
         Without a table if a response is asked for that cannot be computed.
+    analysis : DynamicAnalysis or None
+        None where there is no loop to show.
     """
     from cablestudy.study import loop_report
 
@@ -148,8 +132,8 @@ def solve_loop(scene, span, time_options, table, estimate):
         input_and_output(scene.document, scene.model, time_options)
     answer = _answer_of_row(scene, *loop_report.loop_table(scene.document, scene.model, estimate), draw=None)
     if (time_options and answer.failures) or not loop_report.has_loop(answer.case):
-        return replace(answer, tables={}) if time_options or span else answer
-    return finished_loop_answer(answer, scene, answer.case.analysis, span, time_options)
+        return replace(answer, tables={}) if time_options or span else answer, None
+    return answer, answer.case.analysis
 
 
 def _answer_of_row(scene, table, row, draw, remarks=()):

@@ -76,20 +76,8 @@ def list_of(value: Any) -> list[Any] | None:
 def plain(value: Any, path: tuple[str, ...] = ()) -> Any:
     """Convert a value that Python code gives, such as a numpy array or Path, to a value that a YAML file can hold.
 
-    Parameters
-    ----------
-    value : object
-    path : tuple of str
-        Keys from the whole argument down to this value, for messages.
-
-    Returns
-    -------
-    dict, list, str, int, float, bool or None
-
-    Raises
-    ------
-    NotPlainError
-        The value is, or contains, anything else, or is nested too deeply.
+    `path` are the keys from the whole argument down to this value, for messages. NotPlainError: the value is, or
+    contains, anything else, or is nested too deeply.
     """
     value = unwrapped(value)
     if isinstance(value, os.PathLike):
@@ -109,16 +97,15 @@ def plain(value: Any, path: tuple[str, ...] = ()) -> Any:
     return [plain(item, (*path, str(index))) for index, item in enumerate(items)]
 
 
-def key_of(key: object, path: tuple[str, ...] = ()) -> str:
+def key_of(key: object, path: tuple[str, ...]) -> str:
     """A key of a mapping as text: text itself, or a whole number, as in `points: {1: ...}`."""
     key = unwrapped(key)
     if isinstance(key, bool) or not isinstance(key, (str, int)):
-        where = f"{'.'.join(path)}: " if path else ""
-        raise NotPlainError(f"{where}expected text as a key, got {shown(key)}")
+        raise refusal(key, path, "text as a key")
     return str(key) if isinstance(key, str) or abs(key) < LONGEST_INTEGER else shown(key)
 
 
-def refusal(value: object, path: tuple[str, ...]) -> NotPlainError:
+def refusal(value: object, path: tuple[str, ...], expected: str = CONTENTS) -> NotPlainError:
     """The error for a value that a file has no form for."""
     where = f"{'.'.join(path)}: " if path else ""
-    return NotPlainError(f"{where}expected {CONTENTS}, got {shown(value)}")
+    return NotPlainError(f"{where}expected {expected}, got {shown(value)}")

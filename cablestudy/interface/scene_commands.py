@@ -54,12 +54,8 @@ class SceneCommands:
     def compute(self, what: str, **options: Any) -> Answer:
         """Answer of a command, with notes, warnings and its picture: `Answer`.
 
-        Parameters
-        ----------
-        what : {"static", "shape", "loads", "locus", "limits", "modes", "windrms", "loop", "ssm", "trade", "find"}
-            The command, or "shape", "loads", "locus" or "limits" of static; of a suspension "form" too, for its form.
-        **options
-            Those of the function in `answers`.
+        `what` is a key of `answers`: "static" or another command, or "shape", "loads", "locus" or "limits" of static;
+        of a suspension "form" too, for its form. The options are those of the function there.
         """
         try:
             answer = self._compute(what, **options)
@@ -139,25 +135,10 @@ class SceneCommands:
         return share_hint(self.document, self.model, failure)
 
     def compute_cases(self, what: str, **options: Any) -> Answer:
-        """Answer of a command for all load cases of the scene together.
+        """Answer of a command for all load cases of the scene together, arguments as of `compute`.
 
-        Parameters
-        ----------
-        what : str
-            The command, such as "static", "modes" or "loop"; all of them are the keys of the attribute `answers`.
-        **options
-            Options of the command: arguments of the function `answers[what]`.
-
-        Returns
-        -------
-        Answer
-            Its tables have the rows of all cases, each with the name of its case in front. A case without an answer
-            has a row with empty cells, whose status says why.
-
-        Raises
-        ------
-        SceneError
-            The scene has no load cases.
+        Its tables have the rows of all cases, each with the name of its case in front. A case without an answer has a
+        row with empty cells, whose status says why. SceneError for a scene without load cases.
         """
         from cablestudy.study.table import join_tables
 

@@ -13,7 +13,6 @@ from cablestudy.interface.answers import (
     SHARED,
     coupled_modes,
     fewer_modes,
-    finished_loop_answer,
     frequency_limit,
 )
 from cablestudy.interface.arguments import checked
@@ -57,23 +56,9 @@ def modes(
     cable: Text | None = None,
     estimate: bool = False,
 ):
-    """Answer of the command modes: coupled modes of the suspension, or modes of one cable between fixed ends.
+    """Answer of the command modes: coupled modes of the suspension, or modes of one cable; see `Suspension.modes`.
 
-    Parameters
-    ----------
-    scene : Suspension
-    count : int, optional
-        Number of modes, from the lowest; by default DEFAULT_MODES.
-    upto : float or str, optional
-        Frequency up to which all modes are given instead, in Hz or with a unit.
-    cable : str, optional
-        Name of the one cable; without it the coupled modes.
-    estimate : bool
-        Without effect: errors are always known.
-
-    Returns
-    -------
-    Answer
+    `estimate` changes nothing: errors are always known.
     """
     from cablestudy.study.vibration import galloping_notes, tension_notes
 
@@ -124,7 +109,7 @@ def windrms(scene, table: Text | None = None, estimate: bool = False):
 
 
 def solve_loop(scene, span, time_options, table, estimate):
-    """`Answer` of the loop, see `one_cable.solve_loop`."""
+    """`Answer` of the loop and its `DynamicAnalysis`, see `one_cable.solve_loop`."""
     from cablestudy.study.column import require
     from cablestudy.study.loop_in_time import input_and_output
     from cablestudy.study.loop_report import unstable
@@ -136,8 +121,7 @@ def solve_loop(scene, span, time_options, table, estimate):
     case = scene.estimated if estimate else scene.case
     tables, failures = ({}, ()) if span or time_options else loop_tables(case, table)
     failures = unstable(case.analysis.loop_for_margins) if span else failures
-    answer = _answer_of_case(case, failures, tables=_named(table, tables))
-    return finished_loop_answer(answer, scene, case.analysis, span, time_options)
+    return _answer_of_case(case, failures, tables=_named(table, tables)), case.analysis
 
 
 def _named(name, tables):

@@ -13,7 +13,6 @@ from cablestudy.errors import Mistakes, SceneError
 from cablestudy.interface import checked_scene, scene_of
 from cablestudy.interface.arguments import checked
 from cablestudy.interface.kinds import Changes, Columns, File, Processes, Source, Text, Variations, case_text, names_in
-from cablestudy.interface.study import sweep_words
 from cablestudy.pages import user_input
 from cablestudy.pages.markup import element, paragraph, text
 from cablestudy.pages.page import Page
@@ -265,6 +264,7 @@ def _study_page(source, sets, vary, title, begun, jobs, quiet, columns, where):
     -------
     Page
     """
+    from cablestudy.interface.study import sweep_words
     from cablestudy.pages.study import open_run, study_sections
     from cablestudy.study.prepare import prepare
     from cablestudy.sweeps.select import read_selection
