@@ -18,15 +18,7 @@ class OneLine(Grouped):
     """A group of commands whose usage errors are one line each, like all other errors."""
 
     def main(self, *arguments, standalone_mode=True, **options):
-        """Run the command line and end the program with its exit code.
-
-        Parameters
-        ----------
-        *arguments, **options
-            As for `click.Group.main`: the words of the command line, by default those of `sys.argv`.
-        standalone_mode : bool
-            False to return what the command returns, and to let errors pass.
-        """
+        """Run the command line, arguments as of `click.Group.main`, and end the program with its exit code."""
         words = arguments[0] if arguments else options.get("args")
         options["obj"] = {"words": list(sys.argv[1:] if words is None else words)}  # for messages that repeat them
         if not standalone_mode:

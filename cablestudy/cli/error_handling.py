@@ -14,15 +14,13 @@ FAILED_CHECK, WRONG_USE, NO_ANSWER, INTERRUPTED = 1, 2, 3, 130
 
 
 def handle_errors(command):
-    """Decorator of a command: prints the errors that the command raises as lines on standard error.
+    """Decorator of a command, which returns an exit code: prints the errors that it raises on standard error.
 
-    The decorated command returns an exit code. If the command has an option `scene`, its value is put before messages
-    that name no file.
+    The name of its `scene`, if it has one, is put before messages that name no file.
     """
 
     @wraps(command)
     def run(*arguments, **options):
-        """Call the command; return its exit code, or that of the error."""
         try:
             if sys.stdout is None:
                 raise SceneError("standard output: closed")
@@ -83,29 +81,8 @@ def echo_notes(lines, quiet=False):
 def finish(scene, answer, style, plot=None, explain=False, quiet=False):
     """Print the notes, failures and tables of an `Answer`, save its picture, and return the exit code of the command.
 
-    Parameters
-    ----------
-    scene : str
-        Name of the scene in messages.
-    answer : Answer
-    style : Style
-        Format of the tables.
-    plot : str, optional
-        File of the picture.
-    explain : bool
-        True if explanations of what was modelled are printed too.
-    quiet : bool
-        True if nothing but failures and tables is printed.
-
-    Returns
-    -------
-    int
-        0, or NO_ANSWER where something has no answer.
-
-    Raises
-    ------
-    SceneError
-        An option has no effect on this answer, or names columns that it does not have; nothing is written.
+    Messages begin with the name of the scene. With `explain` they say what was modelled; if `quiet`, only failures and
+    tables are printed. SceneError if an option has no effect on this answer; then nothing is written.
     """
     end_display()
     _check_effects(answer, style, plot)

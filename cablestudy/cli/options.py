@@ -121,12 +121,8 @@ study_command = _command(STUDY, SET, VARY, OUT, FORMAT, PLOT, QUIET)
 def exclude(parameters, pairs):
     """Refuse options that exclude each other.
 
-    Parameters
-    ----------
-    parameters : dict
-        All of a command, as click names them.
-    pairs : iterable of (tuple of str, tuple of str)
-        Names of options; none of the first tuple may be given with one of the second.
+    `parameters` are all of a command, as click names them; `pairs` have two tuples of options each, and none of the
+    first may be given with one of the second.
     """
     given = {f"--{name.replace('_', '-')}" for name, value in parameters.items() if value not in (None, False)}
     messages = {}  # two options -> message, each pair once

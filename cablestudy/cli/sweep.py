@@ -98,17 +98,10 @@ def compute(run, words):
 
 
 def finish(study, run, style, plot, command, select=None, indices=False, tolerance=None, differing=0):
-    """Write and print the table of a complete run, or compare it with the stored table.
+    """Write and print the table of a complete `Run`, or compare it with the stored table; return the exit code.
 
     Parameters
     ----------
-    study : Study
-    run : Run
-        All its rows are computed. If `run.options.keep`, their table is written to the files of the study.
-    style : Style
-        Format of the table on standard output.
-    plot : str or None
-        File of the picture, if one is asked for.
     command : str
         The command as typed, for the record beside the written table.
     select : callable, optional
@@ -119,12 +112,6 @@ def finish(study, run, style, plot, command, select=None, indices=False, toleran
         If given, the table is compared with the stored one within this tolerance, and not printed.
     differing : int
         Number of differences that are printed already: columns that are only in one of the tables, or renamed.
-
-    Returns
-    -------
-    int
-        Exit code. Of a comparison: FAILED_CHECK if the tables differ, else 0. Otherwise NO_ANSWER if a row has no
-        answer, else 0.
     """
     from cablestudy.interface.study import differences
 

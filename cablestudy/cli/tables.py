@@ -18,22 +18,13 @@ ONE_TABLE = ("csv", "jsonl", "parquet")  # those that hold one table
 
 
 class Style(str):
-    """The format of a table, one of STYLES, and which part of the table is shown.
+    """The format of a table, one of STYLES, which carries the part of the table that is shown."""
 
-    Attributes
-    ----------
-    columns : tuple of str
-        Names of the columns shown, with or without units; empty for all of them.
-    top : int or None
-        How many rows are shown.
-    digits : int or None
-        Significant digits of numbers in Markdown; None for the usual ones.
-    """
-
-    def __new__(cls, style, columns=(), top=None, digits=None):
-        """Make the text of a format that carries which part of the table is shown."""
+    def __new__(cls, style, columns, top, digits):
         text = super().__new__(cls, style)
-        text.columns, text.top, text.digits = tuple(columns), top, digits
+        text.columns = tuple(columns)  # names with or without units; empty for all columns
+        text.top = top  # how many rows are shown; None for all
+        text.digits = digits  # significant ones of numbers in Markdown; None for the usual ones
         return text
 
     def of(self, table):
@@ -115,17 +106,7 @@ def discard_output():
 def show(table, style):
     """Print a table on standard output in the format of a `Style`; Markdown on a terminal is fitted to its width.
 
-    Parameters
-    ----------
-    table : Table
-    style : Style
-
-    Raises
-    ------
-    NoSolutionError
-        A cell is not finite. Rows that are computed only as they are printed are not checked.
-    SceneError
-        The table has no such column.
+    NoSolutionError if a cell is not finite; rows that are computed only as they are printed are not checked.
     """
     for row in table.rows if isinstance(table.rows, list) else ():
         for name, value in row.items():

@@ -20,15 +20,9 @@ def unit_text(unit):
 
 
 def element(tag, content, **attributes):
-    """One element of HTML.
+    """One element of HTML, with HTML in it, and plain text as attributes; empty ones are left out.
 
-    Parameters
-    ----------
-    tag : str
-    content : str
-        HTML.
-    attributes
-        Name -> plain text; `class_` is `class`, `aria_label` is `aria-label`. Empty ones are left out.
+    The attribute `class_` is `class`, `aria_label` is `aria-label`.
     """
     named = {name.rstrip("_").replace("_", "-"): str(value) for name, value in attributes.items() if value}
     in_tag = "".join(f' {name}="{escape(value)}"' for name, value in named.items())
@@ -62,14 +56,7 @@ def picture(svg, caption):
 
 
 def document(title, body):
-    """The page: complete HTML.
-
-    Parameters
-    ----------
-    title : str
-    body : str
-        HTML.
-    """
+    """The page, complete HTML, of a title in plain text and a body in HTML."""
     style = files("cablestudy.pages").joinpath("page.css").read_text(encoding="utf-8")
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'

@@ -28,13 +28,8 @@ MESSAGE = re.compile(r"(cases? [^:]*: )?(?:(note|warning): )?(.*)", re.DOTALL)  
 def inline_picture(figure, prefix, label):
     """A matplotlib figure as an element of HTML: `svg`, or `img` where that would be very large.
 
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-    prefix : str
-        Of all names in it, which are to differ from those of other pictures of the page.
-    label : str
-        What it shows, for readers who do not see it.
+    The `prefix` makes all names in it differ from those of other pictures of the page. The `label` says what it shows,
+    for readers who do not see it.
     """
     if _points(figure) > PAGES.drawn_points:
         data, width = b64encode(_saved(figure, "png")).decode(), f"{96 * figure.get_figwidth():.0f}"
@@ -70,27 +65,14 @@ def short_line(error):
 
 
 class Page:
-    """Sections in their order; what cannot be computed is told in its place, and the rest goes on.
-
-    Parameters
-    ----------
-    title, subtitle : str
-    columns : sequence of str
-        Those that the tables of results have; empty for all.
-
-    Attributes
-    ----------
-    warnings : list of str
-    notes : dict
-        Heading -> lines: what was modelled, what was left out, and the errors.
-    left_out : list of str
-        Sections that the file has nothing for.
-    """
+    """Sections in their order; what cannot be computed is told in its place, and the rest goes on."""
 
     def __init__(self, title, subtitle, columns=()):
         self.title, self.subtitle = title, subtitle
-        self._columns, self._columns_found = columns, set()
-        self.warnings, self.notes, self.left_out = [], {}, []
+        self._columns, self._columns_found = columns, set()  # of the tables of results; none for all
+        self.warnings = []
+        self.notes = {}  # heading -> lines: what was modelled, what was left out, and the errors
+        self.left_out = []  # sections that the file has nothing for
         self._failed = {}  # reason -> what has no answer for it
         self._parts, self._contents, self._figures, self._pictures = [], [], [], 0
 

@@ -34,19 +34,10 @@ STATEMENT = (
 
 @dataclass(frozen=True)
 class Report:
-    """A page that was written.
+    """A page that was written."""
 
-    Attributes
-    ----------
-    path : str
-        Its file.
-    failures : tuple of str
-        What has no answer, and why.
-    warnings : tuple of str
-    """
-
-    path: str
-    failures: tuple[str, ...]
+    path: str  # of its file
+    failures: tuple[str, ...]  # what has no answer, and why
     warnings: tuple[str, ...]
 
 
@@ -118,45 +109,19 @@ def write_report(
     columns: Sequence[str] = (),
     where: str | None = None,
 ) -> Report:
-    """Compute a scene or a study and write its page of HTML, for `report` and for the command of this name.
+    """Compute a scene or a study and write its page, for `report` and for the command, whose options messages name.
 
-    Messages on mistakes name the options of the command.
-
-    Parameters
-    ----------
-    path : str, path-like or mapping
-        Scene or study: its file, `-` for standard input, or its contents.
-    out : str, optional
-        File of the page; by default NAME.html in the working directory.
-    set, vary : sequence of str
-        Changes of the scene, "KEY=VALUE", and further keys that a study varies, "KEY=VALUES".
-    case : str, optional
-        Load case of a scene; by default, or with "all", the page has all load cases.
-    title : str, optional
-        Title of the page; by default that of the study, or the name of the file.
-    jobs : int or None
-        Number of processes that compute a study; None for as many as the work is worth.
-    words : sequence of str, optional
-        Arguments of the command, which the page shows.
-    quiet : bool
-        True if a study shows no progress.
-    columns : sequence of str
-        Columns of the tables of results; all if empty.
-    where : str, optional
-        Condition on the rows of a study that are shown.
-
-    Returns
-    -------
-    Report
+    Arguments as of `report`, which reads them: changes and varied keys are texts, `columns` names. The page shows the
+    `words` of the command.
     """
-    command, started = shlex.join(["cablestudy", *words]) if words else "cablestudy.report", datetime.now(UTC)
+    begun = shlex.join(["cablestudy", *words]) if words else "cablestudy.report", datetime.now(UTC)
     file = checked_file(out, path)
     sets, varied = tuple(set), tuple(vary)
     source = read_file(path)
     if is_study(source):
         if case is not None:
             raise SceneError(f"--case {case}: no effect: {source.name} is a study: give --set case={case}")
-        page = _study_page(source, sets, varied, title, (command, started), jobs, quiet, columns, where)
+        page = _study_page(source, sets, varied, title, begun, jobs, quiet, columns, where)
     else:
         of_study = [f"--vary {text.partition('=')[0]}" for text in varied]
         of_study += [f"--jobs {jobs}"] if jobs not in (None, 1) else []
@@ -164,7 +129,7 @@ def write_report(
         if of_study:
             raise SceneError(*(f"{option}: no effect: {source.name} is a scene, not a study" for option in of_study))
         check_columns(columns)
-        page = _scene_page(source, sets, None if case == "all" else case, title, (command, started), columns)
+        page = _scene_page(source, sets, None if case == "all" else case, title, begun, columns)
     page.check_columns()  # those that exist, but not in the tables of this page
     write_whole(file, page.html())
     return Report(file, tuple(page.failures), tuple(page.warnings))
@@ -190,26 +155,9 @@ def _stem(name):
 
 
 def _scene_page(source, sets, case, title, begun, columns):
-    """Compute all results of a scene and put them on a new `Page`.
+    """Compute all results of a scene and put them on a new `Page`; `source` is the `Document` with its base unread.
 
-    Parameters
-    ----------
-    source : Document
-        The scene as read, its `base:` unread.
-    sets : tuple of str
-        Changes of it, "KEY=VALUE".
-    case : str or None
-        A load case; None for all of them.
-    title : str or None
-        Title of the page; by default the name of the file.
-    begun : (str, datetime)
-        The command, and when it began, for the record of the run.
-    columns : sequence of str
-        Columns of the tables of results; all if empty.
-
-    Returns
-    -------
-    Page
+    `case` is None for all load cases; `begun` are the command and the time when it began, for the record of the run.
     """
     unchanged = resolve_base(source)
     document = apply_sets(unchanged, sets, case)
@@ -239,31 +187,7 @@ def _add_file(page, unchanged, document):
 
 
 def _study_page(source, sets, vary, title, begun, jobs, quiet, columns, where):
-    """Compute all rows of a study and put them on a new `Page`.
-
-    Parameters
-    ----------
-    source : Document
-        The study file as read, its `base:` unread.
-    sets, vary : tuple of str
-        Changes of the base scene, "KEY=VALUE", and further keys that vary, "KEY=VALUES".
-    title : str or None
-        Title of the page; by default that of the study, or the name of the file.
-    begun : (str, datetime)
-        The command, and when it began, for the record of the run.
-    jobs : int or None
-        Number of processes; None for as many as the work is worth.
-    quiet : bool
-        True for no progress on standard error.
-    columns : sequence of str
-        Columns of the tables of results; all if empty.
-    where : str or None
-        Condition on the rows that are shown.
-
-    Returns
-    -------
-    Page
-    """
+    """Compute all rows of a study and put them on a new `Page`; see `_scene_page` and, for the options, `report`."""
     from cablestudy.interface.study import sweep_words
     from cablestudy.pages.study import open_run, study_sections
     from cablestudy.study.prepare import prepare
@@ -296,10 +220,7 @@ def _study_page(source, sets, vary, title, begun, jobs, quiet, columns, where):
 
 
 def _add_provenance(page, begun, identity, documents):
-    """Append the record of the run that computed the numbers of a page, see `fingerprint.provenance`.
-
-    `begun`: the command, and when it began; `documents`: whose files are named.
-    """
+    """Append the record of the run that computed the numbers of a page, with the files of some documents."""
     page.heading("Provenance")
     command, started = begun
     record = provenance(command, identity, started)

@@ -99,12 +99,6 @@ def sections(page, scene):
     """Compute the results of a scene and append them to a page: statics, load cases, modes, loop and wind.
 
     Sections for which the scene lacks a key are left out, and listed as left out.
-
-    Parameters
-    ----------
-    page : Page
-    scene : interface.scene.Scene
-        One cable, or a suspension (its subclass).
     """
     model, columns_of_loop = scene.model, {}  # columns of the loop are not shown in the wind again
     all_cases = bool(model.cases) and model.case is None
@@ -144,23 +138,10 @@ def limits(page, scene):
 
 
 def _add_answer(page, scene, command, left_out=None, headed=True):
-    """Compute one command for a scene, for example `modes`, and append its tables, picture and notes to a page.
+    """Compute one command for a scene, and append its tables, picture and notes to a page: its `Answer`.
 
-    Parameters
-    ----------
-    page : Page
-    scene : interface.scene.Scene
-    command : str
-        One of "static", "modes", "loop", "windrms".
-    left_out : dict, optional
-        Name of a table -> columns that are not shown.
-    headed : bool
-        True if the main numbers are also shown at the head of the page, as key figures.
-
-    Returns
-    -------
-    Answer
-        Results of the command.
+    `left_out`: name of a table -> columns that are not shown; `headed`: whether the main numbers are also key figures
+    at the head of the page.
     """
     answer, tables = scene.compute(command, estimate=True), {}
     _add_messages(page, command, answer)
@@ -205,12 +186,6 @@ def _add_load_cases(page, scene):
     A scene of one cable has one table. A scene of several cables has a table of the extreme tensions of all cables with
     the largest utilisation, and tables of sag and clearance of each cable. The key figures at the head of the page are
     those of the governing case.
-
-    Parameters
-    ----------
-    page : Page
-    scene : interface.scene.Scene
-        With load cases, none of which is chosen.
     """
     answer = scene.compute_cases("static", estimate=True)
     page.warn("Load cases", answer.warnings)

@@ -40,15 +40,8 @@ def _notes(run):
 def study_sections(page, run, words, selection=None):
     """Append the results of a study to a page: rows, pictures, rows without an answer, extremes, Sobol's indices.
 
-    Parameters
-    ----------
-    page : Page
-    run : Run
-        Complete, from `open_run`.
-    words : list of str
-        The command that computes the study, for the hint how to compute a failed row alone.
-    selection : Selection, optional
-        Rows that are shown; by default all.
+    `run` is complete, from `open_run`. The `words` of the command that computes the study are for the hint how to
+    compute a failed row alone. A `Selection` chooses the rows that are shown.
     """
     table, study = run.table(), run.study
     shown, notes = selection.table(table) if selection else (table, ())
@@ -87,21 +80,10 @@ def _draw_table(page, study, table, plots):
 
 
 def _extremes(study, table, shown, fields):
-    """HTML table of the smallest and largest number of each result column, and the cases in which they occur.
+    """HTML table of the smallest and largest number of each column in the rows `shown`, and the cases of these.
 
-    Parameters
-    ----------
-    study : StudyFile
-    table, shown : Table
-        All rows of the study; and the rows that are shown on the page, from which the numbers are taken.
-    fields : sequence of Field
-        The columns. Left out are text, varied keys, hidden columns, differences from printed values (those of a
-        publication), and columns in which all numbers are equal.
-
-    Returns
-    -------
-    str
-        Empty if no column is left.
+    Left out are text, varied keys, hidden columns, differences from printed values (those of a publication), and
+    columns in which all numbers are equal. Empty if no column is left.
     """
     frame, lines = table.rows.frame(), []
     if shown is not table:

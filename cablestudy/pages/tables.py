@@ -16,24 +16,12 @@ HIDDEN = "status"  # field that is left out while it is ok everywhere
 
 @dataclass
 class TableGrid:
-    """A table as HTML.
+    """A table of cells of HTML."""
 
-    Attributes
-    ----------
-    head : list of str
-        Heads of the columns. HTML.
-    rows : list of (list of str)
-        Cells, the first one the head of its row. HTML.
-    right : set of int
-        Columns whose cells stand on the right.
-    foot : list of str
-        Cells of a last line, or none. HTML.
-    """
-
-    head: list
-    rows: list
-    right: set = field(default_factory=set)
-    foot: list = field(default_factory=list)
+    head: list  # heads of the columns
+    rows: list  # lists of cells, the first one the head of its row
+    right: set = field(default_factory=set)  # indices of the columns whose cells stand on the right
+    foot: list = field(default_factory=list)  # cells of a last line, or none
 
     def html(self, caption):
         """HTML of the table, in a box that scrolls if it is too wide: str."""
@@ -69,19 +57,8 @@ def table_html(table, caption, where_all=""):
     - it has many columns and few rows (`PAGES.turned_columns`, `turned_rows`): the values of its first column are the
       heads.
 
-    A table that is not turned is cut if it has more than `PAGES.table_rows`, to `end_rows` at each end.
-
-    Parameters
-    ----------
-    table : Table
-    caption : str
-    where_all : str
-        Words that say where a reader finds all rows; they are added to the caption of a table that is cut.
-
-    Returns
-    -------
-    str
-        HTML; empty for a table without rows.
+    A table that is not turned is cut if it has more than `PAGES.table_rows`, to `end_rows` at each end; `where_all`
+    says in its caption where a reader finds all rows. Empty for a table without rows.
     """
     if not len(table.rows):
         return ""

@@ -35,14 +35,7 @@ FIELDS = (
 
 
 def validate_table(files, sets=()):
-    """Check scene and study files without computing anything, for the command `validate`.
-
-    Parameters
-    ----------
-    files : sequence of str
-        Names of the files.
-    sets : sequence of str
-        Options `--set KEY=VALUE`, which replace values of each file.
+    """Check scene and study files, changed by texts KEY=VALUE, without computing anything, for the command `validate`.
 
     Returns
     -------
@@ -82,18 +75,9 @@ def _check_file(file, sets):
 
 
 def key_table(kind, beginning=""):
-    """Table of the keys of a file.
+    """Table of the keys of a "scene", "suspension" or "study", or only of the key `beginning` and those below it.
 
-    Parameters
-    ----------
-    kind : {"scene", "suspension", "study"}
-    beginning : str
-        Only the key of this name and those below it.
-
-    Raises
-    ------
-    SceneError
-        No key begins so.
+    SceneError where no key begins so.
     """
     all_keys = keys_of(kind)
     keys = [key for key in all_keys if not beginning or _is_below(key.key, beginning)]
@@ -112,20 +96,7 @@ def _is_below(key, beginning):
 def materials_table(files=()):
     """Table of the materials that files define, and of the built-in materials that they do not replace.
 
-    Parameters
-    ----------
-    files : sequence of str
-        Files of materials, scenes or studies; `-` is standard input.
-
-    Returns
-    -------
-    Table
-        A row for each material, with the columns FIELDS.
-
-    Raises
-    ------
-    SceneError
-        All mistakes in the materials of all files.
+    The files are of materials, scenes or studies; `-` is standard input. SceneError: all mistakes in their materials.
     """
     entries = {}
     with Mistakes() as mistakes:

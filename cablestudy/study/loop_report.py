@@ -23,27 +23,10 @@ BESIDE_PEAKS = np.array([-4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0])
 
 
 def loop_table(document, scene, estimate=False):
-    """Table of gain, stability margins and sensitivity of the winch loop of one cable, for the command `loop`.
+    """Gain, stability margins and sensitivity of the winch loop of one cable: a `Table` of COLUMNS, and its `Row`.
 
-    Parameters
-    ----------
-    document : Document
-        File of the scene, for the positions of mistakes.
-    scene : CableScene
-    estimate : bool
-        Whether to estimate the errors of a fixed number of elements, which costs a second solution.
-
-    Returns
-    -------
-    table : Table
-        One row with the columns that COLUMNS names.
-    row : Row
-        The same results with their errors and notes.
-
-    Raises
-    ------
-    SceneError
-        The scene has no gondola, or no controller.
+    With `estimate` also the errors of a fixed number of elements, which cost a second solution. SceneError where the
+    `CableScene` has no gondola or controller, at its place in the `Document`.
     """
     require(document, scene, LOOP_KEYS, "loop")
     columns, row = evaluate_named(document, scene, COLUMNS, "loop", estimate)
@@ -79,11 +62,6 @@ def resonances(closed_loop):
 
     H is the response of the coordinate to a unit force along itself, r the residue of H at p, c `STUDY.cancelled_pole`.
 
-    Parameters
-    ----------
-    closed_loop : ClosedLoop
-        With a loop.
-
     Returns
     -------
     ndarray, shape (p,)
@@ -105,14 +83,9 @@ def resonances(closed_loop):
 
 
 def frequencies_of(closed_loop, span):
-    """Frequencies of a table: those of `span` at equal ratios, and others beside the resonances. [Hz]
+    """Frequencies of a table: those of a span at equal ratios, and others beside the resonances. [Hz]
 
-    Parameters
-    ----------
-    closed_loop : ClosedLoop
-        With a loop.
-    span : (float, float, int)
-        From `ssm.read_response_range`.
+    The span is from `ssm.read_response_range`: lowest and highest frequency [Hz], and how many.
     """
     low, high, count = span
     on_peaks = near_poles(resonances(closed_loop), BESIDE_PEAKS, low, high)
@@ -164,19 +137,8 @@ def response_table(closed_loop, span):
     """Table over frequency of the loop gain L, the sensitivity S and the complementary sensitivity T of a loop.
 
     L is a matrix over the measured coordinates, S = (I + L)^-1 and T = S L. Of one coordinate the table has magnitude
-    [dB] and phase [deg] of each; of several coordinates the largest and smallest singular value [dB].
-
-    Parameters
-    ----------
-    closed_loop : ClosedLoop
-        With a loop.
-    span : (float, float, int)
-        Lowest and highest frequency [Hz] and number of rows at equal ratios; resonances have further rows.
-
-    Returns
-    -------
-    Table
-        A row for each frequency; cells of values that are not finite are empty.
+    [dB] and phase [deg] of each; of several coordinates the largest and smallest singular value [dB]. It has a row for
+    each of the `frequencies_of` a span; cells of values that are not finite are empty.
     """
     frequency = frequencies_of(closed_loop, span)
     columns = {Field("frequency_Hz", "frequency", "Hz"): frequency}

@@ -45,12 +45,6 @@ def fitted(table, width):
     wide, it is transposed if it has few rows. Else its heads are wrapped, onto lines below the rule; if that is not
     enough, columns are left out from the right: first values printed in a source, then secondary ones, then the others.
 
-    Parameters
-    ----------
-    table : Table
-    width : int
-        Characters of a line.
-
     Returns
     -------
     text : str
@@ -176,23 +170,10 @@ def _in_blocks(grid, width):
 
 
 def wrapped(grid, width, narrowest=STUDY.narrowest_column, heads=False):
-    """Wrap the texts of a grid onto several lines, so that it is no wider than a terminal.
+    """Wrap the texts of a grid onto several lines, so that it is no wider than a terminal; None where it still would be.
 
-    Parameters
-    ----------
-    grid : TextGrid
-        Column heads, sides and rows of cells.
-    width : int
-        Width of the terminal in characters.
-    narrowest : int
-        Least width to which a column of texts is wrapped, at most a third of `width`.
-    heads : bool
-        Whether heads may be wrapped too. Their first line stands above the rule, the others are rows below it.
-
-    Returns
-    -------
-    TextGrid or None
-        None where it would still be too wide.
+    Columns of texts are wrapped to the width `narrowest` at least, or a third of the terminal. If `heads` may be
+    wrapped too, their first line stands above the rule, the others are rows below it.
     """
     # no line break within a unit, until its no-break spaces become blanks again
     whole_units = [UNIT.sub(lambda unit: unit[0].replace(" ", "\xa0"), head) for head in grid.heads]

@@ -7,15 +7,9 @@ from cablestudy.study.tolerances import STUDY
 
 
 def write_parquet(table, file):
-    """Write a table as Parquet.
+    """Write a table as Parquet to an open binary file, from its beginning to its end: a pipe will do.
 
     Numbers are float64 and everything else is text; the metadata of each field has its `unit`.
-
-    Parameters
-    ----------
-    table : Table
-    file : binary file
-        Written from its beginning to its end, and left open: a pipe will do.
     """
     import pyarrow
     from pyarrow.parquet import ParquetWriter

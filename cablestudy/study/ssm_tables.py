@@ -71,7 +71,7 @@ def with_resonances(span, poles):
 
 
 def near_poles(poles, half_widths, low, high):
-    """Frequencies within a range near resonances, ascending. [Hz]
+    """Frequencies between `low` and `high` near resonances, ascending. [Hz]
 
     Parameters
     ----------
@@ -79,8 +79,6 @@ def near_poles(poles, half_widths, low, high):
         Complex. [rad/s]
     half_widths : ndarray
         Distances of the frequencies from that of a pole, in half-widths of its peak. [-]
-    low, high : float
-        Ends of the range. [Hz]
     """
     frequency = (np.abs(poles)[:, None] + np.abs(poles.real)[:, None] * half_widths) / (2 * np.pi)
     return np.unique(frequency[(frequency > low) & (frequency < high)])

@@ -100,23 +100,7 @@ class Table:
 
         Three kinds of columns are kept though they are not asked for. In front are those that name the rows
         (`Field.label`) and the keys that a study varies, unless a varied key is asked for. Columns marked `Field.kept`
-        are at the end.
-
-        Parameters
-        ----------
-        names : sequence of str
-            Names of the columns in their order, with or without units; empty for all columns.
-        top : int or None
-            Number of rows; None for all.
-
-        Returns
-        -------
-        Table
-
-        Raises
-        ------
-        SceneError
-            A name that no column has.
+        are at the end. Names are with or without units; none are all columns. SceneError for one that no column has.
         """
         if not names and top is None:
             return self
@@ -157,12 +141,9 @@ class Table:
     def pieces(self, style):
         """Yield the table as text, row by row, with a final newline.
 
-        Parameters
-        ----------
-        style : {"md", "csv", "json", "jsonl"}
-            Markdown: `digits` significant digits, first and last rows of a long table. CSV: all digits. JSON: one
-            object with columns and units, rows, and the estimated errors of their cells where they are known. JSON
-            lines: one object for each row.
+        "md": `digits` significant digits, first and last rows of a long table. "csv": all digits. "json": one object
+        with columns and units, rows, and the estimated errors of their cells where they are known. "jsonl": one object
+        for each row.
         """
         return {"md": partial(whole, self), "csv": self._csv, "json": self._json, "jsonl": self._jsonl}[style]()
 
@@ -217,18 +198,8 @@ def write_whole(path, text):
     """Write a file atomically: a reader finds the old file or the complete new one.
 
     Devices, pipes and the file behind /dev/stdout, which a shell may have opened to append to it (>>), are written into
-    instead. A symbolic link stays; the file that it names is replaced.
-
-    Parameters
-    ----------
-    path : str
-    text : str, bytes or iterable of str
-        The strings of an iterable are written one by one.
-
-    Raises
-    ------
-    SceneError
-        The file cannot be written.
+    instead. A symbolic link stays; the file that it names is replaced. The text is str, bytes, or an iterable of str.
+    SceneError where the file cannot be written.
     """
     target = os.path.realpath(path) if os.path.isfile(path) else path
     replaced, temporary = os.path.isfile(target) and os.path.dirname(path) not in STREAMS, None
@@ -391,13 +362,7 @@ def number(text):
 
 
 def join_tables(answers):
-    """Tables of several load cases, those of one name joined: dict of name -> Table.
-
-    Parameters
-    ----------
-    answers : dict
-        Name of a case -> name of a table -> Table.
-    """
+    """Tables of several load cases, name of a case -> name of a table -> Table, joined: name -> Table."""
     by_name = {}
     for case, tables in answers.items():
         for name, table in tables.items():
@@ -406,17 +371,9 @@ def join_tables(answers):
 
 
 def _joined_table(tables):
-    """Join the tables of several load cases, below each other, into one with the name of the case as first column.
+    """Join the tables of several load cases, name of a case -> Table, below each other, the case as first column.
 
-    Parameters
-    ----------
-    tables : dict
-        Name of a case -> Table.
-
-    Returns
-    -------
-    Table
-        If each of the tables has one row by nature (`single`), the rows are shown side by side in Markdown.
+    If each of the tables has one row by nature (`single`), the rows are shown side by side in Markdown.
     """
     fields = dict.fromkeys(field for table in tables.values() for field in table.fields)
     fields = (Field("case", "case", label=True), *sorted(fields, key=lambda field: field.name == "status"))
