@@ -15,7 +15,7 @@ from picture import undrawn
 import cablestudy.cli
 from cablestudy.cli import main
 from cablestudy.cli.files import NEXT
-from cablestudy.cli.help import COMMANDS, GROUPS, LAST_GROUP, examples
+from cablestudy.cli.help import COMMANDS, GROUPS, examples
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +31,6 @@ def folder(tmp_path_factory):
 
 def test_each_command_has_its_group_and_each_entry_is_a_command():
     assert main.list_commands(None) == list(COMMANDS)
-    assert LAST_GROUP not in run("--help").out
     assert all(main.get_command(None, name).name == name for name in COMMANDS)
     names = {path.stem for path in Path(cablestudy.cli.__file__).parent.glob("*.py")}
     values = [value for name in names for value in vars(import_module(f"cablestudy.cli.{name}")).values()]
@@ -46,14 +45,6 @@ def test_the_list_fits_the_terminal_and_says_all():
         assert f"{title}:" in lines
         for name, (_, summary, _) in commands.items():
             assert any(line.split() == [name, *summary.split()] for line in lines), name
-
-
-def test_a_command_without_an_entry_is_listed_last():
-    group = type(main)("cablestudy", commands={})
-    group.add_command(click.Command("unheard", short_help="Of no group."))
-    with click.Context(group) as context:
-        text = group.get_help(context)
-    assert text.endswith(f"\n\n{LAST_GROUP}:\n  unheard  Of no group.")
 
 
 @pytest.mark.parametrize("name", COMMANDS)

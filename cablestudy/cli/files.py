@@ -4,8 +4,8 @@ import os
 
 import click
 
-from cablestudy.cli.error_handling import WRONG_USE, echo_notes, handle_errors, show
-from cablestudy.cli.options import FORMAT, PATH, QUIET, SCENE, SET, OneValueEach
+from cablestudy.cli.error_handling import WRONG_USE, echo_notes, show
+from cablestudy.cli.options import FORMAT, PATH, QUIET, SCENE, SET, plain_command
 from cablestudy.errors import SceneError
 
 # Kind of file -> what to try with it; {} is its name.
@@ -29,12 +29,11 @@ NEXT = {
 FREEZE_NOTE = "comments of the file are lost, base and changes are resolved"
 
 
-@click.command(cls=OneValueEach)
+@plain_command
 @click.argument("files", nargs=-1, required=True, metavar="FILE...", type=PATH)
 @SET
 @FORMAT
 @QUIET
-@handle_errors
 def validate(files, sets, style, quiet):
     """Read and check scenes and studies; compute nothing."""
     from cablestudy.interface.reference import validate_table
@@ -47,9 +46,8 @@ def validate(files, sets, style, quiet):
     return WRONG_USE if mistakes else 0
 
 
-@click.command(cls=OneValueEach)
+@plain_command
 @click.argument("kind", type=click.Choice(["scene", "suspension", "study"]))
-@handle_errors
 def schema(kind):
     """JSON Schema of a file, for editors."""
     import json
@@ -59,11 +57,10 @@ def schema(kind):
     click.echo(json.dumps(schema_of(kind), indent=2, ensure_ascii=False))
 
 
-@click.command(cls=OneValueEach)
+@plain_command
 @click.argument("kind", type=click.Choice(["scene", "suspension", "study"]))
 @click.argument("beginning", default="", metavar="[KEY]")
 @FORMAT
-@handle_errors
 def keys(kind, beginning, style):
     """Every key of a file, or those that begin with KEY: unit, default, meaning, what is allowed."""
     from cablestudy.interface.reference import key_table
@@ -71,10 +68,9 @@ def keys(kind, beginning, style):
     show(key_table(kind, beginning), style)
 
 
-@click.command(cls=OneValueEach)
+@plain_command
 @click.argument("text", default="", metavar="[TEXT]")
 @FORMAT
-@handle_errors
 def columns(text, style):
     """Every column, or those with TEXT in their names: unit, meaning, needs."""
     from cablestudy.interface.reference import columns_table
@@ -82,10 +78,9 @@ def columns(text, style):
     show(columns_table(text), style)
 
 
-@click.command(cls=OneValueEach)
+@plain_command
 @click.argument("files", nargs=-1, metavar="[FILE...]", type=PATH)
 @FORMAT
-@handle_errors
 def materials(files, style):
     """Materials and ropes with their numbers and sources: of files of them, of scenes and studies, and built-in."""
     from cablestudy.interface.reference import materials_table
@@ -93,11 +88,10 @@ def materials(files, style):
     show(materials_table(files), style)
 
 
-@click.command(cls=OneValueEach)
+@plain_command
 @click.argument("kind", type=click.Choice(list(NEXT)))
 @click.argument("file", required=False, metavar="[FILE]", type=PATH)
 @QUIET
-@handle_errors
 def new(kind, file, quiet):
     """Write a commented scene, or a study upon the guy, as FILE (default: KIND.yaml; - for standard output).
 
@@ -133,12 +127,11 @@ def _is_same_file(name, other):
     return os.path.exists(name) and os.path.exists(other) and os.path.samefile(name, other)
 
 
-@click.command(cls=OneValueEach)
+@plain_command
 @SCENE
 @SET
 @click.option("--out", metavar="FILE", help="Where it goes, over what is there. Default, and -: standard output.")
 @QUIET
-@handle_errors
 def freeze(scene, sets, out, quiet):
     """Write the scene with its unstretched lengths in full, instead of the preloads, tensions and sags that give them.
 

@@ -8,8 +8,6 @@ from importlib import import_module
 
 import click
 
-LAST_GROUP = "More commands"  # of those that no group lists
-
 # Group -> command -> (its module in cli/, its line in the list, its examples).
 GROUPS = {
     "Look at one scene": {
@@ -65,7 +63,7 @@ class Grouped(click.Group):
     """A group of commands that are listed as in `GROUPS`, and imported when they are first used."""
 
     def list_commands(self, ctx):
-        return [*COMMANDS, *(name for name in self.commands if name not in COMMANDS)]
+        return list(COMMANDS)
 
     def get_command(self, ctx, cmd_name):
         if cmd_name not in self.commands and cmd_name in COMMANDS:
@@ -86,10 +84,6 @@ class Grouped(click.Group):
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx, formatter):
-        others = {name: command for name, command in self.commands.items() if name not in COMMANDS}
-        lines = {title: [(name, entry[1]) for name, entry in group.items()] for title, group in GROUPS.items()}
-        lines[LAST_GROUP] = [(name, command.get_short_help_str()) for name, command in others.items()]
-        for title, commands in lines.items():
-            if commands:
-                with formatter.section(title):
-                    formatter.write_dl(commands)
+        for title, group in GROUPS.items():
+            with formatter.section(title):
+                formatter.write_dl([(name, summary) for name, (_, summary, _) in group.items()])

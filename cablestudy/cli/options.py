@@ -62,11 +62,11 @@ SELECTION_OPTIONS = (
 SELECTION = ("--where", "--sort", "--best", "--pareto")
 
 
-def selection_options(command):
+def selection_options(function):
     """Decorator: the options that choose rows of a study."""
     for option in reversed(SELECTION_OPTIONS):
-        command = option(command)
-    return command
+        function = option(function)
+    return function
 
 
 class OneValueEach(click.Command):
@@ -95,7 +95,12 @@ def one_case(name, reason):
         raise SceneError(f"--case {ALL}: {reason}")
 
 
-def _command(*shared):
+def plain_command(function):
+    """Decorator that makes a function, with its options, a command; its errors are lines on standard error."""
+    return click.command(cls=OneValueEach)(handle_errors(function))
+
+
+def _with_shared(*shared):
     """Decorator that makes a function a command; `shared` are its argument and options that other commands have too."""
 
     def decorate(function):
@@ -106,16 +111,15 @@ def _command(*shared):
             check_output("--plot", plot, PICTURES, "picture")
             return run(plot=plot, **parameters)
 
-        command = handle_errors(check_and_run)
         for option in reversed(shared):
-            command = option(command)
-        return click.command(cls=OneValueEach)(command)
+            check_and_run = option(check_and_run)
+        return plain_command(check_and_run)
 
     return decorate
 
 
-scene_command = _command(SCENE, SET, CASE, FORMAT, PLOT, EXPLAIN, QUIET)
-study_command = _command(STUDY, SET, VARY, OUT, FORMAT, PLOT, QUIET)
+scene_command = _with_shared(SCENE, SET, CASE, FORMAT, PLOT, EXPLAIN, QUIET)
+study_command = _with_shared(STUDY, SET, VARY, OUT, FORMAT, PLOT, QUIET)
 
 
 def exclude(parameters, pairs):

@@ -2,15 +2,7 @@
 
 import click
 
-from cablestudy.cli.error_handling import (
-    FAILED_CHECK,
-    NO_ANSWER,
-    announced,
-    echo_notes,
-    finish,
-    handle_errors,
-    interruptible,
-)
+from cablestudy.cli.error_handling import FAILED_CHECK, NO_ANSWER, announced, echo_notes, finish, interruptible
 from cablestudy.cli.options import (
     ALL,
     CASE,
@@ -22,10 +14,10 @@ from cablestudy.cli.options import (
     SCENE,
     SET,
     VARY,
-    OneValueEach,
     complete_column,
     exclude,
     one_case,
+    plain_command,
     scene_command,
 )
 from cablestudy.cli.tables import COLUMNS, check_one_table, split_names
@@ -132,7 +124,7 @@ def windrms(scene, sets, case, style, plot, on, name, explain, quiet):
     )
 
 
-@click.command(cls=OneValueEach)
+@plain_command
 @click.argument("path", metavar="SCENE|STUDY", type=PATH)
 @SET
 @VARY
@@ -143,7 +135,6 @@ def windrms(scene, sets, case, style, plot, on, name, explain, quiet):
 @click.option("--where", metavar="CONDITION", help="Of a study: show only such rows, e.g. 'sag < 0.5 m'.")
 @JOBS
 @QUIET
-@handle_errors
 def report(path, sets, vary, case, out, title, columns, where, jobs, quiet):
     """A scene or a study as one page of HTML: what was given, results, pictures, errors, provenance."""
     from cablestudy.pages.report import write_report
@@ -158,7 +149,7 @@ def report(path, sets, vary, case, out, title, columns, where, jobs, quiet):
     return NO_ANSWER if written.failures else 0
 
 
-@click.command(cls=OneValueEach)
+@plain_command
 @SCENE
 @click.argument("goal", metavar="'COLUMN = VALUE'|limits", shell_complete=complete_column)
 @click.option("--by", required=True, metavar="KEY", help="The key that is solved for, e.g. cable.preload.")
@@ -172,7 +163,6 @@ def report(path, sets, vary, case, out, title, columns, where, jobs, quiet):
 @FORMAT
 @click.option("--columns", "names", metavar="A,B,...", help="Columns beside it. Default: tensions, sag and length.")
 @QUIET
-@handle_errors
 @announced
 def find(scene, goal, by, between, names, sets, case, style, quiet):
     """The value of a key for which a column takes a value: one row for each that there is. With `limits` the range in

@@ -100,11 +100,7 @@ def scene_of(name: str, changes: tuple[str, ...], document: Document, model: Cab
 
 @checked
 def sweep(
-    study: Source,
-    set: Changes = (),
-    vary: Variations = (),
-    jobs: Processes | None = 1,
-    out: File | None = None,
+    study: Source, set: Changes = (), vary: Variations = (), jobs: Processes | None = 1, out: File | None = None
 ) -> pandas.DataFrame:
     """Compute all cases of a study: a base scene in which keys are varied.
 

@@ -231,11 +231,7 @@ def _bode_plot(plots, curves, numbers, attached):
 
 
 def compare_models(
-    scene,
-    columns: Columns | None = None,
-    repeats: Runs = 5,
-    out: File | None = None,
-    shown: bool = False,
+    scene, columns: Columns | None = None, repeats: Runs = 5, out: File | None = None, shown: bool = False
 ):
     """Answer of the command trade: errors and computing times of all models of a scene that a user can choose.
 

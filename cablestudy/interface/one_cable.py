@@ -5,13 +5,7 @@ from itertools import chain
 
 from cablestudy.errors import SceneError
 from cablestudy.interface.answer import Answer, only
-from cablestudy.interface.answers import (
-    DEFAULT_MODES,
-    SHARED,
-    coupled_modes,
-    fewer_modes,
-    frequency_limit,
-)
+from cablestudy.interface.answers import DEFAULT_MODES, SHARED, coupled_modes, fewer_modes, frequency_limit
 from cablestudy.interface.kinds import Frequency, Modes, WindOn
 
 ONE_CABLE = "no effect: the scene has one cable"
@@ -150,10 +144,4 @@ def _answer_of_row(scene, table, row, draw, remarks=()):
     )
 
 
-ANSWERS = {
-    "static": static,
-    "shape": shape,
-    "modes": modes,
-    "windrms": windrms,
-    **SHARED,
-}
+ANSWERS = {"static": static, "shape": shape, "modes": modes, "windrms": windrms, **SHARED}

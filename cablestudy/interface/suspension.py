@@ -8,13 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from cablestudy.errors import SceneError
 from cablestudy.interface.answer import Answer, Tables, only
-from cablestudy.interface.answers import (
-    DEFAULT_MODES,
-    SHARED,
-    coupled_modes,
-    fewer_modes,
-    frequency_limit,
-)
+from cablestudy.interface.answers import DEFAULT_MODES, SHARED, coupled_modes, fewer_modes, frequency_limit
 from cablestudy.interface.arguments import checked
 from cablestudy.interface.kinds import Frequency, Modes, Text, WindOn
 from cablestudy.interface.scene import Scene
@@ -50,11 +44,7 @@ def form(scene, table: Text | None = None):
 
 
 def modes(
-    scene,
-    count: Modes | None = None,
-    upto: Frequency | None = None,
-    cable: Text | None = None,
-    estimate: bool = False,
+    scene, count: Modes | None = None, upto: Frequency | None = None, cable: Text | None = None, estimate: bool = False
 ):
     """Answer of the command modes: coupled modes of the suspension, or modes of one cable; see `Suspension.modes`.
 

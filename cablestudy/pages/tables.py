@@ -113,11 +113,11 @@ def _shown_columns(table):
 
     Without hidden ones, nor the status where all is well; a difference from a printed value joins the value's column.
     """
-    fields = [shown for shown in table.fields if not shown.hidden]
-    if any(shown.name == HIDDEN for shown in fields) and all(row.get(HIDDEN) == OK for row in table.rows):
-        fields = [shown for shown in fields if shown.name != HIDDEN]
+    left_out = {HIDDEN} if all(row.get(HIDDEN) == OK for row in table.rows) else ()
     columns = []
-    for shown in fields:
+    for shown in table.fields:
+        if shown.hidden or shown.name in left_out:
+            continue
         if shown.printed:  # a difference, which the column before it shows too
             columns[-1] = _Column(columns[-1].field, difference=shown)
         else:

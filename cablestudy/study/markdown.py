@@ -170,7 +170,7 @@ def _in_blocks(grid, width):
 
 
 def wrapped(grid, width, narrowest=STUDY.narrowest_column, heads=False):
-    """Wrap the texts of a grid onto several lines, so that it is no wider than a terminal; None where it still would be.
+    """Wrap the texts of a grid onto several lines, so that it is as narrow as a terminal; None where it is still wider.
 
     Columns of texts are wrapped to the width `narrowest` at least, or a third of the terminal. If `heads` may be
     wrapped too, their first line stands above the rule, the others are rows below it.

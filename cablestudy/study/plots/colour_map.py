@@ -7,6 +7,7 @@ from matplotlib.ticker import LogLocator, MaxNLocator
 from cablestudy.study.plots.quantity import quantity_named
 from cablestudy.study.plots.series import series_of
 from cablestudy.study.plots.style import (
+    MANY_POINTS,
     WIDTH,
     colour_bar,
     colours_of_names,
@@ -29,7 +30,6 @@ NUMBERED_CELLS = 9  # along a side, up to which each cell has its number, if all
 NUMBER_SIZE = 7.5  # of the numbers
 OWN_TICKS, TICK_ROOM = 6, 0.45  # up to so many varied values are ticks of a logarithmic axis; room of their labels [in]
 CONTOURED_CELLS, CONTOURS = 4, 7  # least cells along a side with lines of equal values; how many of these, about
-MANY_POINTS = 3000  # cells or points above which a vector file has them as an image, which is far smaller
 EMPTY_CELL = "#f0f0f0"  # cells without a value
 
 
@@ -63,7 +63,7 @@ def colour_map(study, every, rows):
     for axes in grid[-side:]:
         axes.set_xlabel(wrapped(x.label, 0.7 * WIDTH / side, 9))
     names = [shortened(name, 24) for name in colour.names]
-    colour_bar(figure, mappable, colour.label, grid, range(len(names)), names, aspect=30)
+    colour_bar(figure, grid, mappable, colour.label, range(len(names)), names, aspect=30)
     heading(figure, f"{study.title}{panels_left_out(count, len(drawn))}")
     return figure
 

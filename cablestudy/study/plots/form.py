@@ -113,7 +113,7 @@ class _Picture:
         heading(figure, self.first.title(not (self.upright and self.loaded)) if self.alone else title_of_several)
         full_width = [axes for axes in figure.axes if axes.get_subplotspec().get_gridspec() is grid]
         if self.scale is not None:
-            colour_bar(figure, *self.scale, figure.axes, shrink=0.8, aspect=30)
+            colour_bar(figure, figure.axes, *self.scale, shrink=0.8, aspect=30)
         if columns == 1:  # of panels with one horizontal axis only the lowest has its label
             for axes, below in pairwise(full_width):
                 if (axes.get_xlim(), axes.get_xlabel()) == (below.get_xlim(), below.get_xlabel()):

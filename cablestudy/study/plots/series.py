@@ -4,18 +4,10 @@ from collections import Counter
 from dataclasses import dataclass, field
 
 import numpy as np
-from matplotlib.cm import ScalarMappable
 from matplotlib.lines import Line2D
 
 from cablestudy.study.plots.quantity import quantities_varied
-from cablestudy.study.plots.style import (
-    DASHES,
-    GREY,
-    SERIES,
-    colours_of_names,
-    colours_over,
-    spaced_logarithmically,
-)
+from cablestudy.study.plots.style import DASHES, GREY, SERIES, colours_of_names, colours_over, spaced_logarithmically
 from cablestudy.study.plots.words import shortened
 
 MARKS = "os^DvP"
@@ -34,16 +26,6 @@ class Series:
     levels: tuple  # for each `Factor` the position, among its levels, of the value that all of these rows have
     label: str  # entry of the legend
     look: dict = field(default_factory=dict)  # colour, mark and dashes
-
-
-@dataclass
-class Bar:
-    """Contents of a colour bar: a mappable, its label, and places and names of ticks where they are no numbers."""
-
-    mappable: ScalarMappable
-    label: str
-    ticks: tuple = ()
-    names: tuple = ()
 
 
 @dataclass(frozen=True)
@@ -187,8 +169,8 @@ def give_looks(series, factors, joined):
     -------
     entries : list of (artist, str)
         Entries of the legend.
-    bar : Bar or None
-        Colour bar.
+    bar : tuple or None
+        Contents of a colour bar: a ScalarMappable, its label, and places and names of ticks where they are no numbers.
     """
     many = len(series) > MANY_SERIES
     for line in series:
@@ -232,13 +214,11 @@ def _colours(series, factors, k):
         entries = [(Line2D([], [], color=SERIES[level], lw=3), _named(factor, level)) for level in range(count)]
     elif numbers is not None:
         mappable, entries = colours_over(numbers, spaced_logarithmically(np.unique(numbers))), []
-        bar = Bar(mappable, factor.quantities[0].label)
-        colours = bar.mappable.to_rgba(numbers)
+        colours, bar = mappable.to_rgba(numbers), (mappable, factor.quantities[0].label)
     else:
         ticks, entries = range(0, count, -(-count // BAR_NAMES)), []
-        names = [shortened(factor.text(level), 24) for level in ticks]
-        bar = Bar(colours_of_names(count), shortened(factor.words), ticks, names)
-        colours = bar.mappable.to_rgba(np.arange(count))
+        names, mappable = [shortened(factor.text(level), 24) for level in ticks], colours_of_names(count)
+        colours, bar = mappable.to_rgba(np.arange(count)), (mappable, shortened(factor.words), ticks, names)
     for line in series:
         line.look["color"] = colours[line.levels[k]]
     return entries, bar
@@ -258,4 +238,4 @@ def _turns(series):
     mappable = colours_over(np.arange(1, len(series) + 1), logarithmic=False)
     for number, line in enumerate(series, 1):
         line.look["color"] = mappable.to_rgba(number)
-    return [], Bar(mappable, "which time the name comes")
+    return [], (mappable, "which time the name comes")

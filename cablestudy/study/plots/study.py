@@ -10,6 +10,7 @@ from cablestudy.study.plots.quantity import DrawnQuantity, quantities_varied, qu
 from cablestudy.study.plots.series import give_looks, series_of
 from cablestudy.study.plots.style import (
     BLUE,
+    MANY_POINTS,
     ORANGE,
     RED,
     WIDTH,
@@ -39,7 +40,6 @@ OTHER_COLUMNS = 4  # columns drawn of a study without `plot:`
 # texts over rows, from which a picture has the texts along x: the few rows of the same text are drawn at one place
 SELDOM_REPEATED = 0.5
 PANEL_HEIGHT = 1.75  # of a panel [in]
-MANY_POINTS = 3000  # above it the points of a vector file (SVG, PDF) are an image, which keeps the file small
 OWN_TICKS = 8  # up to so many values along a logarithmic x axis, each value has a tick
 MARGINS = {"x": 0.08, "y": 0.15}  # margin about the values along an axis, as a share of their range
 ROUND_TICKS, DECADE_TICKS = {"x": 7, "y": 5}, {"x": 8, "y": 6}  # at most, on a linear and on a logarithmic axis
@@ -109,7 +109,7 @@ def _line_figure(study, every, rows, chosen):
     if len(entries) > 1 or (entries and series[0].label and len(series) > 1):
         legend_below(figure, entries)
     if bar:
-        colour_bar(figure, bar.mappable, bar.label, grid, bar.ticks, bar.names, aspect=40)
+        colour_bar(figure, grid, *bar, aspect=40)
     figure.align_ylabels()
     heading(figure, study.title)
     return figure

@@ -57,6 +57,7 @@ UNDATED = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"Creatio
 CLIP_PATH = re.compile(rb'(id="|url\(#)(p[0-9a-f]{10})\b')  # its name in an SVG file, where it is defined or used
 WIDTH = 7.5  # of a picture [in]
 MOST_NAMES = 30  # along an axis
+MANY_POINTS = 3000  # cells or points above which a vector file has them as an image, which is far smaller
 UPRIGHT_NAMES = 2.8  # names per inch from which they stand upright
 TALLEST_PANEL = 0.75  # height over width of the tallest panel
 SHADES = ListedColormap(colormaps["viridis"](np.linspace(0.0, 0.88, 256)), "shades")  # of numbers
@@ -300,7 +301,7 @@ def spaced_logarithmically(values):
     return bool(np.median(values) < np.sqrt(geometric) * np.sqrt(arithmetic))
 
 
-def colour_bar(figure, mappable, label, axes, ticks=(), names=(), **options):
+def colour_bar(figure, axes, mappable, label, ticks=(), names=(), **options):
     """Add a colour bar with round ticks, or with names at some ticks, beside axes."""
     bar = figure.colorbar(mappable, ax=axes, **options)
     bar.outline.set_visible(False)
