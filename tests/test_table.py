@@ -21,7 +21,7 @@ from scenes import computed
 from cablestudy.errors import SceneError
 from cablestudy.scene.study import read_study
 from cablestudy.study.parquet import write_parquet
-from cablestudy.study.table import Field, Table, TableFiles, exact, number, read_csv, short, signed, write_whole
+from cablestudy.study.table import Field, Table, TableFiles, exact, number, short, signed, stream_csv, write_whole
 from cablestudy.study.tolerances import STUDY as TOLERANCES
 from cablestudy.sweeps.check import Tolerance, compare, compare_columns
 
@@ -122,9 +122,9 @@ def test_a_pipe_is_written_into_and_a_link_to_a_file_stays(tmp_path):
 
 
 def test_a_stored_table_is_read_back(tmp_path):
-    names, rows = read_csv(write(tmp_path / "a.csv", "# printed, table 6\n\ufeffname,sag_m\n\n# more\n x,\n"))
+    names, rows = stream_csv(write(tmp_path / "a.csv", "# printed, table 6\n\ufeffname,sag_m\n\n# more\n x,\n"))
     assert [name.strip("\ufeff") for name in names] == ["name", "sag_m"]
-    assert [list(row.values()) for row in rows] == [[" x", ""]]
+    assert [(line, list(row.values())) for line, row in rows] == [(5, [" x", ""])]
 
 
 @pytest.mark.parametrize(
@@ -144,7 +144,7 @@ def test_what_is_not_a_table_is_refused(tmp_path, text, message):
     if text is not None:
         (tmp_path / "a.csv").write_bytes(text)
     with pytest.raises(SceneError) as caught:
-        read_csv(str(tmp_path / "a.csv"))
+        list(stream_csv(str(tmp_path / "a.csv"))[1])
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
 

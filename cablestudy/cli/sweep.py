@@ -69,9 +69,9 @@ def sweep(study, sets, vary, dry_run, where, sort, best, pareto, sensitivity, ou
             print_table(study.cases(), style)
             return 0
         select = study.selection(style.columns, sensitivity, where=where, sort=sort, best=best, pareto=pareto)
-        if study.asked and keep:  # columns that options name and the study does not list
+        if study.request.asked and keep:  # columns that options name and the study does not list
             keep = False
-            echo_notes([f"not written: the study does not list {', '.join(study.asked)}"], quiet)
+            echo_notes([f"not written: the study does not list {', '.join(study.request.asked)}"], quiet)
         tolerance = None
         if check:
             study.files(out).check_stored()
@@ -156,8 +156,8 @@ def show(study, sets, vary, out, style, plot, quiet, sensitivity, **selection):
     study = Study(study, sets, vary)
     with study.stored(out) as stored:
         select = study.selection(style.columns, sensitivity, **selection)
-        if study.asked:  # columns that options name and the study does not list
-            names, similar = ", ".join(study.asked), study.varied_with_same_name
+        if study.request.asked:  # columns that options name and the study does not list
+            names, similar = ", ".join(study.request.asked), study.varied_with_same_name
             hint = f"did you mean {' or '.join(similar)}? else " if similar else ""
             how = "'cablestudy sweep' with these options computes it"
             raise SceneError(f"{stored.path}: no column {names}: {hint}{how}")

@@ -44,13 +44,8 @@ class Study:
         return (*self.request.likely_mistakes(), *self.request.notes)
 
     @property
-    def asked(self) -> Iterable[str]:
-        """Columns that options ask for and the study does not list."""
-        return self.request.asked
-
-    @property
     def varied_with_same_name(self) -> list[str]:
-        """Varied keys that end with the name of such a column: `cable.diameter` for `diameter`."""
+        """Varied keys that end with the name of a column that is asked for: `cable.diameter` for `diameter`."""
         return [key for key in self.request.varied if key.rpartition(".")[2] in self.request.asked]
 
     def cases(self) -> Table:

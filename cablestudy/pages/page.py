@@ -106,10 +106,11 @@ class Page:
         except CablestudyError as error:
             self.fail(what, short_line(error))
 
-    def fail(self, what, reason):
-        """Tell that something has no answer, and why."""
-        self.add(paragraph(f"No answer: {'as above' if reason in self._failed else reason}", class_="reason"))
-        self._failed.setdefault(reason, []).append(what)
+    def fail(self, what, *reasons):
+        """Tell that something has no answer, and why, if there are reasons."""
+        for reason in reasons:
+            self.add(paragraph(f"No answer: {'as above' if reason in self._failed else reason}", class_="reason"))
+            self._failed.setdefault(reason, []).append(what)
 
     @property
     def failures(self):

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import os
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import Any
 
 from cablestudy.errors import Mistakes, SceneError
 from cablestudy.interface import checked_scene, scene_of
@@ -93,22 +92,10 @@ def report(
     """
     with Mistakes() as mistakes, mistakes.at("--columns"):
         names = () if columns is None else names_in(columns)
-    return write_report(path, out, set, vary, case, title, jobs, quiet=quiet, columns=names, where=where)
+    return write_report(path, out, set, vary, case, title, jobs, (), quiet, names, where)
 
 
-def write_report(
-    path: Any,
-    out: str | None = None,
-    set: Sequence[str] = (),
-    vary: Sequence[str] = (),
-    case: str | None = None,
-    title: str | None = None,
-    jobs: int | None = 1,
-    words: Sequence[str] | None = None,
-    quiet: bool = True,
-    columns: Sequence[str] = (),
-    where: str | None = None,
-) -> Report:
+def write_report(path, out, set, vary, case, title, jobs, words, quiet, columns, where) -> Report:
     """Compute a scene or a study and write its page, for `report` and for the command, whose options messages name.
 
     Arguments as of `report`, which reads them: changes and varied keys are texts, `columns` names. The page shows the

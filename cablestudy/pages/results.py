@@ -171,8 +171,7 @@ def _add_messages(page, command, answer):
     """Add the notes, warnings and failures of an `Answer` to a page."""
     page.note(CAPTIONS[command], answer.explain())
     page.warn(CAPTIONS[command], answer.warnings)
-    for reason in answer.failures:
-        page.fail(CAPTIONS[command], reason)
+    page.fail(CAPTIONS[command], *answer.failures)
 
 
 def _of_case(scene):
@@ -189,8 +188,7 @@ def _add_load_cases(page, scene):
     """
     answer = scene.compute_cases("static", estimate=True)
     page.warn("Load cases", answer.warnings)
-    for reason in answer.failures:
-        page.fail("Load cases", reason)
+    page.fail("Load cases", *answer.failures)
     if answer.table is not None:
         page.results(answer.table, "Statics in each load case")
     elif answer.tables:
@@ -219,8 +217,7 @@ def _add_point_loads(page, tables, failures, caption):
     """Append the table of the point loads of `tables`, if there is one, and why cells have no value."""
     for table in tables.values():
         page.results(table, caption)
-    for reason in failures:
-        page.fail("Point loads", reason)
+    page.fail("Point loads", *failures)
 
 
 def _extremes(cables, cases):

@@ -65,12 +65,9 @@ def table_html(table, caption, where_all=""):
     columns = _shown_columns(table)
     is_wide = len(columns) > PAGES.turned_columns and len(table.rows) <= PAGES.turned_rows
     across = table.across or (columns[0].name if is_wide else "")  # the field that heads the columns of a turned table
-    if not (table.single or across):
-        return _by_rows(columns, table, caption, where_all)
-    errors = list(table.errors()) if table.errors else []
-    if table.single:
-        return _single(columns, table.rows[0], errors[0] if errors else {}).html(caption)
-    return _turned(columns, list(table.rows), errors, across).html(caption)
+    if table.single or across:
+        return _turned(columns, table, across).html(caption)
+    return _by_rows(columns, table, caption, where_all)
 
 
 @dataclass(frozen=True)
@@ -125,30 +122,19 @@ def _shown_columns(table):
     return columns
 
 
-def _single(columns, row, errors):
-    """TableGrid with one line for each quantity of the only row; `errors`: field name -> error."""
-    lines = [
-        [column.title, column.cell(row), column.unit, error_text(errors.get(column.name))]
-        for column in columns
-        if row.get(column.name) is not None
-    ]
-    return TableGrid(["quantity", "value", "unit", ERROR], lines, {1, 3})
-
-
-def _turned(columns, rows, errors, across):
-    """TableGrid with a line for each quantity, and a column for each row, headed by its cell of the field `across`.
-
-    `errors` are those of each row, field name -> error; or an empty list.
-    """
-    heading = next(column for column in columns if column.name == across)
+def _turned(columns, table, across):
+    """TableGrid with a line for each quantity, and a column for each row, headed by its cell of the field `across`."""
+    rows, errors = list(table.rows), list(table.errors()) if table.errors else []
+    heading = None if table.single else next(column for column in columns if column.name == across)
+    heads = ["value"] if table.single else [heading.cell(row) for row in rows]
     largest = _largest(errors)
     lines = [
         [column.title, *(column.cell(row) for row in rows), column.unit, error_text(largest.get(column.name))]
         for column in columns
         if column is not heading and any(row.get(column.name) is not None for row in rows)
     ]
-    head = ["quantity", *(heading.cell(row) for row in rows), "unit", LARGEST if len(rows) > 1 else ERROR]
-    if not largest:
+    head = ["quantity", *heads, "unit", LARGEST if len(rows) > 1 else ERROR]
+    if not (largest or table.single):
         return TableGrid(head[:-1], [cells[:-1] for cells in lines], {*range(1, len(rows) + 1)})
     largest_of_rows = [max(row.values(), default=None) for row in errors] or [None] * len(rows)
     has_foot = len(rows) > 1 and any(largest_of_rows)

@@ -17,7 +17,7 @@ from cablestudy.study.goal import goal_of_study
 from cablestudy.study.limits import limits_of
 from cablestudy.study.scene_kind import why_not
 from cablestudy.study.scene_values import tables_of
-from cablestudy.study.table import Field, number, read_csv
+from cablestudy.study.table import Field, number, stream_csv
 from cablestudy.study.table_rows import STATUS
 from cablestudy.study.varied_keys import varied_key, varied_keys
 
@@ -243,8 +243,8 @@ def _printed_values(study, columns):
     """
     if study.reference_path is None:
         return [], []
-    names, rows = read_csv(study.reference_path)
-    headers, messages = [column.header for column in columns], []
+    names, lines = stream_csv(study.reference_path)
+    rows, headers, messages = [row for _, row in lines], [column.header for column in columns], []
     for name in (name for name in names if name not in headers):
         hint = "".join(f" (did you mean {near!r}?)" for near in get_close_matches(name, headers, 1))
         messages.append(f"column {name!r} is not among the study's columns{hint}")

@@ -298,17 +298,11 @@ class TableFiles:
         write_whole(self.run, provenance)
 
 
-def read_csv(path):
-    """Names and rows of a stored table, each row a dict of name -> text; lines that begin with # are comments.
-
-    SceneError for a file that is missing, empty, or no table.
-    """
-    names, rows = stream_csv(path)
-    return names, [row for _, row in rows]
-
-
 def stream_csv(path):
-    """Contents of a CSV file, see `read_csv`, with an iterator of rows, each with the number of its line."""
+    """Names of a stored table, and an iterator of its rows: number of the line, and a dict of name -> text.
+
+    Lines that begin with # are comments. SceneError for a file that is missing, empty, or no table.
+    """
     lines = _cells(path)
     names = [name.strip() for name in next(lines, (1, ()))[1]]
     if not names:

@@ -12,7 +12,6 @@ from cablestudy.study.plots.style import (
     colour_bar,
     colours_of_names,
     colours_over,
-    heading,
     log_axis,
     name_axis,
     new_figure,
@@ -54,7 +53,8 @@ def colour_map(study, every, rows):
     mappable = _colours(colour, rows)
     alone, count = len(drawn) == 1, min(len(drawn), MOST_PANELS)
     side = 1 if alone else 2
-    figure = new_figure(-(-count // side) * (4.4 if alone else 3.0) + 0.6)
+    title = f"{study.title}{panels_left_out(count, len(drawn))}"
+    figure = new_figure(-(-count // side) * (4.4 if alone else 3.0) + 0.6, title)
     grid = panels(figure, count, side)
     for axes, (y, series) in zip(grid, drawn, strict=False):
         _panel(axes, (x, y, colour), series.rows, mappable, plot, (WIDTH - 2.0) / side)
@@ -64,7 +64,6 @@ def colour_map(study, every, rows):
         axes.set_xlabel(wrapped(x.label, 0.7 * WIDTH / side, 9))
     names = [shortened(name, 24) for name in colour.names]
     colour_bar(figure, grid, mappable, colour.label, range(len(names)), names, aspect=30)
-    heading(figure, f"{study.title}{panels_left_out(count, len(drawn))}")
     return figure
 
 

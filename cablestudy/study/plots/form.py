@@ -24,7 +24,6 @@ from cablestudy.study.plots.style import (
     Window,
     colour_bar,
     entries_of,
-    heading,
     legend_below,
     new_figure,
     plain,
@@ -99,7 +98,9 @@ class _Picture:
     def figure(self):
         """Draw all panels, one legend below them, a title, and a colour bar of the tension if colours show that."""
         columns, heights = 1 + self.in_space, [height for height, _ in self.panels][:: 1 + self.in_space]
-        figure = new_figure(sum(heights) + 0.8)
+        title_of_several = f"Load cases: {max(self.drawings, key=lambda drawing: len(drawing.cables)).contents}"
+        title = self.first.title(not (self.upright and self.loaded)) if self.alone else title_of_several
+        figure = new_figure(sum(heights) + 0.8, title)
         if self.in_space:
             figure.get_layout_engine().set(hspace=SPACE_BELOW)
         grid = figure.add_gridspec(len(heights), columns, height_ratios=heights)
@@ -109,8 +110,6 @@ class _Picture:
         entries = {label: artist for axes in marked for artist, label in entries_of(axes)}
         cables_first = sorted(entries.items(), key=lambda entry: entry[0] in ("chord", "ground", "link", "winch"))
         legend_below(figure, [(artist, label) for label, artist in cables_first])
-        title_of_several = f"Load cases: {max(self.drawings, key=lambda drawing: len(drawing.cables)).contents}"
-        heading(figure, self.first.title(not (self.upright and self.loaded)) if self.alone else title_of_several)
         full_width = [axes for axes in figure.axes if axes.get_subplotspec().get_gridspec() is grid]
         if self.scale is not None:
             colour_bar(figure, figure.axes, *self.scale, shrink=0.8, aspect=30)
@@ -343,25 +342,25 @@ def load_path(path):
     ground = ground_in(view, first.ground, all_points[:, 0])
     window = Window(*with_ground(all_points, ground).T, ENLARGED_RATIO)
     tall = 0.7 + window.ratio * (WIDTH - 0.8)
-    figure = new_figure(tall + 2.6)
+    largest, clearances = float(np.nanmax(tension)), clearance[np.isfinite(clearance)].tolist()
+    title = f"{shortened(path.name)} from end to end: largest tension {force_text(largest)}"
+    if ground is not None:
+        title += f", least clearance {quantity_text(min(clearances, default=np.nan), 'm')}"
+    figure = new_figure(tall + 2.6, title)
     side, below = figure.subplots(2, 1, height_ratios=(tall, 1.9))
     marks.draw_lines(side, forms, GREY, linewidths=0.7, alpha=0.7, label="the cable in some of the places")
     dots = "." if len(line) <= MOST_DOTS else ""
     side.plot(*line.T, dots, ls="-", color=BLUE, lw=1.8, label=f"path of {shortened(path.name)}")
     finish_view(side, view, window, ground)
-    known = np.isfinite(clearance)
-    if ground is not None and known.any():
-        room, least = room_in(side, window, all_points), float(clearance[known].min())
-        marks.mark_clearance(side, room, line[known], ground, least)
-    unit, factor = force_unit(np.nanmax(tension))
+    if ground is not None and clearances:
+        room = room_in(side, window, all_points)
+        marks.mark_clearance(side, room, line[np.isfinite(clearance)], ground, min(clearances))
+    unit, factor = force_unit(largest)
     below.plot(line[:, 0], factor * tension, dots, ls="-", color=RED)
     below.set(xlim=side.get_xlim(), xlabel="place of the load, horizontal distance from end 1 [m]")
     below.set_ylabel(f"largest\ntension [{unit}]")
     plain(below, 8, 5)
     legend_below(figure, entries_of(side))
-    least = f", least clearance {quantity_text(float(np.nanmin(clearance)), 'm')}" if ground is not None else ""
-    heading(figure, f"{shortened(path.name)} from end to end: largest tension "
-                    f"{force_text(float(np.nanmax(tension)))}{least}")  # fmt: skip
     return figure
 
 

@@ -19,7 +19,6 @@ from cablestudy.study.plots.style import (
     RED,
     SERIES,
     entries_of,
-    heading,
     legend_below,
     new_figure,
     panels,
@@ -67,7 +66,7 @@ def loop_margins(closed_loop, span=None):
     value, sensitivity, complementary = curves(closed_loop, frequency)
     alone = len(closed_loop.body.measured) == 1
     heights = (2.2, 1.6, 1.8, 3.2) if alone else (2.2, 1.8, 3.2)
-    figure = new_figure(0.8 + sum(heights))
+    figure = new_figure(0.8 + sum(heights), _title(closed_loop))
     grid = figure.add_gridspec(len(heights), 2, height_ratios=heights, width_ratios=(1.35, 1))
     upper = figure.add_subplot(grid[0, :])
     lower = [figure.add_subplot(grid[row, :], sharex=upper) for row in range(1, len(heights) - 1)]
@@ -83,7 +82,6 @@ def loop_margins(closed_loop, span=None):
     _write_margins(margins_as_text, closed_loop)
     margins_as_text.legend(*nyquist.get_legend_handles_labels(), loc="lower left", fontsize=8)
     figure.align_ylabels([upper, *lower])
-    heading(figure, _title(closed_loop))
     return figure
 
 
@@ -269,7 +267,8 @@ def loop_in_time(solved):
     time = solved.time
     varies = np.ptp(solved.input.values_in_unit) > 0
     heights = (1, 2, 1.5) if varies else (2, 1.5)
-    figure = new_figure(1.3 + 1.1 * sum(heights))
+    title = f"Loop, gain {solved.gain:.4g} rad/s: {solved.input.what}"
+    figure = new_figure(1.3 + 1.1 * sum(heights), title)
     *input_axes, body_axes, winch_axes = grid = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights)
     for axes in input_axes:
         axes.plot(time, solved.input.values_in_unit, color=GREY)
@@ -290,7 +289,6 @@ def loop_in_time(solved):
     for axes in grid:
         plain_axis(axes.yaxis, 5)
     figure.align_ylabels(grid)
-    heading(figure, f"Loop, gain {solved.gain:.4g} rad/s: {solved.input.what}")
     return figure
 
 
@@ -340,7 +338,8 @@ def bode(curves, frequency, *numbers, title="frequency responses"):
     title : str
         Title of a figure of several curves; one curve has its label as the title.
     """
-    figure = new_figure(5.2 + 0.09 * (len(curves) - 1))
+    title = curves[0].label if len(curves) == 1 else title
+    figure = new_figure(5.2 + 0.09 * (len(curves) - 1), title[0].upper() + title[1:])
     magnitude, phase = panels(figure, 2, 1, height_ratios=(3, 2))
     for k, (colour, dashes, curve) in enumerate(zip(cycle(SERIES), cycle(DASHES), curves, strict=False)):
         look = {"color": colour, "ls": dashes, "lw": 1.1, "label": curve.label}  # dashed, since curves may coincide
@@ -355,7 +354,5 @@ def bode(curves, frequency, *numbers, title="frequency responses"):
     magnitude.set_xlim(frequency[0], frequency[-1])
     if len(curves) > 1:
         legend_below(figure, entries_of(magnitude))
-    title = curves[0].label if len(curves) == 1 else title
-    heading(figure, title[0].upper() + title[1:])
     figure.align_ylabels()
     return figure

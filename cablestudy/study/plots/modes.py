@@ -23,7 +23,6 @@ from cablestudy.study.plots.style import (
     WIDTH,
     Window,
     bold,
-    figure_without_panels,
     heading,
     new_figure,
     nice,
@@ -294,7 +293,7 @@ def _figure(shown, frequency, listed, peak, share, drawing, distance):
         Label of the distance along the plane of the panels; None in perspective.
     """
     if not shown:
-        return figure_without_panels("There is no mode to show")
+        return new_figure(1.2, "There is no mode to show")
     count, columns, factors = len(shown), columns_of(len(shown)), [mode.factor(peak) for mode in shown]
     with_inset = distance is None and any(mode.turns_in_a_small_body(drawing.size) for mode in shown)
     window, inset = _window(shown, factors, share, with_inset, PANEL_RATIOS[columns] if distance else None)

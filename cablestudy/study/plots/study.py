@@ -16,8 +16,6 @@ from cablestudy.study.plots.style import (
     WIDTH,
     bold,
     colour_bar,
-    figure_without_panels,
-    heading,
     legend_below,
     log_axis,
     name_axis,
@@ -96,7 +94,7 @@ def _line_figure(study, every, rows, chosen):
     entries, bar = give_looks(series, factors, joined)
     side = 1 if len(columns) <= OTHER_COLUMNS else 2
     height = PANEL_HEIGHT * -(-len(columns) // side) + 0.9 + 0.2 * -(-len(entries) // 3)
-    figure = new_figure(height)
+    figure = new_figure(height, study.title)
     grid = panels(figure, len(columns), side)
     printed = [_panel(axes, x, column, series, joined) for axes, column in zip(grid, columns, strict=True)]
     _scale_panels(grid, x, columns, logarithmic, _by_ratio(x, factors))
@@ -111,13 +109,12 @@ def _line_figure(study, every, rows, chosen):
     if bar:
         colour_bar(figure, grid, *bar, aspect=40)
     figure.align_ylabels()
-    heading(figure, study.title)
     return figure
 
 
 def _nothing(study, reason):
     """Figure of a study of which there is nothing to draw, with the reason."""
-    return figure_without_panels(f"{study.title}: {reason}".lstrip(": "))
+    return new_figure(1.2, f"{study.title}: {reason}".lstrip(": "))
 
 
 def _scale_panels(grid, x, columns, logarithmic, by_ratio):
@@ -301,7 +298,8 @@ def sensitivity_plot(study, table):
     columns = 1 if count == 1 else 2
     keys = max((len(rows) for rows in groups.values()), default=1)
     panel_rows = -(-count // columns)
-    figure = new_figure(panel_rows * (0.75 + 0.36 * keys) + 0.9)
+    title = f"{study.title or 'Sensitivity'}: Sobol's indices{panels_left_out(count, len(groups))}"
+    figure = new_figure(panel_rows * (0.75 + 0.36 * keys) + 0.9, title)
     grid = panels(figure, count, columns, sharey=True)
     for number, (axes, (group, rows)) in enumerate(zip(grid, groups.items(), strict=False)):
         _index_panel(axes, rows)
@@ -313,7 +311,6 @@ def sensitivity_plot(study, table):
     drawn = [row[name] for row in table.rows for name in fixed[2:] if row.get(name) is not None]
     grid[0].set_xlim(min([SHARE_LIMITS[0], *drawn]) - 0.02, max([SHARE_LIMITS[1], *drawn]) + 0.02)
     legend_below(figure, [(Line2D([], [], ls="none", **look), look["label"]) for look in INDICES.values()])
-    heading(figure, f"{study.title or 'Sensitivity'}: Sobol's indices{panels_left_out(count, len(groups))}")
     return figure
 
 

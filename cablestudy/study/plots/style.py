@@ -339,15 +339,10 @@ def zero_lines(axes):
     axes.axvline(0, color=LIGHT, lw=0.9)
 
 
-def new_figure(height):
-    """Figure of the common width and of a height [in]."""
-    return Figure(figsize=(WIDTH, height), layout="constrained")
-
-
-def figure_without_panels(reason):
-    """Figure that has nothing to draw, with the reason as its title."""
-    figure = new_figure(1.2)
-    heading(figure, reason)
+def new_figure(height, title=""):
+    """Figure of the common width and of a height [in], with a title."""
+    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    heading(figure, title)
     return figure
 
 

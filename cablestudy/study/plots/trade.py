@@ -17,7 +17,6 @@ from cablestudy.study.plots.style import (
     RED,
     SKY,
     WIDTH,
-    heading,
     legend_below,
     new_figure,
     round_ticks,
@@ -68,7 +67,7 @@ def trade_plot(trade, title):
     rows = -(-count // side)
     entries = _legend(trade)
     tall = (2.9 if side == 1 else 2.3) * rows
-    figure = new_figure(tall + 1.1 + 0.08 * len(entries))
+    figure = new_figure(tall + 1.1 + 0.08 * len(entries), title)
     grid = figure.subplots(rows, side, squeeze=False).ravel()
     for axes in grid[count:]:
         axes.set_axis_off()
@@ -82,7 +81,6 @@ def trade_plot(trade, title):
     if legend:
         legend.set_title(wrapped(CAPTION, WIDTH - 0.5, 7.5), {"size": 7.5})
         legend.get_title().set_color(GREY)
-    heading(figure, title)
     return figure
 
 

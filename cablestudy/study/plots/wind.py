@@ -13,7 +13,6 @@ from cablestudy.study.plots.style import (
     GREY,
     ORANGE,
     RED,
-    heading,
     new_figure,
     plain,
     styled,
@@ -89,7 +88,9 @@ def wind_response(winds, at_rest=None, on=None):
     _check_range(states, kinds)
     extended = np.linalg.matrix_rank(states[0].covariance) > 1  # the point moves in a plane, or in space
     heights = (1.3, 2.4, 1.6, 2.8) if extended else (2, 2, 2)
-    figure = new_figure(0.8 + 1.2 * sum(heights))
+    drawn = on or f"{body.removesuffix(MIDSPAN)}{_one_of_several(closed_loop, body)}"
+    title = f"Wind at {quantity_text(closed_loop.scene.wind.speed, 'm/s')} on {drawn}"
+    figure = new_figure(0.8 + 1.2 * sum(heights), title)
     grid = figure.add_gridspec(len(heights), 2, height_ratios=heights)
     shared, high = figure.add_subplot(grid[0, :]), _highest(frequency, states, kinds)
     _speed(shared, winds, frequency[frequency <= high], body)
@@ -103,8 +104,6 @@ def wind_response(winds, at_rest=None, on=None):
     shared.set_xlim(frequency[0], high)
     if extended:
         _draw_rms_ellipses(figure, grid, states, closed_loop, point)
-    drawn = on or f"{body.removesuffix(MIDSPAN)}{_one_of_several(closed_loop, body)}"
-    heading(figure, f"Wind at {quantity_text(closed_loop.scene.wind.speed, 'm/s')} on {drawn}")
     return figure
 
 
