@@ -4,23 +4,9 @@ import numpy as np
 from matplotlib.colors import LogNorm
 from matplotlib.ticker import LogLocator, MaxNLocator
 
+import cablestudy.study.plots.style as style
 from cablestudy.study.plots.quantity import quantity_named
 from cablestudy.study.plots.series import series_of
-from cablestudy.study.plots.style import (
-    MANY_POINTS,
-    WIDTH,
-    colour_bar,
-    colours_of_names,
-    colours_over,
-    log_axis,
-    name_axis,
-    new_figure,
-    own_ticks,
-    panels,
-    plain_axis,
-    text_width,
-    wrapped,
-)
 from cablestudy.study.plots.words import number, panels_left_out, shortened
 
 MOST_PANELS = 6  # in one picture
@@ -54,24 +40,25 @@ def colour_map(study, every, rows):
     alone, count = len(drawn) == 1, min(len(drawn), MOST_PANELS)
     side = 1 if alone else 2
     title = f"{study.title}{panels_left_out(count, len(drawn))}"
-    figure = new_figure(-(-count // side) * (4.4 if alone else 3.0) + 0.6, title)
-    grid = panels(figure, count, side)
+    figure = style.new_figure(-(-count // side) * (4.4 if alone else 3.0) + 0.6, title)
+    grid = style.panels(figure, count, side)
     for axes, (y, series) in zip(grid, drawn, strict=False):
-        _panel(axes, (x, y, colour), series.rows, mappable, plot, (WIDTH - 2.0) / side)
-        axes.set_ylabel(wrapped(y.label, 2.6, 9))
-        axes.set_title(wrapped(series.label, (0.8 if alone else 0.38) * WIDTH, 8.5), loc="left", fontsize=8.5)
+        _panel(axes, (x, y, colour), series.rows, mappable, plot, (style.WIDTH - 2.0) / side)
+        axes.set_ylabel(style.wrapped(y.label, 2.6, 9))
+        room = (0.8 if alone else 0.38) * style.WIDTH
+        axes.set_title(style.wrapped(series.label, room, 8.5), loc="left", fontsize=8.5)
     for axes in grid[-side:]:
-        axes.set_xlabel(wrapped(x.label, 0.7 * WIDTH / side, 9))
+        axes.set_xlabel(style.wrapped(x.label, 0.7 * style.WIDTH / side, 9))
     names = [shortened(name, 24) for name in colour.names]
-    colour_bar(figure, grid, mappable, colour.label, range(len(names)), names, aspect=30)
+    style.colour_bar(figure, grid, mappable, colour.label, range(len(names)), names, aspect=30)
     return figure
 
 
 def _colours(colour, rows):
     """Colours for the values that a quantity has in rows, as a ScalarMappable."""
     if colour.categories is not None:
-        return colours_of_names(len(colour.categories))
-    return colours_over([value for row in rows if (value := colour.value(row)) is not None] or [0.0])
+        return style.colours_of_names(len(colour.categories))
+    return style.colours_over([value for row in rows if (value := colour.value(row)) is not None] or [0.0])
 
 
 def _panel(axes, quantities, rows, mappable, plot, room):
@@ -89,7 +76,7 @@ def _panel(axes, quantities, rows, mappable, plot, room):
         _heat(axes, (x_values, y_values), (x, y, c), mappable, contoured)
         return
     answered = np.isfinite(c)
-    look = {"s": 22, "lw": 0.4, "ec": "white", "rasterized": len(x) > MANY_POINTS}
+    look = {"s": 22, "lw": 0.4, "ec": "white", "rasterized": len(x) > style.MANY_POINTS}
     axes.scatter(x[answered], y[answered], c=mappable.to_rgba(c[answered]), **look)
     axes.plot(x[~answered], y[~answered], "x", color="#888888", ms=4)
 
@@ -98,14 +85,14 @@ def _axis(axes, which, quantity, values, logarithmic, room):
     """Set scale and ticks of an axis, about `room` inches long, for the values of a quantity."""
     axis = getattr(axes, f"{which}axis")
     if quantity.categories is not None:
-        name_axis(axes, which, quantity.names, room)
+        style.name_axis(axes, which, quantity.names, room)
         return
     if logarithmic and len(values) and values[0] > 0:
         apart = TICK_ROOM / room * np.log10(values[-1] / values[0])
-        ticks = own_ticks(values, OWN_TICKS, apart) if quantity.key else ()
-        log_axis(axis, values[0], values[-1], 7, ticks)
+        ticks = style.own_ticks(values, OWN_TICKS, apart) if quantity.key else ()
+        style.log_axis(axis, values[0], values[-1], 7, ticks)
     else:
-        plain_axis(axis, 7)
+        style.plain_axis(axis, 7)
 
 
 def _heat(axes, sides, points, mappable, contoured):
@@ -121,7 +108,7 @@ def _heat(axes, sides, points, mappable, contoured):
     edges = [_edges(values, axes, which) for values, which in zip(sides, "xy", strict=True)]
     axes.set_facecolor(EMPTY_CELL)
     axes.grid(visible=False)
-    look = {"norm": mappable.norm, "cmap": mappable.cmap, "rasterized": cells.size > MANY_POINTS}
+    look = {"norm": mappable.norm, "cmap": mappable.cmap, "rasterized": cells.size > style.MANY_POINTS}
     axes.pcolormesh(*edges, np.ma.masked_invalid(cells), **look)
     axes.set(xlim=edges[0][[0, -1]], ylim=edges[1][[0, -1]])
     written = np.argwhere(np.isfinite(cells)) if max(cells.shape) <= NUMBERED_CELLS else ()
@@ -139,7 +126,7 @@ def _fit(numbers, edges, axes):
     """True if the numbers of cells, a dict of (row, column) -> text, are not wider than the cells, with their edges."""
     along = np.column_stack([edges, np.full(len(edges), axes.get_ylim()[0])])
     width = np.diff((axes.transScale + axes.transLimits).transform(along)[:, 0]) * axes.bbox.width / axes.figure.dpi
-    return all(text_width(text, NUMBER_SIZE) < width[column] for (_row, column), text in numbers.items())
+    return all(style.text_width(text, NUMBER_SIZE) < width[column] for (_row, column), text in numbers.items())
 
 
 def _contours(axes, sides, cells, mappable):
@@ -160,7 +147,7 @@ def keep_apart(axes, texts):
     size, kept = axes.bbox.size / axes.figure.dpi, np.zeros((0, 2))
     for text in texts:
         position = (axes.transScale + axes.transLimits).transform(text.get_position()) * size  # [in]
-        distance = text_width(text.get_text(), NUMBER_SIZE) + 0.1  # enough whatever the angles of both
+        distance = style.text_width(text.get_text(), NUMBER_SIZE) + 0.1  # enough whatever the angles of both
         over_edge = (np.minimum(position, size - position) < distance / 2).any()
         if over_edge or (np.hypot(*(kept - position).T) < distance).any():
             text.remove()

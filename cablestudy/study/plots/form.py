@@ -1,34 +1,17 @@
 """The static form of a scene, or its forms in several load cases, in a view or in space; the path of a moving load."""
 
 from functools import cached_property, partial
-from itertools import pairwise
+from itertools import cycle, pairwise
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 
 import cablestudy.study.plots.marks as marks
+import cablestudy.study.plots.style as style
 from cablestudy.cable.geometry import points_along
 from cablestudy.study.plots.deflection import deflections
 from cablestudy.study.plots.drawing import FLAT, VIEWS, direction, drawing_of, ground_in, upright_plane, view_from_end_1
-from cablestudy.study.plots.style import (
-    BLUE,
-    DASHES,
-    GREEN,
-    GREY,
-    RED,
-    SERIES,
-    SHADES,
-    TALLEST_PANEL,
-    WIDTH,
-    Window,
-    colour_bar,
-    entries_of,
-    legend_below,
-    new_figure,
-    plain,
-    styled,
-)
 from cablestudy.study.plots.words import force_text, force_unit, quantity_text, shortened
 
 SIDEWAYS = 1e-6  # share of the size from which on a cable is drawn out of the vertical plane too
@@ -45,7 +28,7 @@ MOST_DOTS = 50  # places up to which each is marked
 FORM_POINTS = np.linspace(0.0, 1.0, 201)
 
 
-@styled
+@style.styled
 def static_form(case):
     """Figure of the static form of one case, its cables in colours of their tension.
 
@@ -61,7 +44,7 @@ def static_form(case):
     return _Picture([drawing_of(case)], case).figure()
 
 
-@styled
+@style.styled
 def case_forms(cases):
     """Figure of the static forms in some load cases, one colour and dashes each.
 
@@ -100,19 +83,19 @@ class _Picture:
         columns, heights = 1 + self.in_space, [height for height, _ in self.panels][:: 1 + self.in_space]
         title_of_several = f"Load cases: {max(self.drawings, key=lambda drawing: len(drawing.cables)).contents}"
         title = self.first.title(not (self.upright and self.loaded)) if self.alone else title_of_several
-        figure = new_figure(sum(heights) + 0.8, title)
+        figure = style.new_figure(sum(heights) + 0.8, title)
         if self.in_space:
             figure.get_layout_engine().set(hspace=SPACE_BELOW)
         grid = figure.add_gridspec(len(heights), columns, height_ratios=heights)
         for cell, (_, paint) in zip(grid, self.panels, strict=True):
             paint(figure, cell)
         marked = [axes for axes in figure.axes if axes.get_legend() is None]
-        entries = {label: artist for axes in marked for artist, label in entries_of(axes)}
+        entries = {label: artist for axes in marked for artist, label in style.entries_of(axes)}
         cables_first = sorted(entries.items(), key=lambda entry: entry[0] in ("chord", "ground", "link", "winch"))
-        legend_below(figure, [(artist, label) for label, artist in cables_first])
+        style.legend_below(figure, [(artist, label) for label, artist in cables_first])
         full_width = [axes for axes in figure.axes if axes.get_subplotspec().get_gridspec() is grid]
         if self.scale is not None:
-            colour_bar(figure, figure.axes, *self.scale, shrink=0.8, aspect=30)
+            style.colour_bar(figure, figure.axes, *self.scale, shrink=0.8, aspect=30)
         if columns == 1:  # of panels with one horizontal axis only the lowest has its label
             for axes, below in pairwise(full_width):
                 if (axes.get_xlim(), axes.get_xlabel()) == (below.get_xlim(), below.get_xlabel()):
@@ -142,7 +125,7 @@ class _Picture:
         above_chord = np.concatenate([drawing.above_chord.ravel() for drawing in self.drawings])
         height, sag = windows[0].ratio * windows[0].width, np.abs(above_chord).max(initial=0.0) * windows[0].factor
         hidden = self.plane is not None and 0 < sag < HIDDEN_SAG * height
-        width = WIDTH - 0.8 - (BAR_WIDTH if self.scale is not None else 0.0)
+        width = style.WIDTH - 0.8 - (BAR_WIDTH if self.scale is not None else 0.0)
         heights = [3.1 if self.in_space else 0.7 + window.ratio * width for window in windows]
         marked = next((number for number, ground in enumerate(grounds) if ground is not None), None)  # with clearance
         abouts = enumerate(zip(views, windows, grounds, strict=True))
@@ -150,7 +133,7 @@ class _Picture:
         panels = list(zip(heights, paints, strict=True))
         if hidden:
             panels = panels if self.alone or grounds[0] is not None else []
-            window = Window(self.plane(self.places)[:, 0], np.append(above_chord, 0.0), 0.26)
+            window = style.Window(self.plane(self.places)[:, 0], np.append(above_chord, 0.0), 0.26)
             panels.append((2.6, partial(self._draw_from_chord, window)))
         return panels
 
@@ -169,7 +152,8 @@ class _Picture:
         if self.in_space:
             half = max(np.ptp(outline, axis=0).max() for outline in outlines) / 2 * np.array([[-1], [1]])
             outlines = [(outline.min(axis=0) + outline.max(axis=0)) / 2 + half for outline in outlines]
-        return [Window(*outline.T, ENLARGED_RATIO, 1.0 if self.in_space else TALLEST_PANEL) for outline in outlines]
+        tallest = 1.0 if self.in_space else style.TALLEST_PANEL
+        return [style.Window(*outline.T, ENLARGED_RATIO, tallest) for outline in outlines]
 
     def _view(self, view, window, ground, with_clearance, hidden, figure, cell):
         """Draw one view of the scene, with its ground from `ground_in`, in a cell of a figure's grid.
@@ -235,7 +219,7 @@ class _Picture:
             room = room_in(axes, window, np.concatenate([lines.reshape(-1, 2), *chords]))
             self._mark_sags(axes, room, chords, window)
         axes.set(xlabel=plane.labels[0], ylabel="height above\nthe chord [m]")
-        axes.set_title(f"Vertical distance from the chord, {window.note()}", loc="left", color=GREY)
+        axes.set_title(f"Vertical distance from the chord, {window.note()}", loc="left", color=style.GREY)
 
     def _aside(self, drawing):
         """Distances from the ends of each cable of a drawing out of the plane, shape (c, j). [m]"""
@@ -249,25 +233,25 @@ class _Picture:
             aside, above = self._aside(drawing), drawing.above_chord
             farthest = np.arange(len(above)), np.hypot(aside, above).argmax(axis=-1)
             axes.scatter(aside[farthest], above[farthest], s=16, c=look["colours"], zorder=3)
-        axes.plot(0, 0, "o", color=GREY, ms=4)
+        axes.plot(0, 0, "o", color=style.GREY, ms=4)
         axes.set_aspect("equal", adjustable="datalim")
         axes.margins(0.12)
         axes.set(xlabel="sideways [m]", ylabel="from the chord [m]")
-        axes.set_title("Seen along the span, true to scale", loc="left", color=GREY)
-        plain(axes, 8, 5)
+        axes.set_title("Seen along the span, true to scale", loc="left", color=style.GREY)
+        style.plain(axes, 8, 5)
 
     def _draw_against_length(self, figure, cell):
         """Draw cables too steep for a horizontal distance: height against length, and beside it against tension."""
         left, right = cell.subgridspec(1, 2, width_ratios=(3, 2)).subplots(sharey=True)
-        plane, green = self.plane, {"colours": GREEN} if self.alone and self.first.single else {}
+        plane, green = self.plane, {"colours": style.GREEN} if self.alone and self.first.single else {}
         lines = self._draw(left, lambda drawing: (drawing.lengths, plane(drawing.cables)[..., 1]))
         unit, factor = force_unit(max(drawing.tensions.max() for drawing in self.drawings))
         self._draw(right, lambda drawing: (factor * drawing.tensions, plane(drawing.cables)[..., 1]), label="", **green)
         marks.draw_chords(left, lines[:, [0, -1]], "o")
         left.set(xlabel=LENGTH_LABEL, ylabel=plane.labels[1])
         right.set(xlabel=f"tension [{unit}]")
-        plain(left, 7, 7)
-        plain(right, 4, 7)
+        style.plain(left, 7, 7)
+        style.plain(right, 4, 7)
         if self.alone:
             per_inch = np.array([np.ptp(left.get_xlim()), np.ptp(left.get_ylim())]) / 3.5
             loads = [((length, plane(place)[1]), force) for place, force, length in self.first.loads]
@@ -282,18 +266,18 @@ def _looks(drawings, unnamed):
     load case of one cable is labelled by its name alone, without sag or distance of a load.
     """
     if len(drawings) > 1:
-        pairs = [(DASHES[k % len(DASHES)], SERIES[k % len(SERIES)]) for k in range(len(drawings))]
+        pairs = zip(cycle(style.DASHES), cycle(style.SERIES), strict=False)
         looks = [{"dashes": dashes, "colours": colour, "own": colour, "label": drawing.label,
                   "lost": f"lost in {drawing.name}"}
-                 for drawing, (dashes, colour) in zip(drawings, pairs, strict=True)]  # fmt: skip
+                 for drawing, (dashes, colour) in zip(drawings, pairs, strict=False)]  # fmt: skip
         return looks, None
     (drawing,) = drawings
     label = (drawing.name if unnamed else drawing.label) if drawing.single else ""
-    colours, scale = BLUE, None
+    colours, scale = style.BLUE, None
     if not drawing.equally_tense:
         unit, factor = force_unit(drawing.tension.max())
         tension = factor * drawing.tension
-        colour = ScalarMappable(Normalize(tension.min(), tension.max()), SHADES)
+        colour = ScalarMappable(Normalize(tension.min(), tension.max()), style.SHADES)
         colours, scale = colour.to_rgba(tension), (colour, f"mean tension of the cable [{unit}]")
     return [{"dashes": "-", "colours": colours, "own": None, "label": label, "lost": "lost"}], scale
 
@@ -308,7 +292,7 @@ def with_ground(flat, ground):
 
 def room_in(axes, window, lines, columns=1):
     """`Room` for texts beside lines on the paper, shape (n, 2), in one of some columns."""
-    on_paper = WIDTH - 1.8 if columns == 1 else columns * 2.5  # of all columns [in]
+    on_paper = style.WIDTH - 1.8 if columns == 1 else columns * 2.5  # of all columns [in]
     return marks.Room(axes, columns * window.width / on_paper / np.array([1.0, window.factor]), lines)
 
 
@@ -318,7 +302,7 @@ def finish_view(axes, view, window, ground, ticks=8):
     marks.draw_ground(axes, ground)
     axes.set(xlabel=view.labels[0], ylabel=view.labels[1])
     scale = window.note("vertical scale" if view.axes[2, 1] else "scale across")  # seen from above
-    axes.set_title(f"{view.title}, {scale}" if view.labels[0] else view.title, loc="left", color=GREY)
+    axes.set_title(f"{view.title}, {scale}" if view.labels[0] else view.title, loc="left", color=style.GREY)
     if not view.labels[0]:
         axes.set_axis_off()
         marks.scale_bar(axes, 0.75 * window.width)
@@ -327,7 +311,7 @@ def finish_view(axes, view, window, ground, ticks=8):
 # -------------------------------------------------------------------------------------- the path of a load that travels
 
 
-@styled
+@style.styled
 def load_path(path):
     """Figure of a load that travels along a cable: its path in a side view, and below it the largest tension.
 
@@ -340,27 +324,27 @@ def load_path(path):
     forms, line = [view(form) for form in _forms(path.cables)], view(places)
     all_points = np.concatenate([*forms, line[np.isfinite(line[:, 0])]])  # on the paper, shape (n, 2)
     ground = ground_in(view, first.ground, all_points[:, 0])
-    window = Window(*with_ground(all_points, ground).T, ENLARGED_RATIO)
-    tall = 0.7 + window.ratio * (WIDTH - 0.8)
+    window = style.Window(*with_ground(all_points, ground).T, ENLARGED_RATIO)
+    tall = 0.7 + window.ratio * (style.WIDTH - 0.8)
     largest, clearances = float(np.nanmax(tension)), clearance[np.isfinite(clearance)].tolist()
     title = f"{shortened(path.name)} from end to end: largest tension {force_text(largest)}"
     if ground is not None:
         title += f", least clearance {quantity_text(min(clearances, default=np.nan), 'm')}"
-    figure = new_figure(tall + 2.6, title)
+    figure = style.new_figure(tall + 2.6, title)
     side, below = figure.subplots(2, 1, height_ratios=(tall, 1.9))
-    marks.draw_lines(side, forms, GREY, linewidths=0.7, alpha=0.7, label="the cable in some of the places")
+    marks.draw_lines(side, forms, style.GREY, linewidths=0.7, alpha=0.7, label="the cable in some of the places")
     dots = "." if len(line) <= MOST_DOTS else ""
-    side.plot(*line.T, dots, ls="-", color=BLUE, lw=1.8, label=f"path of {shortened(path.name)}")
+    side.plot(*line.T, dots, ls="-", color=style.BLUE, lw=1.8, label=f"path of {shortened(path.name)}")
     finish_view(side, view, window, ground)
     if ground is not None and clearances:
         room = room_in(side, window, all_points)
         marks.mark_clearance(side, room, line[np.isfinite(clearance)], ground, min(clearances))
     unit, factor = force_unit(largest)
-    below.plot(line[:, 0], factor * tension, dots, ls="-", color=RED)
+    below.plot(line[:, 0], factor * tension, dots, ls="-", color=style.RED)
     below.set(xlim=side.get_xlim(), xlabel="place of the load, horizontal distance from end 1 [m]")
     below.set_ylabel(f"largest\ntension [{unit}]")
-    plain(below, 8, 5)
-    legend_below(figure, entries_of(side))
+    style.plain(below, 8, 5)
+    style.legend_below(figure, style.entries_of(side))
     return figure
 
 

@@ -5,28 +5,12 @@ from itertools import cycle
 import numpy as np
 from matplotlib.ticker import MultipleLocator
 
+import cablestudy.study.plots.style as style
 from cablestudy.control.response import Phase
 from cablestudy.control.tolerances import CONTROL
 from cablestudy.errors import ConvergenceError, NoSolutionError, NothingToDrawError
 from cablestudy.study.loop_in_time import MILLI
 from cablestudy.study.loop_report import curves, decibels, drawn_frequencies, loop_gain, singular_values
-from cablestudy.study.plots.style import (
-    BLUE,
-    BOX,
-    DASHES,
-    GREEN,
-    GREY,
-    RED,
-    SERIES,
-    entries_of,
-    legend_below,
-    new_figure,
-    panels,
-    plain,
-    plain_axis,
-    styled,
-    zero_lines,
-)
 from cablestudy.study.plots.words import axis_label, with_minus
 
 SPAN_BELOW, SPAN_ABOVE = 0.02, 3.0  # ends of the default range over the lowest and highest frequency marked
@@ -35,12 +19,12 @@ LEAST_MAGNITUDE = -100.0  # magnitude that is drawn [dB]
 LINE_HEIGHT = 0.052  # height of a line of text beside the Nyquist plot, over that of the plot
 NYQUIST_HALF = 2.2  # half width of the Nyquist plot [-]
 WIDE_PHASES = 540.0  # range of phases from which marks are 180 degrees apart [deg]
-LEGEND = {"fontsize": 8, **BOX}
+LEGEND = {"fontsize": 8, **style.BOX}
 ARROW = {"arrowstyle": "<->", "lw": 1.2, "shrinkA": 0, "shrinkB": 0}  # of a margin
 NO_LOOP = "the gain of the loop is zero: there is nothing to draw"
 
 
-@styled
+@style.styled
 def loop_margins(closed_loop, span=None):
     """Figure of a control loop for the choice of its gain: loop gain L and sensitivity, Nyquist plot and margins.
 
@@ -66,7 +50,7 @@ def loop_margins(closed_loop, span=None):
     value, sensitivity, complementary = curves(closed_loop, frequency)
     alone = len(closed_loop.body.measured) == 1
     heights = (2.2, 1.6, 1.8, 3.2) if alone else (2.2, 1.8, 3.2)
-    figure = new_figure(0.8 + sum(heights), _title(closed_loop))
+    figure = style.new_figure(0.8 + sum(heights), _title(closed_loop))
     grid = figure.add_gridspec(len(heights), 2, height_ratios=heights, width_ratios=(1.35, 1))
     upper = figure.add_subplot(grid[0, :])
     lower = [figure.add_subplot(grid[row, :], sharex=upper) for row in range(1, len(heights) - 1)]
@@ -120,18 +104,18 @@ def _magnitude(axes, closed_loop, frequency, value):
     labels = ["|L|"] if len(sizes) == 1 else ["largest singular value of L", "others", *[None] * len(sizes)]
     for number, (size, label) in enumerate(zip(sizes, labels, strict=False)):
         size = np.maximum(size, 2 * LEAST_MAGNITUDE)
-        axes.semilogx(frequency, size, color=BLUE, lw=0.7 if number else 1.3, label=label)
-    axes.axhline(0.0, color=GREY, lw=0.8)
+        axes.semilogx(frequency, size, color=style.BLUE, lw=0.7 if number else 1.3, label=label)
+    axes.axhline(0.0, color=style.GREY, lw=0.8)
     axes.set_ylim(max(LEAST_MAGNITUDE, np.nanmin(sizes) - 5), np.nanmax(sizes) + 10)
     axes.set_ylabel("loop gain [dB]")
     if limit := _limit_of(closed_loop)[0]:
         margin, crossing = _margin(closed_loop, limit), limit.omega / (2 * np.pi)
-        axes.annotate("", (crossing, 0), (crossing, -margin), arrowprops={"color": RED, **ARROW})
-        axes.plot(crossing, -margin, "o", color=RED, ms=4, zorder=5,
+        axes.annotate("", (crossing, 0), (crossing, -margin), arrowprops={"color": style.RED, **ARROW})
+        axes.plot(crossing, -margin, "o", color=style.RED, ms=4, zorder=5,
                   label=with_minus(f"gain margin {margin:.4g} dB at {crossing:.4g} Hz"))  # fmt: skip
     if crossover := closed_loop.stability.margins.gain_crossover:
         name = "|L| = 1" if len(sizes) == 1 else "gain crossover"
-        axes.plot(crossover, 0, "s", color=GREEN, ms=4, zorder=5, label=f"{name} at {crossover:.4g} Hz")
+        axes.plot(crossover, 0, "s", color=style.GREEN, ms=4, zorder=5, label=f"{name} at {crossover:.4g} Hz")
     axes.legend(loc="lower left", **LEGEND)
 
 
@@ -143,34 +127,34 @@ def _phase_label(margins):
 def _phase(axes, closed_loop, frequency, value):
     """Draw the phase of the loop gain of one coordinate, lines at odd multiples of 180 degrees, and its margin."""
     phase = Phase()(value)
-    axes.semilogx(frequency, phase, color=BLUE, lw=1.3)
+    axes.semilogx(frequency, phase, color=style.BLUE, lw=1.3)
     low, high = np.nanmin(phase), np.nanmax(phase)
     axes.yaxis.set_major_locator(MultipleLocator(90 if high - low < WIDE_PHASES else 180))
     for turn in np.arange(np.floor((low - 180) / 360), np.ceil((high + 180) / 360) + 1):
-        axes.axhline(-180 + 360 * turn, color=GREY, lw=0.8, ls="--")
+        axes.axhline(-180 + 360 * turn, color=style.GREY, lw=0.8, ls="--")
     axes.set_ylim(min(low, -180) - 20, max(high, low + 90) + 20)
     axes.set_ylabel("phase of L [deg]")
     stability, crossover = closed_loop.stability, closed_loop.stability.margins.gain_crossover
     if stability.stable and crossover and frequency[0] < crossover < frequency[-1]:
         phase_there = np.interp(np.log(crossover), np.log(frequency), phase)
         half_turn = 360 * np.round((phase_there + 180) / 360) - 180  # the odd multiple of 180 degrees next to it
-        axes.annotate("", (crossover, half_turn), (crossover, phase_there), arrowprops={"color": GREEN, **ARROW})
-        axes.plot(crossover, phase_there, "s", color=GREEN, ms=4, zorder=5, label=_phase_label(stability.margins))
+        axes.annotate("", (crossover, half_turn), (crossover, phase_there), arrowprops={"color": style.GREEN, **ARROW})
+        axes.plot(crossover, phase_there, "s", color=style.GREEN, ms=4, zorder=5, label=_phase_label(stability.margins))
         axes.legend(loc="lower left", **LEGEND)
 
 
 def _sensitivity(axes, closed_loop, frequency, sensitivity, complementary):
     """Draw the largest singular values of T and S over frequency, and the peak of S."""
     size_of_s, size_of_t = (decibels(singular_values(matrices)[:, 0]) for matrices in (sensitivity, complementary))
-    axes.semilogx(frequency, size_of_t, color=GREEN, lw=1.0, ls="--", label="|T|")
-    axes.semilogx(frequency, size_of_s, color=BLUE, lw=1.3, label="|S|")
-    axes.axhline(0.0, color=GREY, lw=0.8)
+    axes.semilogx(frequency, size_of_t, color=style.GREEN, lw=1.0, ls="--", label="|T|")
+    axes.semilogx(frequency, size_of_s, color=style.BLUE, lw=1.3, label="|S|")
+    axes.axhline(0.0, color=style.GREY, lw=0.8)
     top = np.nanmax(size_of_s)
     if closed_loop.stability.stable:
         margins = closed_loop.stability.margins
         peak, peak_at = margins.sensitivity_peak, margins.sensitivity_frequency or frequency[-1]
         top = max(top, float(decibels(peak)))
-        axes.plot(peak_at, decibels(peak), "o", color=RED, ms=4, zorder=5,
+        axes.plot(peak_at, decibels(peak), "o", color=style.RED, ms=4, zorder=5,
                   label=with_minus(f"peak {peak:.4g} = {decibels(peak):.4g} dB at {peak_at:.4g} Hz"))  # fmt: skip
     axes.set_ylim(-40, top + 6)
     several = sensitivity.shape[-1] > 1
@@ -186,11 +170,11 @@ def _nyquist(axes, closed_loop, value):
     sensitivity), drawn if the loop is stable; so is the phase margin of one coordinate. The gain margin is drawn if
     the loop has a largest gain, stable or not.
     """
-    zero_lines(axes)
+    style.zero_lines(axes)
     circle = np.exp(1j * np.linspace(0, 2 * np.pi, 361))
-    axes.plot(circle.real, circle.imag, color=GREY, lw=0.8, ls="--", label="unit circle")
+    axes.plot(circle.real, circle.imag, color=style.GREY, lw=0.8, ls="--", label="unit circle")
     several = value.shape[-1] > 1
-    colours = (*SERIES, GREY) * value.shape[-1] if several else (BLUE,)
+    colours = (*style.SERIES, style.GREY) * value.shape[-1] if several else (style.BLUE,)
     label = "eigenvalues of L" if several else "L"
     for eigenvalue, colour in zip(_eigenvalues(value).T, colours, strict=False):
         # far outside nothing is drawn, so that no line crosses the picture between two points far away
@@ -198,24 +182,25 @@ def _nyquist(axes, closed_loop, value):
         axes.plot(locus.real, locus.imag, color=colour, lw=1.3, zorder=3, label=label)
         axes.plot(locus.real, -locus.imag, color=colour, lw=0.6, alpha=0.5, zorder=3)
         label = None
-    axes.plot(-1, 0, "+", color=RED, ms=10, mew=2, zorder=6, label="−1")
+    axes.plot(-1, 0, "+", color=style.RED, ms=10, mew=2, zorder=6, label="−1")
     margins = closed_loop.stability.margins if closed_loop.stability.stable else None
     if margins:
         distance = 1 / margins.sensitivity_peak  # no eigenvalue is nearer than the least singular value of I + L
         free_circle = -1 + distance * circle
         words = "1 over the peak of S" if several else "nearest to −1"
-        axes.plot(free_circle.real, free_circle.imag, color=RED, lw=0.8, ls=":", label=f"{words}: {distance:.4g}")
+        axes.plot(free_circle.real, free_circle.imag, color=style.RED, lw=0.8, ls=":", label=f"{words}: {distance:.4g}")
     if margins and margins.gain_crossover and not several:
         (at_crossover,) = loop_gain(closed_loop, np.array([margins.gain_crossover]))[:, 0, 0]
-        axes.plot(at_crossover.real, at_crossover.imag, "s", color=GREEN, ms=4, zorder=5, label=_phase_label(margins))
+        at = at_crossover.real, at_crossover.imag
+        axes.plot(*at, "s", color=style.GREEN, ms=4, zorder=5, label=_phase_label(margins))
     if limit := _limit_of(closed_loop)[0]:
-        axes.plot(-closed_loop.loop.gain / limit.factor, 0, "o", color=RED, ms=4, zorder=5,
+        axes.plot(-closed_loop.loop.gain / limit.factor, 0, "o", color=style.RED, ms=4, zorder=5,
                   label=with_minus(f"gain margin {_margin(closed_loop, limit):.4g} dB"))  # fmt: skip
     name = "the eigenvalues of L" if several else "L"
     axes.set(xlim=(-0.6 - NYQUIST_HALF, -0.6 + NYQUIST_HALF), ylim=(-NYQUIST_HALF, NYQUIST_HALF))
     axes.set(xlabel=f"real part of {name}", ylabel=f"imaginary part of {name}")
     axes.set_aspect("equal", adjustable="box")
-    plain(axes, 6, 6)
+    style.plain(axes, 6, 6)
 
 
 def _eigenvalues(value):
@@ -258,7 +243,7 @@ def _margins_in_words(margins):
     return lines + ([("bandwidth", f"{margins.bandwidth:.4g} Hz")] if margins.bandwidth else [])
 
 
-@styled
+@style.styled
 def loop_in_time(solved):
     """Figure of a `TimeCase`, a loop over time: displacement with and without the loop, and positions of the winches.
 
@@ -268,26 +253,26 @@ def loop_in_time(solved):
     varies = np.ptp(solved.input.values_in_unit) > 0
     heights = (1, 2, 1.5) if varies else (2, 1.5)
     title = f"Loop, gain {solved.gain:.4g} rad/s: {solved.input.what}"
-    figure = new_figure(1.3 + 1.1 * sum(heights), title)
+    figure = style.new_figure(1.3 + 1.1 * sum(heights), title)
     *input_axes, body_axes, winch_axes = grid = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights)
     for axes in input_axes:
-        axes.plot(time, solved.input.values_in_unit, color=GREY)
+        axes.plot(time, solved.input.values_in_unit, color=style.GREY)
         axes.set_ylabel(f"{'wind' if solved.input.unit == 'm/s' else 'input'} [{solved.input.unit}]")
     _displacement(body_axes, solved)
     several = len(solved.winches) > 1
     # winches that reel alike, as in symmetric suspensions, are seen below each other
     widths = np.linspace(2.8, 1.1, len(solved.winches)) if several else [1.1]
     for winch, (name, value) in enumerate(zip(solved.winches, MILLI * solved.response.winch.T, strict=True)):
-        winch_axes.plot(time, value, color=SERIES[(winch + 1) % len(SERIES)], lw=widths[winch],
-                        ls=DASHES[winch % len(DASHES)], label=name.removeprefix("winch."))  # fmt: skip
+        winch_axes.plot(time, value, color=style.SERIES[(winch + 1) % len(style.SERIES)], lw=widths[winch],
+                        ls=style.DASHES[winch % len(style.DASHES)], label=name.removeprefix("winch."))  # fmt: skip
     winch_axes.set_ylabel("winches [mm]" if several else "winch [mm]")
     winch_axes.set_xlabel("time [s]")
     if several:
-        legend_below(figure, entries_of(winch_axes))
+        style.legend_below(figure, style.entries_of(winch_axes))
     winch_axes.set_xlim(time[0], time[-1])
-    plain_axis(winch_axes.xaxis, 8)
+    style.plain_axis(winch_axes.xaxis, 8)
     for axes in grid:
-        plain_axis(axes.yaxis, 5)
+        style.plain_axis(axes.yaxis, 5)
     figure.align_ylabels(grid)
     return figure
 
@@ -300,20 +285,20 @@ def _displacement(axes, solved):
     """
     time, response, unit, step = solved.time, solved.response, solved.unit, solved.step
     if response.open_loop is not None:
-        axes.plot(time, MILLI * response.open_loop, color=GREY, lw=1.0, ls="--", label="without the loop")
+        axes.plot(time, MILLI * response.open_loop, color=style.GREY, lw=1.0, ls="--", label="without the loop")
     displacement = MILLI * response.measured
-    axes.plot(time, displacement, color=BLUE, label="loop closed")
+    axes.plot(time, displacement, color=style.BLUE, label="loop closed")
     largest = int(np.argmax(np.abs(displacement)))
     if step is None or step.taken_back or step.overshoot > CONTROL.settling_band:
         excess = "" if step is None or step.taken_back else f" ({100 * step.overshoot:.3g} % over)"
-        axes.plot(time[largest], displacement[largest], "o", color=RED, ms=4,
+        axes.plot(time[largest], displacement[largest], "o", color=style.RED, ms=4,
                   label=with_minus(f"{displacement[largest]:.4g} {unit} at {time[largest]:.4g} s{excess}"))  # fmt: skip
     if step is not None:
         band = CONTROL.settling_band * step.size * np.array([-1, 1])
-        axes.axhspan(*(MILLI * (step.final + band)), color=RED, alpha=0.15, lw=0)
+        axes.axhspan(*(MILLI * (step.final + band)), color=style.RED, alpha=0.15, lw=0)
     if step is not None and step.settling_time is not None and step.resolved:
         settled = f"settled to 2 % at {step.settling_time:.4g} s"
-        axes.axvline(step.settling_time, color=RED, lw=0.9, ls=":", label=settled)
+        axes.axvline(step.settling_time, color=style.RED, lw=0.9, ls=":", label=settled)
     axes.set_ylabel(f"{solved.name} [{unit}]")
     low, high = axes.get_ylim()
     axes.set_ylim(low, high + 0.2 * (high - low))  # so that the legend is above the curves
@@ -323,7 +308,7 @@ def _displacement(axes, solved):
 # ---------------------------------------------------------------------------------- frequency responses of state spaces
 
 
-@styled
+@style.styled
 def bode(curves, frequency, *numbers, title="frequency responses"):
     """Figure of frequency responses: a panel of their magnitudes against frequency, and below it one of their phases.
 
@@ -339,9 +324,9 @@ def bode(curves, frequency, *numbers, title="frequency responses"):
         Title of a figure of several curves; one curve has its label as the title.
     """
     title = curves[0].label if len(curves) == 1 else title
-    figure = new_figure(5.2 + 0.09 * (len(curves) - 1), title[0].upper() + title[1:])
-    magnitude, phase = panels(figure, 2, 1, height_ratios=(3, 2))
-    for k, (colour, dashes, curve) in enumerate(zip(cycle(SERIES), cycle(DASHES), curves, strict=False)):
+    figure = style.new_figure(5.2 + 0.09 * (len(curves) - 1), title[0].upper() + title[1:])
+    magnitude, phase = style.panels(figure, 2, 1, height_ratios=(3, 2))
+    for k, (colour, dashes, curve) in enumerate(zip(cycle(style.SERIES), cycle(style.DASHES), curves, strict=False)):
         look = {"color": colour, "ls": dashes, "lw": 1.1, "label": curve.label}  # dashed, since curves may coincide
         magnitude.loglog(frequency, numbers[2 * k], **look)
         phase.semilogx(frequency, numbers[2 * k + 1], **look)
@@ -353,6 +338,6 @@ def bode(curves, frequency, *numbers, title="frequency responses"):
         phase.yaxis.set_major_locator(MultipleLocator(90 if high - low < 800 else 180))
     magnitude.set_xlim(frequency[0], frequency[-1])
     if len(curves) > 1:
-        legend_below(figure, entries_of(magnitude))
+        style.legend_below(figure, style.entries_of(magnitude))
     figure.align_ylabels()
     return figure

@@ -9,37 +9,23 @@ from functools import cached_property
 import numpy as np
 from matplotlib.colors import to_rgb
 
+import cablestudy.study.plots.style as style
 from cablestudy.scene.determinacy import ROTATIONS
 from cablestudy.scene.words import counted
 from cablestudy.statics.suspension import GROUND
 from cablestudy.study.plots.deflection import interpolate_elements
 from cablestudy.study.plots.drawing import FLAT, View, drawing_of, upright_plane
 from cablestudy.study.plots.marks import draw_body, draw_lines, draw_points, scale_bar
-from cablestudy.study.plots.style import (
-    BLUE,
-    GREEN,
-    GREY,
-    RED,
-    WIDTH,
-    Window,
-    bold,
-    heading,
-    new_figure,
-    nice,
-    panels,
-    styled,
-    wrapped,
-)
 from cablestudy.study.plots.words import quantity_text, shortened
 from cablestudy.study.table import write_whole
 
 # of one cable: kind of mode -> colour, words for what is drawn upwards, its axis (1: across the chord, 2: sideways)
 KINDS = {
-    "in-plane": (BLUE, "distance above the chord", 1),
-    "out-of-plane": (RED, "sideways", 2),
-    "axial": (GREEN, "movement along the cable", 1),
+    "in-plane": (style.BLUE, "distance above the chord", 1),
+    "out-of-plane": (style.RED, "sideways", 2),
+    "axial": (style.GREEN, "movement along the cable", 1),
 }
-COLOURS = {"bodies": RED, "points": GREEN, "cables": BLUE}
+COLOURS = {"bodies": style.RED, "points": style.GREEN, "cables": style.BLUE}
 STILL = "#b0b0b0"
 PAPER_PEAK = 0.1  # largest displacement of one cable that is drawn, as in the paper's Fig. 5 [m]
 PEAK_OVER_SIZE = 0.08  # largest displacement of a suspension that is drawn, over the size of the scene
@@ -111,7 +97,7 @@ class ModeDrawing:
         return tuple(share * np.array(to_rgb(self.colour)) + (1 - share) * np.array(to_rgb(STILL)))
 
 
-@styled
+@style.styled
 def mode_shapes(case, modes, share=None):
     """Figure of mode shapes of a cable between fixed ends, on its static form, one panel each, as the paper's Fig. 5.
 
@@ -129,9 +115,9 @@ def mode_shapes(case, modes, share=None):
     depth = float(np.abs(case.statics.shape(np.linspace(0.0, 1.0, 401))[0][:, 1]).max() * case.span.unstretched_length)
     # of a sag as it is too large for the paper's 0.1 m, of a chord too small
     if depth * 0.2 > PAPER_PEAK:
-        peak = nice(0.3 * depth)
+        peak = style.nice(0.3 * depth)
     else:
-        peak = PAPER_PEAK if chord >= 100 * PAPER_PEAK else nice(chord / 100)
+        peak = PAPER_PEAK if chord >= 100 * PAPER_PEAK else style.nice(chord / 100)
     return _figure(shown, modes.frequency, len(modes), peak, share, None, "distance along the chord [m]")
 
 
@@ -154,7 +140,7 @@ def _of_cable(case, modes, count):
     return shown
 
 
-@styled
+@style.styled
 def coupled_mode_shapes(case, modes, listed=None, share=None):
     """Figure of the first coupled modes of a suspension, one panel each: the displaced scene over the scene at rest.
 
@@ -173,12 +159,13 @@ def coupled_mode_shapes(case, modes, listed=None, share=None):
         Factor on the displacements, from -1 to 1, for one picture of an animation; by default 1.
     """
     listed, drawing = len(modes) if listed is None else listed, drawing_of(case)
-    plane, peak = upright_plane([drawing]), nice(PEAK_OVER_SIZE * drawing.size)  # peak: largest displacement drawn [m]
+    plane, peak = upright_plane([drawing]), style.nice(PEAK_OVER_SIZE * drawing.size)  # largest displacement drawn [m]
     if plane is not None and np.ptp(plane(drawing.places)[:, 0]) < FLAT * drawing.size:
         plane = None
     shown = [_drawing_of_coupled_mode(case, modes, drawing, plane, number) for number in range(min(listed, MOST_MODES))]
     if plane is not None and shown:
-        shown, peak = _alike_in_both_directions(shown, drawing, Window(*plane(drawing.places).T, _ratio(shown)).factor)
+        at_rest = style.Window(*plane(drawing.places).T, _ratio(shown))
+        shown, peak = _alike_in_both_directions(shown, drawing, at_rest.factor)
     return _figure(shown, modes.frequency, listed, peak, share, drawing, plane and plane.labels[0])
 
 
@@ -193,7 +180,7 @@ def _alike_in_both_directions(shown, drawing, enlargement):
     `enlargement` is that of the vertical scale without displacements: with them it may be less, which is looked for.
     """
     for _ in range(TRIED_SCALES):
-        peak = nice(PEAK_OVER_SIZE * drawing.size / enlargement)
+        peak = style.nice(PEAK_OVER_SIZE * drawing.size / enlargement)
         shown = [replace(mode, across=enlargement) for mode in shown]
         window, _ = _window(shown, [mode.factor(peak) for mode in shown], None, False, _ratio(shown))
         if window.factor >= enlargement:
@@ -293,16 +280,16 @@ def _figure(shown, frequency, listed, peak, share, drawing, distance):
         Label of the distance along the plane of the panels; None in perspective.
     """
     if not shown:
-        return new_figure(1.2, "There is no mode to show")
+        return style.new_figure(1.2, "There is no mode to show")
     count, columns, factors = len(shown), columns_of(len(shown)), [mode.factor(peak) for mode in shown]
     with_inset = distance is None and any(mode.turns_in_a_small_body(drawing.size) for mode in shown)
     window, inset = _window(shown, factors, share, with_inset, PANEL_RATIOS[columns] if distance else None)
-    width, rows = WIDTH / columns, -(-count // columns)
-    figure = new_figure(rows * (window.ratio * (width - 0.45) + 0.55) + 0.6)
+    width, rows = style.WIDTH / columns, -(-count // columns)
+    figure = style.new_figure(rows * (window.ratio * (width - 0.45) + 0.55) + 0.6)
     # displacements are enlarged to the peak, or to less where a body would turn too far
     peaks = [float(f"{factor * mode.largest:.2g}") for mode, factor in zip(shown, factors, strict=True)]
     equal, anchors = len(set(peaks)) == 1, [] if drawing is None else [place for _, place in drawing.anchors]
-    all_panels = panels(figure, count, columns, sharey=True)
+    all_panels = style.panels(figure, count, columns, sharey=True)
     window.apply(all_panels[0], 4, 5)  # all have its limits and ticks
     for number, (axes, mode, factor) in enumerate(zip(all_panels, shown, factors, strict=True)):
         factor *= 1.0 if share is None else share
@@ -321,7 +308,7 @@ def _figure(shown, frequency, listed, peak, share, drawing, distance):
 
 def _head(axes, title, words, colour):
     """Write the title of a panel, and below it in a colour what moves."""
-    axes.set_title(title, loc="left", pad=13, **bold(title))
+    axes.set_title(title, loc="left", pad=13, **style.bold(title))
     axes.annotate(words, (0, 1), (0, 3), "axes fraction", "offset points", fontsize=7.5, color=colour)
 
 
@@ -339,7 +326,7 @@ def _write_heading(figure, shown, listed, window, peak, distance):
     scaled = "displacements enlarged" if peak is None else f"scaled to a peak of {quantity_text(peak, 'm')}"
     modes_in_words = f"First {count} of {listed} modes" if count < listed else counted(count, "mode")
     scale = _scale_in_words(window, shown[0].across) if distance else ""
-    heading(figure, f"{modes_in_words}, {scaled}, on the static form (grey){scale}")
+    style.heading(figure, f"{modes_in_words}, {scaled}, on the static form (grey){scale}")
 
 
 def _scale_in_words(window, across):
@@ -362,14 +349,14 @@ def _window(shown, factors, share, with_inset, ratio):
     inset = INSET_WIDTH * float(np.ptp(outline[:, 0]))
     if with_inset:
         outline = np.concatenate([outline, [outline.min(axis=0) - [0.0, inset]]])
-    return Window(*outline.T, *((NOT_ENLARGED, TALLEST_PANEL) if ratio is None else (ratio,))), inset
+    return style.Window(*outline.T, *((NOT_ENLARGED, TALLEST_PANEL) if ratio is None else (ratio,))), inset
 
 
 def _label_plane(figure, shown, distance):
     """Label the axes that all panels in a plane share: the distance along it, and what modes show upwards."""
     figure.supxlabel(distance, fontsize=9)
     upwards = ", or ".join(sorted({mode.upwards for mode in shown})) + " [m]"
-    figure.supylabel(wrapped(upwards, figure.get_figheight() - 1.0, 9), fontsize=9)
+    figure.supylabel(style.wrapped(upwards, figure.get_figheight() - 1.0, 9), fontsize=9)
 
 
 def _draw(axes, mode, factor, anchors):
@@ -379,7 +366,7 @@ def _draw(axes, mode, factor, anchors):
     colours = [mode.colour_of(moved) for _, moved in mode.cables]
     lines = [mode.displaced(places, moved, factor) for places, moved in mode.cables]
     draw_lines(axes, lines, colours, linewidths=width, zorder=3, label="mode")
-    draw_points(axes, view, anchors, "^", color=GREY, ms=4, zorder=4)
+    draw_points(axes, view, anchors, "^", color=style.GREY, ms=4, zorder=4)
     places, moved = mode.points
     draw_points(axes, view, places, "o", color=STILL, ms=3, zorder=2)
     draw_points(axes, lambda at: mode.displaced(at, moved, factor), places, "o", color=mode.colour, ms=3, zorder=5)
@@ -408,7 +395,7 @@ def _enlarge(axes, mode, factor, side):
 # ------------------------------------------------------------------------------------------------------ modes in motion
 
 
-@styled
+@style.styled
 def save_animation(draw, path):
     """Write one period of the vibration of modes as a moving picture: a .gif, or an .html page that contains it.
 

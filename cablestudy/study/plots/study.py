@@ -3,31 +3,12 @@
 import numpy as np
 from matplotlib.lines import Line2D
 
+import cablestudy.study.plots.style as style
 from cablestudy.study.cable_columns import TEXTS
 from cablestudy.study.columns import find, find_header
 from cablestudy.study.plots.colour_map import colour_map
 from cablestudy.study.plots.quantity import DrawnQuantity, quantities_varied, quantity_named
 from cablestudy.study.plots.series import give_looks, series_of
-from cablestudy.study.plots.style import (
-    BLUE,
-    MANY_POINTS,
-    ORANGE,
-    RED,
-    WIDTH,
-    bold,
-    colour_bar,
-    legend_below,
-    log_axis,
-    name_axis,
-    new_figure,
-    own_ticks,
-    panels,
-    plain_axis,
-    spaced_logarithmically,
-    spans_decades,
-    styled,
-    wrapped,
-)
 from cablestudy.study.plots.words import column_words, key_words, panels_left_out, value_text
 from cablestudy.study.prepare import SHOWN_BY, reference_header
 from cablestudy.study.table_rows import OK, has_answer
@@ -43,16 +24,16 @@ MARGINS = {"x": 0.08, "y": 0.15}  # margin about the values along an axis, as a 
 ROUND_TICKS, DECADE_TICKS = {"x": 7, "y": 5}, {"x": 8, "y": 6}  # at most, on a linear and on a logarithmic axis
 ROUNDING_RANGE = 1e-9  # range over the largest value, up to which values differ by rounding
 NARROWEST_RANGE = 2e-3  # range of a linear y axis over the largest value at least: its ticks differ in four digits
-PRINTED = {"marker": "o", "ms": 9, "mfc": "none", "mec": RED, "mew": 1.3, "ls": "none"}
+PRINTED = {"marker": "o", "ms": 9, "mfc": "none", "mec": style.RED, "mew": 1.3, "ls": "none"}
 MOST_PANELS = 12  # in one picture
 INDICES = {
-    "first_order": {"color": BLUE, "marker": "o", "label": "first order: of the key alone"},
-    "total": {"color": ORANGE, "marker": "s", "mfc": "white", "label": "total: with all that it interacts in"},
+    "first_order": {"color": style.BLUE, "marker": "o", "label": "first order: of the key alone"},
+    "total": {"color": style.ORANGE, "marker": "s", "mfc": "white", "label": "total: with all that it interacts in"},
 }
 SHARE_LIMITS = (-0.05, 1.05)  # of the shares, always shown
 
 
-@styled
+@style.styled
 def study_plot(study, table, chosen=()):
     """Figure of the results of a study: a panel for each column, over a varied key, with printed values beside them.
 
@@ -94,27 +75,27 @@ def _line_figure(study, every, rows, chosen):
     entries, bar = give_looks(series, factors, joined)
     side = 1 if len(columns) <= OTHER_COLUMNS else 2
     height = PANEL_HEIGHT * -(-len(columns) // side) + 0.9 + 0.2 * -(-len(entries) // 3)
-    figure = new_figure(height, study.title)
-    grid = panels(figure, len(columns), side)
+    figure = style.new_figure(height, study.title)
+    grid = style.panels(figure, len(columns), side)
     printed = [_panel(axes, x, column, series, joined) for axes, column in zip(grid, columns, strict=True)]
     _scale_panels(grid, x, columns, logarithmic, _by_ratio(x, factors))
     for axes, column in zip(grid, columns, strict=True):
-        axes.set_ylabel(wrapped(column.label, 0.9 * PANEL_HEIGHT, 9))
+        axes.set_ylabel(style.wrapped(column.label, 0.9 * PANEL_HEIGHT, 9))
     for axes in grid[-side:]:
-        axes.set_xlabel(wrapped(x.label, 0.8 * WIDTH / side, 9))
+        axes.set_xlabel(style.wrapped(x.label, 0.8 * style.WIDTH / side, 9))
     if any(printed):
         entries = [*entries, (Line2D([], [], **PRINTED), "printed")]
     if len(entries) > 1 or (entries and series[0].label and len(series) > 1):
-        legend_below(figure, entries)
+        style.legend_below(figure, entries)
     if bar:
-        colour_bar(figure, grid, *bar, aspect=40)
+        style.colour_bar(figure, grid, *bar, aspect=40)
     figure.align_ylabels()
     return figure
 
 
 def _nothing(study, reason):
     """Figure of a study of which there is nothing to draw, with the reason."""
-    return new_figure(1.2, f"{study.title}: {reason}".lstrip(": "))
+    return style.new_figure(1.2, f"{study.title}: {reason}".lstrip(": "))
 
 
 def _scale_panels(grid, x, columns, logarithmic, by_ratio):
@@ -126,11 +107,11 @@ def _scale_panels(grid, x, columns, logarithmic, by_ratio):
     logx, logy = logarithmic
     lines = [line for axes in grid for line in axes.lines]
     if logx is None:
-        logx = x.name != ROW and spaced_logarithmically(_values(lines, "x"))
+        logx = x.name != ROW and style.spaced_logarithmically(_values(lines, "x"))
     for axes, column in zip(grid, columns, strict=True):
         _scale(axes, "x", x, logx, lines)
         decides = logy is None and (logx or by_ratio)
-        _scale(axes, "y", column, spans_decades(_values(axes.lines, "y")) if decides else logy, axes.lines)
+        _scale(axes, "y", column, style.spans_decades(_values(axes.lines, "y")) if decides else logy, axes.lines)
 
 
 def _drawn(study, rows, chosen):
@@ -207,7 +188,7 @@ def _panel(axes, x, column, series, joined):
         x_values, y_values = zip(*points, strict=True) if points else ((), ())
         look = line.look if joined else line.look | {"ls": "none"}
         axes.plot(np.add(x_values, offset), y_values, **look, label=line.label or "computed",
-                  rasterized=len(points) > MANY_POINTS)  # fmt: skip
+                  rasterized=len(points) > style.MANY_POINTS)  # fmt: skip
         with_printed = [row for row in line.rows if column.printed and row.get(column.printed) is not None]
         if printed := _points(x, column, with_printed, printed=True):
             x_values, y_values = zip(*printed, strict=True)
@@ -235,7 +216,8 @@ def _telling_apart(study, entry, rows):
 
 def _by_ratio(x, factors):
     """True if columns that span decades are drawn so over any x: over names, over rows, of series spaced by ratios."""
-    spaced = any(factor.numbers is not None and spaced_logarithmically(np.unique(factor.numbers)) for factor in factors)
+    numbers = (factor.numbers for factor in factors if factor.numbers is not None)
+    spaced = any(style.spaced_logarithmically(np.unique(levels)) for levels in numbers)
     return spaced or x.name == ROW or x.categories is not None
 
 
@@ -243,18 +225,18 @@ def _scale(axes, which, quantity, logarithmic, lines):
     """Set scale and ticks of an axis for some lines; few values on a logarithmic x axis are themselves the ticks."""
     axis = getattr(axes, f"{which}axis")
     if quantity.categories is not None:
-        name_axis(axes, which, quantity.names, WIDTH - 1.0)
+        style.name_axis(axes, which, quantity.names, style.WIDTH - 1.0)
         return
     values = _values(lines, which)
     axes.margins(**{which: MARGINS[which]})
     if logarithmic and len(values) and values[0] > 0:
         computed = _values([line for line in lines if line.get_label() != "printed"], which)
-        ticks = own_ticks(computed, OWN_TICKS, 0.08 * np.log10(values[-1] / values[0])) if which == "x" else ()
-        log_axis(axis, values[0], values[-1], DECADE_TICKS[which], ticks)
+        ticks = style.own_ticks(computed, OWN_TICKS, 0.08 * np.log10(values[-1] / values[0])) if which == "x" else ()
+        style.log_axis(axis, values[0], values[-1], DECADE_TICKS[which], ticks)
         return
     if len(values):
         _widen(axes, which, values)
-    plain_axis(axis, ROUND_TICKS[which])
+    style.plain_axis(axis, ROUND_TICKS[which])
 
 
 def _widen(axes, which, values):
@@ -277,7 +259,7 @@ def _values(lines, which):
 # ------------------------------------------------------------------------------------------------------ Sobol's indices
 
 
-@styled
+@style.styled
 def sensitivity_plot(study, table):
     """Figure of Sobol's indices: which share of the variance of each result column comes from each sampled key.
 
@@ -299,18 +281,18 @@ def sensitivity_plot(study, table):
     keys = max((len(rows) for rows in groups.values()), default=1)
     panel_rows = -(-count // columns)
     title = f"{study.title or 'Sensitivity'}: Sobol's indices{panels_left_out(count, len(groups))}"
-    figure = new_figure(panel_rows * (0.75 + 0.36 * keys) + 0.9, title)
-    grid = panels(figure, count, columns, sharey=True)
+    figure = style.new_figure(panel_rows * (0.75 + 0.36 * keys) + 0.9, title)
+    grid = style.panels(figure, count, columns, sharey=True)
     for number, (axes, (group, rows)) in enumerate(zip(grid, groups.items(), strict=False)):
         _index_panel(axes, rows)
-        title = _title(others, group)
-        axes.set_title(wrapped(title, 0.38 * WIDTH if columns == 2 else 0.7 * WIDTH, 9), loc="left", **bold(title))
+        title, room = _title(others, group), (0.38 if columns == 2 else 0.7) * style.WIDTH
+        axes.set_title(style.wrapped(title, room, 9), loc="left", **style.bold(title))
         axes.tick_params(labelleft=number % columns == 0)
     for axes in grid[-columns:]:
         axes.set_xlabel("share of the variance")
     drawn = [row[name] for row in table.rows for name in fixed[2:] if row.get(name) is not None]
     grid[0].set_xlim(min([SHARE_LIMITS[0], *drawn]) - 0.02, max([SHARE_LIMITS[1], *drawn]) + 0.02)
-    legend_below(figure, [(Line2D([], [], ls="none", **look), look["label"]) for look in INDICES.values()])
+    style.legend_below(figure, [(Line2D([], [], ls="none", **look), look["label"]) for look in INDICES.values()])
     return figure
 
 
@@ -342,6 +324,6 @@ def _index_panel(axes, rows):
             axes.plot(row[kind], height + aside, ms=5, ls="none", **look)
     if all(row[kind] is None for row in rows for kind in INDICES):
         axes.text(0.5, 0.5, "no indices", transform=axes.transAxes, ha="center", va="center", color="#555555")
-    axes.set_yticks(heights, [wrapped(name, 1.5, 8.5) for name in names], fontsize=8.5)
+    axes.set_yticks(heights, [style.wrapped(name, 1.5, 8.5) for name in names], fontsize=8.5)
     axes.set_ylim(len(rows) - 0.5, -0.5)
     axes.grid(visible=False, axis="y")

@@ -7,39 +7,24 @@ from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-from cablestudy.study.plots.style import (
-    BLUE,
-    GREEN,
-    GREY,
-    LIGHT,
-    ORANGE,
-    PINK,
-    RED,
-    SKY,
-    WIDTH,
-    legend_below,
-    new_figure,
-    round_ticks,
-    styled,
-    wrapped,
-)
+import cablestudy.study.plots.style as style
 from cablestudy.study.plots.words import column_words, number, quantity_text
 
 BLACK = "#000000"
 # family: colour, marker, line
 LOOK = {
     "closed form": (BLACK, "P", "none"),
-    "error control": (RED, "*", "-"),
-    "lumped bars": (BLUE, "o", "-"),
-    "consistent bars": (SKY, "s", "-"),
-    "blended bars": (GREEN, "D", "-"),
-    "high order": (ORANGE, "^", "-"),
-    "several of high order": (ORANGE, "2", "none"),
-    "modes + residual": (PINK, "v", "--"),
-    "modes alone": (GREY, "v", "--"),
+    "error control": (style.RED, "*", "-"),
+    "lumped bars": (style.BLUE, "o", "-"),
+    "consistent bars": (style.SKY, "s", "-"),
+    "blended bars": (style.GREEN, "D", "-"),
+    "high order": (style.ORANGE, "^", "-"),
+    "several of high order": (style.ORANGE, "2", "none"),
+    "modes + residual": (style.PINK, "v", "--"),
+    "modes alone": (style.GREY, "v", "--"),
     "sum over poles": (BLACK, "x", ":"),
-    "uniform grid": (SKY, "+", ":"),
-    "log grid": (GREEN, "+", ":"),
+    "uniform grid": (style.SKY, "+", ":"),
+    "log grid": (style.GREEN, "+", ":"),
 }
 MARKED = {"fontsize": 7, "path_effects": [withStroke(linewidth=2, foreground="white")]}  # text over lines
 WORDS = {"error control": "accuracy", "high order": "1 element of order"}
@@ -50,7 +35,7 @@ CAPTION = (
 )
 
 
-@styled
+@style.styled
 def trade_plot(trade, title):
     """Figure of the models of a scene: relative error against computation time, logarithmic, a panel for each column.
 
@@ -67,7 +52,7 @@ def trade_plot(trade, title):
     rows = -(-count // side)
     entries = _legend(trade)
     tall = (2.9 if side == 1 else 2.3) * rows
-    figure = new_figure(tall + 1.1 + 0.08 * len(entries), title)
+    figure = style.new_figure(tall + 1.1 + 0.08 * len(entries), title)
     grid = figure.subplots(rows, side, squeeze=False).ravel()
     for axes in grid[count:]:
         axes.set_axis_off()
@@ -77,10 +62,10 @@ def trade_plot(trade, title):
         axes.set_xlabel("time [ms]")
     for axes in grid[::side]:
         axes.set_ylabel("relative error")
-    legend = legend_below(figure, entries, 8)
+    legend = style.legend_below(figure, entries, 8)
     if legend:
-        legend.set_title(wrapped(CAPTION, WIDTH - 0.5, 7.5), {"size": 7.5})
-        legend.get_title().set_color(GREY)
+        legend.set_title(style.wrapped(CAPTION, style.WIDTH - 0.5, 7.5), {"size": 7.5})
+        legend.get_title().set_color(style.GREY)
     return figure
 
 
@@ -113,13 +98,13 @@ def _panel(axes, trade, column):
     """Draw error against time of all models for one column, their Pareto front, and the error of the reference."""
     name, reference_error = column.name, trade.reference.errors[column.name]
     value = quantity_text(trade.reference.values[name], column.unit)
-    axes.set_title(wrapped(f"{column_words(name)}: {value}", 0.4 * WIDTH, 9), loc="left")
+    axes.set_title(style.wrapped(f"{column_words(name)}: {value}", 0.4 * style.WIDTH, 9), loc="left")
     curves = {}  # family -> entries of its models, in the order of the table
     for entry in trade.entries:
         if name in entry.times:
             curves.setdefault(entry.family, []).append(entry)
     if not curves:
-        axes.text(0.5, 0.5, "no model has it", transform=axes.transAxes, ha="center", color=GREY)
+        axes.text(0.5, 0.5, "no model has it", transform=axes.transAxes, ha="center", color=style.GREY)
         return
     times, errors = np.transpose([_point(entry, name) for entries in curves.values() for entry in entries])
     top = 8 * max(errors.max(), 1e3 * reference_error)
@@ -127,7 +112,7 @@ def _panel(axes, trade, column):
     bottom = reference_error * (reference_error / top) ** (BAND_HEIGHT / (1 - BAND_HEIGHT))
     right = 1.4 * times.max()
     axes.set(xscale="log", yscale="log", xlim=(times.min() / 1.4, right), ylim=(bottom, top))
-    axes.axhspan(bottom, reference_error, color=LIGHT, lw=0, zorder=0)
+    axes.axhspan(bottom, reference_error, color=style.LIGHT, lw=0, zorder=0)
     time, error = np.transpose([_point(entry, name) for entry in trade.front_of(column)])
     axes.plot(
         [time[0], *time, right], [top, *error, error[-1]], color="#c4c4c4", lw=5, solid_capstyle="butt",
@@ -141,7 +126,7 @@ def _panel(axes, trade, column):
                 axes.annotate(entry.name, _point(entry, name), (6, 5), textcoords="offset points", zorder=4, **MARKED)
     decades = np.log10(times.max() / times.min())
     locator = LogLocator(subs=(1, 2, 5) if decades < 1.5 else (1,), numticks=20)
-    axes.xaxis.set_major_locator(round_ticks(4) if decades < 0.3 else locator)
+    axes.xaxis.set_major_locator(style.round_ticks(4) if decades < 0.3 else locator)
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: number(value)))
     axes.yaxis.set_major_locator(LogLocator(numticks=9))
     for axis in (axes.xaxis, axes.yaxis):

@@ -5,19 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+import cablestudy.study.plots.style as style
 from cablestudy.errors import ConvergenceError, NoSolutionError, NothingToDrawError
-from cablestudy.study.plots.style import (
-    BLUE,
-    BOX,
-    GREEN,
-    GREY,
-    ORANGE,
-    RED,
-    new_figure,
-    plain,
-    styled,
-    zero_lines,
-)
 from cablestudy.study.plots.words import quantity_text, shortened
 from cablestudy.study.ssm_tables import near_poles
 from cablestudy.study.suspension.wind_columns import DISPLACEMENTS, TURNS
@@ -28,7 +17,7 @@ NARROW_POLE = 0.3  # damping ratio below which a pole gets frequencies of its ow
 HALF_WIDTHS = np.sinh(np.linspace(-3.6, 3.6, 57))  # distances of these frequencies from the pole, in its half-widths
 SHOWN_DECADES = 10  # that are shown below the largest value of a spectrum
 PAIRS = ((0, 1), (0, 2), (1, 2))
-COLOURS, WIDTHS = (BLUE, GREEN, ORANGE), (1.8, 1.2, 0.7)
+COLOURS, WIDTHS = (style.BLUE, style.GREEN, style.ORANGE), (1.8, 1.2, 0.7)
 MM = 1e3
 MIDSPAN = ".midspan"  # of a cable, along the axes of its chord frame
 CHORD_FRAME = {"x": "along the chord", "y": "in the cable's plane", "z": "across it"}
@@ -52,7 +41,7 @@ class DrawnState:
         return sum(self.spectra[name] for name in names), np.sqrt(sum(self.rms[name] ** 2 for name in names))
 
 
-@styled
+@style.styled
 def wind_response(winds, at_rest=None, on=None):
     """Figure of the motion of a body in turbulent wind: spectra, cumulative variance, and ellipses of the RMS.
 
@@ -90,7 +79,7 @@ def wind_response(winds, at_rest=None, on=None):
     heights = (1.3, 2.4, 1.6, 2.8) if extended else (2, 2, 2)
     drawn = on or f"{body.removesuffix(MIDSPAN)}{_one_of_several(closed_loop, body)}"
     title = f"Wind at {quantity_text(closed_loop.scene.wind.speed, 'm/s')} on {drawn}"
-    figure = new_figure(0.8 + 1.2 * sum(heights), title)
+    figure = style.new_figure(0.8 + 1.2 * sum(heights), title)
     grid = figure.add_gridspec(len(heights), 2, height_ratios=heights)
     shared, high = figure.add_subplot(grid[0, :]), _highest(frequency, states, kinds)
     _speed(shared, winds, frequency[frequency <= high], body)
@@ -133,11 +122,11 @@ def _speed(axes, winds, frequency, body):
     on_bodies = body in bodies and any(not wind.airflow.side for wind in winds)
     wind = closed_loop.scene.wind
     of_speed = speed_spectrum(frequency, wind.speed, wind.turbulence[0], wind.length_scale, wind.spectrum)
-    axes.loglog(frequency, of_speed, color=BLUE, label="wind speed")
+    axes.loglog(frequency, of_speed, color=style.BLUE, label="wind speed")
     area = closed_loop.plant.airflow.areas(closed_loop.equilibrium)[bodies.index(body)] if on_bodies else 0.0
     if area and wind.admittance != "none":
         averaged = of_speed * admittance(frequency, wind.speed, area, wind.admittance)
-        axes.loglog(frequency, averaged, color=BLUE, ls="--", label=f"averaged over {body}")
+        axes.loglog(frequency, averaged, color=style.BLUE, ls="--", label=f"averaged over {body}")
     axes.set_ylabel("spectrum of the\nwind speed [(m/s)²/Hz]")
     axes.legend(loc="lower left")
 
@@ -185,15 +174,18 @@ def _states_of_control(winds, at_rest, point):
     rest = f"winch{'es' * (len(closed_loop.winches) != 1)} at rest" if closed_loop.winches else rest
     controlled, without = winds[0].response.loop, [winds[0].without_actuators] if closed_loop.actuators else []
     if not controlled and not without:
-        return [(rest, RED, "-", at_rest, True)]
+        return [(rest, style.RED, "-", at_rest, True)]
     if not controlled:
-        return [("without actuators", GREY, "--", without, True), ("with actuators", RED, "-", winds, False)]
+        return [
+            ("without actuators", style.GREY, "--", without, True),
+            ("with actuators", style.RED, "-", winds, False),
+        ]
     if not without:
-        return [(rest, GREY, "--", at_rest, True), ("winch loop closed", RED, "-", winds, False)]
+        return [(rest, style.GREY, "--", at_rest, True), ("winch loop closed", style.RED, "-", winds, False)]
     return [
-        (f"actuators, {rest}", GREY, ":", at_rest, True),
+        (f"actuators, {rest}", style.GREY, ":", at_rest, True),
         ("loop, no actuators", "#000000", "--", without, False),
-        ("loop and actuators", RED, "-", winds, False),
+        ("loop and actuators", style.RED, "-", winds, False),
     ]
 
 
@@ -285,9 +277,9 @@ def _spectra(axes, frequency, states, kind, several):
     axes.tick_params(labelbottom=False)
     if several:
         by_cable = scale**2 * states[-1].parts[names[0]]
-        axes.loglog(frequency, by_cable, color=BLUE, ls="--", label="by the wind on the cable")
+        axes.loglog(frequency, by_cable, color=style.BLUE, ls="--", label="by the wind on the cable")
     above = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.97), "ncols": 3, "borderaxespad": 0.1}
-    axes.legend(**(above if several else {"loc": "lower left", **BOX}))  # the third curve would be behind the box
+    axes.legend(**(above if several else {"loc": "lower left", **style.BOX}))  # the third curve would be behind the box
     axes.set_ylabel(f"spectrum of\n{motion}s [{unit}²/Hz]")
 
 
@@ -327,7 +319,7 @@ def _draw_rms_ellipses(figure, grid, states, closed_loop, point):
     half = 1.25 * MM * np.sqrt(max(np.linalg.eigvalsh(state.covariance)[-1] for state in states))
     for column, (plane, labels, heading_text) in enumerate(planes):
         axes = figure.add_subplot(grid[3, column])
-        zero_lines(axes)
+        style.zero_lines(axes)
         for state in states:
             x, y = MM * ellipse(plane @ frame.T @ state.covariance @ frame @ plane.T)
             axes.plot(x, y, color=state.colour, ls=state.dashes, label=state.label)
@@ -337,16 +329,16 @@ def _draw_rms_ellipses(figure, grid, states, closed_loop, point):
         axes.set(xlim=(-half, half), ylim=(-half, half), xlabel=labels[0], ylabel=labels[1])
         axes.set_title(heading_text, loc="left")
         axes.set_aspect("equal", adjustable="box")
-        plain(axes, 6, 6)
+        style.plain(axes, 6, 6)
 
 
 def _wind_arrow(axes, along):
     """Draw an arrow in the upper left corner that points where the wind blows."""
     centre, half = np.array([0.11, 0.89]), 0.07 * along
-    arrow = {"arrowstyle": "->", "color": BLUE, "lw": 1.4}
+    arrow = {"arrowstyle": "->", "color": style.BLUE, "lw": 1.4}
     frame = axes.transAxes
     axes.annotate("", centre + half, centre - half, xycoords=frame, textcoords=frame, arrowprops=arrow)
-    axes.text(*(centre - [0.0, 0.13]), "wind", transform=frame, color=BLUE, fontsize=8, ha="center")
+    axes.text(*(centre - [0.0, 0.13]), "wind", transform=frame, color=style.BLUE, fontsize=8, ha="center")
 
 
 def ellipse(covariance):
