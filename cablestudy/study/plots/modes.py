@@ -261,23 +261,11 @@ def columns_of(count):
 
 
 def _figure(shown, frequency, listed, peak, share, drawing, distance):
-    """Draw modes in a figure, a panel for each, all panels to one scale.
+    """Draw a `ModeDrawing` in each panel of a figure, all to one scale, with their frequencies. [Hz]
 
-    Parameters
-    ----------
-    shown : list of ModeDrawing
-    frequency : ndarray
-        Frequencies of the modes. [Hz]
-    listed : int
-        Number of modes that are asked for.
-    peak : float
-        Largest displacement that is drawn. [m]
-    share : float or None
-        Factor on the displacements, from -1 to 1, for one picture of an animation; None is 1.
-    drawing : Drawing or None
-        Static form of a suspension; None for one cable.
-    distance : str or None
-        Label of the distance along the plane of the panels; None in perspective.
+    `listed` modes are asked for. The largest displacement that is drawn is `peak` [m], times `share` in one picture of
+    an animation. `drawing` is the static form of a suspension. `distance` is the label of the distance along the plane
+    of the panels, None in perspective.
     """
     if not shown:
         return style.new_figure(1.2, "There is no mode to show")
