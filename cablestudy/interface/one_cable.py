@@ -126,7 +126,7 @@ def solve_loop(scene, span, time_options, table, estimate):
         input_and_output(scene.document, scene.model, time_options)
     answer = _answer_of_row(scene, *loop_report.loop_table(scene.document, scene.model, estimate), draw=None)
     if (time_options and answer.failures) or not loop_report.has_loop(answer.case):
-        return replace(answer, tables={}) if time_options or span else answer, None
+        return (replace(answer, tables={}) if time_options or span else answer), None
     return answer, answer.case.analysis
 
 

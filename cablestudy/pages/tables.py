@@ -142,13 +142,14 @@ def _turned(columns, table, across):
     return TableGrid(head, lines, {*range(1, len(rows) + 1), len(rows) + 2}, foot)
 
 
-@dataclass(frozen=True)
+@dataclass
 class _CellColumn:
     """Cells of one column of a table with a line for each row. HTML."""
 
     head: str
     cells: list
     right: bool  # whether they stand on the right
+    foot: str = ""  # cell of the last line
 
 
 def _by_rows(columns, table, caption, where_all):
@@ -156,62 +157,53 @@ def _by_rows(columns, table, caption, where_all):
     total = len(table.rows)
     is_cut = total > PAGES.table_rows
     indices = [*range(PAGES.end_rows), *range(total - PAGES.end_rows, total)] if is_cut else range(total)
-    cell_columns = _cell_columns(columns, [table.rows[index] for index in indices])
-    foot = _add_errors(cell_columns, columns, table, is_cut)
-    if is_cut or any(foot[:1]):  # with numbers of the rows before it
+    cell_columns = _cell_columns(columns, table, [table.rows[index] for index in indices], is_cut)
+    has_foot = any(column.foot for column in cell_columns)
+    if is_cut or cell_columns[0].foot:  # with numbers of the rows before it
         cell_columns.insert(0, _CellColumn("row", [str(index + 1) for index in indices], right=True))
-        foot[:0] = [""] if foot else []
-    if foot:
-        foot[0] = LARGEST if total > 1 else ERROR
+    if has_foot:
+        cell_columns[0].foot = LARGEST if total > 1 else ERROR
     if is_cut:
         for column in cell_columns:
             column.cells.insert(PAGES.end_rows, "…")
         others = f"; {where_all}" if where_all else ""
         caption = f"{caption}: {2 * PAGES.end_rows} of {total} rows, the first and the last{others}"
-    return "".join(_split(cell_columns, foot, caption))
+    return "".join(_split(cell_columns, has_foot, caption))
 
 
-def _cell_columns(columns, rows):
-    """The cells of columns in some rows: list of `_CellColumn`; numbers stand on the right."""
+def _cell_columns(columns, table, rows, is_cut):
+    """The cells of columns in some rows, with estimated errors: list of `_CellColumn`; numbers stand on the right.
+
+    Where at most two columns have errors, and all rows are shown, each is followed by a column of its errors. Else its
+    foot is its largest error.
+    """
+    largest = _largest(table.errors() if table.errors else ())
+    with_error = {column.name for column in columns if column.name in largest}
+    beside = not is_cut and len(with_error) <= 2 and columns[0].name not in with_error
+    errors = list(table.errors()) if beside and with_error else []
     cell_columns = []
     for column in columns:
-        has_text = any(isinstance(row.get(column.name), str) for row in rows)
-        cell_columns.append(_CellColumn(column.head, [column.cell(row) for row in rows], not has_text))
+        name, has_text = column.name, any(isinstance(row.get(column.name), str) for row in rows)
+        foot = "" if beside else error_text(largest.get(name))
+        cell_columns.append(_CellColumn(column.head, [column.cell(row) for row in rows], not has_text, foot))
+        if beside and name in with_error:
+            cell_columns.append(_CellColumn(ERROR, [error_text(row.get(name)) for row in errors], right=True))
     return cell_columns
 
 
-def _add_errors(cell_columns, columns, table, is_cut):
-    """State the estimated errors of a table with a line for each row.
-
-    Where at most two columns have errors, and all rows are shown, columns of errors are inserted into `cell_columns`.
-    Else the cells of a last line are returned: the largest error of each column, or an empty list without errors.
-    """
-    largest = _largest(table.errors() if table.errors else ())
-    foot = [error_text(largest.get(column.name)) for column in columns]
-    with_error = [index for index, error in enumerate(foot) if error]
-    if is_cut or len(with_error) > 2 or 0 in with_error:
-        return foot if with_error else []
-    errors = list(table.errors()) if with_error else []
-    for index in reversed(with_error):
-        cells = [error_text(row.get(columns[index].name)) for row in errors]
-        cell_columns.insert(index + 1, _CellColumn(ERROR, cells, right=True))
-    return []
-
-
-def _split(cell_columns, foot, caption):
+def _split(cell_columns, has_foot, caption):
     """Yield the HTML of the parts of a table, of at most `PAGES.table_columns` each, the first of them in all."""
     first, others = cell_columns[0], cell_columns[1:]
     width = PAGES.table_columns - 1
     count = -(-len(others) // width) or 1
     width = -(-len(others) // count)  # parts about equally wide
     for part in range(count):
-        own = slice(part * width, (part + 1) * width)
-        columns = [first, *others[own]]
-        foot_of_part = [foot[0], *foot[1:][own]] if foot else []
+        columns = [first, *others[part * width : (part + 1) * width]]
         rows = [list(cells) for cells in zip(*(column.cells for column in columns), strict=True)]
         right = {index for index, column in enumerate(columns) if column.right}
+        foot = [column.foot for column in columns] if has_foot else []
         title = caption if count == 1 else f"{caption} ({part + 1} of {count})"
-        yield TableGrid([column.head for column in columns], rows, right, foot_of_part).html(title)
+        yield TableGrid([column.head for column in columns], rows, right, foot).html(title)
 
 
 def _largest(errors):
