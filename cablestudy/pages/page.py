@@ -3,7 +3,6 @@
 Pictures are SVG within the page: several share no name, and none loads anything.
 """
 
-import io
 import re
 from base64 import b64encode
 from contextlib import contextmanager
@@ -13,7 +12,7 @@ from cablestudy.errors import CablestudyError, NothingToDrawError, SceneError, o
 from cablestudy.pages.markup import document, element, listed, paragraph, picture, text, unit_text
 from cablestudy.pages.tables import error_text, table_html
 from cablestudy.pages.tolerances import PAGES
-from cablestudy.study.plots.style import UNDATED, styled
+from cablestudy.study.plots.style import rendered
 from cablestudy.study.table import short
 
 BEFORE = re.compile(r"\A.*?(?=<svg )", re.DOTALL)  # the declarations of a file of its own
@@ -32,20 +31,13 @@ def inline_picture(figure, prefix, label):
     for readers who do not see it.
     """
     if _points(figure) > PAGES.drawn_points:
-        data, width = b64encode(_saved(figure, "png")).decode(), f"{96 * figure.get_figwidth():.0f}"
-        return f'<img src="data:image/png;base64,{data}" width="{width}" alt="{escape(label)}">'
-    written = LEFT_OUT.sub("", BEFORE.sub("", _saved(figure, "svg").decode()))
+        data, width = rendered(figure, "png", PAGES.picture_resolution), f"{96 * figure.get_figwidth():.0f}"
+        return f'<img src="data:image/png;base64,{b64encode(data).decode()}" width="{width}" alt="{escape(label)}">'
+    written = LEFT_OUT.sub("", BEFORE.sub("", rendered(figure, "svg", PAGES.picture_resolution).decode()))
     written = PATH.sub(lambda match: DIGITS.sub(r"\1", match[0]), NAMES.sub(rf"\g<1>{prefix}-", written))
     width, box = SIZE.match(written).groups()
     begin = f'<svg viewBox="{box}" width="{float(width):.0f}pt" role="img" aria-label="{escape(label)}">'
     return begin + re.sub(r"\n\s*", " ", SIZE.sub("", written)).strip()
-
-
-@styled
-def _saved(figure, kind):
-    file = io.BytesIO()
-    figure.savefig(file, format=kind, dpi=PAGES.picture_resolution, metadata=UNDATED[f".{kind}"])
-    return file.getvalue()
 
 
 def _points(figure):

@@ -17,6 +17,8 @@ FINE_POINTS, COARSE_POINTS, FEW_CABLES = 401, 61, 12  # points along a cable of 
 FLAT = 1e-3  # extent over that of the scene below which it is none
 STATED = 5e-4  # relative difference from which a number and the one that the scene states differ in four digits
 AZIMUTH, ELEVATION, DISTANCE = np.radians(-58), np.radians(18), 3.0  # of the eye; distance over the size of the scene
+TOWARDS = np.array([np.cos(AZIMUTH), np.sin(AZIMUTH), np.tan(ELEVATION)]) * np.cos(ELEVATION)  # direction of the eye
+RIGHT = np.array([-np.sin(AZIMUTH), np.cos(AZIMUTH), 0.0])  # on the paper
 
 
 @dataclass(frozen=True)
@@ -49,22 +51,12 @@ class Perspective:
     size: float
     title: ClassVar = "Perspective"
     labels: ClassVar = ("", "")
-
-    @property
-    def axes(self):
-        """Directions to the right and upwards on the paper, shape (3, 2)."""
-        right = np.array([-np.sin(AZIMUTH), np.cos(AZIMUTH), 0.0])
-        return np.stack([right, np.cross(self._towards, right)], axis=-1)
-
-    @property
-    def _towards(self):
-        """Direction of the eye."""
-        return np.array([np.cos(AZIMUTH), np.sin(AZIMUTH), np.tan(ELEVATION)]) * np.cos(ELEVATION)
+    axes: ClassVar = np.stack([RIGHT, np.cross(TOWARDS, RIGHT)], axis=-1)  # to the right and upwards, shape (3, 2)
 
     def __call__(self, places):
         """Coordinates on the paper for places, shape (..., 3) -> (..., 2)."""
         apart, distance = places - self.centre, DISTANCE * self.size
-        return apart @ self.axes * (distance / (distance - apart @ self._towards))[..., None]
+        return apart @ self.axes * (distance / (distance - apart @ TOWARDS))[..., None]
 
 
 @dataclass(frozen=True)

@@ -383,7 +383,6 @@ def _enlarge(axes, mode, factor, side):
 # ------------------------------------------------------------------------------------------------------ modes in motion
 
 
-@style.styled
 def save_animation(draw, path):
     """Write one period of the vibration of modes as a moving picture: a .gif, or an .html page that contains it.
 
@@ -402,9 +401,8 @@ def save_animation(draw, path):
     pictures = {}  # displacement -> picture, which occurs on the way there and on the way back
     for displacement in displacements:
         if displacement not in pictures:
-            data = io.BytesIO()
-            draw(displacement).savefig(data, format="png", dpi=RESOLUTION)
-            pictures[displacement] = Image.open(data).convert("RGB").quantize(64, dither=Image.Dither.NONE)
+            picture = Image.open(io.BytesIO(style.rendered(draw(displacement), "png", RESOLUTION)))
+            pictures[displacement] = picture.convert("RGB").quantize(64, dither=Image.Dither.NONE)
     first, *others = (pictures[displacement] for displacement in displacements)
     data = io.BytesIO()
     first.save(data, format="GIF", save_all=True, append_images=others, duration=PAUSE, loop=0)

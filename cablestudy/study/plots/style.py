@@ -53,7 +53,7 @@ OTHER_LETTERS = (
     "Last Resort High-Efficiency",  # part of matplotlib: it has a sign for every character
 )  # fmt: skip
 BOX = {"frameon": True, "edgecolor": "none", "framealpha": 0.85}  # of a legend that stands on curves
-UNDATED = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+UNDATED = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
 CLIP_PATH = re.compile(rb'(id="|url\(#)(p[0-9a-f]{10})\b')  # its name in an SVG file, where it is defined or used
 WIDTH = 7.5  # of a picture [in]
 MOST_NAMES = 30  # along an axis
@@ -113,13 +113,19 @@ def families():
     return ["DejaVu Sans", *(name for name in OTHER_LETTERS if name in installed)]
 
 
-@styled
 def save(figure, path):
     """Write a figure to a .png, .svg or .pdf file, completely or not at all; equal figures give equal files."""
-    kind = os.path.splitext(path)[1].lower()
+    kind = os.path.splitext(path)[1].lower().removeprefix(".")
+    data = rendered(figure, kind, 150)
+    write_whole(path, with_numbered_clip_paths(data) if kind == "svg" else data)
+
+
+@styled
+def rendered(figure, kind, resolution):
+    """A figure as a file of "png", "svg" or "pdf", with so many pixels per inch: bytes."""
     data = io.BytesIO()
-    figure.savefig(data, format=kind[1:], dpi=150, metadata=UNDATED[kind])
-    write_whole(path, with_numbered_clip_paths(data.getvalue()) if kind == ".svg" else data.getvalue())
+    figure.savefig(data, format=kind, dpi=resolution, metadata=UNDATED[kind])
+    return data.getvalue()
 
 
 def with_numbered_clip_paths(svg):
