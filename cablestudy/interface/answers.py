@@ -74,11 +74,11 @@ def limits(scene):
 
 def frequency_limit(count, upto):
     """The frequency up to which modes are asked for [Hz], or None; SceneError where a number of them is given too."""
-    from cablestudy.scene.units import read_frequency
+    from cablestudy.scene.units import read_positive
 
     if count is not None and upto is not None:
         raise SceneError("count and upto exclude each other")
-    return read_frequency("--upto", str(upto)) if upto is not None else None
+    return read_positive("--upto", str(upto), "Hz") if upto is not None else None
 
 
 def fewer_modes(modes, asked, limit):

@@ -138,7 +138,7 @@ class Cable(CableProperties):
         """Ends apart, a length that fits them, loads on the cable, products within what the solvers can hold."""
         chord, length = self.chord_length, self.unstretched_length
         yield [(("ends",), chord > 0, lambda: "the two ends coincide")]
-        yield [limited("ends", chord, SCENE.chord_range, "m", "the two ends are {:g} m apart".format)]
+        yield [limited(("ends",), chord, SCENE.chord_range, "m", "the two ends are {:g} m apart".format)]
         state_has_curves = self.state is None or self.stress_strain is not None
         tensions = {("preload",): self.preload, ("tension", "value"): self.tension and self.tension.value}
         relations = [(("state",), state_has_curves, lambda: NO_CURVES)]

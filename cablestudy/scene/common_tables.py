@@ -186,6 +186,13 @@ Limit = Annotated[
 Limits = dict[Annotated[Name, AfterValidator(plain_name("limit"))], Limit]
 
 
+def written_limits(value):
+    """Yield path and comparison of each limit in the plain values of a file, in which anything may be wrong."""
+    limits = value.get("limits")
+    for name, limit in limits.items() if isinstance(limits, dict) else ():
+        yield (("limits", name, "that"), limit.get("that")) if isinstance(limit, dict) else (("limits", name), limit)
+
+
 def case_relations(chosen, limits, cases):
     """Relations, as of `KeyTable.relations`, that a chosen load case, and those which limits name, are there: a list.
 
@@ -212,18 +219,15 @@ def case_mistakes_in_file(value):
     Pydantic checks such relations only where every key is right alone.
     """
     cases, limits, chosen = value.get("cases", {}), value.get("limits"), value.get("case")
-    tables = limits.items() if isinstance(limits, dict) else ()
-    lists = {name: table.get("cases") for name, table in tables if isinstance(table, dict)}
-    named = {name: LimitTable.model_construct(cases=names) for name, names in lists.items() if _is_texts(names)}
     if not isinstance(cases, dict):
         return []
+    named = {}
+    for name, table in limits.items() if isinstance(limits, dict) else ():
+        names = table.get("cases") if isinstance(table, dict) else None
+        if isinstance(names, list) and all(isinstance(item, str) for item in names):
+            named[name] = LimitTable.model_construct(cases=names)
     relations = case_relations(chosen if isinstance(chosen, str) else None, named, cases)
     return [(path, message()) for path, holds, message in relations if not holds]
-
-
-def _is_texts(value):
-    """True for a list of text alone."""
-    return isinstance(value, list) and all(isinstance(item, str) for item in value)
 
 
 def _unknown_case(kind, case, known):

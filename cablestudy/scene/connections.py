@@ -4,8 +4,6 @@ from cablestudy.scene.fields import suggestion
 from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.units import show
 
-ORIGIN = (0.0, 0.0, 0.0)
-
 
 def written_connections(value):
     """Points, bodies, ends, winches, actuators and links of a file, in which anything may be wrong.
@@ -100,25 +98,10 @@ def _end_mistakes(kind, name, pair, points, bodies, suggest):
 
 
 def _wrong_end(kind, end, points, bodies, suggest):
-    """Message on an end of a cable or link that is neither a point nor an attachment of a body.
+    """Message on an end, as text, that is neither a point nor an attachment of a body; empty where it is right.
 
-    Parameters
-    ----------
-    kind : str
-        "cable" or "link", for the message.
-    end : str
-        The end as written: POINT or BODY.ATTACHMENT.
-    points : collection of str
-        Names of the points.
-    bodies : dict
-        Name of a body -> mapping with the names of its attachments as keys.
-    suggest : bool
-        True if the message on an unknown end suggests a similar name, which takes long in large files.
-
-    Returns
-    -------
-    str
-        Empty where the end is right.
+    `suggest`: whether the message on an unknown end suggests a similar name, which takes long in large files. The other
+    parameters are those of `connection_mistakes` and `_end_mistakes`.
     """
     if end in points:
         return ""
@@ -137,19 +120,6 @@ def _wrong_end(kind, end, points, bodies, suggest):
     known = [*points, *(f"{body}.{name}" for body, attachments in bodies.items() for name in attachments)]
     hint = suggestion(end, known) if suggest and known else "there is no such point or body"
     return f"unknown end {show(end)} ({hint})"
-
-
-def attachment_of(points, bodies, end):
-    """Body or free point at an existing end, None for the ground, and the position there.
-
-    `points` and `bodies` are those of a `SuspensionScene`; see its method `attachment`.
-    """
-    if not isinstance(end, str):
-        return None, end
-    if end in points:
-        return (end, ORIGIN) if points[end].free else (None, points[end].at)
-    body, _, attachment = end.partition(".")
-    return body, bodies[body].attachments[attachment]
 
 
 def unheld(movable, partly_held, owners):

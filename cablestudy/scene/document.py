@@ -325,19 +325,9 @@ def _read_bytes(open_file, place, key="", prefix=""):
 
 
 def _parse(data, name):
-    """Parse the bytes of a YAML file as a `Document`, its `base:` unread.
+    """Parse the bytes of a YAML file, by its name, as a `Document`, its `base:` unread.
 
-    Parameters
-    ----------
-    data : bytes
-        The file; more than `SCENE.file_bytes` are refused.
-    name : str
-        Its name in messages.
-
-    Raises
-    ------
-    SceneError
-        The bytes are too many, not UTF-8, or not one YAML mapping; or `base` is a mapping, not the name of a file.
+    SceneError if they are too many, not UTF-8 or not one YAML mapping, or `base` is a mapping, not the name of a file.
     """
     if len(data) > SCENE.file_bytes:
         raise refuse(Place(name), f"larger than {SCENE.file_bytes // 1_000_000} MB")

@@ -119,30 +119,11 @@ def entries_of(table, source, cases):
 
 
 def _read_entry(mapping, path, read_values, source, varied):
-    """Read one entry of `vary`, or what `sample` varies, and find mistakes in it.
+    """Read one entry of `vary`, or what `sample` varies: the attributes of an `Entry`, and mistakes (path, message).
 
-    Parameters
-    ----------
-    mapping : dict
-        The entry as written: dotted key -> its values, for example {"cable.sag": ["1 m", "2 m"]}.
-    path : tuple
-        Where it is in the study file, such as ("vary", 0).
-    read_values : callable
-        Key and what is written for it -> sequence of values; raises ValueError.
-    source : Document
-        The study file.
-    varied : set of str
-        Keys that vary in entries before this one; the keys of this one are added.
-
-    Returns
-    -------
-    columns : tuple of (str, sequence, callable)
-        The attribute of `Entry`: dotted key, its values, and function from the index of a value to its place in the
-        file.
-    alternatives : dict
-        The attribute of `Entry`: name -> its changes, (dotted key, value, place) each.
-    mistakes : list of (tuple, str)
-        Path in the study file and message of each mistake.
+    `mapping` is the entry as written, such as {"cable.sag": ["1 m", "2 m"]}, at a path of the study file `source`;
+    `read_values` makes a sequence of values of a key and what is written for it, or raises ValueError. The keys of the
+    entry are added to `varied`, those of the entries before it.
     """
     columns, alternatives, mistakes = [], {}, []
     for key, written in mapping.items():
@@ -179,30 +160,10 @@ def _one_begins_other(path, other):
 
 
 def _alternatives(source, path, written, varied):
-    """Read the alternatives of an entry: named groups of changes of the scene, one of which is made in each case.
+    """Read the alternatives of an entry: the attribute of `Entry`, and mistakes (path, message).
 
-    Parameters
-    ----------
-    source : Document
-        The study file.
-    path : tuple
-        Where the alternatives are in it.
-    written : object
-        What the file has there: should be a mapping, name -> {dotted key: value, ...}.
-    varied : set of str
-        Keys that vary in this entry or an earlier one, which no alternative may change.
-
-    Returns
-    -------
-    alternatives : dict
-        Name -> tuple of (dotted key, value, function that returns the place of the value in the file).
-    mistakes : list of (tuple, str)
-        Path in the study file and message of each mistake.
-
-    Raises
-    ------
-    ValueError
-        `written` is no mapping, or an empty one.
+    `written` is what the study file `source` has at the path; ValueError where it is no mapping, or an empty one. No
+    alternative may change a key of `varied`, those of this entry and of earlier ones.
     """
     if not isinstance(written, dict):
         raise ValueError(f"expected name: {{key: value, ...}} for each alternative, got {show(written)}")
@@ -267,7 +228,7 @@ def entries_of_options(texts, entries, cases):
     entries : tuple of Entry
         Entries of the study file; their keys cannot be varied again.
     cases : callable
-        Returns the names of the load cases of the scene, all of which `case=all` stands for.
+        As of `entries_of`.
 
     Returns
     -------

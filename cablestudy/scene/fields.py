@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar, get_args, get_origin
 from pydantic import AfterValidator, BaseModel, ConfigDict, StringConstraints, TypeAdapter, model_validator
 from pydantic_core import PydanticCustomError, core_schema
 
-from cablestudy.scene.layers import ALTERNATIVES, OF_CABLE, OF_SECTION, matches
+from cablestudy.scene.layers import ALTERNATIVES, OF_CABLE, OF_SECTION, item_of
 from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.units import DIMENSIONS, article, expected, show, to_si
 
@@ -266,51 +266,6 @@ def _tables_in(annotation, path):
     return [table for part in get_args(annotation) for table in _tables_in(part, path_of_items)]
 
 
-def table_at(tables, path):
-    """The model of the mapping at a path of `tables_of`, the first where there are two; None when none is there."""
-    return next((model for pattern, model in tables if matches(pattern, path)), None)
-
-
-def group_mistakes(table, given, optional=False):
-    """Find mistakes in keys of a table that exclude each other, for example `at` and `fraction` of a load.
-
-    The table has several choices, each between alternatives. An alternative is a tuple of keys that go together, the
-    main one first. Mistakes are keys of a second alternative of a choice, an alternative without its main key, and a
-    choice of which nothing is given. The last is none for properties of the cross-section, which a material may give.
-
-    Parameters
-    ----------
-    table : str
-        Key of the table in `layers.ALTERNATIVES`, which lists its choices, such as "load" or "cable.damping".
-    given : collection of str
-        The keys that are there.
-    optional : bool
-        True if no alternative of a choice need be given.
-
-    Returns
-    -------
-    list of (tuple, str)
-        Path inside the table, and message.
-    """
-    mistakes, given = [], set(given)
-    for choice in ALTERNATIVES.get(table, ()):
-        chosen = [alternative for alternative in choice if not given.isdisjoint(alternative)]
-        used_keys = [key for alternative in chosen for key in alternative if key in given]
-        if len(chosen) > 1:
-            message = f"given together with {used_keys[0]}: give exactly one of {_main_keys(choice)}"
-            mistakes += [((key,), message) for key in used_keys if key not in chosen[0]]
-        elif chosen and chosen[0][0] not in given:
-            mistakes.append(((), f"missing key: {chosen[0][0]} ({used_keys[0]} goes with it)"))
-        elif not (chosen or optional or choice in OF_SECTION + OF_CABLE):  # a material may give these
-            mistakes.append(((), f"missing key: one of {_main_keys(choice)}"))
-    return mistakes
-
-
-def _main_keys(choice):
-    """The main key of each alternative of a choice, for messages."""
-    return ", ".join(alternative[0] for alternative in choice)
-
-
 class KeyTable(BaseModel):
     """A mapping of the file. Subclasses state in `relations` the conditions that several of its keys must meet.
 
@@ -334,18 +289,40 @@ class KeyTable(BaseModel):
 
     @classmethod
     def key_mistakes(cls, given):
-        """Keys that exclude each other, or that are missing: list of (path inside the table, message).
+        """Find keys that exclude each other, for example `at` and `fraction` of a load, and keys that are missing.
+
+        `layers.ALTERNATIVES` lists the choices of the table, each between alternatives. An alternative is a tuple of
+        keys that go together, the main one first. Mistakes are keys of a second alternative of a choice, an alternative
+        without its main key, and a choice of which nothing is given.
 
         Parameters
         ----------
         given : collection of str
             The keys that are there.
+
+        Returns
+        -------
+        list of (tuple, str)
+            Path inside the table, and message.
         """
-        return group_mistakes(cls.table, given, cls.optional_groups)
+        mistakes, given = [], set(given)
+        for choice in ALTERNATIVES.get(cls.table, ()):
+            main_keys = ", ".join(alternative[0] for alternative in choice)
+            chosen = [alternative for alternative in choice if not given.isdisjoint(alternative)]
+            used_keys = [key for alternative in chosen for key in alternative if key in given]
+            if len(chosen) > 1:
+                message = f"given together with {used_keys[0]}: give exactly one of {main_keys}"
+                mistakes += [((key,), message) for key in used_keys if key not in chosen[0]]
+            elif chosen and chosen[0][0] not in given:
+                mistakes.append(((), f"missing key: {chosen[0][0]} ({used_keys[0]} goes with it)"))
+            elif not (chosen or cls.optional_groups or choice in OF_SECTION + OF_CABLE):  # a material may give these
+                mistakes.append(((), f"missing key: one of {main_keys}"))
+        return mistakes
 
     def value_at(self, path):
         """The value at a path (names and indices) after reading; None when nothing is there."""
-        return value_at(self, self._whole_path(path))
+        key, *inside = self._whole_path(path)
+        return value_at(getattr(self, key, None), inside)
 
     def with_value(self, path, value):
         """Copy with another value at a path that holds one; it is not checked."""
@@ -407,17 +384,12 @@ def _with_components(default, value):
 
 
 def value_at(node, path):
-    """The value at a path of tables, mappings and tuples; None when nothing is there."""
-    for depth, name in enumerate(path):
-        if isinstance(node, dict):
-            node = node.get(name)
-        elif isinstance(node, tuple):
-            node = node[int(name)] if name.isdigit() and int(name) < len(node) else None
-        elif depth and isinstance(node, KeyTable):
-            return node.value_at(path[depth:])
-        else:
-            node = getattr(node, name, None)
-    return node
+    """The value at a path in a table, mapping or tuple; None when nothing is there."""
+    if not path:
+        return node
+    if isinstance(node, KeyTable):
+        return node.value_at(path)
+    return value_at(item_of(node, path[0]), path[1:])
 
 
 def with_value(node, path, value):

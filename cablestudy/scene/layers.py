@@ -284,8 +284,12 @@ def is_set(value, path):
 def value_at(value, path):
     """The value at a path of mappings and lists; None when nothing is there."""
     for key in path:
-        if isinstance(value, list) and str(key).isdigit():
-            value = dict(enumerate(value)).get(int(key))
-        else:
-            value = value.get(key) if isinstance(value, dict) else None
+        value = item_of(value, key)
     return value
+
+
+def item_of(container, key):
+    """The item of a mapping, list or tuple, by its key or index; None when there is none."""
+    if isinstance(container, list | tuple) and str(key).isdigit():
+        return dict(enumerate(container)).get(int(key))
+    return container.get(key) if isinstance(container, dict) else None

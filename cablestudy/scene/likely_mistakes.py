@@ -4,7 +4,7 @@ import math
 from contextlib import suppress
 from fnmatch import fnmatchcase
 
-from cablestudy.scene.common_tables import comparison
+from cablestudy.scene.common_tables import comparison, written_limits
 from cablestudy.scene.layers import leaves
 from cablestudy.scene.materials import known_materials
 from cablestudy.scene.strict_yaml import mistake
@@ -55,11 +55,9 @@ def _bare_numbers(document):
 
 def _bare_shares(document):
     """Yield limits of a utilisation of 200 % and more without a unit, as `utilisation <= 60`."""
-    limits = document.value.get("limits")
-    for name, limit in (limits if isinstance(limits, dict) else {}).items():
-        path = ("limits", name, "that") if isinstance(limit, dict) else ("limits", name)
+    for path, text in written_limits(document.value):
         with suppress(ValueError, TypeError):  # what is no limit is told elsewhere
-            stated = comparison(limit.get("that") if isinstance(limit, dict) else limit)
+            stated = comparison(text)
             number = bare_number(stated.number)
             if stated.column.endswith(SHARE) and number is not None and number >= SCENE.unlikely_utilisation:
                 yield _warning(document, path, f"{number:g} without a unit is {100 * number:g} %")

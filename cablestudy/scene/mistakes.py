@@ -6,7 +6,7 @@ A key without a value that removes nothing is right where it is known, a mistake
 import re
 
 from cablestudy.errors import Mistake, SceneError
-from cablestudy.scene.fields import suggestion, table_at
+from cablestudy.scene.fields import suggestion
 from cablestudy.scene.layers import matches
 from cablestudy.scene.strict_yaml import mistake
 from cablestudy.scene.tolerances import SCENE
@@ -21,23 +21,22 @@ DID_YOU_MEAN, WORD = re.compile(r"did you mean (.+)\?"), re.compile(r"\w+")
 ABOUT_KEYS = (UNKNOWN, "unknown cable", "no winch", "given together", "a name ", EMPTY_NAME)
 
 
-def collect(error, document, tables):
-    """The SceneError for a ValidationError, sorted by place; at most 100 mistakes.
+def findings(error, value, tables):
+    """Translate a ValidationError of the model that reads the whole file.
 
     Parameters
     ----------
     error : pydantic.ValidationError
-        Error of the model that reads the whole file.
-    document : Document
-        What was read.
+    value : dict
+        What was read, as plain values.
     tables : list of (tuple, type)
         From `fields.tables_of`.
+
+    Returns
+    -------
+    list of (tuple, str)
+        Path and message of each mistake.
     """
-    return located(findings(error, document.value, tables), document)
-
-
-def findings(error, value, tables):
-    """Mistakes that `collect` reports, as (path, message) pairs; `value` is what was read, as plain values."""
     of_pydantic = [pair for detail in error.errors(include_url=False) for pair in _paths_and_messages(detail, tables)]
     return _without_misspelt(of_pydantic + _key_mistakes(value, tables))
 
@@ -66,7 +65,7 @@ def as_meant(value, found):
 
 
 def located(found, document):
-    """SceneError from (path, message) pairs, each once and at its place in the document."""
+    """SceneError from (path, message) pairs, each once, sorted by place in the document; at most 100 mistakes."""
     mistakes_with_place = []
     for path, message in dict.fromkeys(found):
         place = _place_of(path, message, document)
@@ -128,20 +127,7 @@ _EXPECTED = {
 
 
 def _paths_and_messages(detail, tables):
-    """Translate one error of pydantic into messages for the user: a list, since a table may have several mistakes.
-
-    Parameters
-    ----------
-    detail : dict
-        Item of `ValidationError.errors()`.
-    tables : list of (tuple, type)
-        Path and model of each table of the file, from `fields.tables_of`.
-
-    Returns
-    -------
-    list of (tuple, str)
-        Path and message.
-    """
+    """Path and message of each mistake in an item of `ValidationError.errors()`; a table may have several."""
     path, kind, context, value = detail["loc"], detail["type"], detail.get("ctx", {}), detail["input"]
     if path[-1:] == ("[key]",):  # a name that the user chose, for example of a cable
         path, value = path[:-1], path[-2]
@@ -276,6 +262,9 @@ def empty_keys(document, tables):
 
 
 def keys_at(path, tables):
-    """The keys that the mapping at a path may have; empty where any name is right, and where nothing is known."""
-    model = table_at(tables, path)
+    """The keys that the mapping at a path may have; empty where any name is right, and where nothing is known.
+
+    Of two models of a path (see `tables_of`) those of the first.
+    """
+    model = next((model for pattern, model in tables if matches(pattern, path)), None)
     return [field.alias or name for name, field in model.model_fields.items()] if model else []

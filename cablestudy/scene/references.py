@@ -112,21 +112,10 @@ def case_mistakes(scene):
 
 
 def _list_mistakes(scene, case):
-    """Check the names in a load case: cables that are lost (removed), and cables and bodies with ice or wind.
+    """Yield path inside a load case and message on names of cables that are lost, and of what ice and wind are on.
 
     A name must exist and be named once. A lost cable can carry neither ice, wind nor point loads; a body in the wind
     needs its key `wind`; one cable must be left.
-
-    Parameters
-    ----------
-    scene : SuspensionScene
-    case : SuspensionLoadCase
-        One of its load cases.
-
-    Yields
-    ------
-    tuple of (tuple, str)
-        Path inside the load case, such as ("wind", "on", 0), and message.
     """
     cables, wind_of_bodies = scene.cables, {name: body.wind for name, body in scene.bodies.items()}
     known = {"lost": cables, "ice": cables, "wind": {**cables, **wind_of_bodies}}  # names that each list may have

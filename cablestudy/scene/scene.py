@@ -129,8 +129,7 @@ class CableScene(SceneTable):
             components = zip(self.cable.end_1, case.moves.end_1, self.cable.end_2, case.moves.end_2, strict=True)
             squares = ((end_2 + move_2 - end_1 - move_1) ** 2 for end_1, move_1, end_2, move_2 in components)
             text = "moved, the two ends are {:g} m apart".format
-            _, holds, too_close = limited("ends", sum(squares) ** 0.5, SCENE.chord_range, "m", text)
-            relations.append((("cases", name, "moves"), holds, too_close))
+            relations.append(limited(("cases", name, "moves"), sum(squares) ** 0.5, SCENE.chord_range, "m", text))
         return relations
 
 

@@ -1,6 +1,7 @@
 """The cross-section of a cable, its own properties over those of a material, and shares of its breaking force."""
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Annotated, ClassVar
 
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
@@ -55,10 +56,10 @@ def within(value, limits):
     return (limits[0] <= value) & (value <= limits[1])
 
 
-def limited(key, value, limits, unit, text):
+def limited(path, value, limits, unit, text):
     """The relation that a value is between two limits; `text` is a function: value -> beginning of the message."""
     allowed = f"out of range ({limits[0]:g} to {limits[1]:g} {unit})"
-    return (key,), within(value, limits), lambda: f"{text(value)}: {allowed}"
+    return path, within(value, limits), lambda: f"{text(value)}: {allowed}"
 
 
 @dataclass(frozen=True)
@@ -146,9 +147,9 @@ class Section(Properties):
         has_size = self.section_area is not None or all(getattr(self, key) is None for key in PER_AREA)
         relations = [((), has_size, lambda: NO_SIZE), *self.size_relations()]
         if stiffness is not None:  # else it is of a material that is wrong itself
-            relations.append(limited("elastic_modulus", stiffness, SCENE.stiffness_range, "N", f"{product}N".format))
+            relations.append(limited(("elastic_modulus",), stiffness, SCENE.stiffness_range, "N", f"{product}N".format))
         if mass is not None:
-            relations.append(limited("density", mass, SCENE.mass_range, "kg/m", f"{product}kg/m".format))
+            relations.append(limited(("density",), mass, SCENE.mass_range, "kg/m", f"{product}kg/m".format))
         return relations
 
     def tension_relations(self, tensions):
@@ -171,10 +172,5 @@ class Section(Properties):
 
     def _tension_relation(self, path, tension):
         """The relation that a tension [N] is within `SCENE.prestrain_range` times the axial stiffness."""
-
-        def text(ratio):
-            return f"{tension:g} N is {ratio:.3g} times the axial stiffness"
-
-        prestrain = tension / self.section_axial_stiffness
-        _, holds, message = limited(path[-1], prestrain, SCENE.prestrain_range, "times", text)
-        return path, holds, message
+        text = partial("{:g} N is {:.3g} times the axial stiffness".format, tension)
+        return limited(path, tension / self.section_axial_stiffness, SCENE.prestrain_range, "times", text)

@@ -132,7 +132,7 @@ class StudyFile:
         self.count = math.prod(len(entry) for entry in self.entries)
         self.sample, self.sample_entry = table.sample, len(entries) - 1
         self._options = {}  # path in the study -> the option that added what is there
-        self._scenes = {}  # steps as of `_steps` -> scene, of the first cases that were read
+        self._scenes = {}  # number of a case -> its scene, of the first cases that were read
         self.notes = tuple(self._notes(table, bool(options)))
 
     def _notes(self, table, is_extended):
@@ -152,8 +152,7 @@ class StudyFile:
         lines = {}
         for case in self.cases_to_check()[: SCENE.searched_cases]:
             with suppress(SceneError):
-                settings = self._settings(self._steps(case))
-                lines.update(dict.fromkeys(likely_mistakes(self.document.with_sets(settings))))
+                lines.update(dict.fromkeys(likely_mistakes(self.document.with_sets(self._settings(case)))))
         listed, left_out = list(lines)[: SCENE.listed_likely_mistakes], len(lines) - SCENE.listed_likely_mistakes
         return (*listed, *([f"and {left_out} more like these"] if left_out > 0 else []))
 
@@ -197,15 +196,15 @@ class StudyFile:
         """
         vary = []
         for entry in self.entries:
-            values_of_keys = {key: getattr(values, "written", values) for key, values, _ in entry.columns}
-            vary.append(values_of_keys | _plain_alternatives(entry))
+            written = {key: getattr(values, "written", values) for key, values, _ in entry.columns}
+            changes = {name: {key: value for key, value, _ in items} for name, items in entry.alternatives.items()}
+            vary.append(written | ({ALTERNATIVE: changes} if changes else {}))
         find = {"find": self.find.model_dump(mode="json")} if self.find else {}
         return {"scene": self.document.value, "vary": vary, "columns": list(self.columns), **find}
 
     def overrides(self, index):
         """Dotted key -> value as written of what varies in a case, from 0; the last entry runs fastest."""
-        steps = zip(self.entries, self._steps(index), strict=True)
-        return {key: value for entry, step in steps for key, value in entry.shown(step).items()}
+        return {key: value for entry, step in self._steps(index) for key, value in entry.shown(step).items()}
 
     def case(self, index):
         """Overrides and scene of one case, from 0; the key that `find` solves for is as in the base scene.
@@ -217,24 +216,14 @@ class StudyFile:
         SceneError
             The case is no valid scene.
         """
-        return self.overrides(index), self._scene_at(self._steps(index))
+        scene = self._scenes.get(index) or read_scene(self.document_of(index))
+        if len(self._scenes) < SCENE.kept_scenes:
+            self._scenes[index] = scene
+        return self.overrides(index), scene
 
     def document_of(self, index):
         """The document of one case, from 0; SceneError where a varied key cannot be set."""
-        return self._document_at(self._steps(index))
-
-    def _document_at(self, steps):
-        """The document of the case at some steps, as `document_of`."""
-        return self.document.with_sets(self._settings(steps), varied=True)
-
-    def _scene_at(self, steps):
-        """The scene of the case at some steps; raises as `case`."""
-        if steps in self._scenes:
-            return self._scenes[steps]
-        scene = read_scene(self._document_at(steps))
-        if len(self._scenes) < SCENE.kept_scenes:
-            self._scenes[steps] = scene
-        return scene
+        return self.document.with_sets(self._settings(index), varied=True)
 
     def __getstate__(self):
         """Attributes for a pickle: without the scenes, which are read again where they are needed."""
@@ -258,24 +247,18 @@ class StudyFile:
         return list(cases)
 
     def _steps(self, index):
-        """Step of each entry in a case, from 0: tuple of int; the last entry runs fastest."""
+        """List of each entry and its step in a case, from 0; the last entry runs fastest."""
         if not 0 <= index < self.count:
             raise IndexError(f"case {index} of {self.count}")
         steps = []
         for entry in reversed(self.entries):
             index, step = divmod(index, len(entry))
             steps.append(step)
-        return tuple(reversed(steps))
+        return list(zip(self.entries, reversed(steps), strict=True))
 
-    def _settings(self, steps):
-        """List of (key, value, place) of all that varies at these steps."""
-        return [item for entry, step in zip(self.entries, steps, strict=True) for item in entry.settings(step)]
-
-
-def _plain_alternatives(entry):
-    """The alternatives of an `Entry` as plain values, {ALTERNATIVE: name -> key -> value}; empty where it has none."""
-    changes = {name: {key: value for key, value, _ in items} for name, items in entry.alternatives.items()}
-    return {ALTERNATIVE: changes} if changes else {}
+    def _settings(self, index):
+        """List of (key, value, place) of all that varies in a case."""
+        return [item for entry, step in self._steps(index) for item in entry.settings(step)]
 
 
 def read_study(path, sets=(), vary=(), further_check=None):
@@ -306,23 +289,7 @@ def read_study(path, sets=(), vary=(), further_check=None):
 
 
 def study_of(source, sets=(), vary=(), further_check=None):
-    """Make a `StudyFile` of a study file that has been read: check it, and read the base scene that it names.
-
-    Parameters
-    ----------
-    source : Document
-        The study file, its `base:` unread.
-    sets, vary : sequence of str
-        Arguments of the options `--set` (changes of the base scene) and `--vary` (more keys that vary).
-    further_check : callable, optional
-        Called with the `StudyFile` if it has mistakes: finds more of them, so that the user sees all at once, and
-        raises SceneError. It ignores the keys `StudyFile.wrong_keys`, which could not be read.
-
-    Raises
-    ------
-    SceneError
-        All that is wrong with the study file, the base scene's file and the options.
-    """
+    """Make a `StudyFile` of a study file that has been read, a Document with its `base:` unread; as `read_study`."""
     _refuse_scene(source)
     table, found = _read_table(source)
     if table is None:

@@ -20,7 +20,7 @@ from cablestudy.scene.common_tables import (
     case_relations,
     ground_relations,
 )
-from cablestudy.scene.connections import attachment_of, connection_mistakes, unheld, written_connections
+from cablestudy.scene.connections import connection_mistakes, unheld, written_connections
 from cablestudy.scene.control_tables import Control, Drive
 from cablestudy.scene.determinacy import MOTIONS, determinacy_mistakes
 from cablestudy.scene.fields import CaseName, KeyTable, Name, suggestion, tables_of
@@ -147,7 +147,13 @@ class SuspensionScene(SceneTable):
         place : tuple
             From the reference point of a body, body axes; (0, 0, 0) of a free point; global where it is fixed. [m]
         """
-        return attachment_of(self.points, self.bodies, end)
+        if not isinstance(end, str):
+            return None, end
+        if end in self.points:
+            point = self.points[end]
+            return (end, (0.0, 0.0, 0.0)) if point.free else (None, point.at)
+        body, _, attachment = end.partition(".")
+        return body, self.bodies[body].attachments[attachment]
 
     def start(self, end):
         """Position (x, y, z) of an end where the search for equilibrium begins, global. [m]"""
@@ -267,13 +273,12 @@ class SuspensionScene(SceneTable):
             for end in cable.ends:
                 shift = moves.get(end, (0.0, 0.0, 0.0))
                 moved_ends.append([x + dx for x, dx in zip(self.start(end), shift, strict=True)])
-            _, holds, message = limited(name, _distance(*moved_ends), SCENE.chord_range, "m", partial(text, name))
-            yield ("cases", case, "moves"), holds, message
+            yield limited(("cases", case, "moves"), _distance(*moved_ends), SCENE.chord_range, "m", partial(text, name))
 
     def _length_relations(self, name, chord):
         """Relations of a cable whose ends have this distance where the search begins. [m]"""
         cable, path = self.cables[name], ("cables", name)
-        yield path, *limited(name, chord, SCENE.chord_range, "m", "its two ends are {:g} m apart".format)[1:]
+        yield limited(path, chord, SCENE.chord_range, "m", "its two ends are {:g} m apart".format)
         length = cable.unstretched_length
         if length is not None and not (self.solve_for == "pose" and any(self.attachment(end)[0] for end in cable.ends)):
             fits = within(length, (SCENE.length_ratio[0] * chord, SCENE.length_ratio[1] * chord))

@@ -145,11 +145,6 @@ def to_si(value, unit):
         raise ValueError(f"expected {expected(unit)}, got a number out of range") from None
 
 
-def read_frequency(option, text):
-    """The frequency that an option of the command line gives; SceneError if it is not a positive one. [Hz]"""
-    return read_positive(option, text, "Hz")
-
-
 def read_positive(option, text, unit):
     """The quantity in a unit of DIMENSIONS that an option of the command line gives; SceneError if not positive."""
     try:
@@ -329,26 +324,10 @@ def _registry():
 
 @lru_cache(maxsize=4096)
 def _root(name, expected=None):
-    """Express a unit in the base units of pint: "mm" is 0.001 "meter".
+    """Factor (Decimal) and base units of pint of a unit as written: "mm" is 0.001 "meter", "" a pure number.
 
-    Parameters
-    ----------
-    name : str
-        Unit as written, such as "kN/m"; "" is a pure number.
-    expected : str, optional
-        Base units that it should have, for the message on an unknown unit.
-
-    Returns
-    -------
-    factor : Decimal
-        Size of the unit in base units.
-    base_units : str
-        Two units fit each other if these are equal. Dimensions are not compared, since those of rad/s and Hz are equal.
-
-    Raises
-    ------
-    _NotAQuantityError
-        The unit is unknown.
+    Two units fit each other if their base units are equal. Dimensions are not compared, since those of rad/s and Hz are
+    equal. The message on an unknown unit, _NotAQuantityError, suggests one that has the `expected` base units.
     """
     if name == "":
         return Decimal(1), ""

@@ -11,7 +11,7 @@ from cablestudy.control import export, statespace
 from cablestudy.control.statespace import channels, proper
 from cablestudy.errors import NoSolutionError, SceneError, check_output, refuse_options
 from cablestudy.scene.fields import suggestion
-from cablestudy.scene.units import read_frequency
+from cablestudy.scene.units import read_positive
 from cablestudy.scene.words import counted
 from cablestudy.study.ssm_tables import Curve
 from cablestudy.study.table import write_whole
@@ -61,7 +61,7 @@ class StateSpaceOptions:
     @cached_property
     def limit(self):
         """Frequency of --upto. [Hz]"""
-        return None if self.upto is None else read_frequency("--upto", self.upto)
+        return None if self.upto is None else read_positive("--upto", self.upto, "Hz")
 
     @property
     def inputs(self):
@@ -212,7 +212,7 @@ def read_response_range(text):
     parts = text.split(":")
     if len(parts) != 3:
         raise SceneError(f"{option}: expected FROM:TO:COUNT, for example 0.01Hz:100Hz:2000")
-    low, high = (read_frequency(option, part) for part in parts[:2])
+    low, high = (read_positive(option, part, "Hz") for part in parts[:2])
     if low >= high:
         raise SceneError(f"{option}: FROM must be below TO")
     if low < STUDY.lowest_response or high > STUDY.highest_response:
