@@ -31,9 +31,10 @@ from command import (
 
 from cablestudy import __version__
 from cablestudy.errors import SceneError
+from cablestudy.scene.study import ALL_COLUMNS
 from cablestudy.scene.tolerances import SCENE
 from cablestudy.study.table import Field, Table
-from cablestudy.sweeps.check import Difference, Tolerance, compare, read_tolerances
+from cablestudy.sweeps.check import Difference, compare, read_tolerances
 from cablestudy.sweeps.fingerprint import RESULTS_VERSION
 from cablestudy.sweeps.run import read_shard
 from cablestudy.sweeps.tolerances import SWEEPS
@@ -303,7 +304,7 @@ def test_the_last_digit_in_a_status_may_turn(folder, stored, agrees):
     write("stored.csv", f"sag_m,status\n,{stored}\n")
     rows = [{"sag_m": None, "status": "reached is about 1.0e-12 of 3 models"}]
     table = Table((Field("sag_m", "", ""), Field("status", "", "")), rows)
-    differences = [difference.column for difference in compare(table, "stored.csv", Tolerance(1e-6))]
+    differences = [difference.column for difference in compare(table, "stored.csv", {})]
     assert differences == ([] if agrees else ["status"])
 
 
@@ -348,11 +349,9 @@ def test_a_difference_from_a_printed_value_is_as_certain_as_its_column(folder):
 
 
 def test_a_tolerance_without_a_column_is_for_all():
-    assert Tolerance(1e-3, {"sag_m": 1.0}).of("sag_m") == 1.0
-    assert Tolerance(1e-3).of("sag_m") == 1e-3
     nothing = SimpleNamespace(columns=(), tolerances={})
-    assert read_tolerances((), nothing).usual == 1e-6
-    assert read_tolerances(("1 %",), nothing).usual == 0.01  # as a study file may have it
+    assert read_tolerances((), nothing) == {}
+    assert read_tolerances(("1 %",), nothing) == {ALL_COLUMNS: 0.01}  # as a study file may have it
     assert str(Difference(2, "sag_m", "2.0", "3.0")) == "row 2, sag_m: stored 2.0, computed 3.0, ratio 1.5"
 
 

@@ -19,11 +19,11 @@ from pyarrow import parquet
 from scenes import computed
 
 from cablestudy.errors import SceneError
-from cablestudy.scene.study import read_study
+from cablestudy.scene.study import ALL_COLUMNS, read_study
 from cablestudy.study.parquet import write_parquet
 from cablestudy.study.table import Field, Table, TableFiles, exact, number, short, signed, stream_csv, write_whole
 from cablestudy.study.tolerances import STUDY as TOLERANCES
-from cablestudy.sweeps.check import Tolerance, compare, compare_columns
+from cablestudy.sweeps.check import compare, compare_columns
 
 FIELDS = (Field("name", "name"), Field("sag_m", "sag", "m"), Field("status", "status"))
 ROWS = [
@@ -158,7 +158,7 @@ def differences(tmp_path, stored, rtol=1e-6):
     path = write(tmp_path / "stored.csv", stored.replace(" ", "\n") + "\n")
     rows = [{"sag_m": 1.0, "status": "ok"}, {"sag_m": None, "status": "broken"}]
     table = Table(FIELDS[1:], rows)
-    return [*compare_columns(table, path), *map(str, compare(table, path, Tolerance(rtol)))]
+    return [*compare_columns(table, path), *map(str, compare(table, path, {ALL_COLUMNS: rtol}))]
 
 
 @pytest.mark.parametrize(
@@ -195,7 +195,7 @@ def test_the_tolerance_is_relative_to_the_larger(tmp_path):
 
 def test_the_time_that_a_row_took_is_not_compared(tmp_path):
     table = Table((Field("solve_time_ms", "solve time", "ms"),), [{"solve_time_ms": 2.0}])
-    assert list(compare(table, write(tmp_path / "stored.csv", "solve_time_ms\n1.0\n"), Tolerance(0.0))) == []
+    assert list(compare(table, write(tmp_path / "stored.csv", "solve_time_ms\n1.0\n"), {ALL_COLUMNS: 0.0})) == []
 
 
 @pytest.mark.parametrize("rows", [[], [{"a": 1.5, "b": "x"}], [{"a": 1.5, "b": "x\ny"}, {"a": None}]], ids=len)
@@ -220,7 +220,7 @@ def test_pieces_are_what_the_standard_library_writes_at_once(rows):
 )
 def test_statuses_agree_but_for_the_last_digit_of_a_number(tmp_path, old, new, same):
     table = Table((Field("status", "status"),), [{"status": new}])
-    assert (list(compare(table, write(tmp_path / "a.csv", f"status\n{old}\n"), Tolerance())) == []) == same
+    assert (list(compare(table, write(tmp_path / "a.csv", f"status\n{old}\n"), {})) == []) == same
 
 
 # --------------------------------------------------------------------------- files of a sweep
@@ -250,7 +250,7 @@ def test_asking_makes_nothing_and_writing_makes_the_folder(folder):
     assert names == ["study.csv", "study.md", "study.run.yaml"]
     assert Path(files.csv).read_text(encoding="utf-8") == table.render("csv")
     assert Path(files.md).read_text(encoding="utf-8") == f"# Two | three\n\n{table.render('md')}"
-    assert list(compare(table, files.csv, Tolerance(0.0))) == []
+    assert list(compare(table, files.csv, {ALL_COLUMNS: 0.0})) == []
     assert Path(files.run).read_text(encoding="utf-8") == "a: 1\n"
     files.check_stored()
 

@@ -72,16 +72,16 @@ def sweep(study, sets, vary, dry_run, where, sort, best, pareto, sensitivity, ou
         if study.request.asked and keep:  # columns that options name and the study does not list
             keep = False
             echo_notes([f"not written: the study does not list {', '.join(study.request.asked)}"], quiet)
-        tolerance = None
+        tolerances = None
         if check:
             study.files(out).check_stored()
-            tolerance = study.tolerances(rtols)
+            tolerances = study.tolerances(rtols)
         options = {"quiet": quiet, "estimate": style == "json", **run_options}
         with study.run(out, keep, shard, **options) as run:
             columns = print_differences(differing_columns(run.table(), run.files.csv), run) if check else 0
             compute(run, study.words)
             if not shard:
-                return finish(study, run, style, plot, command_text(words), select, sensitivity, tolerance, columns)
+                return finish(study, run, style, plot, command_text(words), select, sensitivity, tolerances, columns)
             echo_notes([f"written: {run.finish_shard(command_text(words))}"], quiet)
             return NO_ANSWER if run.failed else 0
 
@@ -97,7 +97,7 @@ def compute(run, words):
     run.check_complete()
 
 
-def finish(study, run, style, plot, command, select=None, indices=False, tolerance=None, differing=0):
+def finish(study, run, style, plot, command, select=None, indices=False, tolerances=None, differing=0):
     """Write and print the table of a complete `Run`, or compare it with the stored table; return the exit code.
 
     Parameters
@@ -108,8 +108,8 @@ def finish(study, run, style, plot, command, select=None, indices=False, toleran
         From `Study.selection`: table -> (rows that are drawn and printed, notes). By default these are all rows.
     indices : bool
         True if `select` returns Sobol's indices in place of rows.
-    tolerance : Tolerance, optional
-        If given, the table is compared with the stored one within this tolerance, and not printed.
+    tolerances : dict, optional
+        From `Study.tolerances`: if given, the table is compared with the stored one within them, and not printed.
     differing : int
         Number of differences that are printed already: columns that are only in one of the tables, or renamed.
     """
@@ -123,8 +123,8 @@ def finish(study, run, style, plot, command, select=None, indices=False, toleran
     if plot:
         left_out = study.save_figure(plot, shown, indices, style.columns)
         echo_notes([f"written: {plot}", *left_out], quiet)
-    if tolerance is not None:
-        number = print_differences(differences(table, files.csv, tolerance), run, differing)
+    if tolerances is not None:
+        number = print_differences(differences(table, files.csv, tolerances), run, differing)
         if number > MOST_DIFFERENCES:
             click.echo(f"{files.csv}: {number} differences in all", err=True)
         echo_notes([] if number else [f"{files.csv}: agrees"], quiet)

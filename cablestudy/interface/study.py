@@ -82,7 +82,7 @@ class Study:
 
         return read_selection(self.request, **options).table
 
-    def tolerances(self, texts: Sequence[str]) -> Any:
+    def tolerances(self, texts: Sequence[str]) -> dict[str, float]:
         """Tolerances of a comparison with the stored table: of texts "[COLUMN=]TOL", else of the study, else 1e-6."""
         return read_tolerances(texts, self.request)
 

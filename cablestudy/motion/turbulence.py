@@ -235,8 +235,8 @@ def _residues_of_rows(turbulences, coarse=False):
     """`all_residues` of each `Turbulence` of a list, as sums over poles: list of `Residues`.
 
     They are D + sum over j of c_j b_j/(s - l_j). l_j are the poles of the plant, with its loop closed if it has one,
-    c_j and b_j belong to outputs and inputs. A loop with a delay adds a remainder to this sum (`DelayedResponse`). `coarse`
-    leaves out the highest modes, by `Plant.coarse_space`: the change shows the error by modes.
+    c_j and b_j belong to outputs and inputs. A loop with a delay adds a remainder to this sum (`DelayedResponse`).
+    `coarse` leaves out the highest modes, by `Plant.coarse_space`: the change shows the error by modes.
     """
     Turbulence.space.compute(turbulences)
     found, groups = [None] * len(turbulences), {}  # groups: rows of one state space with arrays of equal sizes

@@ -234,27 +234,11 @@ class Conductors:
         return PermanentSets(by_creep, sets, by_load, heaviest, errors)
 
     def _sets_by_load(self, sets):
-        """Permanent elongations ("sets") that the heaviest load case leaves in each conductor.
+        """Fields of `PermanentSets` from `sets` on, by the heaviest load case of conductors with `sets` before it.
 
-        The heaviest case is the one in which the mean tension of the conductor is largest. `...` is (n,) or (n, c), for
-        each cable of each scene; an axis of 2 is for outer strands and core.
-
-        Parameters
-        ----------
-        sets : ndarray, shape (..., 2)
-            Permanent elongations before the load. [-]
-
-        Returns
-        -------
-        sets : ndarray, shape (..., 2)
-            Permanent elongations after the load: the larger ones of those before it and `by_load`. [-]
-        by_load : ndarray, shape (..., 2)
-            Permanent elongations by the strain under the load, of a conductor without earlier ones. [-]
-        heaviest : ndarray of str, shape (...)
-            Name of the heaviest case, with the suffix BEYOND where the strain is beyond the measured curve; empty
-            without a case.
-        errors : ndarray, shape (...)
-            Error of the strain under the load, since the tension varies along the cable. [-]
+        The heaviest case is the one in which the mean tension of the conductor is largest; its name has the suffix
+        BEYOND where the strain is beyond the measured curve. `errors` are those of the strain under the load, since the
+        tension varies along the cable.
         """
         # all load cases of all scenes, but those in which cables are lost, are solved together
         rows_and_scenes = [(row, scene.model_copy(update={"case": name}))

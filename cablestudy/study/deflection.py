@@ -65,21 +65,8 @@ def _by_tangent(unloaded, mesh, span):
 
     The tension vector of piece i, between the nodes i and i + 1, changes by c - f_i: c is its change at end 1, f_i the
     sum of the loads before the piece. With the flexibility F_i of the piece, the displacements u of its nodes differ by
-    u_(i+1) - u_i = F_i (c - f_i). c follows from the ends, which stay: (sum of F_i) c = sum of F_i f_i.
-
-    Parameters
-    ----------
-    unloaded : Catenary
-        The cable without point loads.
-    mesh : Mesh
-        Elements of the cable; the loads are at nodes.
-    span : Span
-        The cable with the point loads.
-
-    Returns
-    -------
-    ndarray, shape (nodes, 3)
-        u in the chord frame (along the chord, across it, sideways) [m]; NaN where the catenary hangs folded.
+    u_(i+1) - u_i = F_i (c - f_i). c follows from the ends, which stay: (sum of F_i) c = sum of F_i f_i. Returns u,
+    shape (nodes, 3), in the chord frame [m]; NaN where the catenary hangs folded.
     """
     if unloaded.folded:
         return np.full((mesh.nodes, 3), np.nan)

@@ -105,15 +105,10 @@ def search(goal, document, enclose=False, column_at=None):
 
     Parameters
     ----------
-    goal : Goal
-        The column, its value, and the key that is varied.
-    document : Document
-        File of the scene; it may state another value of the key, or a key that excludes it.
+    goal, document, column_at
+        As of `solve`.
     enclose : bool
         Whether to search on until f is negative, or has no value, at both ends of the range tried.
-    column_at : callable, optional
-        Computes the column: values of the key, shape (n,) -> numbers, shape (n,), NaN where there is none, and list of
-        n status texts. By default the scene is computed for each value.
 
     Returns
     -------
@@ -180,21 +175,9 @@ def check_goal(goal, document):
 
 
 def _value_of_scene(goal, document):
-    """Value of the key at which a search begins: the one that the scene states, or implies.
+    """Value of the key that the scene states or implies, at which a search begins [SI]; None without one.
 
     A scene implies a value if a result column has the name of the key: a scene that states a tension has a sag too.
-
-    Parameters
-    ----------
-    goal : Goal
-        Names the key.
-    document : Document
-        File of the scene.
-
-    Returns
-    -------
-    float or None
-        In SI. None if the scene is not valid, or neither states nor implies a value that the key may have.
     """
     try:
         scene = read_scene(document)

@@ -61,24 +61,11 @@ def ranges(goal, document, columns):
 
 
 def _range_ends(zeros_found, statuses):
-    """Find the two ends of each range of a key in which all limits hold.
+    """Ends of the ranges of a key in which all limits hold: a list of `from` or `to`, value of the key, reason.
 
     The margin m at a value of the key is the least margin of all limits. A range is a run of neighbouring values with
-    m >= 0, and m > 0 at some of them. It ends at a zero or a jump of m, before a value without an answer, or where the
-    search ended.
-
-    Parameters
-    ----------
-    zeros_found : roots.Zeros
-        Zeros and jumps of m, and all values of the key at which m was found.
-    statuses : dict
-        Each value of the key that was tried -> status text of the results there.
-
-    Returns
-    -------
-    list of (str, float, str)
-        In the order of the key: `from` or `to`; value of the key; and the reason if the range ends there though all
-        limits hold, else empty.
+    m >= 0, and m > 0 at some of them. It ends at a zero or a jump of m; or, though all limits hold, for a reason: the
+    status (in `statuses`) of the next value, which has no answer, or the end of the search.
     """
     crossings = {*zeros_found.roots, *zeros_found.jumps}
     margins = {value: nan for value, status in statuses.items() if not has_answer(status)}

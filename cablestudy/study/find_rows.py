@@ -112,21 +112,8 @@ def _only_solution(study, goal, case, column_at):
 def _values_in_cases(study, goal, cases, values_of_searches):
     """Compute the column of the goal for many searches at once, each in its own case and at its own values of the key.
 
-    Parameters
-    ----------
-    study : StudyFile
-    goal : Goal
-        Names the column and the key.
-    cases : list of int
-        For each search the number of its case in the study.
-    values_of_searches : dict
-        Number of a search -> the k values of the key that it tries now, shape (k,).
-
-    Returns
-    -------
-    list of (ndarray, list of str)
-        For each search, in the order of `values_of_searches`: numbers in the column, shape (k,), NaN where there is
-        none; and k status texts.
+    `cases` has the number of the case of each search, `values_of_searches` the values that it tries now: number of the
+    search -> shape (k,). Returns for each of these numbers in the column, NaN where there is none, and status texts.
     """
     counts = [len(values) for values in values_of_searches.values()]
     key_values = KeyValues(study.document_of, goal, np.concatenate(list(values_of_searches.values())), study.entries)

@@ -74,22 +74,10 @@ def _with_length(cable, length):
 
 
 def _tables_of_bodies(contents, scene, equilibrium):
-    """Tables `points` and `bodies` of a scene file, with the places and attitudes that an equilibrium has.
+    """Tables `points` and `bodies` of a scene file in plain values, where there are any, with those of an equilibrium.
 
-    Parameters
-    ----------
-    contents : dict
-        The scene file in plain values.
-    scene : SuspensionScene
-        The scene read from it.
-    equilibrium : Equilibrium
-        Of this scene, with arrays whose first axis has one entry.
-
-    Returns
-    -------
-    dict
-        `points` and `bodies` where the scene has any. Free points and bodies have the new position `at` [m]; bodies
-        that are free to turn also have the new `attitude`: roll, pitch and yaw [rad].
+    Free points and bodies have the new position `at` [m]; bodies that are free to turn also the new `attitude`: roll,
+    pitch and yaw [rad]. The first axis of the arrays of the equilibrium has one entry.
     """
     position = equilibrium.position[0]
     position = np.where(np.abs(position) > STUDY.dust * equilibrium.longest[0], position, 0.0)
@@ -102,10 +90,7 @@ def _tables_of_bodies(contents, scene, equilibrium):
         if point.free:
             points[name] = {**points[name], "at": positions[name]}
     for name, body in scene.bodies.items():
-        if not body.free:
-            continue
-        body_table = {**bodies[name], "at": positions[name]}
-        if {"roll", "pitch", "yaw"} & set(body.free):
-            body_table["attitude"] = attitudes[name]
-        bodies[name] = body_table
+        if body.free:
+            attitude = {"attitude": attitudes[name]} if body.turning else {}
+            bodies[name] = {**bodies[name], "at": positions[name], **attitude}
     return ({"points": points} if points else {}) | ({"bodies": bodies} if bodies else {})

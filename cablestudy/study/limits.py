@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pydantic_core import PydanticCustomError
 
 from cablestudy.errors import Mistakes, SceneError
-from cablestudy.scene.common_tables import REFERENCE, comparison
+from cablestudy.scene.common_tables import REFERENCE, comparison, written_limits
 from cablestudy.scene.mistakes import in_order
 from cablestudy.scene.scene import read_scene
 from cablestudy.study.columns import find
@@ -82,10 +82,10 @@ def limits_of(scene, document=None):
     SceneError
         All that it cannot have, at their places in its document where this is given.
     """
-    limits, tables = [], document.value.get("limits", {}) if document else {}
+    limits, paths = [], {path[1]: path for path, _ in written_limits(document.value)} if document else {}
     with Mistakes() as mistakes:
         for name, table in scene.limits.items():
-            path = "limits", name, *["that"] * isinstance(tables.get(name), dict)
+            path = paths.get(name, ("limits", name))
             with mistakes.at(document.where(path) if document else "", ".".join(path)):
                 limits.append(_limit(scene, name, table))
     return limits
@@ -109,10 +109,8 @@ def scene_with_limits(document):
 
 def _unknown_columns(document):
     """Mistakes about limits as written whose column there is not: `Mistakes`."""
-    mistakes, limits = Mistakes(), document.value.get("limits")
-    for name, limit in limits.items() if isinstance(limits, dict) else ():
-        path = ("limits", name, "that") if isinstance(limit, dict) else ("limits", name)
-        text = limit.get("that") if isinstance(limit, dict) else limit
+    mistakes = Mistakes()
+    for path, text in written_limits(document.value):
         with suppress(PydanticCustomError):  # no comparison, which is told with the scene
             column = comparison(text).column if isinstance(text, str) else ""
             with mistakes.at(document.where(path), ".".join(path)):
@@ -122,28 +120,12 @@ def _unknown_columns(document):
 
 
 def _limit(scene, name, table):
-    """Read one entry of the table `limits` of a scene.
+    """The `SceneLimit` of an entry of the table `limits` of a scene, its name and `LimitTable`.
 
-    Parameters
-    ----------
-    scene : CableScene or SuspensionScene
-    name : str
-        Name of the limit.
-    table : LimitTable
-        Its keys: the comparison, such as `sag < 2 m`, and perhaps the load cases in which it holds.
-
-    Returns
-    -------
-    SceneLimit
-        Its terms are the load cases that the table names, by default all and the reference state, each with every cable
-        that has the column. A term is left out if the scene cannot have the column in this case, or if the case lacks
-        the cable.
-
-    Raises
-    ------
-    ValueError
-        The column is no result; the number is zero, or does not fit the unit of the column; the scene cannot have the
-        column in a load case that the table names or, if it names none, in any.
+    Its terms are the load cases that the table names, by default all and the reference state, each with every cable
+    that has the column. A term is left out if the scene cannot have the column in this case, or if the case lacks the
+    cable. ValueError if the column is no result, or its number zero or of another unit; or if the scene cannot have the
+    column in a load case that the table names or, if it names none, in any.
     """
     stated = comparison(table.that)
     # (cable, column of this cable); of a column that belongs to no cable one pair, with "" for the cable

@@ -235,15 +235,9 @@ def wind_direction(angle):
 
 
 def _between_moved_ends(span, strain, ends, moves):
-    """Cables between moved ends, and their chord strains, which keep the digits of a small movement.
+    """Cables between moved ends, and their chord strains, shape (n,), which keep the digits of a small movement.
 
-    Parameters
-    ----------
-    span : Span
-    strain : ndarray, shape (n,)
-        Before the movement.
-    ends, moves : ndarray, shape (n, 2, 3)
-        Positions after the movement, and the movement. [m]
+    `ends` and `moves`, shape (n, 2, 3), are the positions after the movement, and the movement. [m]
     """
     step = moves[:, 1] - moves[:, 0]
     still = ~step.any(axis=-1)
@@ -261,20 +255,8 @@ def _with_uniform_drag(span, ends, wind):
     A cable under a uniform load in any direction hangs in the plane of its chord and the load, as a catenary does in
     the vertical plane. With the mass m per unstretched length, the upward unit vector z, gravity g and the wind force
     w, the new vertical is the direction of m g z - w, and the new gravity is |m g z - w|/m. Cables without wind keep
-    their fields exactly.
-
-    Parameters
-    ----------
-    span : Span
-        The cables without wind, fields of shape (n,).
-    ends : ndarray, shape (n, 2, 3)
-        Positions of both ends of each cable. [m]
-    wind : ndarray, shape (n, 3)
-        w per unstretched length, global axes. [N/m]
-
-    Returns
-    -------
-    Span
+    their fields exactly. `ends`, shape (n, 2, 3), are the positions of both ends [m], `wind` is w per unstretched
+    length in global axes, shape (n, 3) [N/m].
     """
     in_wind = wind.any(axis=-1)
     load = (span.mass * span.gravity)[:, None] * UP - wind

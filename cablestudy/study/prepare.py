@@ -223,23 +223,8 @@ def tolerances_of(study):
 def _printed_values(study, columns):
     """Read the CSV file of a study's printed values: numbers of a publication that its results are compared with.
 
-    Parameters
-    ----------
-    study : StudyFile
-    columns : list of Column
-        Columns of the study.
-
-    Returns
-    -------
-    headers : list of str
-        Headers of the file, each that of a column; empty without a file.
-    numbers : list of dict
-        For each case header -> number, None where the cell is empty.
-
-    Raises
-    ------
-    SceneError
-        The file does not fit the study: other columns, another number of rows, or cells that are no numbers.
+    Returns as the second result of `prepare`; the number of an empty cell is None. SceneError if the file does not fit
+    the study: other columns, another number of rows, or cells that are no numbers.
     """
     if study.reference_path is None:
         return [], []

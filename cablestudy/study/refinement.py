@@ -189,18 +189,9 @@ class Refinement:
         """Keep the values of this level that are within the accuracy, and end the search if no finer level is needed.
 
         The search ends when all values are within the accuracy and a finer level would not give missing values. It also
-        ends when the largest error, below `STUDY.rounding_limit`, has stopped falling: only rounding is left of it.
-
-        Parameters
-        ----------
-        values : dict
-            Name -> number by this level.
-        estimated_errors : dict
-            Name -> relative error of this number. [-]
-        failures : dict
-            Name -> CablestudyError of what has no number at this level; the key None stands for all names.
-        unresolved : float
-            Relative error by transverse waves that are too short for the elements of this level. [-]
+        ends when the largest error, below `STUDY.rounding_limit`, has stopped falling: only rounding is left of it. The
+        three dicts are those of `compute`, where the key None of `failures` stands for all names; `unresolved` is the
+        relative error by transverse waves that are too short for the elements of this level.
         """
         self._refuse(failures)
         pending = failures.keys() - self.failures.keys()  # columns to which a finer level may give a number

@@ -277,13 +277,6 @@ class _Scan:
 
         The search stops at the first point where f is zero or has the other sign. All points are kept in `tried`, where
         `_roots_and_jumps` then finds a change of sign on each side of such a point.
-
-        Parameters
-        ----------
-        low, high : float
-            The two points.
-        sign : float
-            1 where f is positive at both points, -1 where it is negative.
         """
         from scipy.optimize import minimize_scalar
 
@@ -305,14 +298,9 @@ class _Scan:
             pass
 
     def _roots_and_jumps(self):
-        """Find the zeros of f, and its jumps over zero, between neighbouring points that have values; set `plateaus`.
+        """Zeros of f and its jumps over zero between points that have values: two rising lists. Sets `plateaus`.
 
         A change of sign is a jump where f is not small at the point that Brent's method finds.
-
-        Returns
-        -------
-        roots, jumps : list of float
-            Each rising.
         """
         if self._effort.equal(self.finite()[1]):
             return [], []
@@ -339,12 +327,8 @@ class _Scan:
     def _root_between(self, low, high):
         """Point between `low` and `high`, where f has different signs, at which f changes its sign: by Brent's method.
 
-        Raises
-        ------
-        _NoValueError
-            f has no value at a point on the way, which is added to `tried`.
-        _JumpFoundError
-            A costly f jumps over zero: in a narrow bracket its values still differ much. This saves evaluations.
+        _NoValueError where f has no value at a point on the way, which is added to `tried`; _JumpFoundError where a
+        costly f jumps over zero: in a narrow bracket its values still differ much. This saves evaluations.
         """
         from scipy.optimize import brentq
 

@@ -8,7 +8,7 @@ r' = N/EA + N/|N| is the chord. d depends on the form: c and d are found in turn
 by Gauss's rule on each piece between two loads, and on both sides of mid-length: r' is smooth there.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -33,18 +33,15 @@ class ChangesByDrag:
     end_tensions : ndarray, shape (n, 2, 3)
         Change of the tension vector at both ends, global axes. [N]
     displacement : ndarray, shape (n, j, 3)
-        Movement of j points along each cable. [m]
+        Movement of the j points of its `Pieces` along each cable. [m]
     tensions : ndarray, shape (n, j, 3)
         Tension vectors at these points under the actual drag, global axes. [N]
-    pieces : Pieces
-        With these points.
     """
 
     relative: np.ndarray
     end_tensions: np.ndarray
     displacement: np.ndarray
     tensions: np.ndarray
-    pieces: "Pieces"
 
 
 def changes_by_actual_drag(drag, catenary, stretched=False, steps=STUDY.drag_steps):
@@ -103,7 +100,7 @@ def changes_by_actual_drag(drag, catenary, stretched=False, steps=STUDY.drag_ste
     of_force = ((size(change) + size(step)) / np.maximum(size(force), np.finfo(float).tiny)).max(axis=-1)
     offset = size(span.in_frame(catenary.at(np.array([0.5]))[0], "global"))
     of_form = (size(at_middle) + size(at_middle - previous)) / np.maximum(offset, np.finfo(float).tiny)
-    return ChangesByDrag(np.maximum(of_force, of_form[:, 0]), ends, length * displacement, tensions, pieces)
+    return ChangesByDrag(np.maximum(of_force, of_form[:, 0]), ends, length * displacement, tensions)
 
 
 @dataclass(frozen=True)
@@ -257,14 +254,13 @@ class DragErrors:
         square = np.maximum((end_forces**2).sum(axis=-1), np.finfo(float).tiny)
         tension_change = STUDY.second_order * np.abs((force_change * end_forces).sum(axis=-1) / square).max(axis=-1)
         from_end, to_end = ends[:, :1], ends[:, 1:]
-        return DragErrors(
+        return replace(
+            self,
             error=bounded_errors(self.error + tension_change),
             end_forces=self.end_forces + force_change * np.array([1.0, -1.0])[:, None],
             displacement=self.displacement + from_end + self.points[..., None] * (to_end - from_end),
-            points=self.points,
             ends=ends,
             tensions=self.tensions + force_change,
-            weights=self.weights,
         )
 
 
@@ -292,14 +288,12 @@ def uneven_drag_errors(drag, catenary, stretched=False):
     changes, without = changes_by_actual_drag(drag, catenary, stretched), DragErrors.none(catenary)
     has_wind = drag.normal_drag > 0
     in_wind = has_wind[:, None, None]
-    return DragErrors(
+    return replace(
+        without,
         error=np.where(has_wind, STUDY.second_order * bounded_errors(changes.relative), 0.0),
         end_forces=np.where(in_wind, changes.end_tensions * np.array([1.0, -1.0])[:, None], 0.0),
         displacement=np.where(in_wind, changes.displacement, 0.0),
-        points=changes.pieces.points,
-        ends=without.ends,
         tensions=np.where(in_wind, changes.tensions, without.tensions),
-        weights=changes.pieces.weights,
     )
 
 

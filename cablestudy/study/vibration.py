@@ -105,9 +105,8 @@ def tension_notes(scene, values):
     tuple of str
         One note, or none.
     """
-    if scene.nonzero_gravity is None or scene.load_case.ice or scene.load_case.wind:
-        return ()
-    if not scene.cables:  # links alone
+    only_links = not scene.cables
+    if only_links or scene.nonzero_gravity is None or scene.load_case.ice or scene.load_case.wind:
         return ()
     constants = np.ravel(find("catenary_constant").compute(values))
     index = first_of_largest(constants, STUDY.equal_values)

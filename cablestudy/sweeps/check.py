@@ -33,18 +33,6 @@ class Difference:
         return f"row {self.row}, {self.column}: stored {stored}, computed {computed}{ratio}"
 
 
-@dataclass(frozen=True)
-class Tolerance:
-    """Relative difference up to which numbers agree: the usual one, and those of some columns, by header."""
-
-    usual: float = SWEEPS.agreement
-    columns: dict = None
-
-    def of(self, name):
-        """Tolerance of a column."""
-        return (self.columns or {}).get(name, self.usual)
-
-
 def read_tolerances(texts, study):
     """Read the relative tolerances by which computed numbers are compared with stored ones.
 
@@ -57,8 +45,8 @@ def read_tolerances(texts, study):
 
     Returns
     -------
-    Tolerance
-        With `SWEEPS.agreement` for all columns where nothing else is given.
+    dict
+        Header of a column, or ALL_COLUMNS -> tolerance. [-]
 
     Raises
     ------
@@ -74,8 +62,7 @@ def read_tolerances(texts, study):
                 if header in of_options:
                     raise ValueError(f"given twice{'' if sign else ' for all columns'}")
                 of_options[header] = tolerance
-    columns = {**tolerances_of(study), **of_options}
-    return Tolerance(columns.pop(ALL_COLUMNS, SWEEPS.agreement), columns)
+    return {**tolerances_of(study), **of_options}
 
 
 def _read_tolerance(text):
@@ -91,11 +78,20 @@ def _read_tolerance(text):
 
 def compare_columns(table, path):
     """Yield a text for each column that only one of a table and a stored CSV file has; rows are not looked at."""
-    stored_names, _ = stream_csv(path)
-    yield from _unmatched_columns(table, stored_names, list(_tolerance_columns(table.fields)))
+    names, (stored_names, _) = list(_tolerance_columns(table.fields)), stream_csv(path)
+    new_name = {field.title: field.name for field in table.fields if field.distinct and field.title not in names}
+    # names of columns that versions of the program wrote which wrote varied keys as text
+    renamed = [name for name in stored_names if new_name.get(name) not in (None, *stored_names)]
+    for name in renamed:
+        now = new_name[name]
+        yield f"column {name}: stored as text by an earlier version, now {now}: sweep it anew without --check"
+    matched = {*names, *renamed}
+    yield from (f"column {name}: stored, not computed" for name in stored_names if name not in matched)
+    matched = {*stored_names, *(new_name[name] for name in renamed)}
+    yield from (f"column {name}: computed, not stored" for name in names if name not in matched)
 
 
-def compare(table, path, tolerance):
+def compare(table, path, tolerances):
     """Compare a computed table with a stored CSV file, cell by cell, in the columns that both have.
 
     Numbers a and b agree if |a - b| <= tolerance max(|a|, |b|). For the difference between a computed and a printed
@@ -108,8 +104,8 @@ def compare(table, path, tolerance):
         All rows of the study.
     path : str
         The CSV file.
-    tolerance : Tolerance
-        Relative tolerance of each column.
+    tolerances : dict
+        Header of a column, or ALL_COLUMNS -> relative tolerance; `SWEEPS.agreement` where neither is there. [-]
 
     Yields
     ------
@@ -123,25 +119,11 @@ def compare(table, path, tolerance):
     count = 0
     for count, (row, (_, stored)) in enumerate(zip(table.rows, stored_rows, strict=False), 1):
         for name in compared_names:
-            if not _agree(name, stored[name], row, tolerance_columns[name], tolerance):
+            if not _agree(name, stored[name], row, tolerance_columns[name], tolerances):
                 yield Difference(count, name, stored[name], exact(row.get(name)))
     count += sum(1 for _ in stored_rows)
     if count != len(table.rows):
         yield f"{count} rows stored, {len(table.rows)} computed"
-
-
-def _unmatched_columns(table, stored_names, names):
-    """Yield a line for each column that only the computed table has, of all its names, or only the stored one."""
-    new_name = {field.title: field.name for field in table.fields if field.distinct and field.title not in names}
-    # names of columns that versions of the program wrote which wrote varied keys as text
-    renamed = [name for name in stored_names if new_name.get(name) not in (None, *stored_names)]
-    for name in renamed:
-        now = new_name[name]
-        yield f"column {name}: stored as text by an earlier version, now {now}: sweep it anew without --check"
-    matched = {*names, *renamed}
-    yield from (f"column {name}: stored, not computed" for name in stored_names if name not in matched)
-    matched = {*stored_names, *(new_name[name] for name in renamed)}
-    yield from (f"column {name}: computed, not stored" for name in names if name not in matched)
 
 
 def _tolerance_columns(fields):
@@ -153,7 +135,7 @@ def _tolerance_columns(fields):
     return column_of
 
 
-def _agree(name, stored, row, column, tolerance):
+def _agree(name, stored, row, column, tolerances):
     """True if the stored text of a cell, the field `name`, agrees with the computed row.
 
     The tolerance is that of a column, relative to the larger number; of a difference, also to the number in the column.
@@ -167,7 +149,8 @@ def _agree(name, stored, row, column, tolerance):
     if a is None or b is None:
         return False
     scale = abs(row.get(column) or 0.0) if name != column else 0.0
-    return a == b or abs(a - b) <= tolerance.of(column) * max(abs(a), abs(b), scale)
+    tolerance = tolerances.get(column, tolerances.get(ALL_COLUMNS, SWEEPS.agreement))
+    return a == b or abs(a - b) <= tolerance * max(abs(a), abs(b), scale)
 
 
 def _same_status(stored, computed):

@@ -92,10 +92,7 @@ class Chunks:
 
 
 def compute(chunk):
-    """Compute the rows of a chunk, in this process or in a worker, and let go of their models: `Done`.
-
-    Raises as `_compute_rows`.
-    """
+    """Compute the rows of a chunk, in this process or in a worker, and let go of their models: as `_compute_rows`."""
     done = _compute_rows(chunk)
     if done.processor > SWEEPS.collected_time:
         gc.collect()  # models of rows refer to each other in circles, and their arrays are large
@@ -103,23 +100,9 @@ def compute(chunk):
 
 
 def _compute_rows(chunk):
-    """Compute the rows of a chunk, some cases of a study.
+    """The `Done` of a chunk: a record for each case; one that is no valid scene says so in its status.
 
-    Parameters
-    ----------
-    chunk : Chunk
-        The study, numbers of the cases, and names of the columns.
-
-    Returns
-    -------
-    Done
-        With a record for each case, in their order; a case that is no valid scene has empty cells and says why in its
-        status.
-
-    Raises
-    ------
-    SceneError
-        This process has other versions of the program or its libraries than the sweep, so that digits would differ.
+    SceneError if this process has other versions of program or libraries than the sweep, so that digits would differ.
     """
     begin, processor_begin = time.perf_counter(), time.process_time()
     _freeze()

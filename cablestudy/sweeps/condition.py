@@ -146,27 +146,10 @@ class _Translator:
         return compare_in_turn(getters, tests)
 
     def operands(self, tokens, may_be_text):
-        """Read the operands of one comparison of the condition: columns, varied keys, numbers and texts.
+        """The operands of one comparison, from their tokens: list of Variable, (number, unit) or text.
 
-        A word that is neither a column nor a varied key is a text, if a column or key of the comparison may hold text;
-        else it is a mistake.
-
-        Parameters
-        ----------
-        tokens : list of Token
-            The operands as written.
-        may_be_text : bool
-            True if all operators of the comparison are == or !=, which allow texts; <, <=, > and >= do not.
-
-        Returns
-        -------
-        list of Variable, (Decimal, str) or str
-            Column or varied key; number with its unit; text.
-
-        Raises
-        ------
-        SceneError
-            An unknown word, or a comparison without a column or key.
+        A word that is neither a column nor a varied key is a text, if a column or key of the comparison may hold text,
+        and its operators allow them (`may_be_text`); else it is a mistake, as is a comparison without a column or key.
         """
         operands, unknown = [], []
         for token in tokens:

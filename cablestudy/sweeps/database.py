@@ -41,16 +41,10 @@ class Database:
         self._connect()
 
     def _connect(self):
-        """Open the database file with a exclusive lock; if another process has it, try for `SWEEPS.lock_wait`.
+        """Open the database file with an exclusive lock; if another process has it, try for `SWEEPS.lock_wait`.
 
         Two processes that open the file at once can each hold a lock that the other waits for. Each attempt that fails
         therefore gives back all locks, and a random pause lets one of the processes succeed.
-
-        Raises
-        ------
-        SceneError
-            Another process keeps the lock; or the file cannot be written, or is of another program. A damaged file is
-            opened.
         """
         if self.path:
             _check_beginning(self.path)

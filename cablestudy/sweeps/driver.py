@@ -39,7 +39,6 @@ def compute_here(chunks, jobs=None):
     Parameters
     ----------
     chunks : Chunks
-        Hands out the cases of the study in chunks.
     jobs : int, optional
         Number of processes, at most `SWEEPS.processes_per_core`; by default one for each core, if the work is long
         enough.
@@ -47,7 +46,6 @@ def compute_here(chunks, jobs=None):
     Yields
     ------
     Done
-        Rows of one chunk, in any order.
 
     Raises
     ------
@@ -75,7 +73,6 @@ def retry(chunks, open_executor, workers):
     Parameters
     ----------
     chunks : Chunks
-        Hands out the cases of the study in chunks.
     open_executor : callable
         Returns a context manager of an executor; called again after the death of a worker.
     workers : callable
@@ -84,7 +81,6 @@ def retry(chunks, open_executor, workers):
     Yields
     ------
     Done
-        Rows of one chunk, in any order.
 
     Raises
     ------
@@ -114,7 +110,6 @@ def submit_all(chunks, executor, workers=lambda: 1):
     Parameters
     ----------
     chunks : Chunks
-        Hands out the cases of the study in chunks.
     executor : concurrent.futures.Executor
     workers : callable
         Returns the present number of workers.
@@ -122,7 +117,6 @@ def submit_all(chunks, executor, workers=lambda: 1):
     Yields
     ------
     Done
-        Rows of one chunk, in any order.
     """
     chunk_of_future = {}
     try:
@@ -225,7 +219,6 @@ def compute_on_cluster(chunks, address, notify=None):
     Parameters
     ----------
     chunks : Chunks
-        Hands out the cases of the study in chunks.
     address : str
         `tcp://host:port`, or the name of a scheduler file that ends in `.json`.
     notify : callable, optional
@@ -234,7 +227,6 @@ def compute_on_cluster(chunks, address, notify=None):
     Yields
     ------
     Done
-        Rows of one chunk, in any order.
 
     Raises
     ------
@@ -258,24 +250,9 @@ def compute_on_cluster(chunks, address, notify=None):
 
 @contextmanager
 def _executor(client):
-    """Executor that computes on the workers of a dask cluster, for a `with` block.
+    """Executor on the workers of a dask cluster for a `with` block, at whose end nothing is left on the cluster.
 
-    At the end nothing that was submitted is left on the cluster.
-
-    Parameters
-    ----------
-    client : distributed.Client
-
-    Yields
-    ------
-    concurrent.futures.Executor
-
-    Raises
-    ------
-    WorkerDeathError
-        A worker died in the block; the chunk may be tried again.
-    SceneError
-        Scheduler or workers have other versions, and cannot read the work.
+    WorkerDeathError if a worker dies, SceneError if scheduler or workers have other versions, and cannot read the work.
     """
     from distributed import KilledWorker
 
@@ -300,23 +277,9 @@ def _executor(client):
 
 @contextmanager
 def _client(address):
-    """Connect to the dask scheduler at an address, for a `with` block.
+    """Client of the dask scheduler at an address, see `compute_on_cluster`, for a `with` block.
 
     Meanwhile all logging is silenced, since errors are reported in one line.
-
-    Parameters
-    ----------
-    address : str
-        `tcp://host:port`, or the name of a scheduler file that ends in `.json`.
-
-    Yields
-    ------
-    distributed.Client
-
-    Raises
-    ------
-    SceneError
-        dask is not installed, the address is wrong, or nobody answers there.
     """
     try:
         from distributed import Client

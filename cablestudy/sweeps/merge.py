@@ -23,11 +23,8 @@ class MergedRun(Run):
     def _open(self):
         """Join the rows that all shards of the study have stored: `RowStore` of the whole study.
 
-        Raises
-        ------
-        SceneError
-            There are no shards; shards are of another study or version; or rows are missing: the message says which,
-            and how to compute them.
+        SceneError if there are no shards, or of another study or version; where rows are missing, with the commands
+        that compute them.
         """
         shards = self.files.shards()
         if not shards:

@@ -51,7 +51,7 @@ class Rows(LazyRows):
     def _row(self, record):
         """The row of a RowRecord: header -> cell, of varied keys, computed columns and printed values."""
         cells = {**dict(zip(self._store.headers, record.cells, strict=True)), "status": record.status}
-        varied = varied_cells(self._varied, self._study.overrides(record.case))
+        varied = varied_cells(self._varied.values(), self._study.overrides(record.case))
         return {**varied, **cells, **_printed(cells, self._reference, record.case)}
 
     def errors(self, indices=None):
@@ -103,20 +103,10 @@ class Rows(LazyRows):
         return self._copied_lines(set(varied)) if others == stored and in_order and not self._texts else None
 
     def _copied_lines(self, varied_headers):
-        """Yield the lines of the CSV file below its head, with stored numbers copied as text.
+        """Yield lines of the CSV file: cells of the varied keys with these headers, stored numbers, status.
 
         Stored rows are JSON lists of numbers. Without brackets and `null` their text is part of a CSV line. To copy the
         text is much faster than to read and write the numbers.
-
-        Parameters
-        ----------
-        varied_headers : set of str
-            Headers of the varied keys whose cells stand at the beginning of each line.
-
-        Yields
-        ------
-        str
-            Cells of varied keys, numbers of the computed columns, status, and the end of the line.
         """
         columns_of_entries = []  # of each entry: (VariedKey, its values) of the keys shown
         for entry in self._study.entries:
@@ -151,18 +141,18 @@ def more_fields(study, fields):
 
 def cases_table(study):
     """The table of what varies in each row of a study, for `sweep --dry-run`: nothing is computed or written."""
-    varied_by_key = {varied.key: varied for varied in varied_keys(study)}
-    fields = (Field("row", "row"), *(varied.field for varied in varied_by_key.values()))
+    keys = varied_keys(study)
 
     def row_at(case):
-        return {"row": case + 1, **varied_cells(varied_by_key, study.overrides(case))}
+        return {"row": case + 1, **varied_cells(keys, study.overrides(case))}
 
+    fields = (Field("row", "row"), *(varied.field for varied in keys))
     return Table(fields, LazyRows(range(study.count), row_at))
 
 
-def varied_cells(varied_by_key, overrides):
-    """Header -> cell of the varied keys in a case: dict, from key -> VariedKey and from `StudyFile.overrides`."""
-    return {varied_by_key[key].header: varied_by_key[key].cell(value) for key, value in overrides.items()}
+def varied_cells(keys, overrides):
+    """Header -> cell of some VariedKey in a case: dict, from `StudyFile.overrides`."""
+    return {varied.header: varied.cell(overrides[varied.key]) for varied in keys}
 
 
 def _printed(cells, reference, case):

@@ -138,12 +138,12 @@ class Sensitivity:
         # cases of the sample at each step of the other entries, shape (steps, count, pages); the pages are sample A,
         # sample A with one key of B, for each key, and sample B
         groups = np.moveaxis(cases, study.sample_entry, -1).reshape(-1, sample.count, sample.pages)
-        unsampled = {varied.key: varied for varied in varied_keys(study) if varied.key not in sample.over}
+        unsampled = [varied for varied in varied_keys(study) if varied.key not in sample.over]
         rows, notes = [], []
         for group in groups:
-            overrides = {key: value for key, value in study.overrides(int(group[0, 0])).items() if key in unsampled}
+            overrides = study.overrides(int(group[0, 0]))
             cells_of_group = varied_cells(unsampled, overrides)
-            setting = ", ".join(f"{key}={value}" for key, value in overrides.items())
+            setting = ", ".join(f"{varied.key}={overrides[varied.key]}" for varied in unsampled)
             for column in self.columns:
                 estimate, reason = self._estimate(frame[column.header].to_numpy()[group])
                 if reason:
@@ -152,7 +152,7 @@ class Sensitivity:
                     labels = {"column": column.header, "parameter": key}
                     rows.append({**cells_of_group, **labels, **_index_cells(estimate, i)})
         names = ["column", "parameter", *_index_cells(None, 0)]
-        fields = [varied.field for varied in unsampled.values()]
+        fields = [varied.field for varied in unsampled]
         fields += [Field(name, name.replace("_", " ")) for name in names]
         return Table(tuple(fields), rows), notes
 

@@ -236,10 +236,7 @@ class RowStore:
     def _keep_valid_rows(self, highest):
         """Check the file for damage, and each stored row by its check sum; if any is damaged, keep only the valid rows.
 
-        Parameters
-        ----------
-        highest : int or None
-            Largest number that a row may have; None for no limit.
+        Rows have numbers up to `highest`, if that is not None.
         """
         damaged_rows, damage = [], None
         try:

@@ -107,24 +107,9 @@ def has_all_rows(path, current, count):
 
 
 def _open_rows(study, path, current, problems):
-    """Open the database of a study's rows, if there is one that belongs to the study as it is now.
+    """`RowStore` of a study's rows, to be closed, and notes on their versions and on damage; None without such rows.
 
-    Parameters
-    ----------
-    study : StudyFile
-    path : str
-        File of the database.
-    current : dict
-        All that rows of the study as it is now depend on, from `fingerprint.identity`.
-    problems : list of str
-        Reasons why the rows cannot be used are appended.
-
-    Returns
-    -------
-    store : RowStore or None
-        Must be closed; None without such rows.
-    notes : list of str
-        Versions with which the rows were computed, where these differ, and damage.
+    Reasons why there are no rows of the study as it is now, whose identity is `current`, are appended to `problems`.
     """
     if not os.path.exists(path):
         return None, []
@@ -159,23 +144,9 @@ def _other_versions(path, stored, current):
 
 
 def _stored_csv(study, fields, files, current, problems):
-    """Read the CSV file of a study, if there is one that belongs to the study as it is now.
+    """`Stored` of the CSV file of a study; None where it is not of the study as it is now, whose identity is `current`.
 
-    Parameters
-    ----------
-    study : StudyFile
-    fields : sequence of Field
-        Columns of the study's table.
-    files : TableFiles
-        Paths of the stored files.
-    current : dict
-        All that rows of the study as it is now depend on, from `fingerprint.identity`.
-    problems : list of str
-        Reasons why the file cannot be used are appended.
-
-    Returns
-    -------
-    Stored or None
+    Reasons why the file cannot be used are appended to `problems`.
     """
     if not os.path.isfile(files.csv):
         return None
@@ -200,29 +171,15 @@ def _stored_csv(study, fields, files, current, problems):
 
 
 def _read_rows(study, path, stored_rows, rows):
-    """Read the rows of a stored CSV file, and check that they are those of the study as it is now.
+    """Append the rows of a stored CSV file, from `stream_csv`, to `PlainRows`, with cells as numbers or text.
 
-    Parameters
-    ----------
-    study : StudyFile
-    path : str
-        The file, for messages.
-    stored_rows : iterable of (int, dict)
-        Number of a line, and name -> text of its cells, from `stream_csv`.
-    rows : PlainRows
-        The rows are appended, with cells as numbers or text.
-
-    Returns
-    -------
-    list of str
-        Reasons why the rows are not those of the study, at most `SWEEPS.listed`; empty where they are.
+    Returns a list of reasons why they are not those of the study as it is now, at most `SWEEPS.listed`.
     """
-    varied_by_key = {varied.key: varied for varied in varied_keys(study)}
-    count, lines = 0, []
+    keys, count, lines = varied_keys(study), 0, []
     for count, (line, texts) in enumerate(stored_rows, 1):
         if count > study.count:
             continue
-        cells_of_varied = varied_cells(varied_by_key, study.overrides(count - 1))
+        cells_of_varied = varied_cells(keys, study.overrides(count - 1))
         for name, cell in cells_of_varied.items():
             if texts.get(name, exact(cell)) != exact(cell):
                 difference = f"stored {shorten(texts[name], SWEEPS.cell_characters)}, now {exact(cell)}"
