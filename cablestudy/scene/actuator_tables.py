@@ -23,7 +23,7 @@ class _Actuator(KeyTable):
 
     def relations(self):
         """Relations: an axis has a direction."""
-        yield [(("axis",), sum(part * part for part in self.axis) > 0, lambda: "the axis has no direction: all zero")]
+        yield [(("axis",), sum(part * part for part in self.axis) > 0, "the axis has no direction: all zero")]
 
 
 class ReactionMass(_Actuator):
@@ -81,7 +81,7 @@ def _read_actuator(value):
 Actuator = Annotated[
     ReactionMass | ReactionWheel,
     Either(
-        ((dict, _read_actuator), ((ReactionMass, ReactionWheel), lambda value: value)),
+        ((dict, _read_actuator),),
         "a mapping with the key mass or inertia",
         ({"$ref": "#/$defs/ReactionMass"}, {"$ref": "#/$defs/ReactionWheel"}),
     ),
@@ -89,7 +89,7 @@ Actuator = Annotated[
 
 
 def actuator_relations(scene):
-    """Yield the conditions that each body has more mass and inertia than the actuators on it together.
+    """Yield the relations, see `KeyTable.relations`, that bodies have more mass and inertia than the actuators on them.
 
     Mass and inertia of a body include those of its reaction masses and reaction wheels. Here the actuators are taken
     away one by one, with these conditions:
@@ -99,16 +99,7 @@ def actuator_relations(scene):
     - after either, on a body that states its inertia: the tensor of inertia that is left is positive definite. Its
       reference point is the center of mass of what is left.
 
-    Parameters
-    ----------
-    scene : SuspensionScene
-        Each actuator on a body that exists. Its numbers may be arrays over many cases of a study.
-
-    Yields
-    ------
-    tuple of (tuple, bool or ndarray of bool, callable)
-        Path in the scene of the key or table that is at fault if the condition does not hold; True where it holds; and
-        a function without arguments that returns the message for where it does not.
+    Each actuator of the `SuspensionScene` is on a body that exists.
     """
     bare_bodies = {name: _BodyWithoutActuators(body) for name, body in scene.bodies.items()}
     for name, actuator in scene.actuators.items():
@@ -117,14 +108,14 @@ def actuator_relations(scene):
         if isinstance(actuator, ReactionMass):
             bare_body.remove_mass(actuator)
             text = f"the reaction masses of {owner} together have its mass or more, of which they are a part"
-            yield (*path, "mass"), bare_body.mass > 0, lambda text=text: text
+            yield (*path, "mass"), bare_body.mass > 0, text
         else:
             bare_body.remove_wheel(actuator)
             text = f"missing key: inertia (that of the wheel {name} is a part of it)"
-            yield ("bodies", owner), inertia is not None, lambda text=text: text
+            yield ("bodies", owner), inertia is not None, text
         if inertia is not None:
             text = f"with it the actuators of {owner} have more inertia than {owner} itself, of which they are a part"
-            yield path, bare_body.has_inertia(), lambda text=text: text
+            yield path, bare_body.has_inertia(), text
 
 
 class _BodyWithoutActuators:

@@ -56,9 +56,8 @@ class DampingTable(KeyTable):
         parameter = self.parameters[self.model]
         for model, name in self.parameters.items():
             message = f"belongs to the model {model}; the model is {self.model}, with {parameter}"
-            yield [((name,), name == parameter or getattr(self, name) is None, lambda message=message: message)]
-        message = f"missing key: {parameter} (the model is {self.model})"
-        yield [((), getattr(self, parameter) is not None, lambda: message)]
+            yield [((name,), name == parameter or getattr(self, name) is None, message)]
+        yield [((), getattr(self, parameter) is not None, f"missing key: {parameter} (the model is {self.model})")]
 
 
 class CableProperties(Section):
@@ -137,18 +136,17 @@ class Cable(CableProperties):
     def relations(self):
         """Ends apart, a length that fits them, loads on the cable, products within what the solvers can hold."""
         chord, length = self.chord_length, self.unstretched_length
-        yield [(("ends",), chord > 0, lambda: "the two ends coincide")]
+        yield [(("ends",), chord > 0, "the two ends coincide")]
         yield [limited(("ends",), chord, SCENE.chord_range, "m", "the two ends are {:g} m apart".format)]
         state_has_curves = self.state is None or self.stress_strain is not None
         tensions = {("preload",): self.preload, ("tension", "value"): self.tension and self.tension.value}
-        relations = [(("state",), state_has_curves, lambda: NO_CURVES)]
+        relations = [(("state",), state_has_curves, NO_CURVES)]
         relations += [*self.section_relations(), *self.tension_relations(tensions)]
         if length is not None:
             fits = within(length / chord, SCENE.length_ratio)
             relations.append((("unstretched_length",), fits, lambda: length_ratio_message(length, chord)))
         yield relations
-        if length is not None:
-            yield beyond_the_end(("loads",), self.loads, length)
+        yield beyond_the_end(("loads",), self.loads, length)
 
 
 def _cosine(angle):
@@ -157,12 +155,12 @@ def _cosine(angle):
 
 
 def beyond_the_end(path, loads, length):
-    """The relations that point loads are on a cable of an unstretched length; a list as of `relations`."""
+    """The relations that point loads are on a cable, if it states its unstretched length; a list as of `relations`."""
     message = "{:.10g} m is not on the cable, which is {:.10g} m long".format
     return [
         ((*path, index, "at"), load.at < length, lambda at=load.at: message(at, length))
         for index, load in enumerate(loads)
-        if load.at is not None
+        if length is not None and load.at is not None
     ]
 
 

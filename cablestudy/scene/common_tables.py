@@ -15,12 +15,14 @@ from cablestudy.scene.fields import (
     KeyTable,
     Name,
     Quantity,
+    broken,
     plain_name,
     reader_of,
     suggestion,
     table_or_bare,
     wrong,
 )
+from cablestudy.scene.layers import mapping_at
 from cablestudy.scene.tokens import tokens_of
 from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.units import show
@@ -84,7 +86,7 @@ class ModelTable(KeyTable):
     def relations(self):
         """Relations: blended mass is defined for bars."""
         message = f"blended needs order 1, and the order is {self.order} (use lumped or consistent)"
-        yield [(("mass",), self.mass != "blended" or self.order == 1, lambda: message)]
+        yield [(("mass",), self.mass != "blended" or self.order == 1, message)]
 
 
 def ground_relations(ground):
@@ -92,7 +94,7 @@ def ground_relations(ground):
     if not isinstance(ground, tuple):
         return []
     ascends = all(point[0] < following[0] for point, following in pairwise(ground))
-    return [(("ground",), ascends, lambda: "the x of its points must ascend")]
+    return [(("ground",), ascends, "the x of its points must ascend")]
 
 
 class Correction(KeyTable):
@@ -130,15 +132,8 @@ class Comparison(NamedTuple):
 def comparison(text):
     """Parse the text of a limit on a result, a column of the table, such as "clearance >= 6 m" or "6 m <= clearance".
 
-    Returns
-    -------
-    Comparison
-        With the column first: if the text begins with the number, the sign is mirrored.
-
-    Raises
-    ------
-    PydanticCustomError
-        The text is no comparison of one column with one number by <, <=, > or >=.
+    The `Comparison` has the column first: if the text begins with the number, the sign is mirrored. PydanticCustomError
+    if the text is no comparison of one column with one number by <, <=, > or >=.
     """
 
     def refuse(position, message):
@@ -188,21 +183,14 @@ Limits = dict[Annotated[Name, AfterValidator(plain_name("limit"))], Limit]
 
 def written_limits(value):
     """Yield path and comparison of each limit in the plain values of a file, in which anything may be wrong."""
-    limits = value.get("limits")
-    for name, limit in limits.items() if isinstance(limits, dict) else ():
+    for name, limit in mapping_at(value, ("limits",)).items():
         yield (("limits", name, "that"), limit.get("that")) if isinstance(limit, dict) else (("limits", name), limit)
 
 
 def case_relations(chosen, limits, cases):
     """Relations, as of `KeyTable.relations`, that a chosen load case, and those which limits name, are there: a list.
 
-    Parameters
-    ----------
-    chosen : str or None
-    limits : dict
-        Name -> LimitTable.
-    cases : dict
-        Name of a load case -> its table.
+    `chosen` is a name or None; `limits` and `cases` are the tables of a scene.
     """
     known = [*cases, REFERENCE]
     of_limits = [
@@ -218,16 +206,15 @@ def case_mistakes_in_file(value):
 
     Pydantic checks such relations only where every key is right alone.
     """
-    cases, limits, chosen = value.get("cases", {}), value.get("limits"), value.get("case")
+    cases, chosen = value.get("cases", {}), value.get("case")
     if not isinstance(cases, dict):
         return []
     named = {}
-    for name, table in limits.items() if isinstance(limits, dict) else ():
+    for name, table in mapping_at(value, ("limits",)).items():
         names = table.get("cases") if isinstance(table, dict) else None
         if isinstance(names, list) and all(isinstance(item, str) for item in names):
             named[name] = LimitTable.model_construct(cases=names)
-    relations = case_relations(chosen if isinstance(chosen, str) else None, named, cases)
-    return [(path, message()) for path, holds, message in relations if not holds]
+    return broken(case_relations(chosen if isinstance(chosen, str) else None, named, cases))
 
 
 def _unknown_case(kind, case, known):

@@ -1,32 +1,21 @@
 """Names in a suspension, what the ends of its cables refer to, and whether the cables hold it."""
 
 from cablestudy.scene.fields import suggestion
+from cablestudy.scene.layers import item_of, mapping_at
 from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.units import show
 
 
 def written_connections(value):
-    """Points, bodies, ends, winches, actuators and links of a file, in which anything may be wrong.
-
-    Returns
-    -------
-    points, bodies, ends, winches, actuators, links : dict
-        Plain values, see `connection_mistakes`.
-    """
-    points, winches, actuators = (_mapping(value.get(key)) for key in ("points", "winches", "actuators"))
-    bodies = {name: _mapping(_mapping(body).get("attachments")) for name, body in _mapping(value.get("bodies")).items()}
-    cables, links = (_mapping(value.get(key)) for key in ("cables", "links"))
-    return points, bodies, _ends_of(cables), winches, actuators, _ends_of(links)
-
-
-def _ends_of(table):
-    """Name of each cable or link of a table -> its two ends as written, None where there is none."""
-    return {name: (_mapping(line).get("from"), _mapping(line).get("to")) for name, line in table.items()}
-
-
-def _mapping(value):
-    """The value itself where it is a mapping, else an empty one."""
-    return value if isinstance(value, dict) else {}
+    """Arguments of `connection_mistakes` from the plain values of a file, in which anything may be wrong."""
+    points, winches, actuators = (mapping_at(value, (key,)) for key in ("points", "winches", "actuators"))
+    bodies = {name: mapping_at(body, ("attachments",)) for name, body in mapping_at(value, ("bodies",)).items()}
+    # two ends of each cable and link as written, None where there is none
+    cables, links = (
+        {name: (item_of(line, "from"), item_of(line, "to")) for name, line in mapping_at(value, (key,)).items()}
+        for key in ("cables", "links")
+    )
+    return points, bodies, cables, winches, actuators, links
 
 
 def connection_mistakes(points, bodies, ends, winches, actuators, links):

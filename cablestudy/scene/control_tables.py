@@ -78,15 +78,14 @@ class Controller(KeyTable):
         """Yield relations: a derivative needs a filter; an integral part is needed, and stands alone if `auto`."""
         filtered = (self.derivative_gain == 0) | (self.derivative_filter is not None)
         integral = self.integrates_only | (not isinstance(self.gain, AutoGain))
-        message = "auto chooses an integral gain: not with proportional or derivative_gain"
         yield [
-            (("derivative_filter",), filtered, lambda: "missing key: derivative_gain needs it"),
-            (("gain",), integral, lambda: message),
+            (("derivative_filter",), filtered, "missing key: derivative_gain needs it"),
+            (("gain",), integral, "auto chooses an integral gain: not with proportional or derivative_gain"),
         ]
         if not isinstance(self.gain, AutoGain):
             integrates = (self.gain > 0) | self.integrates_only
             message = "must be above 0 with proportional or derivative_gain: a small one is as good as none"
-            yield [(("gain",), integrates, lambda: message)]
+            yield [(("gain",), integrates, message)]
 
 
 class Drive(KeyTable):
@@ -104,7 +103,7 @@ class Drive(KeyTable):
         """Relations: a winch that follows at once is driven by an integrator."""
         if self.bandwidth is None:
             message = "missing key: with proportional or derivative_gain a winch without lag would follow accelerations"
-            yield [(("bandwidth",), controller.integrates_only, lambda: message)]
+            yield [(("bandwidth",), controller.integrates_only, message)]
 
 
 class AllocationTable(KeyTable):

@@ -12,7 +12,7 @@ MOTIONS = ("x", "y", "z", *ROTATIONS)
 
 
 def determinacy_mistakes(scene):
-    """Find mistakes in which cables state their length: the equilibrium must not have fewer unknowns than equations.
+    """Path and message where too few cables of a `SuspensionScene` state their length, or too many: a list.
 
     A cable states its length by one of the keys `STATED`. The key `solve_for` of the scene says what is computed:
 
@@ -20,16 +20,8 @@ def determinacy_mistakes(scene):
       missing.
     - "lengths": the lengths of the cables that state none. There must be such a cable. If `tensions.reference` is a
       mapping (cable -> force), it must name all of them. The unknowns are these lengths and the rotations that
-      `found_rotations` returns. Each free motion of each body gives one equation of equilibrium.
-
-    Parameters
-    ----------
-    scene : SuspensionScene
-
-    Returns
-    -------
-    list of (tuple, str)
-        Path in the scene and message of each mistake.
+      `found_rotations` returns. Each free motion of each body gives one equation of equilibrium, and there must not be
+      fewer unknowns than equations.
     """
     without_length = cables_without_length(scene)
     if scene.solve_for == "pose":

@@ -400,25 +400,9 @@ def _read_value(written):
 
 
 def apply_sets(document, texts, case=None):
-    """Copy of a document, changed by the options `--set` and `--case` of a command.
+    """Copy of a document, changed by the arguments of the options `--set` and `--case` of a command.
 
-    Parameters
-    ----------
-    document : Document
-        With its base files merged.
-    texts : sequence of str
-        Arguments of `--set`, `key=value` each.
-    case : str, optional
-        Argument of `--case`, the name of a load case.
-
-    Returns
-    -------
-    Document
-
-    Raises
-    ------
-    SceneError
-        Every option that cannot be read, a key that is given twice or that cannot be set.
+    SceneError for every option that cannot be read, and keys that are given twice or that cannot be set.
     """
     values = {}
     with Mistakes() as mistakes:

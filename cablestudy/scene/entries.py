@@ -221,24 +221,9 @@ def _sampled(sample, key, written):
 def entries_of_options(texts, entries, cases):
     """Read the options `--vary` of a command: each is an `Entry`, one more key that varies in a study.
 
-    Parameters
-    ----------
-    texts : sequence of str
-        Arguments of `--vary`, for example "cable.sag=1 m:3 m:5".
-    entries : tuple of Entry
-        Entries of the study file; their keys cannot be varied again.
-    cases : callable
-        As of `entries_of`.
-
-    Returns
-    -------
-    tuple of Entry
-        Entries of the options alone.
-
-    Raises
-    ------
-    SceneError
-        All options that cannot be read, or whose key varies already; or more than `SCENE.cases` in all.
+    `texts` are the arguments, for example "cable.sag=1 m:3 m:5"; keys of `entries`, those of the study file, cannot be
+    varied again; `cases` is as of `entries_of`. Returns the tuple of the new entries alone. SceneError for all options
+    that cannot be read, or whose key varies already; or for more than `SCENE.cases` in all.
     """
     added = []
     with Mistakes() as mistakes:

@@ -194,7 +194,7 @@ class QuantityOrTable(Quantity):
 
     def read(self, value):
         """Value -> float [unit], or an instance of the model."""
-        return self.table.model_validate(value) if isinstance(value, (dict, self.table)) else super().read(value)
+        return self.table.model_validate(value) if isinstance(value, dict) else super().read(value)
 
     def schema(self):
         """JSON Schema; that of the model is expected among the definitions."""
@@ -233,8 +233,9 @@ class Either(_Type):
 
 def table_or_bare(table, kind, read, expected, schema):
     """`Either` a mapping that the model `table` reads, or a value of a kind, of which the function `read` makes one."""
-    readers = ((kind, read), ((dict, table), table.model_validate))
-    return Either(readers, expected, (schema, {"$ref": f"#/$defs/{table.__name__}"}))
+    return Either(
+        ((kind, read), (dict, table.model_validate)), expected, (schema, {"$ref": f"#/$defs/{table.__name__}"})
+    )
 
 
 def reader_of(annotation):
@@ -338,9 +339,10 @@ class KeyTable(BaseModel):
 
         Yields
         ------
-        list of (tuple, bool or ndarray of bool, callable)
-            Path inside the table, whether it holds, and the message when it does not. A list is checked only when all
-            before it hold. Numbers may be arrays of many cases, see `study.scene_values`.
+        list of (tuple, bool or ndarray of bool, str or callable)
+            Path inside the table, whether it holds, and the message when it does not, or a function that returns it. A
+            list is checked only when all before it hold. Numbers may be arrays of many cases, see `study.scene_values`;
+            what a message says of them is written by a function, when it is asked for.
         """
         return ()
 
@@ -357,18 +359,17 @@ class KeyTable(BaseModel):
     def _check_relations(self):
         """Refuse keys that exclude each other, that are missing, or whose relations do not hold."""
         given = [key for key, value in self.__dict__.items() if value is not None and key in self.model_fields_set]
-        mistakes = self.key_mistakes(given) or self._broken_relations()
+        mistakes = self.key_mistakes(given) or next(filter(None, map(broken, self.relations())), [])
         if mistakes:
             text = "; ".join(": ".join((".".join(map(str, path)), message)).strip(": ") for path, message in mistakes)
             raise PydanticCustomError("cablestudy", "{text}", {"text": text, "found": mistakes})
         return self
 
-    def _broken_relations(self):
-        """Path and message of the relations that do not hold, of the first list in which there are such."""
-        for relations in self.relations():
-            if mistakes := [(path, message()) for path, holds, message in relations if not holds]:
-                return mistakes
-        return []
+
+def broken(relations):
+    """Path and message of those of a list of relations, as of `KeyTable.relations`, that do not hold: a list."""
+    found = [(path, message) for path, holds, message in relations if not holds]
+    return [(path, message() if callable(message) else message) for path, message in found]
 
 
 def _with_components(default, value):

@@ -100,8 +100,6 @@ def matches(pattern, path):
 def replaced_by(key):
     """Tuple of the paths that a dotted key removes from a lower layer."""
     path = tuple(key.split("."))
-    if path in REPLACES:
-        return REPLACES[path]
     for pattern, replaced in REPLACES.items():
         if matches(pattern, path):
             return tuple(_filled(other, path) for other in replaced)
@@ -218,8 +216,7 @@ def unknown_name(lower, upper, path):
     for table, (kind, keys) in NAMED.items():
         depth = len(table)
         if len(path) > depth + 1 and matches(table, path[:depth]):
-            name, existing, entry = path[depth], value_at(lower, path[:depth]), value_at(upper, path[: depth + 1])
-            names = list(existing) if isinstance(existing, dict) else []
+            name, names, entry = path[depth], list(mapping_at(lower, path[:depth])), value_at(upper, path[: depth + 1])
             lacks_keys = keys is not None and isinstance(entry, dict) and entry.keys().isdisjoint(keys)
             if name not in names and lacks_keys:
                 return kind, name, names
@@ -230,8 +227,7 @@ def absent_name(value, path):
     """Find the name with which a path ends and which plain values do not have; returns as `unknown_name`."""
     for table, (kind, _) in NAMED.items():
         if matches(table, path[:-1]):
-            existing = value_at(value, path[:-1])
-            names = list(existing) if isinstance(existing, dict) else []
+            names = list(mapping_at(value, path[:-1]))
             if path[-1] not in names:
                 return kind, path[-1], names
     return None
@@ -286,6 +282,12 @@ def value_at(value, path):
     for key in path:
         value = item_of(value, key)
     return value
+
+
+def mapping_at(value, path):
+    """The mapping at a path of mappings and lists; an empty one where anything else is there, or nothing."""
+    mapping = value_at(value, path)
+    return mapping if isinstance(mapping, dict) else {}
 
 
 def item_of(container, key):

@@ -5,11 +5,11 @@ from contextlib import suppress
 from fnmatch import fnmatchcase
 
 from cablestudy.scene.common_tables import comparison, written_limits
-from cablestudy.scene.layers import leaves
+from cablestudy.scene.layers import leaves, mapping_at
 from cablestudy.scene.materials import known_materials
 from cablestudy.scene.strict_yaml import mistake
 from cablestudy.scene.tolerances import SCENE
-from cablestudy.scene.units import split, to_si
+from cablestudy.scene.units import si_or, split
 
 LENGTHS = ("cable.diameter", "cables.*.diameter", "materials.*.diameter", "cases.*.ice.thickness")
 TEMPERATURES = ("cable.reference.temperature", "cables.*.reference.temperature", "cases.*.temperature")
@@ -66,8 +66,7 @@ def _bare_shares(document):
 def _doubtful_sections(document):
     """Yield a warning for each cable with a rope at another size than its own, or thick and of a solid material."""
     tables = {("cable",): document.value.get("cable")}
-    cables = document.value.get("cables")
-    tables |= {("cables", name): table for name, table in (cables if isinstance(cables, dict) else {}).items()}
+    tables |= {("cables", name): table for name, table in mapping_at(document.value, ("cables",)).items()}
     tables = {path: table for path, table in tables.items() if isinstance(table, dict) and table.get("material")}
     known = known_materials(document.value.get("materials")) if tables else {}
     for path, table in tables.items():
@@ -104,8 +103,5 @@ def _check_solid_bar(name, material, table):
 
 def _number(value, unit):
     """A value of the file as a positive number in a unit of SI, or None where it is none."""
-    try:
-        number = to_si(value, unit)
-    except ValueError:
-        return None
-    return number if math.isfinite(number) and number > 0 else None
+    number = si_or(0.0, value, unit)
+    return number if 0 < number < math.inf else None

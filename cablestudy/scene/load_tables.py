@@ -1,7 +1,6 @@
 """Tables of the file, in SI: loads on a cable beside its weight, and the state in which its length is stated."""
 
 import math
-from functools import partial
 from typing import Annotated, ClassVar
 
 from pydantic import BeforeValidator, Field, StrictBool
@@ -45,7 +44,7 @@ class Load(KeyTable):
     def relations(self):
         """Relations: a force, a mass, or both."""
         has_load = self.force is not None or self.mass is not None
-        yield [((), has_load, lambda: "missing key: force, mass, or both")]
+        yield [((), has_load, "missing key: force, mass, or both")]
 
 
 def load_name(cable, number):
@@ -128,7 +127,7 @@ class SteadyWind(KeyTable):
         """Relations: the height of a speed and the exponent go together."""
         given, missing = ("at", "exponent") if self.exponent is None else ("exponent", "at")
         both_or_none = (self.at is None) == (self.exponent is None)
-        yield [((), both_or_none, lambda: f"missing key: {missing} ({given} goes with it)")]
+        yield [((), both_or_none, f"missing key: {missing} ({given} goes with it)")]
 
 
 class CommonLoadCase(KeyTable):
@@ -159,31 +158,16 @@ class CommonLoadCase(KeyTable):
         return diameter + 2 * ice.thickness
 
     def needs_of(self, cable, path, name):
-        """Conditions that a cable has the diameter and the thermal expansion that this load case needs.
+        """Relations, as of `KeyTable.relations`, that a cable at a path has what this load case, of this name, needs.
 
         Wind, and ice of a thickness, need the diameter; a temperature needs the coefficient of expansion, or the
         stress-strain curves of a conductor.
-
-        Parameters
-        ----------
-        cable : CableProperties
-        path : tuple
-            Path of the cable in the scene.
-        name : str
-            Name of this load case, for messages.
-
-        Returns
-        -------
-        list of (tuple, bool, callable)
-            For diameter and expansion: `path`; True if the cable has it or need not have it; and a function without
-            arguments that returns the message where it lacks it.
         """
         needs_diameter = self.wind is not None or (self.ice is not None and self.ice.thickness is not None)
         has_diameter = cable.section_diameter is not None
         has_expansion = cable.expansion is not None or cable.stress_strain is not None
-        message = "missing key: {} (case {} has {})".format
-        no_diameter = partial(message, "diameter", name, "wind or ice around the cable")
-        no_expansion = partial(message, "expansion", name, "a temperature")
+        no_diameter = f"missing key: diameter (case {name} has wind or ice around the cable)"
+        no_expansion = f"missing key: expansion (case {name} has a temperature)"
         return [
             (path, not needs_diameter or has_diameter, no_diameter),
             (path, self.temperature is None or has_expansion, no_expansion),
@@ -198,7 +182,7 @@ class EndForces(KeyTable):
     def relations(self):
         """Relations: the gondola is held along y and z."""
         held = not any(self.end_2[1:])
-        yield [(("end_2",), held, lambda: "end 2 is free along x only: the forces along y and z must be 0")]
+        yield [(("end_2",), held, "end 2 is free along x only: the forces along y and z must be 0")]
 
 
 class EndMoves(KeyTable):

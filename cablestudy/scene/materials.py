@@ -49,8 +49,8 @@ class PartTable(KeyTable):
                 least = SCENE.least_curve_strain
                 flat = f"the curve must rise to a strain of {least:g} % at least; it does not at {end:.2g} %"
                 slack = f"the curve has no tension up to a strain of {end:.2g} %"
-                yield [((key,), end >= least, lambda flat=flat: flat)]
-                yield [((key,), _stress_and_slope(curve, end)[0] > 0, lambda slack=slack: slack)]
+                yield [((key,), end >= least, flat)]
+                yield [((key,), _stress_and_slope(curve, end)[0] > 0, slack)]
 
 
 def end_of(curve):
@@ -115,7 +115,7 @@ class StressStrainTable(KeyTable):
         text = "the two shares of the area add up to {:g}, not to 1".format
         yield [(("core", "area_share"), complete, lambda: text(sum(shares)))]
         core_or_all = self.core is not None or not shares or shares[0] == 1
-        yield [(("outer", "area_share"), core_or_all, lambda: "without a core the outer strands are all of the area")]
+        yield [(("outer", "area_share"), core_or_all, "without a core the outer strands are all of the area")]
         for name in self.parts:
             initial_modulus = self.coefficients(name, "initial")[0][1]
             ratio = initial_modulus / self.final_modulus(name)
@@ -124,13 +124,13 @@ class StressStrainTable(KeyTable):
                 f"the curve begins at {initial_modulus / 1e9:.3g} GPa, {ratio:.2g} times the final modulus over the "
                 f"whole area (allowed: {low:g} to {high:g}; coefficients are in {self.unit} per percent^k: see unit)"
             )
-            yield [((name, "initial"), low <= ratio <= high, lambda message=message: message)]
+            yield [((name, "initial"), low <= ratio <= high, message)]
 
 
 def loaded_by_a_case(path, cable, cases):
     """The relation that a conductor after load has load cases, of which the heaviest has stretched it."""
     has_cases = bool(cases) or cable.conductor_state != "after_load"
-    return (*path, "state"), has_cases, lambda: "after_load: missing key: cases, of which the heaviest stretches it"
+    return (*path, "state"), has_cases, "after_load: missing key: cases, of which the heaviest stretches it"
 
 
 Stress = Annotated[float, Quantity("Pa", 1e-12, 1e30)]
@@ -334,12 +334,8 @@ def materials():
 def known_materials(table):
     """Name -> Material of all that a scene may name: those of its own table over the built-in ones.
 
-    An entry that is wrong is None, so that only its own mistakes are told.
-
-    Parameters
-    ----------
-    table : dict
-        Plain values of the key `materials` of the scene, or anything else, which is ignored.
+    An entry that is wrong is None, so that only its own mistakes are told. `table` has the plain values of the key
+    `materials` of the scene, or is anything else, which is ignored.
     """
     if not isinstance(table, dict):
         return materials()

@@ -22,20 +22,9 @@ ABOUT_KEYS = (UNKNOWN, "unknown cable", "no winch", "given together", "a name ",
 
 
 def findings(error, value, tables):
-    """Translate a ValidationError of the model that reads the whole file.
+    """Path and message of each mistake in a ValidationError of the model of the whole file: a list.
 
-    Parameters
-    ----------
-    error : pydantic.ValidationError
-    value : dict
-        What was read, as plain values.
-    tables : list of (tuple, type)
-        From `fields.tables_of`.
-
-    Returns
-    -------
-    list of (tuple, str)
-        Path and message of each mistake.
+    `value` is what was read, as plain values; `tables` are from `fields.tables_of`.
     """
     of_pydantic = [pair for detail in error.errors(include_url=False) for pair in _paths_and_messages(detail, tables)]
     return _without_misspelt(of_pydantic + _key_mistakes(value, tables))
@@ -245,14 +234,7 @@ def add_blank(name):
 
 
 def empty_keys(document, tables):
-    """Yield path and message of wrong keys without a value: those that no model has, and names of the user.
-
-    Parameters
-    ----------
-    document : Document
-    tables : list of (tuple, type)
-        From `fields.tables_of`.
-    """
+    """Yield path and message of wrong keys without a value: those that no model has, and names of the user."""
     for path in document.empty:
         known = keys_at(path[:-1], tables)
         if known and path[-1] not in known:

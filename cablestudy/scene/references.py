@@ -5,21 +5,12 @@ from cablestudy.scene.units import show
 
 
 def reference_mistakes(scene):
-    """Find names in control, actuators, correction and wind of a suspension that refer to nothing.
+    """Path and message of names in control, actuators, correction and wind of a suspension that refer to nothing.
 
     Control and actuators name bodies. The allocation of the control names cables with a winch. The correction (a mirror
     that follows the motion) names a marker, a point on a body. Further mistakes are: no body named where there are
     several, control without a winch, a measured motion that is held, and wind on bodies none of which has the key
     `wind`.
-
-    Parameters
-    ----------
-    scene : SuspensionScene
-
-    Returns
-    -------
-    list of (tuple, str)
-        Path in the scene and message of each mistake.
     """
     mistakes = _control_mistakes(scene) if scene.control else []
     for name, actuator in scene.actuators.items():
@@ -85,20 +76,11 @@ def _marker_names(bodies):
 
 
 def case_mistakes(scene):
-    """Find mistakes in the load cases of a suspension: in names of what loads act on and of cables that are lost.
+    """Path and message of wrong names in the load cases of a suspension, of what loads act on and of lost cables.
 
     A force must act on a point or body that is free to move. A move (a prescribed displacement) must be of a held
     point, or of a body in directions in which it is held. Ice and wind must act on cables or bodies that exist. A lost
     cable can carry no load.
-
-    Parameters
-    ----------
-    scene : SuspensionScene
-
-    Returns
-    -------
-    list of (tuple, str)
-        Path in the scene and message of each mistake.
     """
     mistakes = []
     for name, case in scene.cases.items():

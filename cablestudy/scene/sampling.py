@@ -42,7 +42,7 @@ class Sample(KeyTable):
     def relations(self):
         """Check that the points fit into memory."""
         message = f"{self.count} points of {self.dimension} numbers (at most {SCENE.sampled_numbers} numbers)"
-        yield [(("count",), self.count * self.dimension <= SCENE.sampled_numbers, lambda: message)]
+        yield [(("count",), self.count * self.dimension <= SCENE.sampled_numbers, message)]
 
     def points(self):
         """Points of the unit cube: ndarray, shape (count, dimension)."""

@@ -112,19 +112,18 @@ class CableScene(SceneTable):
     def relations(self):
         """The case is one of the cases, what it needs of the cable is there, and its loads are on the cable."""
         yield [*case_relations(self.case, self.limits, self.cases), *ground_relations(self.ground)]
-        cable, length = self.cable, self.cable.unstretched_length
+        cable = self.cable
         yield [loaded_by_a_case(("cable",), cable, self.cases)]
         yield [relation for name, case in self.cases.items() for relation in case.needs_of(cable, ("cable",), name)]
         for name, case in self.cases.items():
-            if length is not None:
-                yield beyond_the_end(("cases", name, "loads"), case.loads, length)
+            yield beyond_the_end(("cases", name, "loads"), case.loads, cable.unstretched_length)
             yield self._end_relations(name, case)
 
     def _end_relations(self, name, case):
         """A gondola takes the force of a case, and the moved ends of the cable are apart; a list as of `relations`."""
         useless_force = self.gondola is None and any(case.forces.end_2)
         message = "end 2 is fixed without a gondola: a force on it changes nothing (moves shifts it)"
-        relations = [(("cases", name, "forces", "end_2"), not useless_force, lambda: message)]
+        relations = [(("cases", name, "forces", "end_2"), not useless_force, message)]
         if any(case.moves.end_1 + case.moves.end_2):
             components = zip(self.cable.end_1, case.moves.end_1, self.cable.end_2, case.moves.end_2, strict=True)
             squares = ((end_2 + move_2 - end_1 - move_1) ** 2 for end_1, move_1, end_2, move_2 in components)
@@ -185,22 +184,9 @@ def is_suspension(document):
 
 
 def read_scene(document):
-    """Check a document, and convert it to the typed model of its kind of scene.
+    """Check a document with its base files merged, and convert it to a `CableScene` or `SuspensionScene` in SI.
 
-    Parameters
-    ----------
-    document : Document
-        With its base files merged.
-
-    Returns
-    -------
-    CableScene or SuspensionScene
-        Values in SI.
-
-    Raises
-    ------
-    SceneError
-        All that is wrong with it, sorted by place.
+    SceneError for all that is wrong with it, sorted by place.
     """
     for key in STUDY_KEYS:
         if document.is_override((key,)):

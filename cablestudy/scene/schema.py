@@ -38,23 +38,15 @@ _SECTION = tuple(  # of each row one must be given: stiffness, mass, and a size 
 
 
 def scene_schema():
-    """JSON Schema (draft 2020-12) of a scene file.
+    """JSON Schema (draft 2020-12) of a scene file: dict.
 
-    Returns
-    -------
-    dict
-        With `base:` present, keys may be missing; without, the schema asks for all that a scene needs.
+    With `base:` present, keys may be missing; without, the schema asks for all that a scene needs.
     """
     return _file_schema("scene", TABLES, "Controller")
 
 
 def suspension_schema():
-    """JSON Schema (draft 2020-12) of a scene file with several cables; see `scene_schema`.
-
-    Returns
-    -------
-    dict
-    """
+    """JSON Schema (draft 2020-12) of a scene file with several cables; see `scene_schema`."""
     return _file_schema("suspension", SUSPENSION_TABLES, "Control")
 
 
@@ -86,12 +78,9 @@ def _allow_parts(model, table):
 
 
 def study_schema():
-    """JSON Schema (draft 2020-12) of a study file, by which editors check and complete it.
+    """JSON Schema (draft 2020-12) of a study file: dict.
 
-    Returns
-    -------
-    dict
-        Schema that pydantic makes of `StudyTable`, and the form of values, ranges and alternatives of varied keys.
+    It is that of pydantic for `StudyTable`, with the form of values, ranges and alternatives of varied keys.
     """
     schema = StudyTable.model_json_schema(schema_generator=_PlainSchema)
     definitions = schema.pop("$defs")

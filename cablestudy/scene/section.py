@@ -9,7 +9,7 @@ from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 from cablestudy.scene.fields import Quantity, suggestion, wrong
 from cablestudy.scene.materials import Properties, State, known_materials, materials
 from cablestudy.scene.tolerances import SCENE
-from cablestudy.scene.units import show, to_si
+from cablestudy.scene.units import show, si_or
 
 ROPES = ("rope", "cable", "strand")  # words of a name that ask for one
 PER_AREA = ("elastic_modulus", "density", "stress_strain")  # keys that need an area
@@ -74,14 +74,9 @@ class ForceOrShare(Quantity):
 
     def read(self, value):
         """Value -> float [N], or `Share`."""
-        if isinstance(value, Share):
-            return value
         if not (isinstance(value, str) and value.rstrip().endswith("%")):
             return super().read(value)
-        try:
-            share = to_si(value, "")
-        except ValueError:
-            share = 0.0
+        share = si_or(0.0, value, "")
         if not 0 < share <= 1:
             raise wrong(f"a share of the breaking force must be above 0 % and at most 100 %, got {show(value)}")
         return Share(share)
@@ -145,7 +140,7 @@ class Section(Properties):
         product = "times the area of the cross-section is {:g} "
         stiffness, mass = self.section_axial_stiffness, self.section_mass
         has_size = self.section_area is not None or all(getattr(self, key) is None for key in PER_AREA)
-        relations = [((), has_size, lambda: NO_SIZE), *self.size_relations()]
+        relations = [((), has_size, NO_SIZE), *self.size_relations()]
         if stiffness is not None:  # else it is of a material that is wrong itself
             relations.append(limited(("elastic_modulus",), stiffness, SCENE.stiffness_range, "N", f"{product}N".format))
         if mass is not None:
@@ -164,10 +159,10 @@ class Section(Properties):
         if self.section_axial_stiffness is None:
             return []
         if self.section_breaking_force is None:
-            paths_of_shares = [path for path, tension in tensions.items() if isinstance(tension, Share)]
-            if paths_of_shares:
-                message = "a share needs the breaking force: give breaking_force, or strength with area or diameter"
-                return [(path, False, lambda: message) for path in paths_of_shares]
+            message = "a share needs the breaking force: give breaking_force, or strength with area or diameter"
+            shares = [(path, False, message) for path, tension in tensions.items() if isinstance(tension, Share)]
+            if shares:
+                return shares
         return [self._tension_relation(path, self.force_of(tension)) for path, tension in tensions.items()]
 
     def _tension_relation(self, path, tension):

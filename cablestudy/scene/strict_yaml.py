@@ -265,11 +265,6 @@ _Dumper.add_representer(str, _represent_text)
 
 
 def write_yaml(value):
-    """YAML text of plain mappings, lists, text and numbers, in their order, from which `compose` reads the same values.
-
-    Parameters
-    ----------
-    value : dict
-    """
+    """YAML text of a dict of plain values, in their order, from which `compose` reads the same values."""
     options = {"sort_keys": False, "allow_unicode": True, "width": SCENE.line_width, "default_flow_style": None}
     return yaml.dump(value, Dumper=_Dumper, **options)

@@ -12,7 +12,7 @@ from cablestudy.errors import Mistakes, SceneError
 from cablestudy.scene.document import MAPPING, STDIN, apply_sets, path_named_in, read_base, read_file
 from cablestudy.scene.entries import ALTERNATIVE, clash, entries_of, entries_of_options
 from cablestudy.scene.fields import Either, KeyTable, Name, Quantity, tables_of, wrong
-from cablestudy.scene.layers import replaced_by, split_key
+from cablestudy.scene.layers import mapping_at, replaced_by, split_key
 from cablestudy.scene.likely_mistakes import likely_mistakes
 from cablestudy.scene.mistakes import at_most, findings, in_order, located
 from cablestudy.scene.sampling import Sample
@@ -98,7 +98,7 @@ class StudyFile:
 
     Attributes
     ----------
-    name, title, base, set, plot, find : str, str, str, dict, Plot or None, Find or None
+    name, title, set, plot, find : str, str, dict, Plot or None, Find or None
         The file as the user named it, and keys of the file.
     columns : tuple of str
         Names as written, not looked up yet.
@@ -127,7 +127,7 @@ class StudyFile:
     def __init__(self, source, table, document, entries, options=()):
         self.name, self.source, self.document, self.entries = source.name, source, document, (*entries, *options)
         self.title, self.columns, self.plot, self.tolerances = table.title, table.columns, table.plot, table.check
-        self.base, self.set, self.find, self.asked = table.base, table.set, table.find, ()
+        self.set, self.find, self.asked = table.set, table.find, ()
         self.reference_path = path_named_in(source.name, table.reference) if table.reference and not options else None
         self.count = math.prod(len(entry) for entry in self.entries)
         self.sample, self.sample_entry = table.sample, len(entries) - 1
@@ -292,8 +292,6 @@ def study_of(source, sets=(), vary=(), further_check=None):
     """Make a `StudyFile` of a study file that has been read, a Document with its `base:` unread; as `read_study`."""
     _refuse_scene(source)
     table, found = _read_table(source)
-    if table is None:
-        raise located(found, source)
     mistakes = Mistakes()
     base = None if "base" in _top_level(found) else _read_base(source, table.set, sets, mistakes)
     wrong_keys, options = {"base"} if mistakes else set(), ()
@@ -319,8 +317,7 @@ def study_of(source, sets=(), vary=(), further_check=None):
 
 def _case_names(base):
     """Names of the load cases of the base scene, a Document: list; a stand-in where it cannot be read (None)."""
-    cases = base.value.get("cases") if base else {"": None}
-    return list(cases) if isinstance(cases, dict) else []
+    return list(mapping_at(base.value, ("cases",))) if base else [""]
 
 
 def _missing_reference(source, table):
@@ -349,10 +346,7 @@ def _read_base(source, fixed, sets, mistakes):
 
 
 def _read_table(source):
-    """The `StudyTable` of a file without the keys that are wrong, and (path, message) of each mistake in a list.
-
-    None in place of the table where nothing is right.
-    """
+    """The `StudyTable` of a file without the keys that are wrong, and (path, message) of each mistake in a list."""
     known = StudyTable.model_fields  # unknown keys stay, so that they are refused; known ones may be null
     given = {key: value for key, value in source.value.items() if value is not None or key not in known}
     try:
@@ -360,11 +354,9 @@ def _read_table(source):
     except ValidationError as error:
         found = findings(error, source.value, TABLES)
     wrong = _top_level(found)
-    stand_in = {"base": source.name, "columns": ("status",)}  # for keys that are needed
+    stand_in = {"base": "-", "columns": ("status",)}  # for keys that are needed
     right = {key: value for key, value in given.items() if key in known and key not in wrong}
-    with suppress(ValidationError):
-        return StudyTable.model_validate(stand_in | right), found
-    return None, found
+    return StudyTable.model_validate(stand_in | right), found
 
 
 def _top_level(found):

@@ -24,7 +24,7 @@ from cablestudy.scene.connections import connection_mistakes, unheld, written_co
 from cablestudy.scene.control_tables import Control, Drive
 from cablestudy.scene.determinacy import MOTIONS, determinacy_mistakes
 from cablestudy.scene.fields import CaseName, KeyTable, Name, suggestion, tables_of
-from cablestudy.scene.layers import merge
+from cablestudy.scene.layers import mapping_at, merge
 from cablestudy.scene.load_tables import SuspensionLoadCase, paths_of_loads
 from cablestudy.scene.materials import Materials, loaded_by_a_case
 from cablestudy.scene.mistakes import as_meant, empty_keys, findings, located
@@ -171,16 +171,16 @@ class SuspensionScene(SceneTable):
         ends = {name: cable.ends for name, cable in self.cables.items()}
         bodies = {name: body.attachments for name, body in self.bodies.items()}
         links = {name: link.ends for name, link in self.links.items()}
-        yield [(("cables",), bool(self.cables or self.links), lambda: "expected at least 1 item, got 0")]
+        yield [(("cables",), bool(self.cables or self.links), "expected at least 1 item, got 0")]
         mistakes = connection_mistakes(self.points, bodies, ends, self.winches, self.actuators, links)
-        of_names = _broken(mistakes + self._unknown_references() + reference_mistakes(self))
+        of_names = _unmet(mistakes + self._unknown_references() + reference_mistakes(self))
         of_cases = case_relations(self.case, self.limits, self.cases)
         yield [*of_names, *of_cases, *ground_relations(self.ground)]
-        yield _broken(self._unheld() + determinacy_mistakes(self))
+        yield _unmet(self._unheld() + determinacy_mistakes(self))
         yield [relation for name, link in self.links.items() for relation in self._link_relations(name, link)]
         for relation in actuator_relations(self):
             yield [relation]
-        yield _broken(self._unknown_diameters())
+        yield _unmet(self._unknown_diameters())
         yield from self._case_relations()
         yield from self._chord_relations()
         yield [relation for name, case in self.cases.items() for relation in self._move_relations(name, case.moves)]
@@ -190,7 +190,7 @@ class SuspensionScene(SceneTable):
         yield [loaded_by_a_case(("cables", name), table, self.cases) for name, table in self.cables.items()]
         with_state = [name for name, table in self.cables.items() if table.state]
         has_curves = not with_state or any(table.stress_strain for table in self.cables.values())
-        yield [(("cables", name, "state"), has_curves, lambda: NO_CURVES) for name in with_state[:1]]
+        yield [(("cables", name, "state"), has_curves, NO_CURVES) for name in with_state[:1]]
         yield [
             relation
             for name, case in self.cases.items()
@@ -199,7 +199,7 @@ class SuspensionScene(SceneTable):
             for relation in case.of_cable(cable).needs_of(table, ("cables", cable), name)
         ]
         yield from self._load_relations()
-        yield _broken(case_mistakes(self))
+        yield _unmet(case_mistakes(self))
 
     def _load_relations(self):
         """Relations: the point loads of load cases are on cables that exist, and not beyond their ends."""
@@ -213,9 +213,7 @@ class SuspensionScene(SceneTable):
             for path in loads_at
         ]
         for path, loads in loads_at.items():
-            length = self.cables[path[-1]].unstretched_length
-            if length is not None:
-                yield beyond_the_end(path, loads, length)
+            yield beyond_the_end(path, loads, self.cables[path[-1]].unstretched_length)
 
     def _chord_relations(self):
         """The ends of each cable are apart where the search begins, and its unstretched length fits their distance."""
@@ -259,9 +257,9 @@ class SuspensionScene(SceneTable):
         """Relations of a link: its ends can move relative to each other, and are apart where it has a length."""
         path, (owner, other) = ("links", name), (self.attachment(end)[0] for end in link.ends)
         where = f"on {owner}" if owner else "fixed"
-        yield path, owner != other, f"both of its places are {where}: it does nothing".format
+        yield path, owner != other, f"both of its places are {where}: it does nothing"
         apart = link.length is None or (link.length == 0) | (_distance(*map(self.start, link.ends)) > 0)
-        yield (*path, "length"), apart, "both of its places are one where the search begins (length: 0 m?)".format
+        yield (*path, "length"), apart, "both of its places are one where the search begins (length: 0 m?)"
 
     def _move_relations(self, case, moves):
         """Relations of the distance of the ends of cables between fixed points that a load case moves. [m]"""
@@ -290,9 +288,9 @@ def _distance(position, other):
     return sum((a - b) ** 2 for a, b in zip(position, other, strict=True)) ** 0.5
 
 
-def _broken(mistakes):
+def _unmet(mistakes):
     """Mistakes, (path, message) each, as relations that do not hold: a list as of `KeyTable.relations`."""
-    return [(path, False, lambda message=message: message) for path, message in mistakes]
+    return [(path, False, message) for path, message in mistakes]
 
 
 def _rotate(angles, vector):
@@ -308,20 +306,8 @@ SUSPENSION_TABLES = tables_of(SuspensionScene)
 
 
 def read_suspension(document):
-    """Check a document that describes several cables, and convert it to a `SuspensionScene` in SI.
-
-    Parameters
-    ----------
-    document : Document
-        With its base files merged.
-
-    Raises
-    ------
-    SceneError
-        All that is wrong with it, sorted by place.
-    """
-    actuators = document.value.get("actuators")
-    wheels = [name for name, value in actuators.items() if is_wheel(value)] if isinstance(actuators, dict) else ()
+    """Check a document that describes several cables, and convert it to a `SuspensionScene`: as `read_scene`."""
+    wheels = [name for name, value in mapping_at(document.value, ("actuators",)).items() if is_wheel(value)]
     # the first table that fits a path describes it: for names of reaction wheels not that of reaction masses
     tables = [(("actuators", name), ReactionWheel) for name in wheels] + SUSPENSION_TABLES
     mistakes = [(path, _explain(path, message)) for path, message in empty_keys(document, tables)]
@@ -354,8 +340,7 @@ def _move_to_shared(mistakes, value):
 
     `value` are the plain values of the file. A key that all of several cables lack is missing in the table `cable`.
     """
-    cables = value.get("cables")
-    cables = cables if isinstance(cables, dict) else {}
+    cables = mapping_at(value, ("cables",))
     how_often = Counter((path[2:], message) for path, message in mistakes if path[:1] == ("cables",))
     for path, message in mistakes:
         table, name, path_in_cable = path[:1], path[1:2], path[2:]

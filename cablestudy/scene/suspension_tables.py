@@ -62,7 +62,7 @@ class PointTable(KeyTable):
         """Relations: mass and force belong to a free point."""
         message = "belongs to a free point: this one is fixed (free: true lets it move)"
         given = [name for name in ("mass", "force") if name in self.model_fields_set]
-        yield [((name,), self.free, lambda: message) for name in given]
+        yield [((name,), self.free, message) for name in given]
 
 
 PointOrPosition = Annotated[
@@ -120,21 +120,21 @@ class Body(KeyTable):
     def relations(self):
         """Relations: names; a body that can turn has inertia, and its tensor is that of some mass."""
         yield [
-            ((table, name), False, lambda message=message: message)
+            ((table, name), False, message)
             for table in ("attachments", "markers")
             for name in getattr(self, table)
             for message in wrong_name(name)
         ]
         if self.inertia is None:
             message = f"missing key: inertia (the body is free to turn: {', '.join(self.turning)})"
-            yield [((), not self.turning, lambda: message)]
+            yield [((), not self.turning, message)]
             return
         tensor, text = self.inertia_tensor, "{} must be positive, got {:g}".format
         yield [
             (("inertia", index), moment > 0, partial(text, name, moment))
             for index, (name, moment) in enumerate(zip(("xx", "yy", "zz"), tensor[:3], strict=True))
         ]
-        yield [(("inertia",), _is_of_a_mass(*tensor), lambda: NO_MASS)]
+        yield [(("inertia",), _is_of_a_mass(*tensor), NO_MASS)]
 
 
 def _is_of_a_mass(xx, yy, zz, xy, xz, yz):
@@ -229,8 +229,7 @@ class SuspendedCable(_CableOfSuspension):
         tensions = {("preload",): self.preload, ("tension_to",): self.tension_to}
         tensions["tension", "value"] = self.tension and self.tension.value
         yield [*self.section_relations(), *self.tension_relations(tensions)]
-        if self.unstretched_length is not None:
-            yield beyond_the_end(("loads",), self.loads, self.unstretched_length)
+        yield beyond_the_end(("loads",), self.loads, self.unstretched_length)
 
 
 class Link(KeyTable):
@@ -260,7 +259,7 @@ class Link(KeyTable):
     def relations(self):
         """Relations: a link does something."""
         given = {"stiffness", "damping"} & self.model_fields_set
-        yield [((), bool(given), lambda: "missing key: one of stiffness, damping")]
+        yield [((), bool(given), "missing key: one of stiffness, damping")]
 
 
 _force = Quantity("N", 1e-24, 1e24).read
@@ -296,8 +295,8 @@ class Tensions(KeyTable):
             yield [(("max",), self.min <= self.max, lambda: f"{self.max:g} N is below min, {self.min:g} N")]
         is_closest, has_reference = self.method == "closest", self.reference is not None
         message = f"belongs to the method closest; the method is {self.method}"
-        yield [((), has_reference or not is_closest, lambda: "missing key: reference (the method is closest)")]
-        yield [(("reference",), is_closest or not has_reference, lambda: message)]
+        yield [((), has_reference or not is_closest, "missing key: reference (the method is closest)")]
+        yield [(("reference",), is_closest or not has_reference, message)]
 
 
 class CableWinch(KeyTable):
@@ -310,4 +309,4 @@ class CableWinch(KeyTable):
 
     def relations(self):
         """Relations: a direction is one."""
-        yield [(("direction",), self.direction is None or any(self.direction), lambda: NO_DIRECTION)]
+        yield [(("direction",), self.direction is None or any(self.direction), NO_DIRECTION)]

@@ -59,10 +59,7 @@ _FURTHER = {
 }  # fmt: skip
 
 # Temperature scales -> what is added to a number on them, and the size of a degree. [K]
-_SCALES = {
-    "C": (Decimal("273.15"), Decimal(1)),
-    "F": (Decimal("459.67"), Decimal(5) / 9),
-}
+_SCALES = {"C": (Decimal("273.15"), Decimal(1)), "F": (Decimal("459.67"), Decimal(5) / 9)}
 _DEGREES = {
     **dict.fromkeys(("degC", "degreeC", "celsius", "degree_Celsius"), _SCALES["C"]),
     **dict.fromkeys(("degF", "degreeF", "fahrenheit", "degree_Fahrenheit"), _SCALES["F"]),
@@ -143,6 +140,14 @@ def to_si(value, unit):
         return float(value)
     except OverflowError:
         raise ValueError(f"expected {expected(unit)}, got a number out of range") from None
+
+
+def si_or(otherwise, value, unit):
+    """`to_si` of a value; `otherwise` where it is no such quantity."""
+    try:
+        return to_si(value, unit)
+    except ValueError:
+        return otherwise
 
 
 def read_positive(option, text, unit):

@@ -70,7 +70,8 @@ class Column:
     @property
     def field(self):
         """Its `Field` in a table."""
-        return Field(self.header, self.name.replace("_", " "), self.unit, text=self.text)
+        title = self.name if self.needs == "find" else self.name.replace("_", " ")  # a key is shown as files have it
+        return Field(self.header, title, self.unit, text=self.text)
 
     @cached_property
     def keys(self):

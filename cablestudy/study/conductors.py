@@ -49,13 +49,7 @@ class LinearCables:
 
 
 def curves_of(cables, shape):
-    """`Curves` of cables, of shape `shape`; those of a linear cable are straight lines.
-
-    Parameters
-    ----------
-    cables : list of CableProperties
-    shape : tuple of int
-    """
+    """`Curves` of a list of cables, of shape `shape`; those of a linear cable are straight lines."""
     numbers_of_cables = [_numbers(cable) for cable in cables]
     arrays = [np.array([numbers[name] for numbers in numbers_of_cables], dtype=float) for name in NAMES]
     return Curves(*(array.reshape(*shape, *array.shape[1:]) for array in arrays))

@@ -20,7 +20,7 @@ from cablestudy.study.roots import Effort, find_zeros, points_between, ranges_ab
 from cablestudy.study.scene_kind import kind_of, why_not
 from cablestudy.study.scene_values import tables_of
 from cablestudy.study.study_rows import evaluate, evaluate_tables
-from cablestudy.study.table import Field, Table
+from cablestudy.study.table import Table
 from cablestudy.study.table_rows import STATUS, has_answer
 from cablestudy.study.tolerances import STUDY
 
@@ -106,7 +106,7 @@ def search(goal, document, enclose=False, column_at=None):
     Parameters
     ----------
     goal, document, column_at
-        As of `solve`.
+        As of `solve`, which refuses the same.
     enclose : bool
         Whether to search on until f is negative, or has no value, at both ends of the range tried.
 
@@ -118,11 +118,6 @@ def search(goal, document, enclose=False, column_at=None):
         Each value of the key that was tried -> status text of the results there.
     notes : list of str
         The range that was searched, unless the goal states it, and the gaps in it that were left unsearched.
-
-    Raises
-    ------
-    SceneError
-        The key cannot be set in this scene, or the scene cannot have the column.
     """
     start, scene = check_goal(goal, document)
     statuses = {}
@@ -161,10 +156,7 @@ def scene_at(goal, document, value):
 def check_goal(goal, document):
     """The value of the key at which a search begins, None without one [SI]; and a scene with some value of the key.
 
-    Raises
-    ------
-    SceneError
-        The key can have no value in this scene, or the scene cannot have the column.
+    SceneError if the key can have no value in this scene, or the scene cannot have the column.
     """
     start = _value_of_scene(goal, document)
     scene = _valid_scene(goal, document, start)
@@ -234,7 +226,7 @@ def _search_effort(goal, scene):
 def column_values(goal, key_values, cases):
     """The column of the goal in n cases of `KeyValues`, shape (n,), NaN where it has none, and their status texts."""
     tables, refused = tables_of(key_values, cases)
-    rows = evaluate_tables(tables, [goal.column]) if tables else {}
+    rows = evaluate_tables(tables, [goal.column])
     found = {case: (cells[0], status) for case, (cells, status, *_) in rows.items()}
     found |= {case: (None, error.without_places) for case, error in refused.items()}
     numbers, statuses = zip(*(found[int(case)] for case in cases), strict=True)
@@ -268,7 +260,7 @@ def find_table(goal, solutions, columns):
     """`Table` of the solutions, and list of `Row`; `columns` from `shown_columns`."""
     rows = evaluate(solutions.scenes, columns)
     cells = [{goal.key.header: value, **row.cells} for value, row in zip(solutions.values, rows, strict=True)]
-    fields = (field_of_key(goal.key), *(column.field for column in columns), STATUS)
+    fields = (goal.key.field, *(column.field for column in columns), STATUS)
 
     def errors():
         for row in rows:
@@ -277,32 +269,11 @@ def find_table(goal, solutions, columns):
     return Table(fields, cells, errors=errors), rows
 
 
-def field_of_key(key):
-    """The field of a key that is solved for."""
-    return Field(key.header, key.name, key.unit)
-
-
 def shown_columns(goal, document, names=None):
-    """Columns of the table of solutions: the column of the goal, then those that the user names.
+    """Columns of the table of solutions: the column of the goal, then those that the user names; list of Column.
 
-    Parameters
-    ----------
-    goal : Goal
-        The column that is to take a value, and the key that is varied for it.
-    document : Document
-        File of the scene.
-    names : str, optional
-        Names of columns, joined by commas; by default a few columns of the statics, such as the sag, without that of
-        the key.
-
-    Returns
-    -------
-    list of Column
-
-    Raises
-    ------
-    SceneError
-        A column is unknown, the scene cannot have it, or the goal does not fit the scene.
+    `names` are joined by commas; by default a few columns of the statics, such as the sag, without that of the key.
+    SceneError if a column is unknown, the scene cannot have it, or the goal does not fit the scene.
     """
     _, scene = check_goal(goal, document)
     if names is None:

@@ -24,7 +24,6 @@ def ranges(goal, document, columns):
     goal : Goal
         The goal `limit_margin = 0` (least relative margin of all limits), with the key that is varied.
     document : Document
-        File of the scene.
     columns : list of Column
         Further columns of the table; those that are about limits are left out.
 

@@ -27,25 +27,8 @@ NAME = "search"  # of the threads of searches in step
 def evaluate_found(study, tables, columns, explain=False, estimate=False):
     """Compute the columns of a study that states a goal: in each case the key of the goal is solved for first.
 
-    Parameters
-    ----------
-    study : StudyFile
-        With the goal `find`: a column, its value, and the key.
-    tables : list of CaseTable
-        The cases that are computed.
-    columns : sequence of Column
-        Columns to compute; one of them may be the key that is solved for.
-    explain : bool
-        Whether to return notes.
-    estimate : bool
-        Whether to estimate the errors of models with a stated number of elements.
-
-    Returns
-    -------
-    dict
-        Number of a case in the study -> (numbers, status, errors, notes), see `study_rows.evaluate_tables`: list in the
-        order of the columns, str, dict of header -> relative error, sequence of str. The numbers of a case without
-        exactly one solution are None, and its status is the reason.
+    Parameters but the study, and results, are those of `study_rows.evaluate_tables`; one of the columns may be the key.
+    The numbers of a case without exactly one solution are None, and its status is the reason.
     """
     goal = goal_of_study(study)
     others = [column for column in columns if column.needs != "find"]
@@ -61,7 +44,7 @@ def evaluate_found(study, tables, columns, explain=False, estimate=False):
         else:
             values[case], scene = solution
             solved.append(CaseTable(np.array([case]), scene, {}))
-    evaluated = evaluate_tables(solved, others, explain, estimate) if solved else {}
+    evaluated = evaluate_tables(solved, others, explain, estimate)
     for case, (cells, status, errors, notes) in evaluated.items():
         if index_of_key is not None:
             cells = [*cells[:index_of_key], values[case], *cells[index_of_key:]]

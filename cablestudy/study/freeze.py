@@ -13,24 +13,9 @@ OF_LENGTHS = ("solve_for", "tensions")  # keys of a suspension whose lengths are
 def freeze_cable(document, scene):
     """File contents of a scene of one cable that states the unstretched length in place of preload, tension or sag.
 
-    The cable then keeps its length when other values of the scene are varied; values of base files are included.
-
-    Parameters
-    ----------
-    document : Document
-        File of the scene.
-    scene : CableScene
-        The scene read from it.
-
-    Returns
-    -------
-    dict
-        Tables of the file in plain values; the length with as many digits as a double has.
-
-    Raises
-    ------
-    NoSolutionError, ConvergenceError
-        There is no equilibrium in the reference state.
+    The cable then keeps its length when other values of the scene are varied; values of base files are included. The
+    contents are plain values, the length with as many digits as a double has. NoSolutionError or ConvergenceError if
+    there is no equilibrium in the reference state.
     """
     contents, case, length = document.given, CableCase(_without_case(scene)), scene.cable.unstretched_length
     case.results.check(case.index)

@@ -6,7 +6,7 @@ from math import isfinite
 
 from cablestudy.errors import Mistakes, SceneError
 from cablestudy.scene.fields import Quantity
-from cablestudy.scene.layers import split_key, value_at
+from cablestudy.scene.layers import mapping_at, split_key, value_at
 from cablestudy.scene.scene import quantity_of, read_scene
 from cablestudy.scene.study import Find
 from cablestudy.scene.units import common_factor, expected, show, split
@@ -110,11 +110,6 @@ def read_goal(stated, locations, document):
     Returns
     -------
     Goal
-
-    Raises
-    ------
-    SceneError
-        All mistakes in its parts.
     """
     parts = {}
     # part -> (other parts that must have been read, without a mistake, for it; function of these that reads it)
@@ -217,8 +212,8 @@ def _quantity_of_key(key, document):
 
 def _with_a_name(path, document):
     """A key with a name that a path lacks, such as bodies.cabin.mass for bodies.mass; empty where there is none."""
-    table, rest = value_at(document.value, path[:1]), path[1:]
-    names = [name for name, value in table.items() if isinstance(value, dict)] if isinstance(table, dict) else []
+    table, rest = mapping_at(document.value, path[:1]), path[1:]
+    names = [name for name, value in table.items() if isinstance(value, dict)]
     keys = (".".join((path[0], name, *rest)) for name in names if rest)
     return next(filter(quantity_of, keys), "")
 

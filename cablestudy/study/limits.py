@@ -184,14 +184,7 @@ def columns_by_case(limits, is_cheap):
 
 
 def least_margin(limit, rows):
-    """The `Check` of a limit.
-
-    Parameters
-    ----------
-    limit : SceneLimit
-    rows : dict
-        Load case -> `Row` with its columns.
-    """
+    """The `Check` of a `SceneLimit`, from a dict of load case -> `Row` with its columns."""
     least, failures = None, {}
     for case, cable, column in limit.terms:
         row, name = rows[case], column.header

@@ -25,17 +25,7 @@ REASONS = ("converged", "no convergence", "rounding leaves a part of the force")
 
 
 def bare_spans(values):
-    """The cables without point loads, at the reference temperature, of the length of their chords.
-
-    Parameters
-    ----------
-    values : SceneValues or CaseTable
-
-    Returns
-    -------
-    Span
-        Fields of shape (n,).
-    """
+    """`Span` of n cables without point loads, at the reference temperature, of the length of their chords."""
     return Span.between(
         *values.ends,
         values.given("cable.section_axial_stiffness"),
@@ -48,11 +38,7 @@ def bare_spans(values):
 def point_loads(values, of_case):
     """Point loads of cables: see `scene_values.load_arrays`, but with the weight of their masses in their forces.
 
-    Parameters
-    ----------
-    values : SceneValues, CaseTable or CableValues
-    of_case : bool
-        Whether they are those of the chosen case, or of the reference state.
+    They are those of the chosen case, or (without `of_case`) of the reference state.
     """
     positions, fractions, forces, masses = values.loads(of_case)
     return positions, fractions, forces - (masses * values.given("gravity")[..., None])[..., None] * UP, masses
@@ -95,7 +81,6 @@ def with_loads(span, values, of_case, length_ratio=None):
     span : Span
         The cables without point loads, fields of shape (n,).
     values : SceneValues or CaseTable
-        Values of the n scenes.
     of_case : bool
         Whether the loads of the load cases are added too, or only those of the reference state.
     length_ratio : ndarray, shape (n,), optional
@@ -132,7 +117,6 @@ def loaded_spans(span, values, strain, shift=None, length_changes=None, drag=Non
     span : Span
         The cables in the reference state, without point loads; fields of shape (n,).
     values : SceneValues or CaseTable
-        Values of the n scenes, with their load cases.
     strain : ndarray, shape (n,)
         s: chord length over unstretched length, less one, in the reference state. [-]
     shift : ndarray, shape (n,), optional
@@ -161,8 +145,7 @@ def loaded_spans(span, values, strain, shift=None, length_changes=None, drag=Non
     drag = steady_drag(values, ends, load_ratio) if drag is None else drag
     if drag.normal_drag.any():
         span = _with_uniform_drag(span, ends, drag.uniform(span.frame[..., 0, :]))
-    span = with_loads(span, values, of_case=True)
-    span = replace(span, load_positions=span.load_positions * length_ratio[:, None])
+    span = with_loads(span, values, True, length_ratio)
     return span.with_chord_strain((strain - elongations) / length_ratio), drag
 
 
@@ -194,7 +177,6 @@ def steady_drag(values, ends, load_ratio=1.0):
     Parameters
     ----------
     values : SceneValues or CaseTable
-        Values of the n scenes; a scene may have no wind.
     ends : ndarray, shape (n, 2, 3)
         Positions of both ends of each cable. [m]
     load_ratio : float or ndarray, shape (n,)

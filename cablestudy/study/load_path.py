@@ -29,29 +29,13 @@ class LoadPath:
 
 
 def load_path(document, scene, option):
-    """Solve the equilibrium of a scene with one of its point loads at many places along its cable.
+    """`LoadPath` of a scene, with one of its point loads at many places along its cable.
 
     The places divide the cable into equal parts. All cables keep the unstretched lengths of the reference state.
 
-    Parameters
-    ----------
-    document : Document
-        File of the scene.
-    scene : CableScene or SuspensionScene
-        The scene read from it.
-    option : str
-        Name of the load, `load1` or `CABLE.load1`, and after a colon the number of positions: 39 by default.
-
-    Returns
-    -------
-    LoadPath
-
-    Raises
-    ------
-    SceneError
-        There is no such load, or the number of positions is wrong.
-    NoSolutionError, ConvergenceError
-        There is no reference state.
+    The `option` is the name of the load, `load1` or `CABLE.load1`, and after a colon the number of positions, 39 by
+    default; SceneError if there is no such load, or the number is wrong. NoSolutionError or ConvergenceError if there
+    is no reference state.
     """
     name, count = _load_and_count(option, scene.load_paths)
     kind, cable = kind_of(scene), name.rpartition(".")[0]

@@ -4,6 +4,7 @@ import numpy as np
 
 from cablestudy.cable.damping import grows_with_modes
 from cablestudy.cable.initial_length import BELOW_LEAST
+from cablestudy.scene.layers import value_at
 from cablestudy.scene.likely_mistakes import bare_number
 from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.words import counted, first_of
@@ -174,13 +175,7 @@ def slack_warning(row):
 
 
 def strength_warning(case):
-    """A warning where the stress is above the strength, at most one. Returns a tuple of str.
-
-    Raises
-    ------
-    NoSolutionError, ConvergenceError
-        There is no equilibrium.
-    """
+    """A warning where the stress is above the strength, at most one: tuple of str. An error without equilibrium."""
     if not over_strength(case):
         return ()
     force, area = float(case.given("cable.section_breaking_force")), float(case.given("cable.section_area"))
@@ -253,34 +248,17 @@ def long_cable(case):
 
 
 def share_hint(document, scene, failure):
-    """Hint after the message on a stated tension that is too small: a share of the breaking force may be meant.
+    """Hint, in brackets after a blank, behind the message on a stated tension that is too small (the `failure`).
 
     A number without a unit is in newtons. The tensions 0.2 and 20 are unlikely, but 20 % of the breaking force is
-    usual.
-
-    Parameters
-    ----------
-    document : Document
-        File of the scene.
-    scene : CableScene or SuspensionScene
-        The scene read from it.
-    failure : str
-        Message why the scene has no results.
-
-    Returns
-    -------
-    str
-        The hint in brackets, after a blank; empty where a share is not likely to be meant.
+    usual. The hint is empty where a share is not likely to be meant.
     """
     cable = getattr(scene, "cable", None)  # None of a suspension
     breaking_force = getattr(cable, "section_breaking_force", None)
     if BELOW_LEAST not in failure or breaking_force is None:
         return ""
     for path in STATED_TENSIONS:
-        value = document.value["cable"]
-        for key in path:
-            value = value.get(key) if isinstance(value, dict) else None
-        number = bare_number(value)
+        number = bare_number(value_at(document.value, ("cable", *path)))
         if number is not None and 0 < number <= 100:
             share = f"{100 * number if number < 1 else number:.10g} %"
             return f' ({share} of the breaking force: write "{share}")'
@@ -288,7 +266,7 @@ def share_hint(document, scene, failure):
 
 
 def above_accuracy(rows):
-    """Note on numbers whose estimated error is above the accuracy that the scene asks for.
+    """A note on numbers whose estimated error is above the accuracy that the scene asks for, at most one: tuple of str.
 
     Errors are compared as they are printed, with two digits.
 
@@ -297,11 +275,6 @@ def above_accuracy(rows):
     rows : iterable of (dict, float or None)
         For each row of a table: name of a number -> its estimated relative error, None where it is not known [-]; and
         the accuracy, None of a scene that states its elements instead [-].
-
-    Returns
-    -------
-    tuple of str
-        One note, or none.
     """
     above, asked = {}, set()  # name -> errors
     for errors, accuracy in rows:
@@ -388,14 +361,6 @@ def gondola_notes(case):
     The columns of the gondola describe the mode with the largest share in its static compliance along x (displacement
     over force). Where this share is less than a half, the notes list up to six other modes that move the gondola, and
     one whose share is as large within the error.
-
-    Parameters
-    ----------
-    case : CableCase
-
-    Yields
-    ------
-    str
     """
     mode = case.gondola_mode.mode
     frequency, share, dominant = mode.modes.frequency, mode.shares, mode.number

@@ -95,14 +95,7 @@ def of_suspension(case):
 
 
 def loads_table(cables, failures):
-    """Table with a row for each load on some cables.
-
-    Parameters
-    ----------
-    cables : list of LoadedCable
-    failures : list of str
-        Reasons why cells have no value are appended.
-    """
+    """Table with a row for each load on some `LoadedCable`; reasons for empty cells are appended to `failures`."""
     rows = [{"load": name, **row} for cable in cables for name, row in zip(cable.load_names, cable.rows(), strict=True)]
     failures += [f"{row['load']}: {NO_GROUND}" for row in rows if lacks_clearance(row)]
     return Table((Field("load", "load", label=True), *fields_in(rows)), rows)

@@ -12,7 +12,7 @@ from cablestudy.scene.study import ALL_COLUMNS
 from cablestudy.scene.tolerances import SCENE
 from cablestudy.scene.words import counted
 from cablestudy.study.columns import column_named, find, find_header, key_column
-from cablestudy.study.find import check_goal, field_of_key
+from cablestudy.study.find import check_goal
 from cablestudy.study.goal import goal_of_study
 from cablestudy.study.limits import limits_of
 from cablestudy.study.scene_kind import why_not
@@ -267,7 +267,7 @@ def fields_of(study, columns, referenced):
     for column in columns:
         if column.name == "status":
             continue
-        fields.append(field_of_key(column) if column.needs == "find" else column.field)
+        fields.append(column.field)
         if column.header in referenced:
             printed, difference = (reference_header(column.header, word) for word in ("printed", "difference"))
             fields.append(Field(printed, "printed", column.unit, hidden=True))

@@ -268,16 +268,7 @@ def uneven_drag_errors(drag, catenary, stretched=False):
     """Estimate the errors of n equilibria in which the drag of a steady wind is taken as uniform along each cable.
 
     The actual drag at a point follows from the tangent, the stretch and the wind there. `changes_by_actual_drag`
-    computes how it changes tension and form.
-
-    Parameters
-    ----------
-    drag : SteadyDrag
-        Drag on the cables, fields of shape (n,).
-    catenary : Catenary
-        Their equilibria under the uniform drag, shape (n,).
-    stretched : bool
-        Whether the uniform drag was computed for the stretched length, not for the unstretched one.
+    computes how it changes tension and form; the parameters are the same.
 
     Returns
     -------

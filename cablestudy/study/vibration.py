@@ -92,18 +92,8 @@ def tension_notes(scene, values):
 
     Power lines with a larger H/w than published safe values are likely to suffer from aeolian vibration. There is no
     note in a load case with ice or wind, since the safe values are for everyday tensions; nor without gravity, nor
-    where no cable has a horizontal tension.
-
-    Parameters
-    ----------
-    scene : CableScene or SuspensionScene
-    values : Results or CableResults
-        Statics of this scene alone.
-
-    Returns
-    -------
-    tuple of str
-        One note, or none.
+    where no cable has a horizontal tension. Returns a tuple of str, at most one; `values` are the statics of this scene
+    alone, `Results` or `CableResults`.
     """
     only_links = not scene.cables
     if only_links or scene.nonzero_gravity is None or scene.load_case.ice or scene.load_case.wind:

@@ -6,7 +6,7 @@ from decimal import Decimal
 
 from cablestudy.errors import Mistakes, shorten
 from cablestudy.scene.study import ALL_COLUMNS
-from cablestudy.scene.units import to_si
+from cablestudy.scene.units import si_or
 from cablestudy.study.columns import find
 from cablestudy.study.prepare import NEVER_COMPARED, header_of, tolerances_of
 from cablestudy.study.table import exact, number, stream_csv
@@ -36,22 +36,13 @@ class Difference:
 def read_tolerances(texts, study):
     """Read the relative tolerances by which computed numbers are compared with stored ones.
 
-    Parameters
-    ----------
-    texts : sequence of str
-        Arguments of the option `--rtol`: `1e-6` for all columns, or `sag=1e-4` for one. They take precedence over the
-        key `check` of the study file.
-    study : StudyFile
+    `texts` are the arguments of the option `--rtol`: `1e-6` for all columns, or `sag=1e-4` for one. They take
+    precedence over the key `check` of the study file.
 
     Returns
     -------
     dict
         Header of a column, or ALL_COLUMNS -> tolerance. [-]
-
-    Raises
-    ------
-    SceneError
-        All mistakes in the options.
     """
     of_options = {}
     with Mistakes() as mistakes:
@@ -67,10 +58,7 @@ def read_tolerances(texts, study):
 
 def _read_tolerance(text):
     """The number in the text of a tolerance; ValueError where there is none."""
-    try:
-        value = to_si(text, "")
-    except ValueError:
-        value = math.nan
+    value = si_or(math.nan, text, "")
     if not 0 <= value < math.inf:
         raise ValueError("expected a finite number, not negative, or column=number")
     return value

@@ -72,15 +72,10 @@ def retry(chunks, open_executor, workers):
 
     Parameters
     ----------
-    chunks : Chunks
+    chunks, workers
+        As of `submit_all`, of which the results are yielded.
     open_executor : callable
         Returns a context manager of an executor; called again after the death of a worker.
-    workers : callable
-        Returns the present number of workers.
-
-    Yields
-    ------
-    Done
 
     Raises
     ------

@@ -270,12 +270,7 @@ def command(words, *more):
 
 
 def read_shard(text):
-    """K and N of the option `--shard K/N`; None of None.
-
-    Raises
-    ------
-    SceneError
-    """
+    """K and N of the option `--shard K/N`; None of None."""
     if text is None:
         return None
     match = re.fullmatch("([0-9]{1,9})/([0-9]{1,9})", text)

@@ -33,11 +33,7 @@ class Indices:
 
 
 def indices(f_a, f_b, f_ab, seed=0):
-    """Sobol's indices of one column, from its values f at the points of a Saltelli design.
-
-    For each key i, with means over n points and the variance V of f(A) and f(B) together,
-
-        first order S_i = mean(f(B) (f(AB_i) - f(A))) / V,    total T_i = mean((f(A) - f(AB_i))^2) / (2 V)
+    """Sobol's indices S_i and T_i of one column, from its values f at the points of a Saltelli design.
 
     Parameters
     ----------

@@ -350,11 +350,7 @@ def _check_finished(database):
 
 
 def stored_description(database):
-    """Read from a database what its rows depend on, to decide whether a run can use them.
-
-    Parameters
-    ----------
-    database : Database
+    """Read from a `Database` what its rows depend on, to decide whether a run can use them.
 
     Returns
     -------

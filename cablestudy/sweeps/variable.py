@@ -8,7 +8,7 @@ from pandas.api.types import is_numeric_dtype
 
 from cablestudy.errors import Mistakes
 from cablestudy.scene.scene import quantity_of
-from cablestudy.scene.units import common_factor, to_si
+from cablestudy.scene.units import common_factor, si_or
 from cablestudy.study.columns import column_named, find
 from cablestudy.study.scene_kind import why_not
 from cablestudy.study.varied_keys import TEXT, varied_key
@@ -50,19 +50,11 @@ class Variable:
             if self.is_text:
                 return column
             if self.is_varied and not is_numeric_dtype(column):
-                numbers = column.map(lambda cell: _number_or_text(cell, self.unit or ""))
+                numbers = column.map(lambda cell: si_or(cell, cell, self.unit or ""))
                 return numbers.map(lambda cell: cell if isinstance(cell, str) else cell * ratio)
             return column.astype("Float64") * ratio
 
         return cells
-
-
-def _number_or_text(cell, unit):
-    """A cell of a column of text as a number in a unit, where it is one."""
-    try:
-        return to_si(cell, unit)
-    except ValueError:
-        return cell
 
 
 def variable(name, study, option):
@@ -101,7 +93,7 @@ def _is_text(study, varied, unit):
     if varied.unit is not TEXT:
         return False
     (values,) = (values for entry in study.entries for key, values, _ in entry.columns if key == varied.key)
-    return all(isinstance(_number_or_text(varied.cell(value), unit or ""), str) for value in values)
+    return all(isinstance(si_or(cell, cell, unit or ""), str) for cell in map(varied.cell, values))
 
 
 def ask_columns(study, names):
