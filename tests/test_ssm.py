@@ -392,6 +392,9 @@ def test_both_ends_of_a_long_response_are_those_of_the_whole():
         ("--out x.mat --with gondola --input winsh", "--input winsh: unknown (did you mean winch? allowed: "),
         ("--out x.mat --output end_3_x", "--output end_3_x: unknown"),
         ("--out x.mat --with loop --input winch", "--input winch: unknown"),
+        ("--out x.mat --columns frequency", "--columns: no effect: --out writes a file"),
+        ("--out x.mat --top 3", "--top: no effect: --out writes a file"),
+        ("--out x.mat --response 1:2:3 --columns fase", "--columns: the table has no column 'fase' (did you mean"),
     ],
 )
 def test_mistakes_are_one_line(folder, options, words):

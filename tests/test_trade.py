@@ -381,8 +381,9 @@ def test_defaults_are_what_the_scene_has_keys_for():
          ["--set", "gondola.area=null"]),
     ],
 )  # fmt: skip
-def test_mistakes_in_columns(names, message, sets):
-    assert refusal("trade", CARLINA, "--columns", names, *sets) == message
+def test_mistakes_in_columns_are_told_and_nothing_is_written(folder, names, message, sets):
+    assert refusal("trade", CARLINA, "--out", "tables", "--columns", names, *sets) == message
+    assert not list(folder.iterdir())
 
 
 def test_a_column_without_truth_leaves_the_others():

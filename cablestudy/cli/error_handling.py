@@ -87,6 +87,8 @@ def finish(scene, answer, style, plot=None, explain=False, quiet=False):
     end_display()
     _check_effects(answer, style, plot)
     echo_notes((*(answer.explain() if explain else ()), *answer.warnings), quiet)
+    if written := answer.write():
+        echo_notes([f"written: {', '.join(written)}"], quiet)
     for failure in answer.failures:
         click.echo(f"{scene}: {failure}", err=True)
     code = NO_ANSWER if answer.failures else 0

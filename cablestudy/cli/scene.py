@@ -264,6 +264,8 @@ def ssm(scene, sets, case, out, count, upto, error, kinds, no_residual, attached
         style, plot, explain, quiet):  # fmt: skip
     """A cable or a suspension as a state space: file, kept modes, frequency response."""
     one_case(case, "a state space is that of one case: give --case NAME")
+    if out and not span:
+        refuse_options({"--columns": style.columns, "--top": style.top}, "--out writes a file; --response has a table")
     loaded_scene = read(scene, sets, case)
     options = {
         "count": count, "upto": upto, "error": error, "kinds": kinds, "residual": not no_residual,

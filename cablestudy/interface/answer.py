@@ -94,6 +94,8 @@ class Answer:
     warnings: tuple[str, ...] = ()
     failures: tuple[str, ...] = ()  # why there is no answer
     draw: Callable[..., Figure] | None = None  # makes the picture by the module `study.plots`
+    # writes the files of the command, once all its options are known to be right, and returns their names
+    write: Callable[[], tuple[str, ...]] = tuple
     case: object = None  # what was solved
 
     @property

@@ -201,13 +201,14 @@ def ssm(scene, out: File | None = None, response: Frequencies | None = None, **o
     warnings = [*reference_without_loads(scene.model), *choice.warnings]
     if out:
         system = state_spaces.exported(choice.system(), state_space_options)
-        state_spaces.write(system, out)
         dampings = [cable.damping for cable in scene.model.cables.values()]
         notes = [*state_spaces.improper_note(system), *state_spaces.viscous_note(dampings)]
-        warnings += [state_spaces.size_line(choice, system), *notes, f"written: {out}"]
+        warnings += [state_spaces.size_line(choice, system), *notes]
     elif not span:
         warnings.append(state_spaces.size_line(choice, choice.system()))
     answer = Answer(explain=lambda: tuple(choice.notes), warnings=tuple(warnings), case=choice)
+    if out:
+        answer = replace(answer, write=lambda: state_spaces.write(system, out))
     if span:
         curves = choice.curves()
         with suppress(NoSolutionError):  # a state space that overflows: then its poles are not known
@@ -260,9 +261,6 @@ def compare_models(
         files.check_writable()
     comparison = trade.compare(scene.model, compared, repeats)
     title = shlex.join([scene.path, *(word for change in scene.changes for word in ("--set", change))])
-    if files:
-        trade.write(comparison, files, title)
-        notes = [*notes, f"written: {files.csv}, {files.md}"]
     reference = comparison.reference
     return Answer(
         tables=only(trade.table_of(comparison, for_markdown=shown)),
@@ -270,6 +268,7 @@ def compare_models(
         warnings=(*notes, *reference.warnings),
         failures=tuple(f"{name}: {reason}" for name, reason in reference.failures.items()),
         draw=lambda plots: plots.trade_plot(comparison, f"Error against time: {title}"),
+        write=(lambda: trade.write(comparison, files, title)) if files else tuple,
     )
 
 

@@ -332,5 +332,6 @@ def size_line(choice, system):
 
 
 def write(system, path):
-    """Write a state space in the format of the file name's ending, completely or not at all."""
+    """Write a state space in the format of the file name's ending, completely or not at all; return (path,)."""
     write_whole(path, export.KINDS[os.path.splitext(path)[1].lower()](system))
+    return (path,)

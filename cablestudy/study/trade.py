@@ -468,7 +468,7 @@ def file_name(scene):
 
 
 def write(trade, files, title):
-    """Write the table to `TableFiles`; the title has the scene and its changes."""
+    """Write the table to `TableFiles` and return their names; the title has the scene and its changes."""
     names = [f"{target:.0e}" for target in TARGETS]
     fields = (Field("column", "column"), *(Field(name, f"error below {name}") for name in names))
     lines = [(column.name, *(trade.fastest(column, float(name)) for name in names)) for column in trade.columns]
@@ -480,3 +480,4 @@ def write(trade, files, title):
         f"## The fastest model below an error\n\n{Table.of(fields, lines).render('md')}"
     )
     files.write_texts(table_of(trade).render("csv"), text)
+    return files.csv, files.md
