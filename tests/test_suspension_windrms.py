@@ -383,3 +383,23 @@ def test_a_coherence_that_hardly_decays_is_refused():
     slow = ("--set", "wind.coherence_decay=5e-324")
     done = run("windrms", SUSPENSIONS / "carlina-net-wind.yaml", *slow, code=2)
     assert done.lines == ["--set wind.coherence_decay: must be 0, or from 1e-30 to 1e+06, got 5e-324"]
+
+
+LINK = "links: {damper: {from: box.nz, to: [0, 0, -9], stiffness: 1 kN/m, damping: 10 N s/m}}\n"
+
+
+def test_columns_of_every_table_are_known_before_anything_is_computed(monkeypatch):
+    scene = cs.load(written(SCENE + GENTLE + f"actuators: {{{MASS_X}}}\n" + LINK))
+    tables = {command: scene.compute(command).tables for command in ("windrms", "loop")}
+    assert [len(of_command) for of_command in tables.values()] == [8, 2]
+    for command, of_command in tables.items():
+        for name, table in of_command.items():
+            assert scene.table_without_rows(command, name).fields == table.fields
+    monkeypatch.setattr(SuspensionCase, "group", None)
+    chosen = "--set", "cases={calm: {}, storm: {}}", "--table", "links", "--columns", "case,status,rms"
+    told = [run("windrms", scene.path, *case, *chosen, code=2).lines for case in ((), ("--case", "all"))]
+    assert [len(lines) for lines in told] == [3, 1]  # the table of all cases has their names, and perhaps a status
+    assert [lines[-1] for lines in told] == [
+        f"--columns: the table has no column 'rms' (it has {names})"
+        for names in ("name, rms_force", "case, name, rms_force, status")
+    ]

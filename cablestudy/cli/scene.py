@@ -20,7 +20,7 @@ from cablestudy.cli.options import (
     plain_command,
     scene_command,
 )
-from cablestudy.cli.tables import COLUMNS, check_one_table, split_names
+from cablestudy.cli.tables import COLUMNS, check_columns, check_one_table, split_names
 from cablestudy.errors import SceneError, check_output, refuse_options
 
 TABLES = ("bodies", "points", "cables", "stiffness", "links")
@@ -38,8 +38,12 @@ def read(scene, sets, case):
 
 def compute(scene, case, command, style=None, **options):
     """Answer of a command for a scene, or for all its load cases: `Answer`; its tables are to be shown in a `Style`."""
-    if style is not None and options.get("table") is None:
-        check_one_table(scene.table_names(command), style)
+    if style is not None:
+        table = options.get("table")
+        if table is None:
+            check_one_table(scene.table_names(command), style)
+        elif empty := scene.table_without_rows(command, table, case == ALL):
+            check_columns(empty, style)
     return (scene.compute_cases if case == ALL else scene.compute)(command, **options)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from cablestudy.errors import ConvergenceError, NoSolutionError, SceneError, one_line
 from cablestudy.interface.answer import Answer
@@ -15,6 +15,9 @@ from cablestudy.scene.document import Document
 from cablestudy.scene.fields import KeyTable
 from cablestudy.scene.likely_mistakes import likely_mistakes
 from cablestudy.threads import one_thread
+
+if TYPE_CHECKING:
+    from cablestudy.study.table import Table
 
 
 class SceneCommands:
@@ -50,6 +53,20 @@ class SceneCommands:
     def table_names(self, what: str) -> list[str]:
         """Names of the tables that the answer of a command has, without options, where it has several: list of str."""
         return []
+
+    def table_without_rows(self, what: str, name: str, in_all_cases: bool = False) -> Table | None:
+        """A table of a command, or that of all load cases, before it is computed: Table; None if not known."""
+        from cablestudy.study.table import Table, join_tables
+        from cablestudy.study.table_rows import OK, with_status
+
+        table = Table(self._known_fields(what, name), [])
+        if not table.fields:
+            return None
+        return join_tables({"": {name: with_status(table, OK)}})[name] if in_all_cases else table
+
+    def _known_fields(self, what, table):
+        """Fields of a table of a command that are known before it is computed: tuple of Field, perhaps empty."""
+        return ()
 
     def compute(self, what: str, **options: Any) -> Answer:
         """Answer of a command, with notes, warnings and its picture: `Answer`.

@@ -194,6 +194,14 @@ class Suspension(Scene):
         tables = {"static": ["bodies", "points", "cables", "stiffness", *links], "loop": ["loop", "coordinates"]}
         return tables.get(what, [])
 
+    def _known_fields(self, what, table):
+        """Fields of a table that are known before it is computed; see `Scene._known_fields`."""
+        from cablestudy.study.suspension.wind_report import fields_in_wind, fields_of_loop
+
+        if what == "windrms":
+            return fields_in_wind(self.document, self.model, table)
+        return fields_of_loop(table) if what == "loop" and self.model.control else ()
+
     @checked
     def static(self) -> Tables:  # type: ignore[override]
         """The tables bodies, points, cables and stiffness: `Tables`, a dict of name -> pandas.DataFrame."""

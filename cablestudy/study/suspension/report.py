@@ -20,6 +20,7 @@ from cablestudy.study.tolerances import STUDY
 from cablestudy.system.mode_pairs import pair_modes
 from cablestudy.system.tolerances import SYSTEM
 
+NAME = Field("name", "name", label=True)
 # columns of cables that a terminal shows where it has not room for all
 FIRST = ("preload", "max_tension", "unstretched_length", "sag", "utilisation", "clearance")
 
@@ -122,16 +123,21 @@ def table_by_name(case, names, columns_of, kinds=(), failures=None):
     failures : list of str, optional
         Reasons why cells have no value are appended; without this list the first such reason is raised.
     """
-    fields = {kind.header[1:]: _field(kind, "") for kind in kinds}
+    columns = {name: columns_of(name) for name in names}
+    fields = {kind.header[1:]: _field(kind, "") for kind in kinds} | fields_by_name(columns)
     rows, errors = [], []
     for name in names:
-        columns = {_field(column, name): column for column in columns_of(name)}
-        fields |= {field.name: field for field in columns if field.name not in fields}
-        cells, known_errors = cells_of(case, {field.name: column for field, column in columns.items()}, failures)
+        cells, known_errors = cells_of(case, {_field(column, name).name: column for column in columns[name]}, failures)
         rows.append({"name": name} | cells)
         errors.append(known_errors)
     used_fields = [field for field in fields.values() if not rows or any(field.name in row for row in rows)]
-    return Table((Field("name", "name", label=True), *used_fields), rows, errors=lambda: iter(errors))
+    return Table((NAME, *used_fields), rows, errors=lambda: iter(errors))
+
+
+def fields_by_name(columns):
+    """Fields of a `table_by_name` but NAME, from the columns of each name: dict of name in the table -> `Field`."""
+    fields = [_field(column, name) for name, columns_of_name in columns.items() for column in columns_of_name]
+    return {field.name: field for field in fields}
 
 
 def cells_of(case, columns, failures=None):
@@ -215,9 +221,9 @@ def form_tables(document, scene):
     if numbers.force_density is None:
         raise SceneError("--form-finding: no effect: no cable ends at a free point")
     form, tension = find_form(numbers)
-    name, density = Field("name", "name", label=True), form.force_density[0]
-    points = (name, *(Field(f"{axis}_m", axis, "m") for axis in "xyz"))
-    cables = (name, Field("force_density_N_per_m", "force density", "N/m"), Field("tension_N", "tension", "N"),
+    density = form.force_density[0]
+    points = (NAME, *(Field(f"{axis}_m", axis, "m") for axis in "xyz"))
+    cables = (NAME, Field("force_density_N_per_m", "force density", "N/m"), Field("tension_N", "tension", "N"),
               Field("length_m", "length", "m"))  # fmt: skip
     positions = zip(form.body_names[form.bodies :], form.position[0, form.bodies :].tolist(), strict=True)
     has_density = np.isfinite(density)

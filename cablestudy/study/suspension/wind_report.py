@@ -9,8 +9,8 @@ from cablestudy.errors import SceneError
 from cablestudy.scene.words import counted, first_of
 from cablestudy.study.column import lacks, require
 from cablestudy.study.notes import beyond_linear, larger_by_loop, unknown_rms_error
-from cablestudy.study.suspension.part_columns import cable_columns, has_key, linear_ranges
-from cablestudy.study.suspension.report import cells_of, chosen_tables, table_by_name
+from cablestudy.study.suspension.part_columns import cable_columns, linear_ranges
+from cablestudy.study.suspension.report import NAME, cells_of, chosen_tables, fields_by_name, table_by_name
 from cablestudy.study.suspension.wind_columns import (
     LOOP,
     WINCHES,
@@ -28,6 +28,21 @@ from cablestudy.study.table_rows import SLACK
 from cablestudy.study.tolerances import STUDY
 
 OPEN = "_open_loop"
+TABLES = {  # name -> the key of the scene that it needs
+    "motion": "bodies",
+    "rotations": "bodies",
+    "open_loop": "control",
+    "cables": "cables",
+    "actuators": "actuators",
+    "links": "links",
+    "loop": "control",
+    "coordinates": "control",
+}
+COORDINATE_FIELDS = (
+    Field("coordinate", "coordinate", label=True),
+    Field("notch_frequency_Hz", "notch frequency", "Hz"),
+    Field("gain_margin_dB", "gain margin of this one alone", "dB"),
+)
 
 
 def wind_tables(document, case, only=None):
@@ -55,23 +70,41 @@ def wind_tables(document, case, only=None):
     NoSolutionError, ConvergenceError
         The motion, or the loop, cannot be computed.
     """
-    scene = case.scene
+    names = _chosen_names(document, case.scene, only)
+    return make_tables(case, {name: partial(_table_of, name) for name in names})
+
+
+def fields_in_wind(document, scene, name):
+    """The fields of a table of `wind_tables`, known before it is computed: tuple of `Field`; raises as that does."""
+    _chosen_names(document, scene, name)
+    if name in ROWS:
+        return (NAME, *fields_by_name(columns_by_name(scene, name)).values())
+    return fields_of_loop(name, _loop_columns(scene))
+
+
+def _chosen_names(document, scene, only):
+    """Names of the tables of `wind_tables`, whose arguments these are: list of str."""
     require(document, scene, ["wind"], "windrms")
     chosen = chosen_tables(TABLES, only)
-    if only and not getattr(scene, chosen[only][0]):
-        raise SceneError(f"--table {only}: the scene has no {chosen[only][0]}")
-    return make_tables(case, {name: chosen[name][1] for name in names_of_tables(scene) if name in chosen})
+    if only and not getattr(scene, chosen[only]):
+        raise SceneError(f"--table {only}: the scene has no {chosen[only]}")
+    return [name for name in names_of_tables(scene) if name in chosen]
 
 
 def names_of_tables(scene):
     """Names of the tables that `wind_tables` makes of a `SuspensionScene`: list of str."""
-    return [name for name, (key, _) in TABLES.items() if getattr(scene, key)]
+    return [name for name, key in TABLES.items() if getattr(scene, key)]
 
 
 def loop_tables(case, only=None):
     """The tables `loop` and `coordinates`, or the one named by `only`; returns and raises as `wind_tables`."""
     makers = {"loop": loop_table, "coordinates": coordinate_table}
     return make_tables(case, chosen_tables(makers, only))
+
+
+def fields_of_loop(name, columns=LOOP):
+    """The fields of a table of `loop_tables`, whose table `loop` has these columns: tuple of `Field`."""
+    return COORDINATE_FIELDS if name == "coordinates" else tuple(column.field for column in columns)
 
 
 def make_tables(case, makers):
@@ -99,9 +132,9 @@ def _bodies_and_markers(scene):
     return [name for body, of_body in markers.items() for name in (body, *of_body)]
 
 
-def _closed_loop(columns_of):
-    """Function of a name: columns with the loop, of those of a function."""
-    return lambda name: [column for column in columns_of(name) if OPEN not in column.name]
+def _closed_loop(columns):
+    """Those of some columns that are with the loop."""
+    return [column for column in columns if OPEN not in column.name]
 
 
 def _open_loop(name):
@@ -110,40 +143,49 @@ def _open_loop(name):
     return [replace(column, name=column.name.replace(OPEN, "")) for column in columns if OPEN in column.name]
 
 
-def _cable_columns(scene, name):
-    """Tensions in the wind, and the utilisation at rest of a cable whose strength is known."""
-    static = [column for column in cable_columns(name) if column.name == f"{name}.utilisation"]
-    tensions = [column for column in tension_columns(name) if not lacks(scene, column)]
-    return [*tensions, *(column for column in static if has_key(scene, name, column))]
+def _cable_columns(name):
+    """Tensions in the wind, and the utilisation at rest."""
+    return [*tension_columns(name), *(column for column in cable_columns(name) if column.name == f"{name}.utilisation")]
 
 
-def _actuator_columns(scene):
-    """Function of a name: columns of that reaction mass or wheel."""
-    return lambda name: actuator_columns(name, hasattr(scene.actuators[name], "torque"))
+def columns_by_name(scene, table):
+    """The columns of each row of a table of ROWS, of those whose keys the scene has: dict of name -> list of Column."""
+    names, columns_of = ROWS[table]
+    return {name: [column for column in columns_of(scene, name) if not lacks(scene, column)] for name in names(scene)}
 
 
-def _by_name(case, names, columns_of, failures):
-    """Table with one row for each name, without the columns whose keys the scene lacks."""
+ROWS = {  # name of a table -> functions: of a scene, the names of the rows; of the scene and such a name, its columns
+    "motion": (_bodies_and_markers, lambda scene, name: _closed_loop(displacement_columns(name))),
+    "rotations": (lambda scene: scene.bodies, lambda scene, name: _closed_loop(turn_columns(name))),
+    "open_loop": (_bodies_and_markers, lambda scene, name: _open_loop(name)),
+    "cables": (lambda scene: scene.cables, lambda scene, name: _cable_columns(name)),
+    "actuators": (
+        lambda scene: scene.actuators,
+        lambda scene, name: actuator_columns(name, hasattr(scene.actuators[name], "torque")),
+    ),
+    "links": (lambda scene: scene.links, lambda scene, name: [link_force_column(name)]),
+}
 
-    def computable(name):
-        return [column for column in columns_of(name) if not lacks(case.scene, column)]
 
-    return table_by_name(case, names, computable, failures=failures)
+def _table_of(name, case, failures):
+    """The table of a name of the command `windrms`; why cells are empty is appended to `failures`."""
+    if name == "loop":
+        return loop_table(case, failures, _loop_columns(case.scene))
+    if name == "coordinates":
+        return coordinate_table(case, failures)
+    columns = columns_by_name(case.scene, name)
+    return table_by_name(case, columns, columns.get, failures=failures)
 
 
-def loop_table(case, failures, more=()):
-    """Gain, margins, peak of the sensitivity and more columns of a `SuspensionCase`.
+def _loop_columns(scene):
+    """Columns of the loop in the wind, of winches too where their speed is limited."""
+    return (*LOOP, *(WINCHES if scene.control.max_speed else ()))
 
-    Parameters
-    ----------
-    case : SuspensionCase
-    failures : list
-        Why cells are empty: it is filled.
-    more : sequence of Column
-    """
-    columns = (*LOOP, *more)
+
+def loop_table(case, failures, columns=LOOP):
+    """Table of columns of the loop of a `SuspensionCase`; why cells are empty is appended to the list `failures`."""
     cells, errors = cells_of(case, {column.header: column for column in columns}, failures)
-    return Table(tuple(column.field for column in columns), [cells], single=True, errors=lambda: iter([errors]))
+    return Table(fields_of_loop("loop", columns), [cells], single=True, errors=lambda: iter([errors]))
 
 
 def coordinate_table(case, _):
@@ -156,28 +198,7 @@ def coordinate_table(case, _):
         frequency = notch and float(notch.omega / (2 * np.pi))
         margin = float(20 * np.log10(limit)) if 0 < limit < np.inf else None
         lines.append((f"{closed_loop.body.name}.{name}", frequency, margin))
-    fields = (
-        Field("coordinate", "coordinate", label=True),
-        Field("notch_frequency_Hz", "notch frequency", "Hz"),
-        Field("gain_margin_dB", "gain margin of this one alone", "dB"),
-    )
-    return Table.of(fields, lines)
-
-
-TABLES = {  # name -> the key of the scene that it needs, and what makes it of a case
-    "motion": ("bodies", lambda case, why: _by_name(
-        case, _bodies_and_markers(case.scene), _closed_loop(displacement_columns), why)),
-    "rotations": ("bodies", lambda case, why: _by_name(case, list(case.scene.bodies), _closed_loop(turn_columns), why)),
-    "open_loop": ("control", lambda case, why: _by_name(case, _bodies_and_markers(case.scene), _open_loop, why)),
-    "cables": ("cables", lambda case, why: table_by_name(
-        case, list(case.scene.cables), partial(_cable_columns, case.scene), failures=why)),
-    "actuators": ("actuators", lambda case, why: _by_name(
-        case, list(case.scene.actuators), _actuator_columns(case.scene), why)),
-    "links": ("links", lambda case, why: _by_name(
-        case, list(case.scene.links), lambda name: [link_force_column(name)], why)),
-    "loop": ("control", lambda case, why: loop_table(case, why, WINCHES if case.scene.control.max_speed else ())),
-    "coordinates": ("control", coordinate_table),
-}  # fmt: skip
+    return Table.of(COORDINATE_FIELDS, lines)
 
 
 def _peaks_and_ranges(case):
