@@ -5,6 +5,7 @@ The commands are those of `help.GROUPS`.
 
 import os
 import sys
+import traceback
 
 import click
 
@@ -42,11 +43,25 @@ class OneLine(Grouped):
         sys.exit(code)
 
     def invoke(self, ctx):
-        """Run a command; click would print an empty line for Ctrl-C."""
+        """Run a command; click would print an empty line for Ctrl-C, and take an EOFError for one."""
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt:
             raise click.Abort from None
+        except (EOFError, ValueError) as error:
+            path = _damaged_bytecode(error)
+            if path is None:
+                raise RuntimeError(str(error)) from error
+            click.echo(f"{path}: damaged ({error}): delete it, python makes it anew", err=True)
+            sys.exit(WRONG_USE)
+
+
+def _damaged_bytecode(error):
+    """The compiled file of a module in which an error of an import arose; None for any other error."""
+    for frame, _ in traceback.walk_tb(error.__traceback__):
+        if frame.f_code.co_name == "_compile_bytecode":  # of importlib
+            return frame.f_locals.get("bytecode_path")
+    return None
 
 
 @click.group(cls=OneLine, context_settings={"help_option_names": ["-h", "--help"]})
