@@ -536,7 +536,8 @@ def test_modes_of_a_scene_with_a_gondola_say_that_it_is_held():
     assert said[0].startswith("note: these are modes between fixed ends, with the gondola held; --coupled")
     assert "fixed ends" not in run("modes", CARLINA, "-n", "2", "--set", "gondola=null", "--set", "winch=null").err
     assert run("modes", CARLINA, "-n", "2", "--quiet").err == ""
-    assert run("modes", CARLINA, "-n", "2", "--coupled").err == ""
+    (line,) = run("modes", CARLINA, "-n", "2", "--coupled").lines
+    assert line.startswith("note: damping ratios of modes that move ends of cables are not known")
 
 
 @pytest.mark.parametrize("scene", ["slack.yaml", "carlina-inclined.yaml"])

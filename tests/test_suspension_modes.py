@@ -9,7 +9,7 @@ import pytest
 import scipy.linalg
 import scipy.optimize
 from campaign import campaign
-from command import run
+from command import rows_of, run, table_of, written
 from references import bar_suspension, continuous_suspension
 from suspension_cases import SUSPENSIONS, case_at
 from suspension_scenes import G, hung, platform, suspension, with_lengths
@@ -385,15 +385,37 @@ def test_modes_that_are_left_out_leave_their_damping(share):
     assert found == pytest.approx(expected, rel=1e-6 if share else 0.05)
 
 
-def test_notes_tell_of_how_many_modes_the_damping_is():
-    scene = SUSPENSIONS / "trifilar.yaml"
-    (line,) = [
-        line for line in run("modes", scene, "--explain", "--set", "model.elements=9").lines if "damping" in line
-    ]
-    assert line.startswith("damping ratios: modal damping grows with the number of modes, 24 of each cable here: ")
+def test_damping_ratios_that_grow_with_the_number_of_modes_are_told_to_be_unknown():
+    """Heave of a disc of mass M on three wires of mass m and length l along which waves travel with the speed c.
+
+    The modes of a wire, w_k = k pi c/l, take the share m_k = sqrt(2 m)/(k pi) of a movement of its end. With the
+    damping ratio r each they damp it by the sum of 2 r w_k m_k^2 = (4 r c m/(pi l))/k, which grows as the logarithm of
+    their number.
+    """
+    scene, density, ratio, length = SUSPENSIONS / "trifilar.yaml", 7850.0, 0.01, 4.0
+    speed, wire = math.sqrt(200e9 / density), density * math.pi / 4 * 0.001**2 * length
+
+    def heave(elements):
+        return table_of("modes", scene, "-n", 4, "--set", f"model.elements={elements}")[3]
+
+    coarse, fine = heave(20), heave(80)
+    rate = 3 * 4 * ratio * speed * wire / (math.pi * length)
+    mass = 30.0 + wire  # a third of each wire
+    change = rate * math.log(4) / (2 * mass * 2 * math.pi * fine["frequency_Hz"])
+    assert fine["damping_ratio"] - coarse["damping_ratio"] == pytest.approx(change, rel=1e-3)
+    told = [line for line in run("modes", scene, "--set", "model.elements=9").lines if "damping" in line]
+    beginning = "note: damping ratios of modes that move ends of cables are not known: modal damping grows"
+    assert [line.partition(" with")[0] for line in told] == [beginning]
+    assert "here 24 of each cable" in told[0]
     for damping in ("{model: hysteretic, loss_factor: 0.02}", "{model: modal, ratio: 0, viscous: 0.01}"):
-        lines = run("modes", scene, "--explain", "--set", f"cable.damping={damping}").lines
-        assert not [line for line in lines if "damping" in line]
+        assert "damping" not in run("modes", scene, "--set", f"cable.damping={damping}").err
+
+
+def test_damping_ratios_of_cables_with_fixed_ends_are_known(folder):
+    wire = "{from: [0, 0, 0], to: [9, 0, 0], preload: 1 kN, elastic_modulus: 200 GPa, density: 7850, diameter: 1 mm}"
+    told = run("modes", written(f"cables: {{wire: {wire}}}\n"), "-n", 2, "--format", "csv")
+    assert "not known" not in told.err
+    assert [row["damping_ratio"] for row in rows_of(told.out, "csv")] == pytest.approx([0.01, 0.01])
 
 
 def test_an_unstable_equilibrium_is_refused_with_the_motion_that_runs_away():

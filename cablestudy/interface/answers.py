@@ -94,6 +94,7 @@ def coupled_modes(case, count, upto):
 
     Arguments as of `suspension.modes`. It has the notes and warnings on the modes, and lacks those on the case itself.
     """
+    from cablestudy.study.suspension.notes import unknown_damping_ratios
     from cablestudy.study.suspension.report import mode_notes, mode_table
     from cablestudy.study.vibration import diameters_of_coupled_modes, with_lock_in
 
@@ -104,7 +105,7 @@ def coupled_modes(case, count, upto):
     return Answer(
         tables=only(with_lock_in(table, diameters_of_coupled_modes(table, case.scene))),
         explain=lambda: mode_notes(case, modes, len(asked)),
-        warnings=fewer_modes(modes, size, limit),
+        warnings=(*fewer_modes(modes, size, limit), *unknown_damping_ratios(modes)),
         draw=lambda plots, share=None: plots.coupled_mode_shapes(case, modes, len(asked), share),
         case=case,
     )

@@ -313,13 +313,13 @@ def growing_damping(scene):
     elements = scene.model.elements
     if elements is None or not grows_with_modes(scene.cable.damping):
         return ()
-    return (f"note: {unknown_rms_error(f'those of {elements} elements')}",)
+    return (unknown_with_modal_damping("the error of the RMS is", f"those of {elements} elements"),)
 
 
-def unknown_rms_error(modes):
-    """Text why the error of an RMS with modal damping is not known; `modes` is its part on their number."""
+def unknown_with_modal_damping(what, modes):
+    """A note that something is not known because damping is modal; `modes` is its part on their number."""
     return (
-        f"the error of the RMS is not known: modal damping grows with the number of modes, here {modes}; "
+        f"note: {what} not known: modal damping grows with the number of modes, here {modes}; "
         "hysteretic and Kelvin-Voigt damping have a limit"
     )
 

@@ -12,6 +12,7 @@ from cablestudy.study.notes import (
     averaged_wind,
     comparison_notes,
     long_cables,
+    unknown_with_modal_damping,
 )
 from cablestudy.study.tolerances import STUDY
 
@@ -238,7 +239,6 @@ def mode_notes(modes):
         reasons.setdefault(cable.reason, []).append(cable.name)
     for reason, names in list(reasons.items())[: STUDY.listed_parts]:
         yield f"{first_of(names, STUDY.listed_parts)}: {reason}"
-    yield from _of_modal_damping(modes.damped.models)
     for first, last in modes.coincident[: STUDY.listed_parts]:
         yield f"modes {first} to {last} coincide: their motions may be combined at will"
     if len(modes.coincident) > STUDY.listed_parts:
@@ -257,17 +257,17 @@ def damping_notes(scene):
         yield from DAMPING_IN_STATE_SPACES[law]
 
 
-def _of_modal_damping(models):
-    """Yield a note on damping ratios that depend on the number of modes, of cables with modal damping."""
+def unknown_damping_ratios(modes):
+    """Notes, at most one, on damping ratios of `CoupledModes` that depend on the number of modes. Returns a tuple."""
+    models = modes.damped.models
     with_modal_damping = {cable for cable, damping in enumerate(models.cables.damping) if grows_with_modes(damping)}
     groups = [group for group in models.groups if not with_modal_damping.isdisjoint(group.cable_indices.tolist())]
     counts = [group.ends.omega.shape[-1] for group in groups]
-    if counts:
-        number = f"{min(counts)} to {max(counts)}" if min(counts) < max(counts) else f"{counts[0]}"
-        yield (
-            f"damping ratios: modal damping grows with the number of modes, {number} of each cable here: take "
-            "hysteretic, kelvin_voigt or viscous"
-        )
+    if not counts or not len(modes.layout.free):
+        return ()
+    number = f"{min(counts)} to {max(counts)}" if min(counts) < max(counts) else f"{counts[0]}"
+    ratios = "damping ratios of modes that move ends of cables are"
+    return (unknown_with_modal_damping(ratios, f"{number} of each cable"),)
 
 
 def notes_on_lost_cables(case):

@@ -13,7 +13,7 @@ from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.words import counted
 from cablestudy.study.ssm import check_channel, fewest_modes, pairs_of, response_unit
 from cablestudy.study.suspension.case import SuspensionCase
-from cablestudy.study.suspension.notes import damping_notes, notes_of, strength_warning
+from cablestudy.study.suspension.notes import damping_notes, notes_of, strength_warning, unknown_damping_ratios
 from cablestudy.study.suspension.report import mode_notes
 from cablestudy.study.suspension.ssm_control import CoupledChoice, choose_controlled
 from cablestudy.study.tolerances import STUDY
@@ -59,6 +59,7 @@ class SuspensionChoice(CoupledChoice):
         return [
             *notes_of(self.case),
             *mode_notes(self.case, self.found, int(max(self.chosen, default=-1)) + 1),
+            *unknown_damping_ratios(self.found),
             self.left_out(self.share),
             "not in A, B, C, D: what velocity and acceleration of winches and forces add to tensions at once"
             " (D1 and D2 of the file)",

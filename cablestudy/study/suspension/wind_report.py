@@ -8,7 +8,7 @@ import numpy as np
 from cablestudy.errors import SceneError
 from cablestudy.scene.words import counted, first_of
 from cablestudy.study.column import lacks, require
-from cablestudy.study.notes import beyond_linear, larger_by_loop, unknown_rms_error
+from cablestudy.study.notes import beyond_linear, larger_by_loop, unknown_with_modal_damping
 from cablestudy.study.suspension.part_columns import cable_columns, linear_ranges
 from cablestudy.study.suspension.report import NAME, cells_of, chosen_tables, fields_by_name, table_by_name
 from cablestudy.study.suspension.wind_columns import (
@@ -218,7 +218,8 @@ def remarks_of(case, tables):
         lines.append(f"warning: {SLACK}: {first_of(slack, STUDY.listed_parts)}: the linear numbers do not hold")
     motion = case.analysis
     if motion.model is None and motion.sizes.damping_grows:
-        lines.append(f"note: {unknown_rms_error(counted(len(motion.closed_loop.modes), 'mode'))}")
+        modes = counted(len(motion.closed_loop.modes), "mode")
+        lines.append(unknown_with_modal_damping("the error of the RMS is", modes))
     if "motion" in tables:
         lines += beyond_linear(_peaks_and_ranges(case))
     if "motion" in tables and "open_loop" in tables:
