@@ -1158,6 +1158,27 @@ def test_an_undamped_motion_that_the_wind_excites_is_refused_by_name():
         value(case_of(text), "first.rms_x")
 
 
+@pytest.mark.usefixtures("white")
+def test_a_hysteretic_stiffness_that_feeds_what_the_air_takes_is_no_undamped_motion():
+    """The pole -i w of m s^2 + c s + k (1 + i r) does not decay for r = c w/k, w = sqrt(k/m); i w decays twice as fast
+    as without hysteresis. It is the one that a wind of positive frequencies excites."""
+    mass, stiffness, drag = 20.0, 2 * EA / 9.9, RHO * 9.0 * 0.5
+    w = np.sqrt(stiffness / mass)
+    loss = drag * w / stiffness
+    body_wind, wind = {"area": 0.5, "drag_coefficient": 1.0}, WIND | {"speed": 9.0, "turbulence_intensity": 0.2}
+    text = one_axis(bodies__gondola__wind=body_wind, wind=wind | {"on": "bodies", "aerodynamic_damping": True})
+    text["cable"] |= {"damping": {"model": "hysteretic", "loss_factor": loss}}
+    case = case_of(text)
+    poles = case.analysis.response.turbulence.residues.poles
+    assert sorted(poles.real / w) == pytest.approx([-loss, 0], rel=1e-2, abs=1e-10)
+    omega = w * np.concatenate(
+        [np.linspace(0, 0.5, 2000), np.linspace(0.5, 2, 100_000)[1:], np.geomspace(2, 1e4, 9999)[1:]]
+    )
+    response = drag / (stiffness * (1 + 1j * loss) - mass * omega**2 + 1j * drag * omega)
+    expected = 1e3 * 0.2 * 9.0 * np.sqrt(np.trapezoid(np.abs(response) ** 2, omega) / TURN)
+    assert value(case, "gondola.rms_x") == pytest.approx(expected, rel=1e-6)
+
+
 def test_an_undamped_motion_that_nothing_excites_is_no_obstacle():
     """Kelvin and Voigt damp no motion across straight cables: y and z of the body, which wind along x does not move."""
     text = one_axis(("x", "y", "z"), time=1e-3, bodies__gondola__wind=BODY_WIND | {"center_of_pressure": [0, 0, 0]})

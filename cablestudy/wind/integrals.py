@@ -4,7 +4,7 @@ A resonance that nothing damps has no finite variance: the integrals leave it ou
 the gusts excite, for which the caller must report that the variance is infinite.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -79,8 +79,8 @@ class Integrals:
         """Find, for each output, an undamped motion that makes its variance infinite: the pole that moves it most.
 
         A pole l_j other than zero is undamped if its damping ratio is not above z = `least_damping_ratio`, or if its
-        decay is no more than rounding. It makes the variance of an output infinite only if the gusts excite it: if,
-        with the damping ratio z, its energy in the output,
+        decay is no more than rounding; see `damped`. It makes the variance of an output infinite only if the gusts
+        excite it: if, with the damping ratio z, its energy in the output,
 
             |c_j|^2 (b_j S b_j^H)/(2 z |l_j|) stiffness,
 
@@ -140,8 +140,7 @@ def variances_of_rows(integrals, responses):
     for row, (integral, response) in enumerate(zip(integrals, responses, strict=True)):
         # a delay leaves a remainder, smooth over frequency, beside the sum over poles; without delay it is None
         poles, remainder = response.split(2 * np.pi * integral.panels.highest)
-        is_damped = damped(poles, integral.least_damping_ratio)
-        poles = poles if is_damped.all() else poles.take(is_damped)
+        poles = _without_undamped(poles, integral.least_damping_ratio)
         if remainder is None:
             residues[row] = poles
             rows_by_shapes.setdefault(integral.shapes_with(poles), []).append(row)
@@ -163,11 +162,32 @@ def variances_of_rows(integrals, responses):
     return found
 
 
-def damped(residues, least_damping_ratio=WIND.undamped):
-    """True for the poles of a stable system with a damping ratio above the least, and a decay above rounding.
+def _without_undamped(residues, least_damping_ratio):
+    """`Residues` without the poles that are not `damped`.
 
-    With a complex stiffness the poles below the real axis grow: they are no resonances.
+    Poles that do not resonate stay. Their covariances are divided by their rates of decay, which may be zero by chance:
+    these are at least that of the least damping ratio, which changes nothing else.
     """
+    poles, least = residues.poles, least_damping_ratio * np.abs(residues.poles)
+    steady = ~_resonates(residues, least_damping_ratio) & (np.abs(poles.real) < least)
+    if steady.any():
+        residues = replace(residues, poles=np.where(steady, -least + 1j * poles.imag, poles))
+    is_damped = damped(residues, least_damping_ratio)
+    return residues if is_damped.all() else residues.take(is_damped)
+
+
+def damped(residues, least_damping_ratio=WIND.undamped):
+    """True for the poles of a stable system that do not resonate, or decay by more than rounding and a least ratio."""
     rate, size = np.abs(residues.poles.real), np.abs(residues.poles)
     oscillating = np.abs(residues.poles.imag) > least_damping_ratio * size
-    return (rate > least_damping_ratio * size) & (~oscillating | (rate > WIND.decay_rounding * size.max(initial=0.0)))
+    decays = (rate > least_damping_ratio * size) & (~oscillating | (rate > WIND.decay_rounding * size.max(initial=0.0)))
+    return decays | ~_resonates(residues, least_damping_ratio)
+
+
+def _resonates(residues, least_damping_ratio):
+    """True for poles to which frequencies above zero come close.
+
+    They do not to those below the real axis. With a complex stiffness the upper pole of a mode decays by the hysteresis
+    and by viscous damping, and the lower one by their difference: it may grow, and stay by chance.
+    """
+    return (not residues.one_sided) | (residues.poles.imag >= -least_damping_ratio * np.abs(residues.poles))
