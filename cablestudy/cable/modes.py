@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.cable.plane_modes import KINDS, SYMMETRIES, ascends, clusters, reordered
+from cablestudy.cable.plane_modes import KINDS, SYMMETRIES, ascends, coincident, reordered
 
 
 class CombinedModes:
@@ -23,19 +23,18 @@ class CombinedModes:
         self.root_mass = np.sqrt(np.asarray(dynamics.mass * dynamics.length))
         self.unit_stiffness = np.asarray(dynamics.state.force / dynamics.length)
         square = self._concatenated("square")
-        if not ascends(square) or clusters(square):
+        if not ascends(square) or coincident(square).any():
             self._order = self._ascending_order(square)
 
     def _ascending_order(self, square):
         """Order of ascending frequency; modes that coincide in the order of kind and symmetry."""
         order = np.argsort(square, axis=-1, kind="stable")
-        coinciding = clusters(reordered(square, order))
-        if coinciding:
-            kinds, symmetries = self._concatenated("kinds"), self._concatenated("symmetries")
-        for cable, begin, end in coinciding:
-            cluster = order[cable][begin:end].copy()
-            order[cable][begin:end] = cluster[np.lexsort((symmetries[cable][cluster], kinds[cable][cluster]))]
-        return order
+        coincides = coincident(reordered(square, order))
+        if not coincides.any():
+            return order
+        run = np.cumsum(~coincides, axis=-1)  # those that coincide have one number
+        symmetries, kinds = (reordered(self._concatenated(name), order) for name in ("symmetries", "kinds"))
+        return np.take_along_axis(order, np.lexsort((symmetries, kinds, run)), axis=-1)
 
     def values(self, name):
         """Values of a property of `PlaneModes` in ascending frequency, shape (..., k) or (..., 3, k).

@@ -124,12 +124,17 @@ def reordered(values, order):
     return np.take_along_axis(values, order.reshape(*order.shape[:-1], *between, order.shape[-1]), axis=-1)
 
 
+def coincident(square):
+    """True for each of ascending eigenvalues, shape (..., k), that coincides with the one before."""
+    follows = np.diff(square, axis=-1) <= 2 * CABLE.coincident_modes * square[..., 1:]
+    return np.concatenate([np.zeros_like(square[..., :1], dtype=bool), follows], axis=-1)
+
+
 def clusters(square):
     """(cable, begin, end) of each run of coincident ones among ascending eigenvalues; cable is an index tuple."""
-    coincides = np.diff(square, axis=-1) <= 2 * CABLE.coincident_modes * square[..., 1:]  # with the one before
-    runs = []
+    coincides, runs = coincident(square), []
     for cable in {tuple(index[:-1]) for index in np.argwhere(coincides).tolist()}:
-        runs += [(cable, *run) for run in runs_of(coincides[cable])]
+        runs += [(cable, *run) for run in runs_of(coincides[cable][1:])]
     return runs
 
 
