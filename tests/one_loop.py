@@ -3,12 +3,10 @@
 from functools import cached_property
 
 import numpy as np
-from cables import poles_between_fixed_ends
 
 from cablestudy.control.gain_limits import StableGains
 from cablestudy.control.law import INTEGRATOR
 from cablestudy.control.loop_gain import LoopGain
-from cablestudy.control.margins_grid import frequencies
 from cablestudy.control.notch import NotchedLaw
 from cablestudy.motion.dynamic_analysis import DynamicAnalysis
 from cablestudy.scene.one_cable import as_suspension
@@ -16,8 +14,6 @@ from cablestudy.study.one_cable.case import CableCase
 from cablestudy.system.coupling_damping import Strain
 from cablestudy.system.linear import LinearSystem
 from cablestudy.system.superelement import Superelement
-
-EVERY = 250  # modes of a model, of bars all
 
 
 class OneLoop:
@@ -37,26 +33,11 @@ class OneLoop:
         self.analysis = in_wind or self.case.analysis
 
     def with_gain(self, gain):
-        """The same loop with another gain [rad/s], and the other gains of a law in proportion."""
-        own = self.scene.winch.controller
-        scaled = {name: getattr(own, name) * gain / own.gain for name in ("proportional_gain", "derivative_gain")
-                  if getattr(own, name)}  # fmt: skip
-        return self._with(lambda table: table.model_copy(update={"gain": gain} | scaled))
-
-    def with_margins(self, margin, peak=np.inf):
-        """The same loop with the largest gain that leaves a gain margin [dB] and bounds the sensitivity."""
-        sensitivity = min(peak, 1e9)
-        return self._with(
-            lambda table: type(table).model_validate(
-                {**table.model_dump(), "gain": {"auto": {"gain_margin": margin, "sensitivity": sensitivity}}}
-            )
-        )
-
-    def _with(self, changed):
+        """The same loop with another gain of its integrator. [rad/s]"""
         winch = self.scene.winch
-        winch = winch.model_copy(update={"controller": changed(winch.controller)})
-        scene, own = self.scene.model_copy(update={"winch": winch}), self.analysis
-        known = own.without_wind, own.equilibrium, own.airflow, own.model, own.plants_and_loops
+        winch = winch.model_copy(update={"controller": winch.controller.model_copy(update={"gain": gain})})
+        scene, wind = self.scene.model_copy(update={"winch": winch}), self.analysis
+        known = wind.without_wind, wind.equilibrium, wind.airflow, wind.model, wind.plants_and_loops
         return OneLoop(scene, DynamicAnalysis(as_suspension(scene), *known))
 
     @property
@@ -82,32 +63,14 @@ class OneLoop:
     @cached_property
     def cable(self):
         """`Superelement` with the modes that are judged, as far as gondola or winch move them."""
-        return self._element.select(self._moved)
-
-    @property
-    def unmoved_poles(self):
-        """Of the others. [rad/s]"""
-        return poles_between_fixed_ends(self._element.select(~self._moved))
-
-    @property
-    def _element(self):
-        (found,) = self.closed_loop.stability.driven.loop_gain.elements
-        return found
-
-    @property
-    def _moved(self):
-        size = np.abs(self._element.coupling[:, [0, 3]]).max(axis=1, initial=0.0)
-        return size > 1e-9 * size.max(initial=0.0)
+        (element,) = self.closed_loop.stability.driven.loop_gain.elements
+        size = np.abs(element.coupling[:, [0, 3]]).max(axis=1, initial=0.0)
+        return element.select(size > 1e-9 * size.max(initial=0.0))
 
     @property
     def largest_gain(self):
         """[rad/s], or None."""
         return self.closed_loop.stability.largest_gain
-
-    @property
-    def gain_margin(self):
-        """[dB], or None."""
-        return self.analysis.gain_margin[0]
 
     @property
     def margins(self):
@@ -136,37 +99,11 @@ class OneLoop:
         """With the winch at rest, upper half plane and real axis. [rad/s]"""
         return self.closed_loop.open_poles
 
-    def closed_poles(self, gain):
-        """The same with a gain. [rad/s]"""
-        return self.with_gain(float(gain)).analysis.closed_loop_of(EVERY).loop.poles
-
 
 def moved_by_winch(cable, mass, location, s):
     """Displacement of a gondola that the winch corrects over that of the winch, by the stiffness of the ends, (f,)."""
     own, ground = cable.dynamic_stiffness(s, [3], [3, 0])[:, 0].T
     return (own if location == "gondola" else -ground) / (mass * s**2 + own)
-
-
-def encirclements(loop, gain):
-    """Number of unstable poles by the argument principle.
-
-    1 + L has its only pole that is not stable in s = 0, where L is about gain/s. The contour passes it on the right,
-    where the argument falls by pi; along either half of the imaginary axis it grows by the same angle. So
-    -2 pi Z = 2 angle - pi.
-    """
-    poles = np.concatenate([loop.open_poles, poles_between_fixed_ends(loop.cable)])
-    omega = frequencies(poles[poles.imag >= 0], (loop.notch,))
-    value = 1 + gain * loop.unit_gain(1j * omega)
-    for _ in range(12):
-        coarse = np.abs(np.angle(value[1:] / value[:-1])) > 0.3
-        if not coarse.any():
-            break
-        omega = np.sort(np.concatenate([omega, (omega[1:] + omega[:-1])[coarse] / 2]))
-        value = 1 + gain * loop.unit_gain(1j * omega)
-    angle = np.angle(value[1:] / value[:-1]).sum()
-    # from the lowest frequency down to zero, and from the highest up to infinity
-    angle += np.angle(value[0] / -1j) - np.angle(value[-1])
-    return round(0.5 - angle / np.pi)
 
 
 def spring_loop(mass, stiffness, location="ground", notch=None, time=0.0, law=INTEGRATOR):

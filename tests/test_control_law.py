@@ -1,24 +1,17 @@
-"""PID, delay and lag of the winch: closed forms, python-control, encirclements of the loop with exp(-s T) itself.
+"""PID, delay and lag of the winch: closed forms and python-control.
 
 The law over frequency: `test_statespace`; encirclements by the loops of suspensions: `test_suspension_control_law`.
 """
 
-import re
-
 import control
 import numpy as np
 import pytest
-from cables import along_x
-from command import CARLINA, refused_in_one_line, run, table_of
-from one_loop import OneLoop, encirclements, moved_by_winch, spring_loop
+from command import CARLINA, refused_in_one_line, run, table_of, with_sets
+from one_loop import spring_loop
 from scenes import cells, scene
-from test_stability import random_scene
 
 from cablestudy.control.law import Law
 from cablestudy.control.notch import Notch
-from cablestudy.errors import NoSolutionError
-from cablestudy.study.one_cable.case import CableCase
-from cablestudy.system.assemble import assemble
 
 MASS, STIFFNESS = 50.0, 1025.0
 NATURAL = np.sqrt(STIFFNESS / MASS)
@@ -109,62 +102,4 @@ MISTAKES = {
 
 @pytest.mark.parametrize("sets", MISTAKES)
 def test_mistakes_are_one_line(sets, folder):
-    refused_in_one_line(folder, MISTAKES[sets], "loop", CARLINA, *(part for one in sets for part in ("--set", one)))
-
-
-class Finer:
-    """The loop with a finer model of its cable, for the count of encirclements."""
-
-    def __init__(self, loop, cable):
-        self._loop, self.cable, self.notch = loop, cable, loop.notch
-        system = assemble([cable], np.eye(6)[:, [3]], np.array([[loop.mass]]))
-        self.open_poles = system.eigen.poles
-
-    def unit_gain(self, s):
-        passed = 1.0 if self.notch is None else self.notch(s)
-        moved = moved_by_winch(self.cable, self._loop.mass, self._loop.location, s)
-        return self._loop.closed_loop.untuned_loop.law(s) * passed * moved
-
-
-# seed of a scene -> viscous damping per length [N s/m^2], proportional and derivative gain over the integral one [s],
-# [s^2], and delay [s], bandwidth and corner of the law [rad/s]
-LAWS = {
-    2: (0.06000650727393257, (0.009363537573375038, 1.5085097707785163e-05),
-        (5.723656613424621e-05, 49.741832728499695, 1017.1380338543069)),
-    31: (0.14306863180410714, (0.31179304407096675, 0.0), (0.009394344633159043, 68.2868167252132, 2.041656594137747)),
-    66: (0.1028028479788973, (0.0, 0.0), (3.0148581361135, 9.516558040588627)),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("seed", LAWS)
-def test_no_verdict_contradicts_encirclements_with_a_finer_model(seed):
-    """Random cables; 31: damped axial waves, which were left out, and now are refused; 66: poles of the delay."""
-    drawn, (viscous, *law) = random_scene(seed), LAWS[seed]
-    damping = drawn.cable.damping.model_copy(update={"viscous": viscous})
-    drawn = drawn.model_copy(update={"cable": drawn.cable.model_copy(update={"damping": damping})})
-    loop = with_law(drawn, 1.0, *law)
-    begin = 0.005 if seed == 31 else loop.largest_gain
-    finer, judged = Finer(loop, along_x(CableCase(drawn).refined(2, 38))), 0
-    for part in (0.1, 0.97, 1.03, 5.0):
-        gain = part * begin
-        try:
-            stable = with_law(drawn, gain, *law).stable
-        except NoSolutionError as refused:  # more modes than are resolved, or more poles of the delay
-            assert re.search("which could drive about|is not judged", str(refused))  # noqa: PT017
-            continue
-        judged += 1
-        assert stable == (encirclements(finer, gain) == 0), part
-    assert judged or seed == 31
-
-
-def with_law(drawn, gain, weights, law):
-    """`OneLoop` of a scene with a law whose proportional and derivative gains are in proportion to the integral one."""
-    delay, bandwidth, *corner = law
-    controller = drawn.winch.controller.model_copy(
-        update={"gain": float(gain), "proportional_gain": float(gain * weights[0]),
-                "derivative_gain": float(gain * weights[1]),
-                "derivative_filter": corner[0] / (2 * np.pi) if corner else None}
-    )  # fmt: skip
-    drive = {"delay": delay, "bandwidth": bandwidth / (2 * np.pi)}
-    winch = drawn.winch.model_copy(update={"controller": controller, **drive})
-    return OneLoop(drawn.model_copy(update={"winch": winch}))
+    refused_in_one_line(folder, MISTAKES[sets], "loop", CARLINA, *with_sets(*sets))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 from campaign import campaign
-from command import rows_of, run
+from command import rows_of, run, with_sets
 from references.modal_loop import gains_of_modes
 from references.straight_suspension import Straight
 from solved import solve
@@ -57,12 +57,15 @@ def solved(scene, seed):
 
 
 def encirclements(own, gain):
-    """Growing motions: the turns of det(I + L) from below to above the real axis, past the pole at 0 on its right."""
+    """Growing motions with a gain, or with one of each coordinate.
+
+    The turns of det(I + L) from below to above the real axis, past the pole at 0 on its right.
+    """
     small, k = 1e-5, len(own.measured)
     path = np.concatenate([small * np.exp(1j * np.linspace(0, np.pi / 2, 200)), 1j * np.geomspace(small, 1e4, 4000)])
 
     def determinants(s):
-        return np.linalg.det(np.eye(k) + gain * own.unit_gain(s))
+        return np.linalg.det(np.eye(k) + own.unit_gain(s) * gain)
 
     found = determinants(path)
     for _ in range(20):
@@ -102,22 +105,11 @@ def test_the_limit_of_one_coordinate_alone_is_where_the_exact_loop_gain_encircle
     gain = 0.3 * closed_loop.stability.largest_gain
     found, whole = closed_loop.stability.gains.single_limits(gain), gain * np.ones(3)
 
-    class Alone:
-        """The dense model whose loop gain is that of some gains."""
-
-        measured = own.measured
-
-        def __init__(self, gains):
-            self.gains = gains
-
-        def unit_gain(self, s):
-            return own.unit_gain(s) * self.gains
-
     assert (found > 1.5).all()
     for place, factor in enumerate(found):
         for part, grows in ((0.999, False), (1.001, True)):
             gains = np.where(np.arange(3) == place, part * factor, 1.0) * whole
-            assert (encirclements(Alone(gains), 1.0) > 0) == grows
+            assert (encirclements(own, gains) > 0) == grows
 
 
 # ---------------------------------------------------------------------------------------------- in time, by small steps
@@ -313,7 +305,7 @@ def test_a_winch_that_is_too_slow_is_named():
 
 def test_what_was_modelled_is_said(tmp_path):
     sets = [f"control.{key}" for key in ("proportional_gain=0.01", "bandwidth=10 Hz", "delay=20 ms", "notch=none")]
-    options = [part for one in [*sets, "control.gain=0.1"] for part in ("--set", one)]
+    options = with_sets(*sets, "control.gain=0.1")
     for command in (("loop", NET), ("ssm", NET, "--with", "loop", "--out", tmp_path / "m.json")):
         said = run(*command, "--explain", *options).err
         assert "gains of 0.1 rad/s (integral), 0.01 (proportional)" in said

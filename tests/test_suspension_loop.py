@@ -160,7 +160,7 @@ def test_the_peak_of_the_sensitivity_where_another_one_is_nearly_as_high():
 
 
 @pytest.mark.crossed
-@pytest.mark.parametrize("name", ["all", "no notch", "pose of six", "two bodies"])
+@pytest.mark.parametrize("name", ["all", "no notch", "pose of six", "two bodies", "hardly damped"])
 @pytest.mark.parametrize("peak", [1.2, 2.0, 1e6])
 def test_an_automatic_gain_is_the_largest_that_bounds_the_sensitivity_and_has_the_margin(name, peak):
     text = deepcopy(CASES[name])
