@@ -15,6 +15,7 @@ from picture import faults
 from references import dense
 from scenes import case_of, choice_of
 from scipy.io import loadmat
+from test_suspension_ssm_command import same_files
 
 from cablestudy.control import export, one_cable
 from cablestudy.study import plots, ssm, ssm_tables
@@ -27,18 +28,6 @@ WITH = {None: (), "gondola": ("--with", "gondola"), "loop": ("--with", "loop")}
 pytestmark = pytest.mark.usefixtures("folder")
 
 
-def written(*arguments):
-    """What `ssm` writes of the paper's cable: the arrays of .npz, those of .mat, the lists of .json."""
-    for kind in export.KINDS:
-        done = run("ssm", CARLINA, *arguments, "--out", f"cable{kind}")
-        assert done.out == ""
-        assert done.lines[-1] == f"written: cable{kind}"
-    with np.load("cable.npz", allow_pickle=False) as archive:
-        npz = dict(archive)
-    mat = {name: value for name, value in loadmat("cable.mat").items() if not name.startswith("__")}
-    return npz, mat, json.loads(Path("cable.json").read_text())
-
-
 @pytest.mark.parametrize(("arguments", "options"), [
     *(((*words, "--wind"), {"attached": attached, "wind": True}) for attached, words in WITH.items()),
     (("--modes", 4, "--proper"), {"count": 4, "proper": True}),
@@ -47,36 +36,31 @@ def written(*arguments):
 def test_files_hold_what_was_computed(arguments, options):
     choice = choice_of(**options)
     system = ssm.exported(choice.system(), choice.options)
-    npz, mat, plain = files = written(*arguments)
+    found, _ = same_files(CARLINA, *arguments)
     # neither a closed loop nor a part of the inputs has a second-order model
     second_order = {"Mass", "Damping", "Stiffness", "CoordinateName", "CoordinateUnit"}
-    assert npz.keys() == mat.keys() == plain.keys()
     has_none = options.get("attached") == "loop" or "proper" in options
-    assert npz.keys() & second_order == (set() if has_none else second_order)
+    assert found.keys() & second_order == (set() if has_none else second_order)
     matrices = {"A": system.a, "B": system.b, "C": system.c, "D": system.d}
     matrices |= {"D1": system.derivatives[0], "D2": system.derivatives[1]}
     for name, matrix in matrices.items():
-        for file in files:
-            assert np.array_equal(np.array(file[name]).reshape(matrix.shape), matrix), name
+        assert np.array_equal(found[name].reshape(matrix.shape), matrix), name
     for word, labels in (("State", system.states), ("Input", system.inputs), ("Output", system.outputs)):
         for part, suffix in enumerate(("Name", "Unit")):
-            expected = [label[part] for label in labels]
-            assert list(npz[word + suffix]) == plain[word + suffix] == expected
-            assert [cell[0] for cell in mat[word + suffix][:, 0]] == expected
-    assert npz["Ts"] == mat["Ts"].item() == plain["Ts"] == 0
+            assert found[word + suffix] == [label[part] for label in labels]
+    assert found["Ts"] == 0
 
 
 def test_second_order_model_with_free_ends_has_the_poles_of_the_state_space():
     system = choice_of(attached="gondola", count=20).system()
-    npz, mat, plain = written("--with", "gondola", "--modes", 20)
+    found, _ = same_files(CARLINA, "--with", "gondola", "--modes", 20)
     order = system.second_order
     for name, matrix in (("Mass", order.mass), ("Stiffness", order.stiffness), ("Damping", order.damping)):
-        for file in (mat[name].toarray(), npz[name], plain[name]):  # sparse in the MATLAB file
-            assert np.array_equal(file, matrix)
-    assert len(mat["CoordinateName"]) == 26
+        assert np.array_equal(found[name], matrix)
+    assert len(found["CoordinateName"]) == 26
     # end 1 and y, z of end 2 held: the modes of what is left are the poles
     free = [*range(20), 23]
-    M, K, C = (npz[name][np.ix_(free, free)] for name in ("Mass", "Stiffness", "Damping"))
+    M, K, C = (found[name][np.ix_(free, free)] for name in ("Mass", "Stiffness", "Damping"))
     expected = np.linalg.eigvals(system.a)
     for pole in dense.poles(M, C, K):
         assert np.abs(expected - pole).min() < 1e-8 * np.abs(pole)

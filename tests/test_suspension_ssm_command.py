@@ -62,6 +62,7 @@ def read(path):
         found |= {
             name: [str(row[0][0]) for row in value] for name, value in found.items() if name.endswith(("Name", "Unit"))
         }
+        # sparse in the MATLAB file
         found |= {name: found[name].toarray() for name in ("Mass", "Damping", "Stiffness") if name in found}
     return {name: list(map(str, v)) if name.endswith(("Name", "Unit")) else np.array(v) for name, v in found.items()}
 
@@ -77,7 +78,7 @@ def same_files(*arguments):
     """What `ssm` writes, the same in files of all kinds; and the lines of the last command."""
     for kind in ("npz", "mat", "json"):
         done = run("ssm", *arguments, "--out", f"m.{kind}")
-        assert done.lines[-1] == f"written: m.{kind}"
+        assert (done.out, done.lines[-1]) == ("", f"written: m.{kind}")
     first, *others = (read(f"m.{kind}") for kind in ("npz", "mat", "json"))
     for other in others:
         assert set(other) == set(first)
@@ -85,7 +86,7 @@ def same_files(*arguments):
             if isinstance(value, list):
                 assert other[name] == value
             else:
-                assert np.squeeze(other[name]) == pytest.approx(np.squeeze(value), rel=1e-15, abs=0)
+                assert np.array_equal(np.squeeze(other[name]), np.squeeze(value))
     return first, done.lines
 
 
@@ -251,32 +252,6 @@ def test_a_mass_between_two_springs():
         left, right = LEFT * (x + np.array([wound, 0, 0])), RIGHT * (np.array([0, wound, 0]) - x)
         expected = np.array([x, left, left, right, right])
         assert response(found, frequency) == pytest.approx(expected, rel=1e-6, abs=1e-9 * np.abs(expected).max())
-
-
-def test_the_static_gain_of_a_winch_is_the_change_of_the_equilibrium():
-    """All cables of given length, one of them a little shorter or longer: pose and tensions by differences."""
-    case = case_at("carlina-balloon")
-    lengths = dict(zip(case.scene.cables, case.equilibrium.lengths.tolist(), strict=True))
-    run("ssm", BALLOON, "--modes", 12, "--out", "balloon.npz")
-    found = read("balloon.npz")
-    gain = response(found, 0.0).real
-    assert found["InputName"][:3] == ["winch.lower1", "winch.lower2", "winch.lower3"]
-
-    def outputs(change):
-        given = lengths | {"lower1": lengths["lower1"] - change}
-        sets = [f"cables.{name}.unstretched_length={length!r}" for name, length in given.items()]
-        state = case_at("carlina-balloon", *sets).equilibrium
-        turned = state.rotation[0]
-        angles = np.array([turned[2, 1] - turned[1, 2], turned[0, 2] - turned[2, 0], turned[1, 0] - turned[0, 1]]) / 2
-        focus = state.position[0] + turned @ [0, 0, -0.5]
-        tensions = np.linalg.norm(state.end_forces, axis=-1).ravel()
-        return np.concatenate([state.position[0], angles, state.position[1], focus, tensions])
-
-    for step, accuracy in ((1e-6, 1e-5), (1e-4, 1e-6)):
-        expected = (outputs(step) - outputs(-step)) / (2 * step)
-        moved, tensions = gain[:12, 0] - expected[:12], gain[12:, 0] - expected[12:]
-        assert np.abs(moved).max() <= accuracy * np.abs(expected[:12]).max()
-        assert np.abs(tensions).max() <= accuracy * np.abs(expected[12:]).max()
 
 
 # ---------------------------------------------------------------------------------------------------- the command

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from command import CONFIGS, run, table_of, written
+from references.loop_matrix import notch
 from suspension_scenes import platform
 from test_suspension_ssm import MARKERS, WINCHES, agree, by_bars, model
 from test_suspension_ssm_command import read, response, same_files
@@ -69,19 +70,13 @@ def built(state, closed, actuators=()):
     )
 
 
-def notch(one, s):
-    if one is None:
-        return 1.0
-    w1, z1, w2, z2 = one.omega, one.damping_ratio, one.rolloff_omega, one.rolloff_damping_ratio
-    return (s * s + 2 * z1 * w1 * s + w1 * w1) / w1**2 * w2**2 / (s * s + 2 * z2 * w2 * s + w2 * w2)
-
-
 def closed_by_bars(state, frequency):
     """Outputs, then winches, by references and forces."""
     whole, s = by_bars(state, frequency, VISCOUS, 0.0), 2j * np.pi * frequency
     static = by_bars(state, 1e-9, VISCOUS, 0.0)[:3, :3].real
     # least sum of w_k v_k^2 with G v = y: W^-1 G^T (G W^-1 G^T)^-1; of three winches and x, y, z that is G^-1
-    controller = -GAIN / s * np.linalg.inv(static) @ np.diag([notch(one, s) for one in NOTCHES])
+    filtered = [1.0 if one is None else notch(s, *vars(one).values()) for one in NOTCHES]
+    controller = -GAIN / s * np.linalg.inv(static) @ np.diag(filtered)
     # v = controller (y - r), y = H v + G f
     inverse = np.linalg.inv(np.eye(3) - controller @ whole[:3, :3])
     wound = np.concatenate([-inverse @ controller, inverse @ controller @ whole[:3, 3:]], axis=1)
