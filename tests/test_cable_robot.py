@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import yaml
 from command import ROOT, run, table_of
+from references.dense import cross
 from scipy.linalg import eigh
 from scipy.optimize import lsq_linear
 
@@ -17,11 +18,6 @@ AXES = ("x", "y", "z", "rx", "ry", "rz")
 
 def meters(values):
     return np.array([float(str(value).removesuffix(" m")) for value in values])
-
-
-def cross(vector):
-    x, y, z = vector
-    return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
 
 
 class Straight:

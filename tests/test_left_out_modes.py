@@ -7,6 +7,7 @@ in place of EA; its waves across are the modes that the model has.
 import numpy as np
 import pytest
 from command import CONFIGS
+from references.bars_in_wind import von_karman
 from references.loop_matrix import notch
 from straight_scenes import case_of
 
@@ -51,8 +52,7 @@ def truth(mass, factor):
         law = integral / s + proportional + derivative * s / (1 + s / (TURN * FILTER))
         law = law / (1 + s / (TURN * BANDWIDTH))
         moved = 1 / (mass * s**2 + own - across * law)
-        x = frequency * SCALE / SPEED
-        gusts = SIGMA**2 * SCALE / SPEED * 4 / (1 + 70.7 * x**2) ** (5 / 6) * (DENSITY * SPEED) ** 2
+        gusts = von_karman(frequency, SPEED, SIGMA, SCALE) * (DENSITY * SPEED) ** 2
         return np.abs(moved * np.stack([np.ones_like(s), s, s * law])) ** 2 * gusts
 
     return np.sqrt(integrals(spectra, height=1))
@@ -189,8 +189,7 @@ def variances_of_row(masses, lengths, law):
             start, end = ends[number], ends[number + 1]
             tensions += [across[number] * end - own[number] * start, own[number] * end - across[number] * start]
         speed = s * released * moved[0] / stretched
-        x = frequency * SCALE / SPEED
-        gusts = SIGMA**2 * SCALE / SPEED * 4 / (1 + 70.7 * x**2) ** (5 / 6) * (DENSITY * SPEED) ** 2
+        gusts = von_karman(frequency, SPEED, SIGMA, SCALE) * (DENSITY * SPEED) ** 2
         return np.abs(np.array([*tensions, speed, s * speed, *moved, *(s * moved)])) ** 2 * gusts
 
     return integrals(spectra, height=0)

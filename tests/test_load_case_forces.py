@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 import pytest
-from command import run, study_file, table_of, written
+from command import run, study_file, table_of, with_sets, written
 from references import catenary_mp
 from scenes import cells, mistakes_of, scene_of
 from scipy.optimize import root
@@ -336,7 +336,7 @@ def test_a_force_that_cuts_cables_anew_is_told():
         (note,) = [line for line in lines if line.startswith("note: ")]
         assert "move top by " in note
     # with lengths nothing is cut anew, however far it moves
-    sets = [part for k in (1, 2, 3) for part in ("--set", f"cables.guy{k}.unstretched_length=75 m")]
+    sets = with_sets(*(f"cables.guy{k}.unstretched_length=75 m" for k in (1, 2, 3)))
     assert run("static", MAST, *sets, "--table", "points").err == ""
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 from references.bars_in_wind import BarsInWind
+from references.dense import state_matrix
 from solved import solve
 from suspension_cases import case_of
 
@@ -80,12 +81,9 @@ def truth(matrices, place):
     square, shapes = scipy.linalg.eigh(stiffness.real, mass)
     share = shapes[place] ** 2 / square
     mode = int(np.argmax(share))
-    size = len(mass)
-    state = np.block([[np.zeros((size, size)), np.eye(size)],
-                      [-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damping)]])  # fmt: skip
-    poles, vectors = np.linalg.eig(state)
+    poles, vectors = np.linalg.eig(state_matrix(mass, damping, stiffness))
     upper = poles.imag > -1e-9 * np.abs(poles)  # real ones too
-    poles, vectors = poles[upper], vectors[:size, upper]
+    poles, vectors = poles[upper], vectors[: len(mass), upper]
     parts = np.abs(shapes.T @ mass @ vectors) * np.sqrt(square)[:, None]
     own = int(np.argmax(parts[mode] / np.linalg.norm(parts, axis=0)))
     ratio = -poles[own].real / abs(poles[own])

@@ -10,7 +10,7 @@ import scipy.linalg
 import scipy.optimize
 from campaign import campaign
 from command import rows_of, run, table_of, written
-from references import bar_suspension, continuous_suspension
+from references import bar_suspension, continuous_suspension, dense
 from suspension_cases import SUSPENSIONS, case_at
 from suspension_scenes import G, hung, platform, suspension, with_lengths
 from suspensions import sagging, trifilar
@@ -231,16 +231,8 @@ def test_damping_ratios_are_those_of_the_poles(damping):
     state = platform()
     found = coupled_modes(state, 30, damping=damping, model=FixedModel(6))
     reference = bar_suspension.dense(state, 6)
-    n = len(reference.K)
-    if damping.model == "hysteretic":
-        poles = 1j * np.sqrt(
-            scipy.linalg.eigvals(reference.K + 1j * damping.loss_factor * reference.elastic, reference.M)
-        )
-    else:
-        zero, unit = np.zeros((n, n)), np.eye(n)
-        left = np.block([[zero, unit], [-reference.K, -damping.time * reference.elastic]])
-        right = np.block([[unit, zero], [zero, reference.M]])
-        poles = scipy.linalg.eigvals(left, right)
+    stiffness = reference.K + 1j * (damping.loss_factor or 0.0) * reference.elastic
+    poles = dense.poles(reference.M, (damping.time or 0.0) * reference.elastic, stiffness)
     poles = poles[poles.imag > 0]
     poles = poles[np.argsort(np.abs(poles))][:30]
     expected = -poles.real / np.abs(poles)
@@ -254,9 +246,7 @@ def test_few_modes_with_hysteretic_and_viscous_damping():
                           model=FixedModel(6))  # fmt: skip
     reference = bar_suspension.dense(state, 6)
     _, viscous = reference.damping({"viscous": per_length}, [0.3] * 8)
-    zero, unit = np.zeros_like(viscous), np.eye(len(viscous))
-    left = np.block([[zero, unit], [-(reference.K + 1j * loss * reference.elastic), -viscous]])
-    poles = scipy.linalg.eigvals(left, np.block([[unit, zero], [zero, reference.M]]))
+    poles = dense.poles(reference.M, viscous, reference.K + 1j * loss * reference.elastic)
     poles = poles[poles.imag > 0]
     lowest = poles[np.argsort(np.abs(poles))][:3]
     assert np.sort(found.damping_ratio) == pytest.approx(np.sort(-lowest.real / np.abs(lowest)), rel=1e-6)
@@ -329,8 +319,7 @@ def test_modes_that_damping_couples_share_it():
     elastic = time * 1e4 / float(span.unstretched_length[2])
     K = np.array([[k[0] + k[2], -k[2]], [-k[2], k[1] + k[2]]])
     C = elastic * np.array([[1.0, -1.0], [-1.0, 1.0]])
-    a = np.block([[np.zeros((2, 2)), np.eye(2)], [-K / 20.0, -C / 20.0]])
-    poles = np.linalg.eigvals(a)
+    poles = dense.poles(20.0 * np.eye(2), C, K)
     poles = poles[poles.imag > 0]
     poles = poles[np.argsort(np.abs(poles))]
     assert found.damping_ratio == pytest.approx(-poles.real / np.abs(poles), rel=1e-6)

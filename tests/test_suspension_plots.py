@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command import run, written
+from command import run, with_sets, written
 from picture import faults
 from scenes import scene_of
 from suspension_cases import SUSPENSIONS, case_at
@@ -246,7 +246,7 @@ def test_the_loop_of_an_unstable_gain_is_drawn_too():
 
 def test_the_command_draws_a_response():
     """What `ssm --with loop --plot` prints and draws without one is on the page of suspensions."""
-    sets = [part for one in CONTROLLED for part in ("--set", one)]
+    sets = with_sets(*CONTROLLED)
     response = ("--response", "0.1Hz:1Hz:9", "--plot", "bode.png")
     run("ssm", SUSPENSIONS / "carlina-net.yaml", *sets, "--with", "loop", *response, "--quiet")
     assert Path("bode.png").read_bytes().startswith(b"\x89PNG")

@@ -10,6 +10,7 @@ import pytest
 from campaign import campaign
 from command import CARLINA, CONFIGS, SLACK, refusal, rows_of, run, stored_table
 from references import bars, continuous_cable, taut_string
+from references.bars_in_wind import von_karman
 from scenes import GONDOLA, INCLINED, PAPER, SAGGING, Twin, scene
 from scipy.integrate import trapezoid
 from scipy.optimize import brentq
@@ -123,9 +124,8 @@ def response(frequency):
     omega = 2 * np.pi * frequency
     stiffness = np.array([continuous_cable.dynamic_end_stiffness(*PAPER.cable, w, n=24, eta=ETA)[0, 0] for w in omega])
     speed, turbulence, length, area = 6.0, 0.15 * 6.0, 25.0, 0.6
-    wind = turbulence**2 * 4 * length / speed / (1 + 70.7 * (frequency * length / speed) ** 2) ** (5 / 6)
     felt = 1 / (1 + (frequency * 2 * np.sqrt(area) / speed) ** (4 / 3))
-    force = (1.2 * 1.17 * area * speed) ** 2 * felt * wind
+    force = (1.2 * 1.17 * area * speed) ** 2 * felt * von_karman(frequency, speed, turbulence, length)
     return force / np.abs(stiffness - GONDOLA * omega**2) ** 2
 
 

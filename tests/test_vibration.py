@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from command import CONFIGS, refused_in_one_line, run, table_of
+from command import CONFIGS, refused_in_one_line, run, table_of, with_sets
 from scenes import G
 
 LINE, GUY, CARLINA = (str(CONFIGS / f"{name}.yaml") for name in ("line", "guy", "carlina"))
@@ -35,7 +35,7 @@ def test_axial_modes_and_cables_of_unknown_diameter_have_none():
     assert {row["type"] for row in rows if row["lock_in_speed_m_per_s"] is None} == {"axial"}
     changes = ["cable.material=null", "cable.axial_stiffness=3 MN", "cable.mass_per_length=1 kg/m", "cases=null",
                "cable.preload=20 kN", "cable.reference=null"]  # fmt: skip
-    unknown = table_of("modes", LINE, "-n", 3, *(word for change in changes for word in ("--set", change)))
+    unknown = table_of("modes", LINE, "-n", 3, *with_sets(*changes))
     assert "lock_in_speed_m_per_s" not in unknown[0]
 
 

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from campaign import campaign
-from command import CARLINA, rows_of, run, table_of
+from command import CARLINA, rows_of, run, table_of, with_sets
 from references.cable_of_bars_in_wind import CableOfBars
 from references.panels import panels
 from scenes import case_of, cells, scene, scene_of
@@ -427,7 +427,7 @@ def test_travel_time_of_a_taut_cable():
     ],
 )  # fmt: skip
 def test_a_note_says_which_modes_the_vortices_meet(sets, note):
-    options = [part for one in sets for part in ("--set", one)]
+    options = with_sets(*sets)
     lines = [line for line in run("windrms", CARLINA, *options).lines if "vortices" in line]
     assert len(lines) == bool(note)
     assert all(line.startswith(note) for line in lines)
@@ -460,8 +460,7 @@ EXTREMES = [
 @pytest.mark.parametrize("sets", campaign(EXTREMES, EXTREMES[::5]), ids=" ".join)
 def test_extreme_winds_have_a_number_or_a_refusal(sets):
     options = ["--on", "both"] if len(sets) == 1 else []
-    options += [part for one in sets for part in ("--set", one)]
-    outcome = run("windrms", CARLINA, *options, "--format", "json", code=None)
+    outcome = run("windrms", CARLINA, *options, *with_sets(*sets), "--format", "json", code=None)
     (row,) = rows_of(outcome.out, "json")
     assert outcome.code in (0, 3)
     if outcome.code:

@@ -9,11 +9,7 @@ import numpy as np
 import scipy.linalg
 
 from . import bars, links
-
-
-def cross(v):
-    """[v x]."""
-    return np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+from .dense import cross
 
 
 @dataclass(frozen=True)

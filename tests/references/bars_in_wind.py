@@ -9,7 +9,7 @@ the end node of a cable, along the tangent there: its row of M, C and K times al
 import numpy as np
 
 from . import bar_suspension
-from .dense import state_matrix
+from .dense import cross, state_matrix
 
 POINTS = 0.5 - np.sqrt(1 / 12), 0.5 + np.sqrt(1 / 12)  # of Gauss's rule, shares of a bar
 
@@ -72,7 +72,7 @@ class BarsInWind:
             body, R = names.index(name), state.rotation[names.index(name)]
             arm, own = R @ np.array(center), R.T @ along
             moved = np.zeros((3, 6 * len(names)))
-            moved[:, 6 * body : 6 * body + 6] = np.concatenate([np.eye(3), -bar_suspension.cross(arm)], axis=1)
+            moved[:, 6 * body : 6 * body + 6] = np.concatenate([np.eye(3), -cross(arm)], axis=1)
             whole = np.zeros((3, size))
             whole[:, size - len(free) :] = moved[:, free]
             places.append(state.position[body] + arm)

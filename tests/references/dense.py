@@ -3,6 +3,11 @@
 import numpy as np
 
 
+def cross(v):
+    """[v x]."""
+    return np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+
+
 def state_matrix(M, C, K):
     """A of x' = A x with x = (z, z'), shape (2 n, 2 n)."""
     zero = np.zeros_like(M)

@@ -7,11 +7,9 @@ about global axes), so that Im f(q + i h)/h is its derivative to the last digit.
 import numpy as np
 from scipy.linalg import expm
 
+from .dense import cross
+
 STEP = 1e-30
-
-
-def _skew(v):
-    return np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
 
 
 def distances_and_wrenches(equilibrium, q):
@@ -26,7 +24,7 @@ def distances_and_wrenches(equilibrium, q):
                 arms.append(None)
                 places.append(place.astype(complex))
                 continue
-            arms.append(expm(_skew(q[owner, 3:])) @ equilibrium.rotation[owner] @ place)
+            arms.append(expm(cross(q[owner, 3:])) @ equilibrium.rotation[owner] @ place)
             places.append(equilibrium.position[owner] + q[owner, :3] + arms[-1])
         vector = places[1] - places[0]
         distance = np.sqrt((vector**2).sum())

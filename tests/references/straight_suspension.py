@@ -13,7 +13,7 @@ import scipy.linalg
 import scipy.optimize
 from scipy.spatial.transform import Rotation
 
-from .bar_suspension import cross
+from .dense import cross
 
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")
 TURN = 2 * np.pi

@@ -15,7 +15,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh, splu
 from scipy.spatial.transform import Rotation
 
 from . import catenary_mp
-from .bar_suspension import cross
+from .dense import cross
 
 DIGITS = 50
 STEPS = 12  # of Newton's method in 50 digits
