@@ -257,20 +257,6 @@ def test_two_weightless_cables_in_line_have_the_tension_that_something_decides()
     np.testing.assert_allclose(pulled.lengths[0], 5 / (1 + 20 / 1e6), rtol=1e-9)
 
 
-def test_cases_of_a_batch():
-    """Places of the body and masses that differ, one of them out of reach: each case as alone."""
-    scene = robot()
-    places = np.array([[[0.3, -0.2, 0.5]], [[0.0, 0.5, 0.2]], [[0.0, 0.0, 40.0]]])
-    masses = np.array([[40.0], [60.0], [50.0]])
-    together, problems = lengths.solve(replace(scene, position=places, mass=masses), "least", low=80.0)
-    assert problems.shape == (3,)
-    assert problems[:2].tolist() == ["", ""]
-    assert problems[2] != ""
-    for i in range(2):
-        alone, _ = lengths.solve(replace(scene, position=places[i], mass=masses[i]), "least", low=80.0)
-        np.testing.assert_allclose(alone.lengths, together.lengths[i], rtol=1e-13)
-
-
 def test_the_smallest_of_equally_balanced_tensions():
     """Two equal cables against each other, without load: all tensions are balanced, the least is that of the bound."""
     matrix = np.array([[[1.0, -1.0]]])

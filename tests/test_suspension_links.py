@@ -13,14 +13,13 @@ import pytest
 import scipy.linalg
 from campaign import campaign
 from command import run, written
-from references import bar_suspension, links
+from references import bar_suspension, dense, links
 from references.bar_loop import BarLoop
 from references.bars_in_wind import BarsInWind, von_karman
 from scenes import mistakes_of, scene_of
 from scipy.optimize import brentq, root
 from solved import solve
-from straight_scenes import with_changes
-from suspension_cases import case_of, numbers, row, scene_from, value
+from suspension_cases import case_of, numbers, row, value
 from test_suspension_loop_bars import BARS, largest_gain_by_bars
 from test_suspension_loop_bars import scene_of as random_loop
 
@@ -28,7 +27,6 @@ from cablestudy.errors import CablestudyError, NoSolutionError
 from cablestudy.statics import pose_state, rest
 from cablestudy.statics.tolerances import STATICS
 from cablestudy.study.columns import find
-from cablestudy.study.suspension.rows import cases_of
 from cablestudy.system.coupled import Layout
 from cablestudy.system.tolerances import SYSTEM
 
@@ -85,8 +83,7 @@ def test_a_body_on_four_springs_in_closed_form():
     modes = case.modes(6)
     omega = np.sqrt(scipy.linalg.eigh(stiffness, mass, eigvals_only=True))
     assert TURN * modes.frequency == pytest.approx(omega, rel=1e-10)
-    first_order = np.block([[np.zeros((6, 6)), np.eye(6)], [-np.linalg.solve(mass, np.hstack([stiffness, damping]))]])
-    poles = np.linalg.eigvals(first_order)
+    poles = dense.poles(mass, damping, stiffness)
     ratios = sorted(-pole.real / abs(pole) for pole in poles[poles.imag > 0])
     assert sorted(modes.damping_ratio) == pytest.approx(ratios, abs=1e-10)
     heave = value(case, "box.frequency_z"), value(case, "box.damping_ratio_z")
@@ -134,20 +131,6 @@ def test_a_mount_of_length_zero_holds_alike_along_all_axes():
         find("m.rms_force").compute(case)
     loaded = case_of({**scene, "gravity": G})
     assert loaded.equilibrium.position[0] == pytest.approx([1, 2, 3 - 4 * G / 900], rel=1e-12)
-
-
-def test_a_body_on_a_spring_in_the_mean_wind():
-    """It hangs along the sum of weight and drag, rho/2 C_d A v^2 level, and stretches its spring by that."""
-    wind = {"speed": 12.0, "turbulence_intensity": 0.1, "length_scale": 30.0, "on": "bodies"}
-    body = {"at": [0, 0, 0], "mass": 20.0, "free": ["x", "y", "z"], "attachments": {"a": [0, 0, 0]},
-            "wind": {"area": 0.5, "drag_coefficient": 1.1}}  # fmt: skip
-    spring = {"from": [0, 0, 2], "to": "b.a", "stiffness": 900.0, "damping": 30.0, "length": 1.7}
-    case = case_of({"bodies": {"b": body}, "cables": {}, "links": {"s": spring}, "wind": wind})
-    weight, drag = 20 * G, 1.2 / 2 * 1.1 * 0.5 * 12**2
-    length = 1.7 + math.hypot(weight, drag) / 900
-    expected = length * drag / math.hypot(weight, drag)
-    assert value(case, "b.mean_x") == pytest.approx(1e3 * expected, rel=1e-8)
-    assert value(case, "s.force") == pytest.approx(weight, rel=1e-12)
 
 
 # ----------------------------------------------------------------------------------------------- strings with a link
@@ -294,7 +277,7 @@ def test_the_optimal_damper_near_the_anchorage_of_a_stay():
 # ------------------------------------------------------------------------------------- forces, stiffness, load cases
 
 
-def random_scene(seed, lengths=True):
+def random_scene(seed):
     """Two bodies and a point, hung by cables and joined by links, some of which push; SI numbers."""
     rng = np.random.default_rng([seed, 26])
 
@@ -315,12 +298,14 @@ def random_scene(seed, lengths=True):
         cables[f"c{k}"] = {"from": anchor, "to": f"{body}.p{k % 4}", "unstretched_length": length}
     cables["m"] = {"from": "u.p4", "to": "k", "unstretched_length": 3.0}
     cables["n"] = {"from": "k", "to": "v.p4", "unstretched_length": 3.1}
-    length = (lambda low, high: {"length": float(rng.uniform(low, high))}) if lengths else lambda low, high: {}
     joined = {
-        "pull": {"from": "u.p0", "to": "v.p1", "stiffness": 300.0, "damping": 40.0, **length(3, 4)},
-        "push": {"from": "v.p2", "to": [4, 0, -4], "stiffness": 800.0, "damping": 70.0, **length(4.2, 4.6)},
-        "point": {"from": [0, 4, 1], "to": "k", "stiffness": 200.0, "damping": 30.0, **length(3, 5)},
-        "both": {"from": "u.p3", "to": "k", "stiffness": 500.0, **length(1, 4)},
+        name: {"from": begin, "to": end, "stiffness": stiffness, "damping": damping, "length": rng.uniform(*length)}
+        for name, begin, end, stiffness, damping, length in (
+            ("pull", "u.p0", "v.p1", 300.0, 40.0, (3, 4)),
+            ("push", "v.p2", [4, 0, -4], 800.0, 70.0, (4.2, 4.6)),
+            ("point", [0, 4, 1], "k", 200.0, 30.0, (3, 5)),
+            ("both", "u.p3", "k", 500.0, 0.0, (1, 4)),
+        )
     }
     return {
         "cable": {"axial_stiffness": 3e5, "mass_per_length": 0.5, "diameter": 0.01,
@@ -364,9 +349,7 @@ def test_modes_of_bodies_with_links_against_dense_bars(seed):
     exact = case_of({**scene, "model": {"elements": 6, "order": 1, "mass": "lumped"}})
     modes = exact.modes(10)
     assert modes.frequency == pytest.approx(bars.modes()[0][:10], rel=1e-8)
-    n = len(bars.K)
-    a = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(bars.M, np.hstack([bars.K, bars.by_links]))]])
-    poles = np.linalg.eigvals(a)
+    poles = dense.poles(bars.M, bars.by_links, bars.K)
     for frequency, ratio in zip(modes.frequency, modes.damping_ratio, strict=True):
         own = poles[np.abs(np.abs(poles) - TURN * frequency) < 0.05 * TURN * frequency]
         assert np.abs(-own.real / np.abs(own) - ratio).min() < 1e-4 * max(ratio, 0.01)
@@ -469,9 +452,7 @@ def test_a_body_and_links_in_the_wind_against_dense_bars():
     unit = np.eye(count)[count - len(free) :][[0, 2]]
     place, speed = np.vstack([unit, spring]), np.vstack([0 * unit, dashpot])
     pushed = (bars.moves[-1].T @ bars.drags[-1] @ bars.directions.T) * given["turbulence"]
-    rates = np.linalg.eigvals(np.block([
-        [np.zeros((count, count)), np.eye(count)], [-np.linalg.solve(bars.M, np.hstack([bars.K, bars.C]))]
-    ]))  # fmt: skip
+    rates = dense.poles(bars.M, bars.C, bars.K)
     low = np.sort(np.abs(rates))
     near = [rate * (1 + np.linspace(-0.1, 0.1, 61)) for rate in low[low < 8 * low[0]]]
     frequency = np.unique(np.concatenate([np.geomspace(1e-3 * low[0], 40 * low[0], 600), *near])) / TURN
@@ -488,18 +469,6 @@ def test_a_body_and_links_in_the_wind_against_dense_bars():
 
 
 # ------------------------------------------------------------------------------------------------ rows, and extremes
-
-
-def test_a_row_does_not_depend_on_its_neighbours():
-    """Statics and modes of three rows together are those of each alone, to the last digit."""
-    scenes = []
-    for stiffness in (300.0, 1e4, 5e6):
-        scene = random_scene(1, lengths=1e3 < stiffness < 1e6)
-        scenes.append(with_changes(scene, **{f"links__{name}__stiffness": stiffness for name in scene["links"]}))
-    for scene, case in zip(scenes, cases_of([scene_from(scene) for scene in scenes]), strict=True):
-        alone = case_of(scene)
-        for column in ("u.x", "push.force", "both.length", "frequency_2", "u.damping_ratio_z"):
-            assert find(column).compute(case) == find(column).compute(alone)
 
 
 @pytest.mark.crossed
@@ -667,9 +636,8 @@ wind: {speed: 8 m/s, turbulence_intensity: 0.2, length_scale: 50 m, on: bodies, 
 def test_a_body_that_a_link_alone_holds_moves_in_gusts_as_an_oscillator():
     """Without any cable: von Karman's spectrum over a spring and a dashpot, by quadrature."""
     frequency = np.geomspace(1e-7, 1e3, 400_001)
-    reduced, s = frequency * 50 / 8, 2j * np.pi * frequency
-    gusts = 1.6**2 * 50 / 8 * 4 / (1 + 70.7 * reduced**2) ** (5 / 6)
-    spectrum = np.abs(1.2 * 8 / (5 * s**2 + 2 * s + 100)) ** 2 * gusts
+    s = 2j * np.pi * frequency
+    spectrum = np.abs(1.2 * 8 / (5 * s**2 + 2 * s + 100)) ** 2 * von_karman(frequency, 8.0, 1.6, 50.0)
     found = numbers(scene_of(WITHOUT_CABLES), "box.rms_x")["box.rms_x"]
     assert found == pytest.approx(1e3 * np.sqrt(np.trapezoid(spectrum, frequency)), rel=1e-5)
 

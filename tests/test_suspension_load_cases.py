@@ -330,24 +330,6 @@ def test_bodies_stand_with_the_loads_on_where_tensions_are_chosen():
     assert max(map(abs, without.values())) > 1e-3
 
 
-ON_AND_OFF = [(), (ON_A,), (ON_A, WITH_LOADS), (ON_A, "cables.a.reference.loads=true"), (ON_A, WITH_LOADS, "case=cold")]
-
-
-@pytest.mark.parametrize(
-    ("stated", "changes"),
-    [("unstretched_length: 77 m", [(), *((f"case={day}",) for day in DAYS)]), ("preload: 20 kN", ON_AND_OFF)],
-    ids=["load cases", "loads in the reference state"],
-)
-def test_no_digit_depends_on_the_other_cases(stated, changes):
-    """Each case is there twice."""
-    names = "gondola.x", "gondola.y", "gondola.z", "a.unstretched_length", "b.max_tension", "b.sag", "frequency_1"
-    columns = [find(name) for name in names]
-    scenes = [held(*sets, stated=stated) for sets in changes]
-    together = evaluate_suspensions([one for one in scenes for _ in range(2)], columns)
-    for one, first, second in zip(scenes, together[::2], together[1::2], strict=True):
-        assert first.cells == second.cells == evaluate_suspensions([one], columns)[0].cells
-
-
 def test_all_cases_are_the_rows_of_each():
     path = written(body())
 

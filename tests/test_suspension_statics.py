@@ -114,25 +114,6 @@ def test_bad_starts_end_in_the_same_place(seed):
     np.testing.assert_allclose(places[0].position, places[1].position, atol=1e-7)
 
 
-def test_cases_of_a_batch():
-    """Anchors, masses, lengths and starts that differ: each case as alone."""
-    one, rng = sagging(), np.random.default_rng(5)
-    cases = [
-        replace(one, mass=one.mass * rng.uniform(0.5, 2, 4), value=one.value * rng.uniform(0.99, 1.05, 10),
-                position=one.position + rng.normal(size=(4, 3)))
-        for _ in range(3)
-    ]  # fmt: skip
-    arrays = {name: np.stack([getattr(case, name) for case in cases]) for name in ("mass", "value", "position")}
-    together = rest.pose(replace(one, **arrays))
-    assert together.position.shape == (3, 4, 3)
-    for i, case in enumerate(cases):
-        alone = rest.pose(case)
-        np.testing.assert_array_equal(together.position[i], alone.position)
-        np.testing.assert_array_equal(together.lengths[i], alone.lengths)
-        np.testing.assert_array_equal(together.catenary.mean_tension[i], alone.catenary.mean_tension)
-        np.testing.assert_allclose(together.stiffness[i], alone.stiffness, rtol=1e-13, atol=1e-13)
-
-
 def test_a_bad_case_does_not_stop_the_others():
     """No lengths give two weightless cables less tension than half of the weight; the other case is found."""
     pair = suspension(
