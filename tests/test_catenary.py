@@ -93,13 +93,6 @@ def test_grid(degrees, strain, weight):
     compare(span)
 
 
-@pytest.mark.crossed
-@pytest.mark.parametrize("gravity", [1e-6, 9.81, 1e3])
-@pytest.mark.parametrize("length", [184.4883, 186.0, 300.0])
-def test_gravity(gravity, length):
-    compare(paper_span(length, degrees=19, gravity=gravity))
-
-
 @pytest.mark.parametrize("degrees", [-90, -30, 0, 90])
 @pytest.mark.parametrize("strain", [1e-12, 1e-6, 0.3])
 def test_without_gravity_it_is_a_straight_bar(degrees, strain):

@@ -114,24 +114,6 @@ def test_some_modes_damped_by_their_ratio():
     assert difference(found, expected, "sagging") < 1e-8
 
 
-@pytest.mark.parametrize(("law", "amount"), SOME)
-def test_turned_about_the_vertical(law, amount):
-    angle = 0.7
-    x, y = (float(INCLINED.a * part) for part in (np.cos(angle), np.sin(angle)))
-    turned = scene(
-        f"cable.ends=[[1, 2, 3], [{1 + x!r}, {2 + y!r}, {3 + INCLINED.b!r}]]",
-        f"cable.unstretched_length={INCLINED.length!r}",
-        "model.accuracy=1e-8",
-        damped(law, amount),
-    )
-    s = 1j * np.array([0.0, 2.0, 7.0])
-    found = CableCase(turned).refined(1, ORDER).end_model.dynamic_stiffness(s)
-    c, b = np.cos(angle), np.sin(angle)
-    turn = np.kron(np.eye(2), [[c, -b, 0], [b, c, 0], [0, 0, 1]])
-    expected = turn @ spectral("inclined", law, amount).dynamic_stiffness(s) @ turn.T
-    assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
-
-
 # ---- the paper's bars and the formula of DESIGN section 6 -----------------------------------------------------------
 
 

@@ -87,24 +87,6 @@ def test_a_dead_moment_makes_it_unsymmetric():
     np.testing.assert_allclose(differences(found)[3:, 3:], block, atol=2e-6 * np.abs(block).max())
 
 
-def test_junctions_follow(at_rest):
-    """The inverse of a body's part of the compliance of the body and the junctions, the other body held."""
-    for which in range(2):
-        own = at_rest.suspension
-        held = own.free.copy()
-        held[1 - which] = False
-        held[which] = True
-        blocks = at_rest.blocks
-        dense = tangent.dense(blocks, replace(own, free=held))
-        compliance = np.linalg.inv(dense)[:6, :6]
-        np.testing.assert_allclose(at_rest.body_stiffness[which], np.linalg.inv(compliance), rtol=1e-9, atol=1e-6)
-
-
-def test_dense_and_sparse_agree(at_rest):
-    sparse = tangent.sparse(at_rest.blocks, at_rest.suspension).toarray()
-    np.testing.assert_allclose(sparse, at_rest.stiffness, atol=1e-10)
-
-
 def test_least_eigenvalue_dense_and_sparse():
     """The same stability from the dense matrix and from the sparse one."""
     found = rest.pose(sagging())
