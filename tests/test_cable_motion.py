@@ -4,7 +4,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from campaign import campaign
 from command import CONFIGS, rows_of, run, study_file, table_of
 from references.cable_of_bars_in_wind import CableOfBars
 from scenes import cells, scene
@@ -177,17 +176,6 @@ def test_proportional_to_turbulence_and_without_overflow(bare):
     expected = np.array(motion(bare))
     assert motion(bare, "wind.turbulence_rms=0.09 m/s") == pytest.approx(0.1 * expected, rel=1e-6)
     assert motion(bare, "wind.turbulence_intensity=1e-12") == pytest.approx(expected * 1e-12 / 0.15, rel=1e-6)
-
-
-@pytest.mark.parametrize(
-    "sets", campaign([(), (HYSTERETIC, INCLINED), (SAGGING,)], [(HYSTERETIC, INCLINED), (SAGGING,)])
-)
-def test_accuracy_is_that_of_many_bars(bare, sets):
-    accurate = cells(loaded(bare, *sets, "model={accuracy: 1e-4}"), "midspan_rms", "tension_rms", "error_estimate")
-    assert accurate["error_estimate"] <= 1e-4
-    bars = cells(loaded(bare, *sets, "model={elements: 80}"), "midspan_rms", "tension_rms")
-    for name in bars:
-        assert accurate[name] == pytest.approx(bars[name], rel=1e-3), name
 
 
 def test_an_undamped_cable_without_air_is_refused(bare):

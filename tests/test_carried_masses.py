@@ -19,6 +19,7 @@ from cables import (
 from campaign import campaign
 from one_loop import OneLoop
 from references import bars
+from references.dense import condensed
 from scenes import G, cells, scene
 from scipy.linalg import eigh
 from scipy.optimize import brentq
@@ -197,18 +198,6 @@ def test_the_error_that_a_model_states_is_true(seed):
         assert np.all(true <= np.maximum(found.errors[:count], 1e-11)), order
 
 
-def test_elements_of_a_high_order_are_many_bars():
-    span = carrying(chord_span(100.0, 30.0, -0.02, 1e6, loads=[(0.4, (0, 0, -50 * G))]), 50.0)
-    exact, start = spectral(span, 40).lowest(8).frequency, catenary.solve(span)
-    errors = []
-    for elements in (100, 200):
-        mesh = mesh_segments(start.segments.fraction, elements, point_masses=span.point_masses)
-        found = Dynamics(equilibrium.solve(start, mesh)[0]).lowest(8).frequency
-        errors.append(np.abs(found / exact - 1).max())
-    assert errors[1] < 1e-3
-    assert errors[0] / errors[1] == pytest.approx(4, rel=0.1)  # bars converge with their square
-
-
 def test_large_models_have_the_masses_too():
     """Lanczos iteration and a full eigen-solution."""
     span = carrying(chord_span(100.0, 30.0, -0.02, 1e6, loads=[(0.4, (0, 0, -50 * G))]), 50.0)
@@ -266,13 +255,6 @@ def dense(bare, law, s=0.0):
         C[inner, inner] += modal * (2 * float(amount) * np.sqrt(square)) @ modal.T
     loss = {"loss_factor": 0.02j, "time": 1e-3 * s}.get(name, 0.0)
     return s**2 * M + s * C + K + loss * E
-
-
-def condensed(matrix, kept):
-    """A matrix of all nodes condensed to some displacements, the others free."""
-    rest = np.setdiff1d(np.arange(len(matrix)), kept)
-    inside = np.linalg.solve(matrix[np.ix_(rest, rest)], matrix[np.ix_(rest, kept)])
-    return matrix[np.ix_(kept, kept)] - matrix[np.ix_(kept, rest)] @ inside
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -473,16 +455,6 @@ def test_a_bare_cable_in_the_wind_is_that_of_dense_matrices(windy, law, directio
     found = spectra_of(case, frequency, direction)
     most = np.repeat([expected[:3].max(), expected[3:].max()], [3, 2])[:, None]
     np.testing.assert_array_less(np.abs(found - expected), 2e-7 * expected + 1e-12 * most)
-
-
-def test_the_rms_of_a_bare_cable_is_the_integral_of_dense_spectra(windy):
-    case, bare = blown(windy, 20, "cable.damping.ratio=0.1")
-    frequency, on_20 = np.geomspace(1e-5, 60.0, 400), [(node // 2, mass) for node, mass in ON_CABLE]
-    spectra = [dense_cable(bare, frequency, direction, on_20) for direction in ("across", "along")]
-    variance = np.max([np.trapezoid(one * frequency, np.log(frequency)) for one in spectra], axis=0)
-    row = cells(case.scene, "midspan_rms", "tension_rms")
-    assert row["midspan_rms"] == pytest.approx(1e3 * np.sqrt(variance[:3].max()), rel=1e-3)
-    assert row["tension_rms"] == pytest.approx(np.sqrt(variance[3:].max()), rel=1e-3)
 
 
 @pytest.mark.crossed

@@ -13,6 +13,7 @@ from command import CARLINA, ROOT, refused_in_one_line, rows_of, run, table_of, 
 from one_loop import moved_by_winch
 from references import loop_matrix
 from scenes import AREA, DENSITY, MODULUS, case_of, cells, scene
+from test_control_law import PID
 
 from cablestudy.study import plots
 from cablestudy.study.columns import find
@@ -281,10 +282,6 @@ def test_a_loop_without_an_answer_says_why(sets, given, words):
     done = run("loop", CARLINA, *with_sets(*sets), *given, code=3)
     assert all(word in done.err for word in words)
     assert "gain margin" in done.out or sets != [UNSTABLE] or given
-
-
-PID = ("winch.delay=5 ms", "winch.bandwidth=10 Hz", "winch.controller.proportional_gain=0.02",
-       "winch.controller.derivative_gain=1 ms", "winch.controller.derivative_filter=5 Hz")  # fmt: skip
 
 
 @pytest.mark.parametrize("sets", [(), ("winch.controller.gain=80",), ("winch.controller.gain={auto: 6 dB}",), PID])

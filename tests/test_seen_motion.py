@@ -213,16 +213,6 @@ def test_other_columns_do_not_notice_the_telescope():
         assert seen[name] == pytest.approx(bare[name], rel=1e-6)
 
 
-def test_accuracy_is_that_of_many_bars():
-    sets = (EXPOSURE, MIRROR, "cable.damping={loss_factor: 0.02, viscous: 1e-3}", "wind.aerodynamic_damping=true",
-            "winch.controller.gain=0.05")  # fmt: skip
-    names = "exposure", "corrected", "corrected_exposure", "peak"
-    accurate = cells(scene(*sets, "model={accuracy: 1e-4}"), *names)
-    bars = cells(scene(*sets, "model={elements: 80}"), *names)
-    for name in names:
-        assert accurate[name] == pytest.approx(bars[name], rel=1e-3), name
-
-
 def test_windrms_shows_them():
     row = table_of("windrms", CARLINA, "--quiet")[0]
     assert row["mean_displacement_mm"] == pytest.approx(14.8, abs=0.1)

@@ -1,11 +1,10 @@
-"""Suspensions in the wind against closed forms, dense matrices made here, Lyapunov's equation and a time record."""
+"""Suspensions in the wind against closed forms, dense matrices made here and Lyapunov's equation."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import scipy.linalg
-import scipy.signal
 import suspensions
 from campaign import campaign
 from command import ROOT, rows_of
@@ -18,15 +17,14 @@ from solved import solve
 from straight_scenes import (
     ACTUATORS,
     BODY_WIND,
-    LOOP,
     WIND,
     closed_loop_of,
     everything,
     one_axis,
-    two_bodies,
     with_changes,
 )
 from suspension_cases import case_at, case_of, scene_at, value, variances_of
+from test_suspension_loop import TWO
 
 from cablestudy.cable.meshes import mesh_segments
 from cablestudy.control.loop import Loop
@@ -580,13 +578,12 @@ def test_a_suspension_far_away_changes_nothing(other, apart, most_modes, monkeyp
 
 # --------------------------------------------------------------------------------------------- variances by Lyapunov
 
-WINCHES = {f"f{i}": {"end": "to"} if i == 2 else {} for i in range(6)} | {"s1": {}}
-PAIR = two_bodies(
-    winches=WINCHES, control=LOOP | {"body": "first", "allocation": None},
-    actuators={"spin": ACTUATORS["wheel"] | {"body": "second"}, "damp": ACTUATORS["mass_x"] | {"body": "second"}},
-    bodies__first__wind=BODY_WIND, bodies__second__wind=BODY_WIND | {"area": 0.3},
+PAIR = with_changes(
+    TWO,
+    bodies__first__wind=BODY_WIND,
+    bodies__second__wind=BODY_WIND | {"area": 0.3},
     wind=WIND | {"direction": 0.7, "speed": 12.0},
-)  # fmt: skip
+)
 FORCES = ("tension", "force", "torque")
 
 
@@ -632,7 +629,7 @@ def test_a_resonance_of_a_mass_that_is_hardly_damped_is_not_missed():
         assert variance(case, output) == pytest.approx(expected[0], rel=1e-4), output
 
 
-# --------------------------------------------------------------------------------------------- spectra and a record
+# ------------------------------------------------------------------------------------------------------------ spectra
 
 
 def admitted_gusts(own, frequency):
@@ -763,48 +760,6 @@ def test_modes_suffice_for_what_a_telescope_sees():
     expected = np.sqrt(of_many.weighted[kind][[of_many.rows[name] for name in names]].sum())
     assert error <= 1e-3
     assert found == pytest.approx(expected, rel=error)
-
-
-def synthesised(own, count, step, rng):
-    """Speeds along, across and vertical at two bodies with Davenport's coherence, shape (6, count), admitted ones."""
-    frequency = np.fft.rfftfreq(count, step)[1:]
-    speed = own.wind["speed"]
-    shares, coherence = admitted_gusts(own, frequency)
-    coherence = coherence[:, 0, 1]
-    amplitude = np.sqrt(von_karman(frequency, speed, 1.0, own.wind["length_scale"]) * count / (4 * step))
-    found = np.zeros((2, 3, count))
-    for component, rms in enumerate(own.turbulence):
-        noise = rng.normal(size=(2, 2, len(frequency)))
-        one, other = noise[0] + 1j * noise[1]
-        both = one, coherence * one + np.sqrt(1 - coherence**2) * other
-        for body in (0, 1):
-            parts = np.concatenate([[0], rms * amplitude * shares[body] * both[body]])
-            found[body, component] = np.fft.irfft(parts, count)
-    return found.reshape(6, count)
-
-
-def test_a_record_of_200000_steps_has_these_variances():
-    """The closed loop step by step in synthesised wind; each RMS within the scatter of 40 parts of the record."""
-    own, case = Straight(PAIR), case_of(PAIR)
-    count, step = 210_000, 8e-3
-    wind = synthesised(own, count, step, np.random.default_rng(20))
-    states = own.states()
-    A, B, outputs = states["A"], own.gusts_into(states["A"]), own.outputs(states)
-    outputs = {name: row for name, row in outputs.items() if "tension" not in name or name.startswith(("link", "f2"))}
-    rows = np.array(list(outputs.values()))
-    A, B, rows, direct, _ = scipy.signal.cont2discrete((A, B, rows, np.zeros((len(rows), 6))), step, "foh")
-    values, vectors = np.linalg.eig(A)
-    into, out = np.linalg.solve(vectors, B), rows @ vectors
-    record = direct @ wind
-    for pole, given, shown in zip(values, into, out.T, strict=True):
-        if pole.imag >= 0:  # its conjugate does the same
-            moved = scipy.signal.lfilter([0, 1], [1, -pole], given @ wind)
-            record += (2 if pole.imag else 1) * (np.outer(shown.real, moved.real) - np.outer(shown.imag, moved.imag))
-    squares = (record[:, 10_000:] ** 2).reshape(len(rows), 40, -1).mean(axis=2)
-    mean, scatter = squares.mean(axis=1), squares.std(axis=1, ddof=1) / np.sqrt(40)
-    assert (scatter < 0.1 * mean).all()
-    for output, found, error in zip(outputs, mean, scatter, strict=True):
-        assert abs(found - variance(case, output)) < 4 * error, output
 
 
 def on_bars(text, mean, decay, damping, bodies=None, **more):

@@ -5,7 +5,6 @@
 
 from functools import cache
 
-import numpy as np
 import pytest
 import twins
 from campaign import campaign
@@ -25,7 +24,7 @@ from twin_comparison import (
     difference,
     is_one_bar,
 )
-from twins import OPEN_WIND, VORTICES, blown, held, swinging, without
+from twins import VORTICES, blown, held, swinging, without
 
 from cablestudy.study.cable_columns import COLUMNS, FAMILIES
 
@@ -180,44 +179,6 @@ def test_the_stated_error_of_one_straight_bar_is_the_sag_that_its_twin_has():
 def test_a_stated_error_beyond_all_measure_excuses_nothing():
     scene = straight_scene(4) | {"model": {"accuracy": 1e-4}}
     assert difference("", scene, "sag", (1.0, 1.01), (0.5, 0.5)).stated < 1e-3
-
-
-@pytest.mark.parametrize("seed", [2, 8, 14])
-def test_one_cable_is_the_closed_form_of_a_straight_cable_with_a_loss_factor(seed):
-    """Which side is right: k(w) = EA q cot(q L), q = w sqrt(m/EA), with complex EA, and the integral of |x/F|^2 S."""
-    scene = straight_scene(seed)
-    found = solve(scene, "unstretched_length", "axial_stiffness", "mass_per_length", *OPEN_WIND).values
-    stiffness = found["axial_stiffness"] * (1 + 1j * scene["cable"]["damping"]["loss_factor"])
-    frequency = np.geomspace(1e-6, 1e3, 400_001)
-    omega = 2 * np.pi * frequency
-    wave = omega * np.sqrt(found["mass_per_length"] / stiffness)
-    own = stiffness * wave / np.tan(wave * found["unstretched_length"]) - scene["gondola"]["mass"] * omega**2
-    own = own + 1j * omega * drag(scene) * scene["wind"]["aerodynamic_damping"]
-    spectrum = force(scene, frequency) / np.abs(own) ** 2
-    below = spectrum[0] * frequency[0]
-    expected = np.sqrt([np.trapezoid(spectrum, frequency) + below, np.trapezoid(spectrum * omega**2, frequency)])
-    assert [found[name] for name in OPEN_WIND] == pytest.approx((1e3 * expected).tolist(), rel=1e-6)
-
-
-def drag(scene):
-    """Change of the wind's force on the gondola with the speed, rho C_d A U. [N s/m]"""
-    gondola = scene["gondola"]
-    return 1.2 * gondola["drag_coefficient"] * gondola["area"] * scene["wind"]["speed"]
-
-
-def force(scene, frequency):
-    """Spectrum of the wind's force on the gondola, by the formulas of physics.md. [N^2/Hz]"""
-    wind, gondola = scene["wind"], scene["gondola"]
-    x = frequency * wind["length_scale"] / wind["speed"]
-    shape = {
-        "von_karman": 4 / (1 + 70.7 * x**2) ** (5 / 6),
-        "kaimal": 4 / (1 + 6 * x) ** (5 / 3),
-        "davenport": 2 / 3 * x / (1 + x**2) ** (4 / 3),
-    }[wind["spectrum"]]
-    passed = 1 / (1 + (2 * frequency * np.sqrt(gondola["area"]) / wind["speed"]) ** (4 / 3))
-    size = drag(scene) * wind["turbulence_intensity"] * wind["speed"]
-    share = passed if wind["admittance"] == "vickery" else 1.0
-    return size**2 * share * shape * wind["length_scale"] / wind["speed"]
 
 
 def test_the_body_of_the_twin_stands_where_end_2_is():
