@@ -258,17 +258,6 @@ def test_a_part_that_is_stretched_beyond_its_curve_is_told(ice, told):
     assert loaded.labels[0].startswith(f"after_load (c1{told})")
 
 
-def test_one_part_alone():
-    """Aluminium alone, creep and load, against one spring."""
-    curves = "{outer: {initial: [-1213, 44308.1, -14004.4, -37618, 30676], creep: [-544.8, 21426.8, -18842.2, 5495, 0],"
-    alone = f"stress_strain: {curves} final: 6.4 Mpsi, expansion: 12.8e-6 1/degR}}}}"
-    alone = alone.replace("6.4 Mpsi", f"{64000 * 100 * 6894.757293168361}")
-    rows = [(0, 1.6), (60, WEIGHT), (150, WEIGHT)]
-    text = line(400, 2500, rows, alone)
-    expected = by_hand([DRAKE["outer"]], 400, 2500, rows, "final")
-    np.testing.assert_allclose(solved(text, "final").statics.sag / FOOT, expected, rtol=3e-5)
-
-
 # ---------------------------------------------------------------------------------------------------- special cases
 
 STRAIGHT = (

@@ -130,16 +130,6 @@ def test_force_temperature_and_wind_together_are_those_of_a_suspension():
         assert many[other] == pytest.approx(values[own], rel=1e-8), own
 
 
-def test_moves_of_one_cable_are_those_of_fixed_points():
-    day = "{wind: {speed: 20 m/s, direction: 50 deg}, moves: {end_1: [0, 1 m, -0.5 m], end_2: [2 m, 0, 0]}}"
-    values = cells(scene_of(one("preload: 8 kN", day)), "tension_1", "tension_2", "sag", "swing", "chord")
-    text = one("preload: 8 kN", day.replace("end_1", "a").replace("end_2", "b"))
-    text = text.replace("  ends: [[0, 0, 20], [90, 0, 35]]\n", "").replace("gondola: {mass: 200 kg}\n", "")
-    text += "points: {a: [0, 0, 20], b: [90, 0, 35]}\ncables: {n: {from: a, to: b}}\n"
-    many = numbers(scene_of(text), "n.tension_from", "n.tension_to", "n.sag", "n.swing", "n.chord")
-    assert list(many.values()) == pytest.approx(list(values.values()), rel=1e-10)
-
-
 def test_a_row_has_the_same_digits_beside_rows_that_are_pushed():
     text = one("preload: 8 kN", "{forces: {end_2: [3 kN, 0, 0]}}").replace("case: day\n", "")
     path = written(text + "  calm: {}\n  pull: {forces: {end_2: [-1 kN, 0, 0]}}\n")

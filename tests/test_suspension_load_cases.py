@@ -16,7 +16,7 @@ from command import run, table_of, written
 from references import catenary_mp
 from scenes import cells, mistakes_of, scene_of
 from scipy.optimize import root
-from suspension_cases import numbers, row, scene_at
+from suspension_cases import numbers, row
 from test_load_cases import DAYS as DAYS_OF_ONE
 from test_load_cases import LINE, load_of
 from test_suspension_ssm import state_space
@@ -90,24 +90,6 @@ def check_of_one(text, many, sets, without):
         values = numbers(scene_of(many, *sets), *(f"{name}.{column}" for column in OF_ONE))
         for column, value in cells(scene_of(text, *sets, *more), *OF_ONE).items():
             assert values[f"{name}.{column}"] == pytest.approx(value, rel=1e-10, abs=1e-10), (name, column)
-
-
-@pytest.mark.parametrize("day", ["cold", "ice", "heavy"])
-def test_a_free_point_on_one_cable_is_a_point_load(day):
-    """Two pieces of a cable that meet at a free point with a mass: the scene of one cable with this load."""
-    text = LINE.format(stated="unstretched_length: 301 m", x=300, y=0).partition("  visitor:")[0]
-    load = "cable.loads=[{at: 100 m, force: [0, 50, -1000]}]"
-    expected = cells(scene_of(text, load, f"case={day}"), "tension_1", "tension_2", "reaction_1_vertical")
-    cable = text.replace("  ends: [[0, 0, 20], [300, 0, 28]]\n", "").replace("  unstretched_length: 301 m\n", "")
-    pieces = """\
-points: {knot: {at: [100, 0, 15], free: true, force: [0, 50, -1000]}}
-cables:
-  left: {from: [0, 0, 20], to: knot, unstretched_length: 100 m}
-  right: {from: knot, to: [300, 0, 28], unstretched_length: 201 m}
-"""
-    names = ("left.tension_from", "right.tension_to", "left.reaction_1_vertical")
-    found = numbers(scene_of(cable + pieces, f"case={day}"), *names)
-    assert list(found.values()) == pytest.approx(list(expected.values()), rel=1e-10)
 
 
 # ------------------------------------------------------------------------------------------- a body on four cables
@@ -811,19 +793,6 @@ def test_a_string_along_weight_and_wind_together_is_not_upright():
     assert drag == pytest.approx(2 * 9.81 * math.sin(angle), rel=1e-9)
     # of the load beyond: mean over the length, horizontal part
     assert values["string.horizontal_tension"] == pytest.approx(drag * math.cos(angle) * 12.5, rel=1e-6)
-
-
-def test_the_guys_of_a_mast_stand_at_45_degrees_in_the_wind():
-    sets = ("cases={w: {wind: {speed: 40 m/s, direction: 90 deg}}}", "cable.diameter=16mm", "cable.area=null", "case=w")
-    found = scene_at("mast-guys", *sets)
-    names = [f"guy{k}.inclination" for k in (1, 2, 3)]
-    values = numbers(found, *names, "top.x", "top.y", "top.z")
-    top = np.array([values[f"top.{axis}"] for axis in "xyz"])
-    for k in (1, 2, 3):
-        way = top - np.array(found.points[f"ground{k}"].at)
-        expected = math.degrees(math.atan2(way[2], math.hypot(*way[:2])))
-        assert values[f"guy{k}.inclination"] == pytest.approx(expected, rel=1e-9)
-        assert expected == pytest.approx(45, abs=2)
 
 
 TWO_SPANS = """

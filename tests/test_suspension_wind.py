@@ -506,21 +506,6 @@ def white(monkeypatch):
     monkeypatch.setattr(gusts, "admittance", lambda frequency, *_: np.ones_like(frequency))
 
 
-@pytest.mark.usefixtures("white")
-@pytest.mark.parametrize(("decay", "coherence"), [(0.0, 1.0), (1e-9, 1.0), (1e6, 0.0)])
-def test_two_bodies_in_coherent_and_incoherent_white_wind(decay, coherence):
-    """Sum and difference of their motions are two oscillators: variance S F^2 (1 +- coherence)/(4 c k) of each."""
-    text = side_by_side(wind__coherence_decay=decay, model={"accuracy": 1e-7})
-    own, link = 2 * EA / 9.9, EA * (6.0 - 4.8) / 4.8 / 6.0
-    drag = RHO * 9.0 * 0.5
-    c, variance = 2 * EA / 9.9 * 2e-3 + drag, (0.2 * 9.0) ** 2
-    total = drag**2 * variance * (1 + coherence) / (4 * c * own)
-    difference = drag**2 * variance * (1 - coherence) / (4 * c * (own + 2 * link))
-    case = case_of(text)
-    for name in ("first", "second"):
-        assert value(case, f"{name}.rms_x") == pytest.approx(1e3 * np.sqrt((total + difference) / 2), rel=1e-6)
-
-
 def knot(number, place, size=1.0, mass=6.0, per_length=0.2, diameter=0.012):
     """A body at a place that does not turn, in three cables of 21.7 m times a size: points, bodies and cables."""
     arms = [20 * size * np.array([np.cos(a), np.sin(a), 0.4]) for a in (0.2, 2.2, 4.4)]
@@ -800,26 +785,6 @@ def test_wind_on_sagging_cables_and_a_body_against_dense_bars(mean, loss):
         assert variance(case, name) == pytest.approx(expected, rel=1e-3), name
         # of tensions the highest frequencies are not those of the bars, which end at 60 Hz
         assert variance(case, name, kind="rate") == pytest.approx(rate, rel=0.05 if "tension" in name else 1e-3), name
-
-
-def test_the_motion_of_a_junction_against_dense_bars():
-    """Two sagging cables of 8 bars that meet at a mass, in gusts that are the same everywhere, as of mid-spans."""
-    text = heavy()
-    mass = text["bodies"].pop("gondola")["mass"]
-    text["points"] = {"knot": {"at": [0.0, 0.0, -4.0], "free": True, "mass": mass}}
-    for cable in text["cables"].values():
-        cable["to"] = "knot"
-    case, bars = on_bars(text, True, 0.0, {"viscous": 0.05})
-    both = bars.variances(np.geomspace(1e-5, 60.0, 6000))
-    variances, rates = (np.array([both[f"knot.{axis}"][kind] for axis in "xyz"]) for kind in (0, 1))
-    for axis, expected in zip("xyz", variances, strict=True):
-        assert value(case, f"knot.rms_{axis}") == pytest.approx(1e3 * np.sqrt(expected), rel=1e-5)
-    rms = np.sqrt(variances.sum())
-    assert value(case, "knot.rms") == pytest.approx(1e3 * rms, rel=1e-5)
-    assert value(case, "knot.rms_velocity") == pytest.approx(1e3 * np.sqrt(rates.sum()), rel=1e-5)
-    mean = [value(case, f"knot.mean_{axis}") / 1e3 for axis in "xyz"]  # `test_suspension_load_cases` holds them
-    expected = np.linalg.norm(mean) + factor(np.sqrt(rates.sum()) / (TURN * rms), 600.0) * rms
-    assert value(case, "knot.peak") == pytest.approx(1e3 * expected, rel=1e-5)
 
 
 @pytest.mark.parametrize("loss", campaign([0.0, 0.2], [0.2]))
