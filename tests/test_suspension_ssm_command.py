@@ -209,6 +209,20 @@ def test_fewer_modes_err_by_the_square_of_the_frequency():
         assert error[1] / error[0] == pytest.approx(4, rel=0.02)
 
 
+@pytest.mark.parametrize(("viscous", "time"), [(0.02, 0.0), (0.02, 3e-3)])
+def test_tensions_by_winches_err_by_the_square_of_the_frequency_with_damping_too(viscous, time):
+    """What damping does to the modes left out, against dense bars: it goes with the frequency, not with its square."""
+    state = platform()
+    damping = Damping("kelvin_voigt" if time else "modal", time=time, viscous=viscous)
+    whole = suspension_system(*model(state, damping), WINCHES, MARKERS)
+    few = state_space_of(keep_modes(whole, np.arange(30)))
+    errors = []
+    for frequency in (0.05, 0.1):
+        found = few.response(np.array([2j * np.pi * frequency]), derivatives=True)[0]
+        errors.append(np.abs(found - by_bars(state, frequency, viscous, time))[9:, :3])
+    assert errors[1] / errors[0] == pytest.approx(np.full((16, 3), 4.0), rel=0.06)
+
+
 @pytest.mark.parametrize(("output", "input_"), [(0, 0), (2, 5), (5, 8), (7, 2)])
 def test_the_share_of_a_mode_in_the_inertia_is_what_leaving_it_out_changes(output, input_):
     """At low frequencies the response without a mode misses w^2 times a number that is in proportion to its share."""

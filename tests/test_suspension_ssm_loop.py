@@ -11,6 +11,7 @@ from suspension_scenes import platform
 from test_suspension_ssm import MARKERS, WINCHES, agree, by_bars, model
 from test_suspension_ssm_command import read, response, same_files
 
+from cablestudy import load
 from cablestudy.cable.damping import Damping
 from cablestudy.cable.records import stack
 from cablestudy.control.loop import Loop, allocate, moved_by_winches
@@ -284,3 +285,40 @@ def test_inputs_and_outputs_of_the_loop_are_named(scene):
     assert done.err.startswith("--input winch.u1: unknown (allowed: reference.x, reference.y")
     done = run("ssm", CONFIGS / "carlina.yaml", "--with", "actuators", code=2)
     assert done.lines == ["--with actuators: no effect: the scene has one cable"]
+
+
+def test_a_load_on_a_free_point_moves_what_equilibria_with_it_say():
+    """Modes left out keep their static part of loads on free points too: by the differences of two equilibria."""
+    cables = {"mast": {"from": [0.0, 8.0, 9.0], "to": "knot"}, "stay": {"from": [0.0, 14.0, 2.0], "to": "knot"}}
+    cables |= {"drop": {"from": "knot", "to": "gondola.a"}, "low": {"from": [0.0, -9.0, -8.0], "to": "gondola.a"}}
+    sides = {"left": [-12.0, -5.0, 7.0], "right": [12.0, -5.0, 7.0]}
+    cables |= {name: {"from": place, "to": "gondola.a"} for name, place in sides.items()}
+    gondola = {"at": [0.0, 0.0, 0.0], "mass": 40.0, "inertia": [2.0, 2.0, 3.0], "attachments": {"a": [0.0, 0.0, 0.2]}}
+    free = {
+        "cable": {"elastic_modulus": 70e9, "density": 1440.0, "area": 2e-5, "preload": 500.0},
+        "points": {"knot": {"at": [0.0, 5.0, 4.0], "free": True, "mass": 1.0}},
+        "bodies": {"gondola": {**gondola, "free": ["x", "y", "z"]}},
+        "cables": cables,
+        "winches": {"drop": {}, "left": {}, "right": {}},
+        "control": {"gain": 0.1, "measured": ["x", "y", "z"]},
+        "actuators": {"damper": {"axis": [1.0, 0.0, 0.0], "mass": 0.5, "frequency": 0.3, "stroke": 1.0, "force": 10.0}},
+    }  # fmt: skip
+    lengths = load(free).static()["cables"]["unstretched_length_m"]
+    for name, length in zip(cables, lengths, strict=True):
+        cables[name] = {**cables[name], "unstretched_length": float(length)}
+    del free["cable"]["preload"]
+
+    def places(force):
+        knot = {**free["points"]["knot"], "force": force}
+        tables = load({**free, "points": {"knot": knot}}).static()
+        return np.array([tables[name].loc[0, ["x_m", "y_m", "z_m"]] for name in ("points", "bodies")], dtype=float)
+
+    found = load(free).state_space(with_="actuators", modes=6)
+    inputs, outputs = found.input_names, found.output_names
+    rows = [[outputs.index(f"{name}.{axis}") for axis in "xyz"] for name in ("knot", "gondola")]
+    static = found.response(np.zeros(1))[0].real
+    step = 0.02  # [N]
+    for axis, force in zip("xyz", step * np.eye(3), strict=True):
+        expected = (places(force.tolist()) - places((-force).tolist())) / (2 * step)
+        by_force = static[rows, inputs.index(f"knot.force_{axis}")]
+        assert by_force == pytest.approx(expected, abs=1e-5 * np.abs(expected).max())

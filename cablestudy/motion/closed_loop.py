@@ -139,7 +139,7 @@ class ClosedLoop:
 
     @cached_property
     def with_all_modes(self):
-        """Copy with the modes that no output depends on: for a state space."""
+        """Copy for a state space, see `Plant.with_all_modes`."""
         plant = self.plant.with_all_modes
         return self if plant is self.plant else ClosedLoop(self.scene, plant)
 

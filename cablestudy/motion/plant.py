@@ -128,8 +128,11 @@ class Plant:
 
     @cached_property
     def with_all_modes(self):
-        """Copy with the modes that no output depends on: for a state space."""
-        return self if len(self.kept) == len(self.modes) else replace(self, complete=True, loops={})
+        """Copy for a state space: with the modes that no output depends on, and with loads on free points as inputs."""
+        points = self.layout.free.max(initial=0) >= 6 * self.equilibrium.suspension.bodies
+        if len(self.kept) == len(self.modes) and (self.points or not points):
+            return self
+        return replace(self, complete=True, points=True, loops={})
 
     @cached_property
     def outputs(self):
