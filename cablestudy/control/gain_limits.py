@@ -8,7 +8,7 @@ alone, with all modes that L has.
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from operator import attrgetter
 
 import numpy as np
@@ -230,46 +230,47 @@ class StableGains:
             bounded_by_peak = bounded_by_peak or peak_omega is not None  # else `most` is the bound
         return gain if most or bounded_by_peak else None
 
-    def single_limits(self, gain, finer=None, beyond=np.inf):
-        """Gain margin of each of k measured coordinates: factor by which its gain may grow while the others stay.
+    def single_limits(self, gain):
+        """Limit of the gain of each of k measured coordinates while the others stay: list of Limit.
 
         Parameters
         ----------
         gain : float
             Gain of all coordinates, with which the loop is stable. [rad/s]
-        finer : callable, optional
-            Function of s, shape (f,) [rad/s] -> loop gain with finer elements of the cables, divided by the gain, shape
-            (f, k, k). [s]
-        beyond : float
-            A limit at a frequency above this is located again, with `finer`. [rad/s]
 
         Returns
         -------
-        ndarray, shape (k,)
-            Infinite without limit; 0 if the loop is unstable when this coordinate alone has no gain. [-]
-
-        Notes
-        -----
-        With the other loops closed the loop gain of coordinate j is 1/S_jj - 1, S = (I + L)^-1 being the sensitivity.
+        list of Limit
+            With the factor by which the gain of that coordinate may grow: infinite without limit; 0 if the loop is
+            unstable when this coordinate alone has no gain. [-]
         """
         curve = self._closed_loop_curve(gain)
         closed, size, count = sensitivity(gain * curve.matrices), curve.matrices.shape[-1], len(curve.omega)
-
-        def single(coordinate, loop_gain, s):
-            """Loop gain of this coordinate with the other loops closed, shape (f, 1, 1)."""
-            return 1 / sensitivity(gain * loop_gain(s))[:, coordinate, coordinate, None, None] - 1
-
-        own = [partial(single, coordinate, self.loop_gain) for coordinate in range(size)]
+        own = [gain_of_one(self.loop_gain, gain, coordinate) for coordinate in range(size)]
         row, omega = np.repeat(np.arange(size), count), np.tile(curve.omega, size)
         matrices = 1 / np.diagonal(closed, axis1=1, axis2=2).T.reshape(-1, 1, 1) - 1
         of_all = sample_curves(own, row, omega, matrices, self.law.judged_up_to)
-        remaining, factors = crossings(of_all.row, of_all.omega, of_all.values).sorted(), []
-        for coordinate in range(size):
-            limit = _growth_allowed(own, remaining.take(remaining.row == coordinate))
-            if finer and limit.omega > beyond and not limit.undamped:
-                limit = limit_near(partial(single, coordinate, finer), limit) or limit
-            factors.append(limit.factor)
-        return np.array(factors)
+        remaining = crossings(of_all.row, of_all.omega, of_all.values).sorted()
+        return [_growth_allowed(own, remaining.take(remaining.row == coordinate)) for coordinate in range(size)]
+
+
+def gain_of_one(loop_gain, gain, coordinate):
+    """Loop gain of one coordinate while the other loops are closed, 1/S_jj - 1: s, shape (f,) -> shape (f, 1, 1).
+
+    Parameters
+    ----------
+    loop_gain : callable
+        L over the gain of all coordinates: s, shape (f,) -> shape (f, k, k). [s]
+    gain : float
+        That gain. [rad/s]
+    coordinate : int
+        j; S = (I + L)^-1 is the sensitivity.
+    """
+
+    def of_one(s):
+        return 1 / sensitivity(gain * loop_gain(s))[:, coordinate, coordinate, None, None] - 1
+
+    return of_one
 
 
 def _curves_of(loops):

@@ -167,13 +167,12 @@ class DrivenCables:
         """`limit` and `resolving`: meshes are refined until they resolve the waves at the limit, as far as they can."""
         driven, limits = self, self.gains.limits
         for _ in range(MOTION.resolution_trials):
-            if not limits or limits[0].factor > self.gain or driven.resolves(limits[0].omega):
+            if not limits or limits[0].factor > self.gain:
                 break
-            resolved_to = min(MOTION.resolved_beyond * limits[0].omega, self._highest_resolvable)
-            if resolved_to <= driven.resolved_to:
+            finer = driven.resolving_waves_at(limits[0].omega)
+            if finer is driven:
                 break
-            driven = DrivenCables(self.closed_loop, self.gain, resolved_to=resolved_to)
-            limits = driven._limits_near(limits)
+            driven, limits = finer, finer._limits_near(limits)
         return (driven._located_by_equations(limits[0]) if limits else None), driven
 
     def _located_by_equations(self, limit):
@@ -181,6 +180,16 @@ class DrivenCables:
         if self.ill_conditioned or not self.loop_gain.windowed or limit.undamped or limit.factor > self.gain:
             return limit
         return limit_near(self.loop_gain.by_equations, limit) or limit
+
+    def resolving_waves_at(self, omega):
+        """`DrivenCables` that resolve waves across the cables beyond a frequency [rad/s], as far as they can be.
+
+        Itself where it does, or where none can resolve more.
+        """
+        resolved_to = min(MOTION.resolved_beyond * omega, self._highest_resolvable)
+        if self.resolves(omega) or resolved_to <= self.resolved_to:
+            return self
+        return DrivenCables(self.closed_loop, self.gain, resolved_to=resolved_to)
 
     def resolves(self, omega):
         """True if waves across the cables are resolved at a frequency [rad/s]; true of stated elements at any."""

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.control.gain_limits import limit_near
+from cablestudy.control.gain_limits import gain_of_one, limit_near
 from cablestudy.control.margins import Margins
 from cablestudy.control.nearby_margins import nearby_margins
 from cablestudy.motion.tolerances import MOTION
@@ -138,6 +138,27 @@ class LoopGainErrors:
                 errors[cause] = MOTION.largest_gain_safety * np.abs(np.reshape(changes, (-1, 2))).sum(axis=0)
         errors[0] += resolving.errors.simplification
         return errors
+
+    def of_single_limit(self, limit, gain, coordinate):
+        """Relative error of the factor of a `Limit` of one coordinate alone, not a number where not known. [-]
+
+        Parameters
+        ----------
+        limit : Limit
+            Of the gain of this coordinate, the others closed; see `StableGains.single_limits`.
+        gain : float
+            Gain of all coordinates. [rad/s]
+        coordinate : int
+        """
+        driven = self._driven
+        if driven.fixed_elements or driven.ill_conditioned or not 0 < limit.omega <= driven.resolved_to:
+            return np.nan
+        changed = [gain_of_one(loop_gain.by_equations, gain, coordinate) for loop_gain in self.by_models + self.by_drag]
+        limits = [limit_near(loop_gain, limit) for loop_gain in changed]
+        if None in limits:
+            return np.nan
+        change = sum(abs(other.factor / limit.factor - 1) for other in limits)
+        return max(MOTION.largest_gain_safety * change + self.simplification, MOTION.rounding)
 
     def perturbed_margins(self, margins):
         """`Margins` of the perturbed loop gains, near the frequencies that decide some `Margins` of the loop gain."""

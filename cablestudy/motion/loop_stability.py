@@ -280,12 +280,40 @@ class LoopStability:
         return driven.errors.simplification + MOTION.margin_safety * driven.errors.of_pole_sums(margins.deciding)
 
     @cached_property
+    def _single_limits_and_cables(self):
+        """`Limit` of each measured coordinate alone, with the others closed, and the `DrivenCables` it is of: list.
+
+        These resolve waves across the cables beyond its frequency, as far as they can be.
+        """
+        driven, gain = self._judging, self._closed_loop.loop.gain
+        found = [(limit, driven) for limit in driven.gains.single_limits(gain)]
+        for _ in range(MOTION.resolution_trials):
+            highest = max((limit.omega for limit, _ in found if not limit.undamped), default=0.0)
+            finer = driven.resolving_waves_at(highest)
+            if finer is driven:
+                break
+            again = zip(found, finer.gains.single_limits(gain), strict=True)
+            found = [pair if driven.resolves(pair[0].omega) else (limit, finer) for pair, limit in again]
+            driven = finer
+        return found
+
+    @property
     def single_limits(self):
         """Name of each measured coordinate -> factor by which its gain alone may grow, see `StableGains`: dict."""
-        driven, resolving = self._judging, self.driven.resolving
-        finer = None if resolving is driven else resolving.loop_gain
-        limits = driven.gains.single_limits(self._closed_loop.loop.gain, finer, driven.resolved_to)
-        return dict(zip(self._closed_loop.body.measured, limits.tolist(), strict=True))
+        limits = (limit.factor for limit, _ in self._single_limits_and_cables)
+        return dict(zip(self._closed_loop.body.measured, limits, strict=True))
+
+    @property
+    def errors_of_single_limits(self):
+        """Relative error of each of `single_limits`; not a number where it is not known: list. [-]
+
+        It is not where modes that such a gain could drive may not have been looked at.
+        """
+        gain = self._closed_loop.loop.gain
+        return [
+            driven.errors.of_single_limit(limit, gain, coordinate) if limit.factor * gain <= driven.gain else np.nan
+            for coordinate, (limit, driven) in enumerate(self._single_limits_and_cables)
+        ]
 
     @cached_property
     def stable(self):

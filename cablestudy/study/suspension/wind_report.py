@@ -191,14 +191,21 @@ def loop_table(case, failures, columns=LOOP):
 def coordinate_table(case, _):
     """Table of measured coordinates: frequency of the notch, and gain margin alone, which an unstable loop lacks."""
     closed_loop = case.analysis.loop_for_margins
-    limits = closed_loop.stability.single_limits if closed_loop.loop.gain and closed_loop.stability.stable else {}
+    stability = closed_loop.stability
+    limits = stability.single_limits if closed_loop.loop.gain and stability.stable else {}
     lines = []
     for name, notch in zip(closed_loop.body.measured, closed_loop.body.notches, strict=True):
         limit = limits.get(name, np.inf)
         frequency = notch and float(notch.omega / (2 * np.pi))
         margin = float(20 * np.log10(limit)) if 0 < limit < np.inf else None
         lines.append((f"{closed_loop.body.name}.{name}", frequency, margin))
-    return Table.of(COORDINATE_FIELDS, lines)
+
+    def errors():
+        of_factors = stability.errors_of_single_limits if limits else [np.nan] * len(lines)
+        for (_, _, margin), error in zip(lines, of_factors, strict=True):
+            yield {"gain_margin_dB": float(20 * np.log10(1 + error) / abs(margin))} if margin and error >= 0 else {}
+
+    return Table.of(COORDINATE_FIELDS, lines, errors=errors)
 
 
 def _peaks_and_ranges(case):
