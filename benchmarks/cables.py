@@ -135,9 +135,9 @@ def seconds(function):
 
     What others do on the machine meanwhile counts less than in time on the wall.
     """
-    from cablestudy.statics.equilibria import shared
+    from cablestudy.statics import equilibria
 
-    shared.forget()
+    equilibria.forget()
     begin = time.process_time()
     function()
     return time.process_time() - begin

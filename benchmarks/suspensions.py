@@ -225,7 +225,7 @@ def motion(peers):
     """Lines: the lowest coupled modes of one pose, and of many that are computed together."""
     import numpy as np
 
-    from cablestudy.statics.equilibria import shared
+    from cablestudy.statics import equilibria
     from cablestudy.study.suspension.case import SuspensionCase
     from cablestudy.study.suspension.rows import cases_of
 
@@ -236,7 +236,7 @@ def motion(peers):
 
     def modes_of(scenes):
         """Frequencies of the last case; seconds for statics and for modes of each case."""
-        shared.forget()
+        equilibria.forget()
         times, cases = [time.process_time()], cases_of(scenes)
         for case in cases:
             case.equilibrium  # noqa: B018
