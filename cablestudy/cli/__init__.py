@@ -5,7 +5,6 @@ The commands are those of `help.GROUPS`.
 
 import os
 import sys
-import traceback
 
 import click
 
@@ -48,20 +47,8 @@ class OneLine(Grouped):
             return super().invoke(ctx)
         except KeyboardInterrupt:
             raise click.Abort from None
-        except (EOFError, ValueError) as error:
-            path = _damaged_bytecode(error)
-            if path is None:
-                raise RuntimeError(str(error)) from error
-            click.echo(f"{path}: damaged ({error}): delete it, python makes it anew", err=True)
-            sys.exit(WRONG_USE)
-
-
-def _damaged_bytecode(error):
-    """The compiled file of a module in which an error of an import arose; None for any other error."""
-    for frame, _ in traceback.walk_tb(error.__traceback__):
-        if frame.f_code.co_name == "_compile_bytecode":  # of importlib
-            return frame.f_locals.get("bytecode_path")
-    return None
+        except EOFError as error:  # of a compiled module that is cut short, for example
+            raise RuntimeError("a file ends too early") from error
 
 
 @click.group(cls=OneLine, context_settings={"help_option_names": ["-h", "--help"]})
