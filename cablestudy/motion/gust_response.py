@@ -183,10 +183,10 @@ class GustResponse:
     @computed_together
     def own_variances(responses):
         """`_variances` of displacements and rates."""
+        Turbulence.all_residues.compute([one._left_out.turbulence for one in responses if np.isfinite(one._least)])
         needs = (one._left_out.needs_bodies_at_rest(one.turbulence.variances.value, one._least) for one in responses)
         plants = [one.closed_loop.plant for one, need in zip(responses, needs, strict=True) if need]
         BodiesOnAllModes.loop_gain.compute([plant.all_modes for plant in plants])
-        Turbulence.space.compute([plant.at_rest for plant in plants])
         return ((one, one._variances()) for one in responses)
 
     @property

@@ -226,6 +226,11 @@ class LeftOutModes:
         return _Spectra(self._turbulence, self._plant.tension_rows, by_all_modes, of_each_cable=True)
 
     @property
+    def turbulence(self):
+        """`Turbulence` of the model in whose spectra changes of movements and tensions are sought."""
+        return self._turbulence if self._counts_loop else self._plant.at_rest
+
+    @property
     def _counts_loop(self):
         """True if motions above the model's modes hang on the loop, so that their responses are those with it closed.
 
