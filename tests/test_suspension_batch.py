@@ -9,6 +9,7 @@ from command import edit_rows, run
 from straight_scenes import everything, with_changes
 from suspension_cases import SUSPENSIONS, scene_from
 from test_suspension_extremes import platform
+from test_suspension_links import random_scene
 
 from cablestudy.cable.damping import Damping
 from cablestudy.errors import ConvergenceError, NoSolutionError
@@ -122,10 +123,8 @@ MAST = {
 WINDY = {"cases": {"w": {"wind": {"speed": 30, "direction": 0.35}}}, "cable.diameter": 0.016}
 LOADED = {"cables.guy1.loads": [{"at": 20, "force": [0, 0, -200]}]}
 IN_REFERENCE = [*MAST["vary"], {"cable.reference.loads": [True, False]}]
-TIED = {
-    "base": str(SUSPENSIONS / "stays.yaml"),
-    "vary": [{"links.tie.stiffness": [300, 1e4, 3e6]}, {"links.tie.length": [None, 3.99]}],
-}
+LINKED = random_scene(1)
+STIFFER = {f"links.{name}.stiffness": [300.0, 1e4, 1e5] for name in LINKED["links"]}
 MOVED = [{"bodies.disc.mass": [30, 3, 45]}, {"points.top1.2": [4, 4.2], "cables.w1.diameter": [1e-3, 2e-3]}]
 TRIFILAR = {"base": str(SUSPENSIONS / "trifilar.yaml"), "vary": MOVED}
 IN_MEAN_WIND = {"base": str(SUSPENSIONS / "carlina-net-wind.yaml"), "vary": [{"wind.mean": [True, False]}]}
@@ -134,7 +133,11 @@ STUDIES = {
     "preload": MAST | {"columns": ["max_tension", "guy1.sag", "top.z"]},
     "sag": MAST | {"vary": [{"cable.sag": [0.05, 0.2, 1]}], "columns": ["max_tension", "top.z"]},
     "loads": MAST | {"set": LOADED, "vary": IN_REFERENCE, "columns": ["max_tension", "guy1.sag", "top.x"]},
-    "links": TIED | {"columns": ["tie.force", "tie.length", "frequency_2", "clamp.damping_ratio_z"]},
+    "links": {
+        "base": LINKED,
+        "vary": [STIFFER | {"links.both.length": [None, 2.0, None]}],
+        "columns": ["u.x", "push.force", "both.length", "frequency_2", "u.damping_ratio_z"],
+    },
     "load cases": MAST | {"set": WINDY, "vary": [*MAST["vary"], {"case": ["w"]}], "columns": ["top.x", "max_tension"]},
     "geometry": TRIFILAR | {"columns": ["disc.x", "disc.pitch", "w1.preload", "disc.stiffness_xx", "frequency_1"]},
     "mean wind": IN_MEAN_WIND | {"columns": ["gondola.rms"]},
