@@ -116,17 +116,40 @@ def cholesky(stiffness):
 def sparse_factors(stiffness):
     """Sparse L U factors (`SuperLU`) of a stiffness; NoSolutionError where it is not positive definite."""
     from scipy.sparse import csc_array
-    from scipy.sparse.linalg import splu
 
-    symmetric, matrix = {"SymmetricMode": True, "DiagPivotThresh": 0.0}, csc_array(stiffness)
+    matrix = csc_array(stiffness)
     matrix.data = np.ascontiguousarray(matrix.data)  # which the real part of a complex matrix is not
-    try:
-        factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", options=symmetric)
-    except RuntimeError:  # exactly singular
-        raise NoSolutionError(UNSTABLE) from None
-    if not (factors.U.diagonal() > 0).all():
+    factors = _factorised(matrix)
+    if factors is None:
         raise NoSolutionError(UNSTABLE)
     return factors
+
+
+def shifted_factors(matrix, first_shift):
+    """Factors of a sparse symmetric matrix plus a multiple of I that makes it positive definite; and this multiple.
+
+    It is zero if the matrix is so by itself, else `first_shift` or more.
+    """
+    from scipy.sparse import eye_array
+
+    unit, shift = eye_array(matrix.shape[0], format="csc"), 0.0
+    while (factors := _factorised(matrix + shift * unit)) is None:
+        shift = max(10 * shift, first_shift)
+    return factors, shift
+
+
+def _factorised(matrix):
+    """L U factors of a sparse symmetric matrix; None where it is not positive definite, as is a stable stiffness.
+
+    Without exchange of rows the signs of the diagonal of U are those of the eigenvalues (Sylvester's law of inertia).
+    """
+    from scipy.sparse.linalg import splu
+
+    try:
+        factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    except RuntimeError:  # exactly singular
+        return None
+    return factors if np.all(factors.U.diagonal() > 0) else None
 
 
 def lanczos_modes(size, solve, weigh, count):

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cablestudy.cable import catenary
-from cablestudy.cable.matrices import factors_of_each
+from cablestudy.cable.matrices import factors_of_each, shifted_factors
 from cablestudy.cable.records import assign_rows, copy_record, take_rows
 from cablestudy.cable.vectors import largest, size, times
 from cablestudy.statics import tangent
@@ -89,7 +89,8 @@ def newton_step(suspension, state, evaluation):
         scaled_step = np.empty(scales.shape)
         for case in range(len(force)):
             matrix = tangent.scaled_sparse(blocks.of(case), suspension, scales[case])
-            scaled_step[case] = _sparse_step(matrix, force[case] / scales[case])
+            # a multiple of I is added until the stiffness is positive definite
+            scaled_step[case] = shifted_factors(matrix, STATICS.flattest)[0].solve(force[case] / scales[case])
     step = np.zeros(largest_step.shape)
     step[:, free] = scaled_step / scales
     return step / np.maximum(1.0, largest(step / largest_step).max(axis=-1))[:, None, None]
@@ -122,16 +123,6 @@ def _dense_step(matrix, force, largest):
     modal_steps = vectors * (modal_force / np.maximum(np.abs(values), STATICS.flattest))[:, None, :]
     modal_steps = modal_steps / np.maximum(1.0, (np.abs(modal_steps) / largest[..., None]).max(axis=-2))[:, None, :]
     return np.where(usable[:, None], exact, modal_steps.sum(axis=-1))
-
-
-def _sparse_step(matrix, force):
-    """Newton step of one case, a multiple of the unit matrix added until its stiffness is positive definite."""
-    from scipy.sparse import eye_array
-
-    unit, shift = eye_array(len(force), format="csc"), 0.0
-    while (factors := tangent.factorised(matrix + shift * unit)) is None:
-        shift = max(10 * shift, STATICS.flattest)
-    return factors.solve(force)
 
 
 def imbalance(suspension, net, scale):

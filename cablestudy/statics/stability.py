@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cablestudy.cable.matrices import shifted_factors
 from cablestudy.cable.vectors import largest
 from cablestudy.statics import tangent
 from cablestudy.statics.tolerances import STATICS
@@ -124,15 +125,11 @@ def _blocks_without_loose_cables(equilibrium):
 
 def _least_eigenvalue(matrix):
     """Least eigenvalue of a sparse matrix that is symmetric but for rounding, and its eigenvector."""
-    from scipy.sparse import diags_array
     from scipy.sparse.linalg import LinearOperator, eigsh
 
     matrix = ((matrix + matrix.T) / 2).tocsc()
-    count = matrix.shape[0]
-    unit, shift = diags_array(np.ones(count), format="csc"), 0.0
-    while (factors := tangent.factorised(matrix + shift * unit)) is None:
-        shift = max(10 * shift, STATICS.zero_eigenvalue)
+    factors, shift = shifted_factors(matrix, STATICS.zero_eigenvalue)
     inverse = LinearOperator(matrix.shape, factors.solve, dtype=float)
-    first_vector = np.random.default_rng(1).normal(size=count)
+    first_vector = np.random.default_rng(1).normal(size=matrix.shape[0])
     values, vectors = eigsh(matrix, 1, sigma=-shift, which="LM", OPinv=inverse, v0=first_vector)
     return values[0], vectors[:, 0]

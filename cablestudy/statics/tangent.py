@@ -444,31 +444,6 @@ def scaled_sparse(blocks, suspension, scales):
     return (inverse @ sparse(blocks, suspension) @ inverse).tocsc()
 
 
-def factorised(matrix):
-    """Factorise a sparse symmetric matrix, and test whether it is positive definite, as is a stable stiffness.
-
-    Parameters
-    ----------
-    matrix : scipy.sparse.csc_array
-
-    Returns
-    -------
-    scipy.sparse.linalg.SuperLU or None
-        L U factors; None where the matrix is not positive definite.
-
-    Notes
-    -----
-    Without exchange of rows the signs of the diagonal of U are those of the eigenvalues (Sylvester's law of inertia).
-    """
-    from scipy.sparse.linalg import splu
-
-    try:
-        factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-    except RuntimeError:  # exactly singular
-        return None
-    return factors if np.all(factors.U.diagonal() > 0) else None
-
-
 def displacements(blocks, suspension, forces):
     """Static displacements K^-1 f of the free degrees of freedom by forces on them; infinite where K is singular.
 
