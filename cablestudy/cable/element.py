@@ -32,7 +32,7 @@ def _lobatto(order):
         value = legendre.legval(x, p)
         step = (x * value - legendre.legval(x, p_below)) / ((order + 1) * value)
         x = x - step
-        if np.abs(step).max() < 1e-15:
+        if np.abs(step).max() < 1e-15:  # rounding of numbers up to 1
             break
     x = (x - x[::-1]) / 2
     x[0], x[-1] = -1.0, 1.0

@@ -94,7 +94,7 @@ class EquilibriumResidual:
         its small transverse tension.
         """
         (q, n, y), (along, across, out) = unknown * unknown, step * step
-        tension = np.sqrt(q + n + y) + 1e-3 * self.load
+        tension = np.sqrt(q + n + y) + 1e-3 * self.load  # the load counts where the tension is next to zero
         transverse_tension = np.sqrt(n + y) + 1e-3 * self.transverse_load
         whole_change = np.sqrt(along + across + out) / np.maximum(tension, CABLE.least_divisor)
         transverse_change = np.sqrt(across + out) / np.maximum(transverse_tension, CABLE.least_divisor)
@@ -102,7 +102,7 @@ class EquilibriumResidual:
 
     def rounding(self, step):
         """Error of the slope along a step by rounding of the residual, shape (...)."""
-        return 1e-15 * np.abs(self.strain * step[0])
+        return 1e-15 * np.abs(self.strain * step[0])  # rounding of the chord strain in the residual
 
     def start(self, span):
         """A first tension vector, shape (3, ...); of a vertical cable the horizontal tension H is next to zero. [N]
@@ -180,7 +180,7 @@ def _first_tension(span):
     across = np.sqrt(up[..., 1] ** 2 + up[..., 2] ** 2)
     taut = _taut_tension(span, np.where(load > 0, across * load, largest))
     ratio = 1.0 / (1.0 + span.chord_strain)  # unstretched length over chord
-    slack = (ratio > 1.2) & (across > 1e-8)
+    slack = (ratio > 1.2) & (across > 1e-8)  # a chord along the load has no run
     if not np.any(slack):
         return taut, np.zeros_like(taut), np.zeros_like(taut)
     # sinh(parameter)/parameter = sqrt(length^2 - rise^2)/run, with rise along and run across the load
@@ -216,7 +216,7 @@ def _sinhc_inverse(value):
     log = np.log(np.maximum(value, 1 + 1e-12))
     y = np.where(value < 3, np.sqrt(6 * np.maximum(value - 1, 1e-12)), log + np.log(2 * log + 2))
     for _ in range(6):  # Newton's method on the logarithm
-        no_overflow = np.minimum(y, 300.0)
+        no_overflow = np.minimum(y, 300.0)  # above, sinh(y) is exp(y)/2 and tanh(y) 1
         log_at_y = np.where(y > 300, y - np.log(2 * y), np.log(np.sinh(no_overflow) / no_overflow))
         slope = np.where(y > 300, 1.0, 1 / np.tanh(no_overflow)) - 1 / y
         y = np.maximum(y - (log_at_y - log) / slope, y / 3)

@@ -76,7 +76,7 @@ def midspan(cable):
         """Horizontal distance from mid-span to the cable at an arc length, positive towards end 2, shape (...). [m]"""
         return (points_along(cable, position[..., None])[..., 0, :2] * along_run).sum(axis=-1) - run / 2
 
-    upright = run <= 1e-9 * np.asarray(cable.span.chord)
+    upright = run <= 1e-9 * np.asarray(cable.span.chord)  # no level distance to halve, but for rounding
     position, done = np.full(run.shape, 0.5), upright
     low, high, at_low, at_high = 0.0 * position, 0.0 * position + 1.0, -run / 2, run / 2
     for _ in range(CABLE.chord_midspan_steps):
@@ -245,7 +245,7 @@ def clearance(cable, end_1, ground):
     candidates.append(_crossings(cable, x[summits] - end_1[0]))
     points = points_along(cable, np.concatenate(candidates)) + np.asarray(end_1)
     low, high = points[:, 0].min(), points[:, 0].max()
-    if low < x[0] - 1e-9 * (high - low) or high > x[-1] + 1e-9 * (high - low):
+    if low < x[0] - 1e-9 * (high - low) or high > x[-1] + 1e-9 * (high - low):  # but for rounding
         raise NoSolutionError(
             f"the ground is known from x = {x[0]:.6g} m to {x[-1]:.6g} m, the cable is from {low:.6g} m to {high:.6g} m"
         )

@@ -106,7 +106,7 @@ def strains_for_tension(span, tension, at="mean"):
     highest = _highest_strain(span, tension, at)
     # strain of the tension, less what the sag of a parabola adds to the length of its chord
     by_sag = -((span.weight_per_length * span.chord * span.cosine) ** 2) / (24 * tension**2)
-    guess = tension / span.axial_stiffness + np.maximum(by_sag, -0.05)
+    guess = tension / span.axial_stiffness + np.maximum(by_sag, -0.05)  # the parabola is right for little sag
 
     def excess(strain, index):
         return _tension(span.take(index), strain, at) / tension[index] - 1
@@ -115,7 +115,7 @@ def strains_for_tension(span, tension, at="mean"):
     unsure = np.flatnonzero(~known_to_rise & np.isfinite(strain))
     if len(unsure):  # where the tension falls with the strain, it is the longer one of two cables
         has_shorter = ~(excess(highest[unsure], unsure) < 0)
-        step = np.maximum(1e-6 * np.abs(strain[unsure]), 1e-14)
+        step = np.maximum(1e-6 * np.abs(strain[unsure]), 1e-14)  # well above the rounding of a strain
         falls = excess(strain[unsure] - step, unsure) >= excess(strain[unsure] + step, unsure)
         strain[unsure[falls & has_shorter]] = np.nan
     return strain
@@ -131,6 +131,7 @@ def strains_for_sag(span, sag):
     depth = sag * span.cosine / span.chord
     horizontal = span.weight_per_length * span.chord**2 / (8 * sag)
     guess = horizontal / span.axial_stiffness - 8 / 3 * depth**2
+    # of a deep sag as of two straight halves, since the parabola is right for little sag only
     guess = np.where((depth > 0.2) | (guess < -0.5), 1 / np.hypot(1.0, 2 * depth) - 1, guess)
 
     def excess(strain, index):
@@ -145,6 +146,7 @@ def _highest_strain(span, tension, at="mean"):
     if at != "mean":  # the tension of an end is less by the weight at most, its horizontal part by the inclination
         load = np.asarray(span.weight) + np.sqrt((span.load_forces**2).sum(axis=-1)).sum(axis=-1)
         tension = (tension + 2 * load) / (np.maximum(np.abs(span.cosine), 1e-6) if at == "horizontal" else 1.0)
+    # a little more than the strain by the tension, so that rounding leaves the zero below this bound
     return _not_beyond_last_load(span, tension / span.axial_stiffness * (1 + 1e-9) + 1e-300)
 
 
@@ -183,6 +185,7 @@ def _rising_zeros(function, guess, highest):
         True where the secant method found the zero: it accepts none at which the function falls. False where a zero is
         from a bracket, or none was found.
     """
+    # half-width of the first bracket about the guess
     step = np.minimum(np.maximum(1e-3 * np.abs(guess), 1e-15), (highest - CABLE.loosest_strain) / 8)
     guess = np.clip(guess, CABLE.loosest_strain + 2 * step, highest - 2 * step)
     zeros = _zeros_by_secant(function, guess, highest)

@@ -47,6 +47,17 @@ def solved(matrices, right):
     return of_each(np.linalg.solve, np.nan, matrices, right)
 
 
+def solved_sparse(matrix, right):
+    """Solution of a sparse linear system, not a number where it is singular, shape (n,)."""
+    from scipy.sparse import csc_array
+    from scipy.sparse.linalg import splu
+
+    try:
+        return splu(csc_array(matrix)).solve(right)
+    except RuntimeError:
+        return np.full(right.shape, np.nan)
+
+
 def inverse(matrices):
     """Inverses of matrices, shape (n, m, m); infinite where one is singular."""
     return of_each(np.linalg.inv, np.inf, matrices)

@@ -52,7 +52,7 @@ def mesh_segments(fractions, elements, order=1, mass="lumped", point_masses=()):
     # elements beyond the first one of each segment: whole numbers by the method of the largest remainder
     quota = np.maximum(lengths * elements - 1, 0.0)
     quota *= (elements - segments) / quota.sum() if quota.sum() > 0 else 0.0
-    floor = np.floor(quota + 1e-9)
+    floor = np.floor(quota + 1e-9)  # a whole number less rounding is that number
     counts = 1 + floor.astype(int)
     counts[np.argsort(floor - quota, kind="stable")[: elements - counts.sum()]] += 1
     return mesh_pieces(tuple(edges), tuple(counts.tolist()), order, mass, point_masses)
@@ -129,7 +129,7 @@ def mesh_by_waves(catenary, cable, edges, elements, order, point_masses=()):
     shares = [1.0] * (len(edges) - 1)
     if len(shares) > 1 and elements > 1:
         shares = _travel_shares(catenary.take(cable), edges)
-    counts = tuple(ceil(elements * share - 1e-9) or 1 for share in shares)
+    counts = tuple(ceil(elements * share - 1e-9) or 1 for share in shares)  # a whole number and rounding is no more
     return mesh_pieces(edges, counts, order, point_masses=point_masses)
 
 

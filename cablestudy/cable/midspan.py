@@ -123,7 +123,7 @@ def _arc_length_at(part):
         trial = x + gap / slope
         trial = np.where((trial > low) & (trial < high), trial, (low + high) / 2)
         trial = np.where(np.abs(gap) > part.rounding, trial, x)
-        moving = np.abs(trial - x) > 4e-16
+        moving = np.abs(trial - x) > 4e-16  # rounding of a share of the length
         solution[active] = x = trial
         if not moving.any():
             break

@@ -315,7 +315,7 @@ def _scaled_cofactors(matrix):
     a, b, c = (1 / np.sqrt(np.maximum(diagonal, CABLE.least_divisor)) for diagonal in (qq, nn, yy))
     d, e, f = qn * a * b, qy * a * c, ny * b * c
     c11, c12, c13 = 1 - f * f, e * f - d, d * f - e
-    determinant = np.maximum(c11 + d * c12 + e * c13, 1e-30)
+    determinant = np.maximum(c11 + d * c12 + e * c13, 1e-30)  # rounding may leave none of a singular one
     return (a, b, c), (c11, 1 - e * e, 1 - d * d, c12, c13, d * e - f), determinant
 
 

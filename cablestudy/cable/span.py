@@ -281,6 +281,7 @@ def normal_to(vertical):
     """Unit vectors at right angles to `vertical`, shape (..., 3), in the plane of it and the axis x if possible. [-]"""
     if np.ndim(vertical) == 1 and vertical[2] == 1:
         return np.array([1.0, 0.0, 0.0])
+    # not one nearly along the vertical, whose part across it would be small
     axis = np.where(np.abs(vertical[..., :1]) < 0.9, np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
     normal = axis - (axis * vertical).sum(axis=-1, keepdims=True) * vertical
     return normal / np.sqrt((normal**2).sum(axis=-1, keepdims=True))

@@ -149,6 +149,7 @@ def sag(state, start):
         return vector[:, 0] * cosine[index] - vector[:, 1] * sine[index]
 
     position, all_cables = np.array(start, dtype=float), np.arange(len(stretch))
+    # neither upright, where no distance is horizontal, nor already there, but for rounding
     unsolved = np.flatnonzero((cosine > 1e-9) & (np.abs(horizontal_distance(position, all_cables)) > 1e-16))
     if len(unsolved):
         ends = np.zeros(len(unsolved)), np.ones(len(unsolved))

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cablestudy.cable.matrices import solved
 from cablestudy.control.tolerances import CONTROL
 
 
@@ -164,8 +165,8 @@ def responses(closed, alone, output, winches, input_, components, time):
     c = np.concatenate([closed.c[[output]], c_winches, c_winches @ closed.a])  # displacement, winches, their speeds
     d = np.concatenate([closed.d[[output], input_], np.zeros(len(winches)), c_winches @ b])
     displacement_and_winches = respond(closed.a, b, c, d, components, time)
-    # static gain D - C A^-1 B
-    final = closed.d[output, input_] - closed.c[output] @ _solved(closed.a, b)
+    # static gain D - C A^-1 B; not a number where a loop without gain leaves A singular
+    final = closed.d[output, input_] - closed.c[output] @ solved(closed.a[None], b[None, :, None])[0, :, 0]
     # index of the input in `alone`; negative for a reference, which only the loop has
     open_input, open_loop = input_ - (len(closed.inputs) - len(alone.inputs)), None
     if open_input >= 0:
@@ -178,14 +179,6 @@ def responses(closed, alone, output, winches, input_, components, time):
         np.zeros(3),
         float(final),
     )
-
-
-def _solved(a, b):
-    """Solution of a x = b; nan where a loop without gain leaves a singular."""
-    try:
-        return np.linalg.solve(a, b)
-    except np.linalg.LinAlgError:
-        return np.full(len(a), np.nan)
 
 
 def differences(response, other):

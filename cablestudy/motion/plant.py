@@ -246,9 +246,7 @@ class Plant:
     def gust_forces(self):
         """Forces on the coordinates by the inputs of the gusts, shape (m, i): none on the strokes of masses."""
         input_matrix = self.gusts.input_matrix
-        forces = np.zeros((len(self.motion), input_matrix.shape[1]))
-        forces[: len(input_matrix)] = input_matrix
-        return forces
+        return np.pad(input_matrix, ((0, len(self.motion) - len(input_matrix)), (0, 0)))
 
     def delayed_response(self, loop, coarse=False):
         """Response of all outputs, as of `StateSpaces`, to the gusts with a loop that has a delay: `DelayedResponse`.

@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cablestudy.cable.matrices import solved
+from cablestudy.cable.matrices import solved, solved_sparse
 from cablestudy.errors import NoSolutionError
 from cablestudy.statics.tolerances import STATICS
 
@@ -134,9 +134,5 @@ def _solved(entries, indices, right):
 def _solved_sparse(entries, indices, right):
     """`_solved` of many equations."""
     from scipy.sparse import coo_array
-    from scipy.sparse.linalg import splu
 
-    try:
-        return splu(coo_array((entries, indices), shape=(len(right), len(right))).tocsc()).solve(right)
-    except RuntimeError:
-        return np.full(len(right), np.nan)
+    return solved_sparse(coo_array((entries, indices), shape=(len(right), len(right))), right)

@@ -236,6 +236,7 @@ def first_tensions(problem, state):
     tension = np.maximum((loads + cable_loads)[:, None] / len(open_cables), 2 * cable_weights[:, open_cables])
     middle = np.where(np.isfinite(high), (low + high) / 2, np.maximum(tension, 2 * low))
     tension = np.where((tension < low) | (tension > high), middle, tension)
+    # without any load: a strain that hardly shows
     return np.where(tension > 0, tension, 1e-6 * suspension.axial_stiffness[:, open_cables])
 
 

@@ -191,7 +191,7 @@ class GroupCoordinates:
         sign = np.where(self.used, -1.0 * ~is_mode, 1.0 * is_mode)  # modes that are not used, less vectors that are
         momentum = self.coupling @ ends
         ratio = square[:, None] / self.omega[..., None] ** 2
-        amplification = np.where(ratio < 1 - 1e-9, ratio / np.maximum(1 - ratio, 1e-9), 1e9)  # w^2/(W^2 - w^2)
+        amplification = np.where(ratio < 1 - 1e-9, ratio / np.maximum(1 - ratio, 1e-9), 1e9)  # w^2/(W^2 - w^2), bounded
         return (sign[..., None] * momentum**2 * amplification).sum(axis=-2)
 
     def amplitudes(self, coordinates):

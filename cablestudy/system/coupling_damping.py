@@ -373,6 +373,7 @@ def _relative_errors(matrices, x, sums, resolvent):
 
 def _checked_frequencies(omega):
     """Complex frequencies at which a sum over poles is checked, for modes at `omega`, (..., n) -> (..., 8). [rad/s]"""
+    # to the right of the imaginary axis, where no pole is near; from far below the modes to their middle
     return (0.03 + 1j) * np.geomspace(omega.min(axis=-1) / 10, np.median(omega, axis=-1), 8, axis=-1)
 
 

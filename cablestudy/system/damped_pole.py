@@ -11,11 +11,9 @@ the pole s = r + i w, the imaginary part of v^H (s^2 M + s C + K) v = 0 says wha
 whose last two terms do not cancel, however small the damping. C need not be symmetric: drag is not.
 """
 
-from contextlib import suppress
-
 import numpy as np
 
-from cablestudy.cable.matrices import solved
+from cablestudy.cable.matrices import solved, solved_sparse
 from cablestudy.system.tolerances import SYSTEM
 
 
@@ -170,9 +168,5 @@ def _solved(matrix, right, pending):
         of_rows = matrix.reshape(-1, *matrix.shape[-2:])[pending], right[pending, :, None]
         solution[pending] = solved(*of_rows)[..., 0]
     elif pending.all():
-        from scipy.sparse import csc_array
-        from scipy.sparse.linalg import splu
-
-        with suppress(RuntimeError):
-            solution[0] = splu(csc_array(matrix)).solve(right[0])
+        solution[0] = solved_sparse(matrix, right[0])
     return solution

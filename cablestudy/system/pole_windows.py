@@ -76,7 +76,7 @@ def poles_in_windows(matrices, omega):
     windows, begin, low = [], 0, 0.0
     while begin < len(size):
         factor = 1 if begin else SYSTEM.lowest_window
-        is_last = begin + (factor + 0.5) * SYSTEM.window >= len(size)
+        is_last = begin + (factor + 0.5) * SYSTEM.window >= len(size)  # less than half a window would be left
         end = len(size) if is_last else begin + factor * SYSTEM.window
         near = np.unique(mode[max(begin - SYSTEM.window_margin, 0) : end + factor * SYSTEM.window_margin])  # modes A
         (poles,), vectors = poles_and_vectors(
