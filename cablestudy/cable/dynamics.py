@@ -22,6 +22,31 @@ from cablestudy.errors import ConvergenceError, NoSolutionError
 PLANAR = (IN_PLANE, OUT_OF_PLANE)
 
 
+def of_batch(compute):
+    """Decorate a method: a cached property, computed at once for the whole batch of which an object is a part.
+
+    Such an object has an attribute `among`: the batch, and which of it the object is; or None. A value is an array, an
+    object with a method `take`, a tuple of these, a list with an entry for each cable, or None.
+    """
+
+    def value(part):
+        if part.among is None:
+            return compute(part)
+        batch, index = part.among
+        return _taken(getattr(batch, compute.__name__), index)
+
+    return cached_property(value)
+
+
+def _taken(value, index):
+    """The part of a value of `of_batch` that belongs to some of the cables."""
+    if isinstance(value, tuple):
+        return tuple(_taken(part, index) for part in value)
+    if isinstance(value, list):
+        return [value[cable] for cable in index]
+    return value[index] if isinstance(value, np.ndarray) else value and value.take(index)
+
+
 class Dynamics:
     """Free vibration of a cable about an equilibrium, or of a batch of cables on one mesh.
 
@@ -41,44 +66,35 @@ class Dynamics:
         self._state, self._mesh, self._only_requested = state, state.mesh, only_requested
         self.planes = planes or (PLANAR if state.span.planar else (SPATIAL,))
         self._modes, self._frequency_cache, self._eigenvectors = {}, {}, {}
-        self._batch = None  # of some cables of a batch: the `Dynamics` of all, and the index of these
+        self.among = None  # of some cables of a batch: the `Dynamics` of all, and the index of these
 
     def take(self, index):
         """`Dynamics` of one cable of a batch, or of several, whose modes are computed with those of the whole batch."""
-        if self._batch is not None:
-            batch, own_index = self._batch
+        if self.among is not None:
+            batch, own_index = self.among
             return batch.take(np.arange(len(batch.length))[own_index][index])
         chosen = Dynamics(self._state, self.planes, self._only_requested)
-        chosen._batch, chosen.dof = (self, index), self.dof
+        chosen.among, chosen.dof = (self, index), self.dof
         return chosen
 
-    @cached_property
+    @of_batch
     def state(self):
         """`State` of the equilibrium."""
-        return self._state if self._batch is None else self._state.take(self._batch[1])
+        return self._state
 
-    @cached_property
+    @of_batch
     def length(self):
         """Unstretched length, shape (...). [m]"""
-        if self._batch is None:
-            return np.asarray(self._state.span.unstretched_length, dtype=float)
-        batch, index = self._batch
-        return batch.length[index]
+        return np.asarray(self._state.span.unstretched_length, dtype=float)
 
-    @cached_property
+    @of_batch
     def mass(self):
         """Per unstretched length, shape (...). [kg/m]"""
-        if self._batch is None:
-            return np.asarray(self._state.span.mass, dtype=float)
-        batch, index = self._batch
-        return batch.mass[index]
+        return np.asarray(self._state.span.mass, dtype=float)
 
-    @cached_property
+    @of_batch
     def systems(self):
         """`System` of each of the planes."""
-        if self._batch is not None:
-            batch, index = self._batch
-            return tuple(system.take(index) for system in batch.systems)
         return tuple(System(self.state, axes) for axes in self.planes)
 
     @cached_property
@@ -117,7 +133,7 @@ class Dynamics:
             # exactly as many as requested: the last digits of Lanczos modes depend on their number
             count = min(count, self.dof)
         if count not in self._modes:
-            batch, index = self._batch or (None, None)
+            batch, index = self.among or (None, None)
             self._modes[count] = batch.modes(count).take(index) if batch else self.lowest(count)
         return self._modes[count]
 
@@ -160,7 +176,7 @@ class Dynamics:
         ConvergenceError
             Too many modes of a large model, or an eigen-solution that failed.
         """
-        batch, cable = self._batch or (self, None)
+        batch, cable = self.among or (self, None)
         largest_count = batch.dof if batch.dof <= CABLE.all_modes_freedoms else batch.dof // 4
         count = max(_estimated_count(labels, batch.planes), min(ceil(estimated_count), largest_count))
         while True:

@@ -236,12 +236,8 @@ def _static(c, d):
 
 def _of_links(layouts):
     """Stiffness and damping of the l links of n suspensions, shape (n, l), and elongations by bodies, (n, l, d)."""
-    elongation = np.stack([at.elongation for at in layouts])
-    suspensions = [at.equilibrium.suspension for at in layouts]
-    links = elongation.shape[1]
-    stiffness = np.stack([np.broadcast_to(suspension.link_stiffness, links) for suspension in suspensions])
-    damping = np.stack([np.broadcast_to(suspension.link_damping, links) for suspension in suspensions])
-    return stiffness, damping, elongation
+    pairs = [(at.equilibrium.suspension, at.elongation) for at in layouts]
+    return stack([(suspension.link_stiffness, suspension.link_damping, elongation) for suspension, elongation in pairs])
 
 
 def _displacements(layouts, markers):

@@ -5,30 +5,12 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.assembly import flatten_components
-from cablestudy.cable.dynamics import Dynamics
+from cablestudy.cable.dynamics import Dynamics, of_batch
 from cablestudy.cable.plane_modes import unresolved_share
 from cablestudy.cable.symmetry import symmetry_subspaces
 from cablestudy.system.coupling_damping import Strain
 from cablestudy.system.superelement import Superelement
 from cablestudy.system.tolerances import SYSTEM
-
-
-def _of_batch(compute):
-    """Decorate a method of `Ends` that returns an array, a tuple of arrays, or None: a cached property.
-
-    Of cables that were taken from a batch it is computed for the whole batch at once.
-    """
-
-    def value(ends):
-        if ends.among is None:
-            return compute(ends)
-        batch, rows = ends.among
-        of_batch = getattr(batch, compute.__name__)
-        if isinstance(of_batch, tuple):
-            return tuple(array[rows] for array in of_batch)
-        return None if of_batch is None else of_batch[rows]
-
-    return cached_property(value)
 
 
 class Ends:
@@ -197,7 +179,7 @@ class Ends:
     def inertia_of_modes(self):
         """Inertia of the modes among themselves where it is not the identity, shape (..., n, n); else None. [-]"""
 
-    @_of_batch
+    @of_batch
     def _basis(self):
         """Angular frequencies [rad/s] and shapes (`Modes.shapes`) of the modes with fixed ends."""
         modes = self._dynamics.modes(self._count).first(self._count)
@@ -225,7 +207,7 @@ class Ends:
         rotation[..., :3, :3] = rotation[..., 3:, 3:] = self._frame
         return rotation
 
-    @_of_batch
+    @of_batch
     def _undamped(self):
         """Angular frequencies, coupling, static stiffness and inertia, as in `Superelement`."""
         dynamics, (omega, shapes), frame, rotation = self._dynamics, self._basis, self._frame, self._rotation
@@ -244,7 +226,7 @@ class Ends:
             rotation.swapaxes(-1, -2) @ (mass * inertia) @ rotation,
         )
 
-    @_of_batch
+    @of_batch
     def carried(self):
         """`Superelement.carried`: movements of the point masses, shape (..., c, n + 6); None without any."""
         mesh, shapes = self.state.mesh, self._basis[1]
@@ -261,7 +243,7 @@ class Ends:
         movements = flatten_components(np.sqrt(mass)[..., None, None] * movements)
         return np.concatenate([movements[..., :count], movements[..., count:] @ self._rotation], axis=-1)
 
-    @_of_batch
+    @of_batch
     def strain_root(self):
         """V of the movements by modes and ends, shape (..., n q, n + 6): their elastic energies are V^T V.
 
@@ -277,7 +259,7 @@ class Ends:
         root[..., n:] = root[..., n:] @ self._rotation
         return root
 
-    @_of_batch
+    @of_batch
     def _elastic(self):
         """E, R and S of `Strain`."""
         n, root = self._basis[1].shape[-1], self.strain_root
@@ -301,7 +283,7 @@ class EndsOfAllMotion(Ends):
     def inertia_of_modes(self):
         return self._basis_and_inertia[2]
 
-    @_of_batch
+    @of_batch
     def _basis_and_inertia(self):
         """Roots of stiffness and shapes, see `_basis`, and `inertia_of_modes`; symmetry by symmetry."""
         mesh, lead, count, begin = self.state.mesh, self._frame.shape[:-2], self._dynamics.dof, 0

@@ -8,6 +8,7 @@ import numpy as np
 
 from cablestudy.cable.catenary import GAUSS_POINTS
 from cablestudy.cable.damping import Damping, grows_with_modes
+from cablestudy.cable.dynamics import of_batch
 from cablestudy.cable.element import basis
 from cablestudy.cable.meshes import edges_of_pieces, mesh_by_waves, mesh_segments
 from cablestudy.cable.records import take_rows
@@ -72,17 +73,14 @@ class Cables:
         taken = Cables(self.catenary.take(indices), damping, drag=drag, planes=self.planes)
         all_cables, own = self.among or (self, np.arange(self.count))
         taken.among = all_cables, own[indices]
-        for name in ("heavy", "shapeless", "folded", "travel_time", "end_stiffness"):
-            taken.__dict__[name] = getattr(self, name)[indices]
-        taken.__dict__["edges"] = [self.edges[cable] for cable in indices]
         return taken
 
-    @cached_property
+    @of_batch
     def heavy(self):
         """True for cables that move by themselves: those with mass, and no slack segment; shape (c,)."""
         return (np.asarray(self.catenary.span.mass) > 0) & ~self.catenary.slack
 
-    @cached_property
+    @of_batch
     def shapeless(self):
         """True for cables with mass that hang slack without weight: nothing says where that mass is; shape (c,)."""
         return (np.asarray(self.catenary.span.mass) > 0) & self.catenary.slack
@@ -97,7 +95,7 @@ class Cables:
         """Number of directions across themselves in which they move."""
         return 2 if self.planes is None else sum(len(axes) - (0 in axes) for axes in self.planes)
 
-    @cached_property
+    @of_batch
     def folded(self):
         """True for cables that hang folded, and have no definite motion, shape (c,)."""
         return self.heavy & self.catenary.folded
@@ -111,7 +109,7 @@ class Cables:
         """Uneven drag of some cables, see `steady_drag.uneven_drag`; None where none of them is blown."""
         return uneven_drag(self._drag.take(cables)) if self.in_steady_wind[cables].any() else None
 
-    @cached_property
+    @of_batch
     def travel_time(self):
         """Travel time of a transverse wave from end to end, zero without mass, shape (c,). [s]
 
@@ -125,7 +123,7 @@ class Cables:
         compliance = compliance + 1 / span.axial_stiffness[:, None]
         return span.unstretched_length * (np.sqrt(compliance * span.mass[:, None]) @ gauss.weights)
 
-    @cached_property
+    @of_batch
     def edges(self):
         """Edges of the pieces along which each cable bends little, shares of its length; see `meshes.pieces`."""
         return edges_of_pieces(self.catenary, self.heavy)
@@ -143,7 +141,7 @@ class Cables:
         """Mass on each cable over its own, shape (c,). [-]"""
         return np.array([sum(mass for _, mass in masses) for masses in self.point_masses])
 
-    @cached_property
+    @of_batch
     def end_stiffness(self):
         """Static stiffness of the six ends, from the closed form, global axes, shape (c, 6, 6). [N/m]"""
         static = self.catenary.global_end_stiffness if self._static is None else self._static
