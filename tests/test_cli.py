@@ -420,9 +420,10 @@ def test_a_reader_that_has_had_enough_hides_no_failure(folder, preloads, jobs):
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no such device here")
-def test_a_full_disk_is_one_line_and_no_traceback():
+@pytest.mark.parametrize("word", ["columns", "--help", "--version"])
+def test_a_full_disk_is_one_line_and_no_traceback(word):
     with open("/dev/full", "w") as full:
-        command = [sys.executable, "-m", "cablestudy", "columns"]
+        command = [sys.executable, "-m", "cablestudy", word]
         done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False, timeout=LONGEST)
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert done.stderr.startswith("standard output: ")
@@ -476,14 +477,22 @@ def test_a_file_whose_name_is_no_text(folder):
         assert file.read().startswith("# bad\\udcff\n")
 
 
+def test_a_line_break_in_the_name_of_a_file_makes_no_second_line(folder):
+    write("a\nb.yaml", "base: scene.yaml\n")
+    write("scene.yaml", (CONFIGS / "guy.yaml").read_text())
+    with undrawn():
+        assert run("static", "a\nb.yaml", "--plot", "c\nd.svg", "--columns", "sag").lines == ["written: c\\nd.svg"]
+    (line,) = run("static", "a\nb.yaml", "--set", "cable.preload=1 N", code=3).lines
+    assert line.startswith("a\\nb.yaml: ")
+
+
 def interrupted_in_import_of(module, folder, *arguments, **options):
-    """A command that gets SIGINT while it imports a module, which then takes for ever; what it left."""
-    write(
-        folder / f"{module}.py",
-        "import os, signal\nos.kill(os.getpid(), signal.SIGINT)\nraise ImportError('went on')\n",
-    )
+    """A command that gets SIGINT while it imports a module, in code that this makes from text; what it left."""
+    code = "import os, signal, time; os.kill(os.getpid(), signal.SIGINT); time.sleep(1); raise ImportError('went on')"
+    write(folder / f"{module}.py", f"exec({code!r})\n")
     options.setdefault("preexec_fn", partial(signal.signal, signal.SIGINT, signal.SIG_DFL))  # tests may ignore it
-    return process(*arguments, env={**os.environ, "PYTHONPATH": str(folder)}, **options)
+    path = os.pathsep.join(filter(None, (str(folder), os.environ.get("PYTHONPATH"))))
+    return process(*arguments, env={**os.environ, "PYTHONPATH": path}, **options)
 
 
 @pytest.mark.crossed

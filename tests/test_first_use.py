@@ -238,6 +238,8 @@ def test_validate_counts_load_cases_and_mistakes():
         (["find", GUY, "load_sag <= 8 m", "--by", "cable.preload"],
          'find takes =, not <=: write "load_sag = 8 m"'),
         (["find", GUY, "sag==8 m", "--by", "cable.preload"], 'find takes =, not ==: write "sag = 8 m"'),
+        (["find", GUY, "sag = 1 m = 2 m", "--by", "cable.preload"],
+         "expected COLUMN = VALUE, for example 'sag = 2 m', got \"sag = 1 m = 2 m\""),
         (["find", GUY, "sag = 1 m", "--by", "preload"], "--by preload: unknown key (did you mean cable.preload?)"),
         (["static", CONFIGS / "suspensions" / "mast-levels.yaml", "--set", "cables.west-low.from=esat"],
          '--set cables.west-low.from: unknown end "esat" (did you mean east?)'),

@@ -170,6 +170,9 @@ def test_names_in_a_study_are_relative_to_the_study(folder):
         (HEAD + "vary: [{gravity: [1]}, {gravity: [2]}]", "3:34: vary.1.gravity: varies in an entry above already"),
         (HEAD + "vary: [{gravity: {from: 1, to: 2, count: 10000}}, {cable.sag: {from: 1, to: 2, count: 10000}}]",
          "3:7: vary: 100000000 cases (at most 10000000)"),
+        (HEAD + "vary: [" + ", ".join(f"{{{key}: {{from: 1, to: 2, count: 10000000}}}}"
+                                      for key in ("gravity", "gondola.mass", "cable.sag")) + "]",
+         "3:7: vary: 1000000000000000000000 cases (at most 10000000)"),
         (HEAD + "vary: [{gravity: [1, -1, x]}]",
          f'3:22: gravity: must not be negative, got -1\nstudy.yaml:3:26: gravity: {ACCELERATION}, got "x"'),
         (HEAD + "vary: [{cable.densty: [1]}]", "3:9: cable.densty: unknown key (did you mean density?)"),

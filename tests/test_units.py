@@ -128,6 +128,10 @@ WRITTEN = "a number, then a unit such as mm, kN, kg/m^3"
         ("1/3/4 m", f'"1/3/4 m" ({WRITTEN})'),
         ("1/-3 m", f'"1/-3 m" ({WRITTEN})'),
         ("3 psf", '"3 psf" (stress)'),
+        ("10,5 mm", '"10,5 mm" (a number has a decimal point and no commas)'),
+        ("7,850", '"7,850" (a number has a decimal point and no commas)'),
+        ("\u22123 m", '"\u22123 m" (its minus sign is not "-")'),
+        (" \u20133 m", '" \u20133 m" (its minus sign is not "-")'),
     ],
 )
 def test_what_is_not_a_length_is_refused(value, got):

@@ -8,8 +8,9 @@ import sys
 
 import click
 
-from cablestudy.cli.error_handling import INTERRUPTED, WRONG_USE
+from cablestudy.cli.error_handling import WRONG_USE, exit_interrupted
 from cablestudy.cli.help import Grouped
+from cablestudy.cli.tables import discard_output
 from cablestudy.threads import VARIABLES
 from cablestudy.version import __version__
 
@@ -38,7 +39,11 @@ class OneLine(Grouped):
             code = WRONG_USE
         except click.Abort:
             click.echo("interrupted", err=True)
-            code = INTERRUPTED
+            exit_interrupted()
+        except OSError as error:  # the disk is full, for example
+            click.echo(f"{error.filename or 'standard output'}: {error.strerror or error}", err=True)
+            discard_output()
+            code = WRONG_USE
         sys.exit(code)
 
     def invoke(self, ctx):

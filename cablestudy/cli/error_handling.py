@@ -7,8 +7,8 @@ from functools import wraps
 import click
 
 from cablestudy.activity import ActivityDisplay, end_display
-from cablestudy.cli.tables import check_columns, check_one_table, discard_output, show, show_tables, while_it_is_read
-from cablestudy.errors import CablestudyError, NothingToDrawError, SceneError, one_line
+from cablestudy.cli.tables import check_columns, check_one_table, show, show_tables, while_it_is_read
+from cablestudy.errors import CablestudyError, NothingToDrawError, SceneError, one_line, printable
 
 FAILED_CHECK, WRONG_USE, NO_ANSWER, INTERRUPTED = 1, 2, 3, 130
 
@@ -37,12 +37,8 @@ def handle_errors(command):
         except CablestudyError as error:
             echo_notes(getattr(error, "__notes__", ()), options.get("quiet", False))
             where = f"{options['scene']}: " if "scene" in options else ""
-            click.echo(where + one_line(error), err=True)
+            click.echo(printable(where + one_line(error)), err=True)
             return error.exit_code
-        except OSError as error:  # the disk is full, for example
-            click.echo(f"{error.filename or 'standard output'}: {error.strerror or error}", err=True)
-            discard_output()
-            return WRONG_USE
 
     return run
 
@@ -68,14 +64,19 @@ def interruptible(explanation):
             yield
     except KeyboardInterrupt:
         echo_notes(explanation())
-        exec("")  # python forgets that the signal came during an import: it would exit by it, and not with the code
-        sys.exit(INTERRUPTED)
+        exit_interrupted()
+
+
+def exit_interrupted():
+    """End the program with the exit code of Ctrl-C."""
+    exec("")  # python forgets that the signal came during an import: it would exit by it, and not with the code
+    sys.exit(INTERRUPTED)
 
 
 def echo_notes(lines, quiet=False):
     """Print notes on standard error, unless `quiet`."""
     for line in () if quiet else lines:
-        click.echo(line, err=True)
+        click.echo(printable(line), err=True)
 
 
 def finish(scene, answer, style, plot=None, explain=False, quiet=False):
@@ -90,7 +91,7 @@ def finish(scene, answer, style, plot=None, explain=False, quiet=False):
     if written := answer.write():
         echo_notes([f"written: {', '.join(written)}"], quiet)
     for failure in answer.failures:
-        click.echo(f"{scene}: {failure}", err=True)
+        click.echo(printable(f"{scene}: {failure}"), err=True)
     code = NO_ANSWER if answer.failures else 0
     if plot and answer.draw:
         try:

@@ -4,6 +4,7 @@ An entry is one key with its values, or several keys that take their values toge
 """
 
 import math
+import sys
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -115,6 +116,8 @@ def entries_of(table, source, cases):
     count = math.prod(map(len, entries))
     if count > SCENE.cases:
         mistakes.append((("vary" if table.vary else "sample",), f"{count} cases (at most {SCENE.cases})"))
+    while math.prod(map(len, entries)) > sys.maxsize:  # of what follows no case has a number that an array holds
+        entries.pop()
     return tuple(entries), mistakes
 
 

@@ -219,8 +219,10 @@ def _mappings_at(value, pattern, path=()):
 def unknown_key(name, known):
     """The message of a key that a table does not have.
 
-    YAML takes `{ratio:0.02}`, without a blank, for a key "ratio:0.02" that has no value.
+    YAML takes `{ratio:0.02}`, without a blank, for a key "ratio:0.02" that has no value. Keys are not merged by `<<`.
     """
+    if name == "<<":
+        return "unknown key (keys are not merged: write them out, or put them into a file that base names)"
     key, colon, value = name.partition(":")
     if colon and value and key in known:
         return f"unknown key ({add_blank(name)})"

@@ -323,7 +323,9 @@ def _case_names(base):
 def _missing_reference(source, table):
     """Path and message where the file of printed values is not there: list, at most one."""
     path = path_named_in(source.name, table.reference) if table.reference else None
-    return [] if path is None or os.path.isfile(path) else [(("reference",), f"{path}: no such file")]
+    if path is None or os.path.isfile(path):
+        return []
+    return [(("reference",), f"{path}: {'a directory, not a file' if os.path.isdir(path) else 'no such file'}")]
 
 
 def _read_base(source, fixed, sets, mistakes):

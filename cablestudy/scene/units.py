@@ -94,6 +94,7 @@ _QUANTITY = re.compile(
 )
 # Names with small powers, joined by * / and brackets: nothing in it can grow, and nothing is ever evaluated.
 _NAME = r"[A-Za-zµμΩ°%][A-Za-z0-9_]*"
+_DASHES = ("\u2010", "\u2011", "\u2012", "\u2013", "\u2014", "\u2212")  # hyphens, dashes and the minus of other texts
 _POWER = re.compile(rf"({_NAME})(?:\^([-+]?[0-9]{{1,2}}))?")
 _RAISED = str.maketrans({"²": "^2", "³": "^3"})
 _UNIT = re.compile(rf"(?!.*%%)(?:{_NAME}(?:\s*(?:\^|\*\*)\s*[-+]?[0-9]{{1,2}})?|1(?=\s*/)|[*/()· ])+")
@@ -213,7 +214,7 @@ def split(text):
     """
     match = _QUANTITY.fullmatch(text) if len(text) <= SCENE.quantity_characters else None
     if match is None:
-        raise _NotAQuantityError("")
+        raise _NotAQuantityError(' (its minus sign is not "-")' if text.lstrip()[:1] in _DASHES else "")
     try:
         number = Decimal(match[1])
     except InvalidOperation:  # an exponent that not even a decimal number can have
@@ -338,6 +339,8 @@ def _root(name, expected=None):
         return Decimal(1), ""
     if name in _LEVELS:
         return _LEVELS[name], DIMENSIONS["dB"][0]
+    if re.match(r",\d", name):
+        raise _NotAQuantityError(" (a number has a decimal point and no commas)")
     if not _UNIT.fullmatch(name):
         raise _NotAQuantityError(" (a number, then a unit such as mm, kN, kg/m^3)")
     registry, spelt = _registry(), re.sub("°([CF])", r" deg\1 ", name).replace("°", " deg ")

@@ -77,7 +77,7 @@ def read_find(goal, by, between):
     if column and value and sign != "=":
         raise SceneError(f"find takes =, not {sign}: write {show(f'{column} = {value}')}")
     column = "_".join(column.split())  # as in the headings of Markdown
-    if not (column and sign and value):
+    if not (column and sign and value) or SIGN.search(value):
         raise SceneError(f"{_GOAL}, got {show(goal)}")
     ends = None
     if between is not None:
