@@ -57,6 +57,10 @@ class SceneTable(KeyTable):
         """The chosen load case; without one `no_case`."""
         return self.no_case if self.case is None else self.cases[self.case]
 
+    def in_case(self, name):
+        """Copy in one of its load cases, by name; in the reference state where there is no such case."""
+        return self.model_copy(update={"case": name if name in self.cases else None})
+
     @property
     def nonzero_gravity(self):
         """Acceleration of gravity; None without any. [m/s^2]"""

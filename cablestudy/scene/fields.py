@@ -254,9 +254,14 @@ def tables_of(model, path=()):
         Where it is; "*" stands for any name or index. What may be of two kinds is there twice.
     """
     tables = [(path, model)]
-    for name, field in model.model_fields.items():
-        tables += _tables_in(field.annotation, (*path, field.alias or name))
+    for name, field in fields_by_key(model).items():
+        tables += _tables_in(field.annotation, (*path, name))
     return tables
+
+
+def fields_by_key(model):
+    """Key as written -> field of a model, of pydantic: dict."""
+    return {field.alias or name: field for name, field in model.model_fields.items()}
 
 
 def _tables_in(annotation, path):

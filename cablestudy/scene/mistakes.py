@@ -6,7 +6,7 @@ A key without a value that removes nothing is right where it is known, a mistake
 import re
 
 from cablestudy.errors import Mistake, SceneError
-from cablestudy.scene.fields import suggestion
+from cablestudy.scene.fields import fields_by_key, suggestion
 from cablestudy.scene.layers import matches
 from cablestudy.scene.strict_yaml import mistake
 from cablestudy.scene.tolerances import SCENE
@@ -251,4 +251,4 @@ def keys_at(path, tables):
     Of two models of a path (see `tables_of`) those of the first.
     """
     model = next((model for pattern, model in tables if matches(pattern, path)), None)
-    return [field.alias or name for name, field in model.model_fields.items()] if model else []
+    return list(fields_by_key(model)) if model else []

@@ -12,7 +12,7 @@ from pydantic.json_schema import GenerateJsonSchema, models_json_schema
 from pydantic_core import PydanticUndefined
 
 from cablestudy.scene.entries import ALTERNATIVE
-from cablestudy.scene.fields import ALL, Count, Either, KeyTable, Quantity
+from cablestudy.scene.fields import ALL, Count, Either, KeyTable, Quantity, fields_by_key
 from cablestudy.scene.layers import ALTERNATIVES, OF_CABLE, OF_SECTION, prune
 from cablestudy.scene.materials import materials
 from cablestudy.scene.ranges import MEANINGS, SPACINGS
@@ -255,9 +255,9 @@ def _keys_in(tables):
     What cables of a suspension share with `cable` is listed there only.
     """
     listed = set()
-    shared = {(*path[1:], name) for path, model in tables if path[:1] == ("cable",) for name in _fields(model)}
+    shared = {(*path[1:], name) for path, model in tables if path[:1] == ("cable",) for name in fields_by_key(model)}
     for table_path, model in tables:
-        for name, field in _fields(model).items():
+        for name, field in fields_by_key(model).items():
             path = (*table_path, name)
             if path in listed or (path[:2] == ("cables", "*") and path[2:] in shared):
                 continue
@@ -276,11 +276,6 @@ def _keys_of_ranges():
     for parent, children in (("vary.N.KEY", ends | count | spacing), ("sample.over.KEY", ends | spacing)):
         for name, (unit, default, allowed) in children.items():
             yield Key(f"{parent}.{name}", unit, default, MEANINGS[name], allowed)
-
-
-def _fields(model):
-    """Key as written -> field of a model, of pydantic: dict."""
-    return {field.alias or name: field for name, field in model.model_fields.items()}
 
 
 def dotted(path):

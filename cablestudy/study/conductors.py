@@ -98,7 +98,7 @@ def distinct_without_case(scenes):
     for scene in scenes:
         key = tuple(id(value) for name, value in scene if name != "case")
         indices.append(different.setdefault(key, (len(different), scene))[0])
-    return [scene.model_copy(update={"case": None}) for _, scene in different.values()], np.array(indices)
+    return [scene.in_case(None) for _, scene in different.values()], np.array(indices)
 
 
 @dataclass(frozen=True)
@@ -235,7 +235,7 @@ class Conductors:
         tension varies along the cable.
         """
         # all load cases of all scenes, but those in which cables are lost, are solved together
-        rows_and_scenes = [(row, scene.model_copy(update={"case": name}))
+        rows_and_scenes = [(row, scene.in_case(name))
                            for row, scene in enumerate(self._scenes) for name, case in scene.cases.items()
                            if not getattr(case, "lost", ())]  # fmt: skip
         largest, by_load = np.zeros(self._shape), self.curves.unset.copy()

@@ -152,7 +152,7 @@ def _terms_in(case, scene, pairs):
 
     `pairs` has each cable, or "", and its column.
     """
-    scene_in_case = in_case(scene, case)
+    scene_in_case = scene.in_case(case)
     reasons = [why_not(scene_in_case, column) for _, column in pairs]
     lost = getattr(scene_in_case.load_case, "lost", ())  # cables without values that limits could bound
     terms = [
@@ -161,11 +161,6 @@ def _terms_in(case, scene, pairs):
         if not reason and cable not in lost
     ]
     return terms, reasons[0] if all(reasons) else ""
-
-
-def in_case(scene, case):
-    """A scene in one of its load cases, or in none."""
-    return scene.model_copy(update={"case": case if case in scene.cases else None})
 
 
 # ------------------------------------------------------------------------------------------------------- the answers

@@ -201,8 +201,8 @@ def reference_without_loads(scene):
     Returns a tuple of str.
     """
     cable = scene.cable
-    stated = [key for key in ("preload", "sag", "tension") if getattr(cable, key, None) is not None]
-    if not (stated and getattr(cable, "loads", ()) and "loads" not in cable.reference.model_fields_set):
+    stated = [key for key in ("preload", "sag", "tension") if getattr(cable, key) is not None]
+    if not (stated and cable.loads and "loads" not in cable.reference.model_fields_set):
         return ()
     return (
         f"note: cable.{stated[0]} is that of the cable without its point loads; cable.reference.loads: true "
@@ -253,9 +253,7 @@ def share_hint(document, scene, failure):
     A number without a unit is in newtons. The tensions 0.2 and 20 are unlikely, but 20 % of the breaking force is
     usual. The hint is empty where a share is not likely to be meant.
     """
-    cable = getattr(scene, "cable", None)  # None of a suspension
-    breaking_force = getattr(cable, "section_breaking_force", None)
-    if BELOW_LEAST not in failure or breaking_force is None:
+    if BELOW_LEAST not in failure or scene.cable.section_breaking_force is None:
         return ""
     for path in STATED_TENSIONS:
         number = bare_number(value_at(document.value, ("cable", *path)))

@@ -254,7 +254,7 @@ def _is_loaded(study):
         _, scene = study.case(0)
     except SceneError:
         return False
-    return "case" in study.set_keys or bool(getattr(scene, "loads", ()) or getattr(scene, "case", None))
+    return "case" in study.set_keys or bool(getattr(scene, "loads", ()) or scene.case)
 
 
 def fields_of(study, columns, referenced):
@@ -262,8 +262,7 @@ def fields_of(study, columns, referenced):
     column_names = {column.name for column in columns}
     if _is_loaded(study):  # what is stated holds in the reference state, the column in the case
         column_names.difference_update(("preload", "sag"))
-    varied = varied_keys(study)
-    fields = [key.field for key in varied if not column_names.intersection(SHOWN_BY.get(key.key, ()))]
+    fields = [key.field for key in varied_keys(study) if not column_names.intersection(SHOWN_BY.get(key.key, ()))]
     for column in columns:
         if column.name == "status":
             continue

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from cablestudy.errors import SceneError
-from cablestudy.study.limits import columns_by_case, in_case, least_margin, limits_of, unanswered
+from cablestudy.study.limits import columns_by_case, least_margin, limits_of, unanswered
 from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.table_rows import has_answer
 from cablestudy.study.tolerances import STUDY
@@ -54,7 +54,7 @@ def _rows_of_cases(scenes, limits):
         for case, columns in columns_by_case(limits_of_scene, kind_of(scenes[index]).is_cheap).items():
             groups.setdefault(tuple(columns), (columns, []))[1].append((index, case))
     for columns, members in groups.values():
-        computed = evaluate([in_case(scenes[index], case) for index, case in members], list(columns.values()))
+        computed = evaluate([scenes[index].in_case(case) for index, case in members], list(columns.values()))
         for (index, case), row in zip(members, computed, strict=True):
             rows[index][case] = row
     return rows

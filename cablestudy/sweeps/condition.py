@@ -94,12 +94,6 @@ class _Translator:
         """The token at an offset of the parsed source."""
         return self.tokens[bisect_right(self.offsets, offset) - 1]
 
-    def operand_token(self, node):
-        """The token of a node that is an operand."""
-        if not isinstance(node, ast.Name):
-            self.refuse_node(node)
-        return self.token_at(node.col_offset)
-
     def condition(self, node, depth=0):
         """Function of a frame for a node that is `and`, `or`, `not` or a comparison."""
         if depth >= SCENE.nesting:
@@ -130,7 +124,11 @@ class _Translator:
 
     def comparison(self, node):
         """Function of a frame for operands with an operator between each two neighbours, as `1 < sag <= 2`."""
-        tokens = [self.operand_token(operand_node) for operand_node in (node.left, *node.comparators)]
+        operand_nodes = (node.left, *node.comparators)
+        for operand_node in operand_nodes:
+            if not isinstance(operand_node, ast.Name):
+                self.refuse_node(operand_node)
+        tokens = [self.token_at(operand_node.col_offset) for operand_node in operand_nodes]
         tests = [OPERATORS[type(sign)] for sign in node.ops]
         after_order_sign = [token for token, test in zip(tokens[1:], tests, strict=True) if test not in EQUALITY]
         operands = self.operands(tokens, may_be_text=not after_order_sign)

@@ -43,7 +43,7 @@ class Rows(LazyRows):
         self._study, self._columns, self._reference = study, columns, reference
         self._store, self._cases = store, cases
         self._varied = {varied.key: varied for varied in varied_keys(study)}
-        self._texts = TEXTS.intersection(store.headers) if store else frozenset()
+        self._texts = TEXTS.intersection(store.headers)
 
     def __iter__(self):
         return map(self._row, self._store.read(self._cases))

@@ -260,8 +260,8 @@ class Run:
 
 def has_fixed_elements(study):
     """True if the elements of cables are fixed, so that the errors of motion are estimated only on request."""
-    model = getattr(study.case(0)[1], "model", None)
-    return getattr(model, "elements", None) is not None or any(key.startswith("model") for key in study.set_keys)
+    _, scene = study.case(0)
+    return scene.model.elements is not None or any(key.startswith("model") for key in study.set_keys)
 
 
 def command(words, *more):
