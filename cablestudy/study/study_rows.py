@@ -30,12 +30,11 @@ def checks_of(scenes):
     It is the list of a `limits.Check` for each limit, in the load case where its margin is least; or the SceneError of
     a scene that cannot have its limits.
     """
-    limits, errors = [], {}
+    limits, errors = [[] for _ in scenes], {}
     for index, scene in enumerate(scenes):
         try:
-            limits.append(limits_of(scene))
+            limits[index] = limits_of(scene)
         except SceneError as error:
-            limits.append([])
             errors[index] = error
     rows = _rows_of_cases(scenes, limits)
     return [
@@ -104,10 +103,9 @@ def evaluate_tables(tables, columns, explain=False, estimate=False):
         by_arrays = not explain and (len(cases) > 1 or len(tables) == 1)
         closed_rows = kind_of(table.scene).evaluate_table(table, columns) if by_arrays else None
         if closed_rows is None:
-            scenes.update((case, table.scene_of(index)) for index, case in enumerate(cases))
-            continue
-        for case, (numbers, status, errors) in zip(cases, closed_rows, strict=True):
-            answers[case] = numbers, status, errors, ()
+            scenes |= {case: table.scene_of(index) for index, case in enumerate(cases)}
+        else:
+            answers |= {case: (*row, ()) for case, row in zip(cases, closed_rows, strict=True)}
     for case, row in zip(scenes, evaluate(list(scenes.values()), columns, explain or estimate), strict=True):
         numbers = [row.cells[header] for header in headers]
         errors = {h: e for h, e in row.errors.items() if e is None or e > least.get(h, STUDY.rounding)}
