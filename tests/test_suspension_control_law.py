@@ -263,7 +263,7 @@ def test_the_state_space_has_the_response_of_the_exact_loop_up_to_where_its_dela
     forces[: loop.motion.shapes.shape[1]] = closed_loop.layout.bodies(loop.motion.shapes).T
     names = [f"{k}" for k in range(loop.motion.shapes.shape[1])]
     driven = labelled(closed_loop, loop.motion, names, forces)
-    system = state_space_of(driven, None, loop, measured_by(closed_loop), closed_loop.actuators)
+    system = state_space_of(driven, None, loop.linear, measured_by(closed_loop), closed_loop.actuators)
     s = 1j * np.geomspace(0.01, 0.99 * loop.right_up_to, 40)
     rows = [closed_loop.outputs[f"gondola.{axis}"] for axis in "xyz"]
     found = system.response(s, derivatives=True)

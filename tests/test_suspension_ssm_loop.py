@@ -66,9 +66,8 @@ def built(state, closed, actuators=()):
     coordinates = (*((f"mode_{k}", "sqrt(kg) m") for k in range(count)), *strokes)
     driven = replace(moving, coordinates=coordinates, inputs=inputs[:3], outputs=outputs)
     measured = (("x", "m"), ("y", "m"), ("z", "m"))
-    return loop, state_space_of(
-        driven.with_forces(forces, inputs[3:]), None, loop, measured if closed else (), actuators
-    )
+    driven, measured = driven.with_forces(forces, inputs[3:]), measured if closed else ()
+    return loop, state_space_of(driven, None, loop and loop.linear, measured, actuators)
 
 
 def closed_by_bars(state, frequency):

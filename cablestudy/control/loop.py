@@ -143,7 +143,7 @@ class Loop:
     @cached_property
     def equations(self):
         """`Equations` x' = (A0 + gain sum A_j) x of the closed loop, without inputs."""
-        return equations(self.motion, self.allocation, self.notches, self.law_space)
+        return equations(self.motion, self.allocation, self.notches, self.law_states[0])
 
     @cached_property
     def _delay_needed_up_to(self):
@@ -187,7 +187,7 @@ class Loop:
 
     @cached_property
     def law_states(self):
-        """`law_space` and `law_names`."""
+        """s C1 as a state space for responses, a, b, c, d, and names of its states."""
         return self.law.state_space_of(self._approximants(self._delay_needed_up_to))
 
     @property
@@ -195,16 +195,6 @@ class Loop:
         """`law_states` with twice as many approximants of the delay; None where there are none."""
         count = self._approximants(self._delay_needed_up_to)
         return self.law.state_space_of(2 * count) if count else None
-
-    @property
-    def law_space(self):
-        """s C1 as a state space, for responses: a, b, c, d."""
-        return self.law_states[0]
-
-    @property
-    def law_names(self):
-        """Names of the states of `law_space`."""
-        return self.law_states[1]
 
     @cached_property
     def eigen(self):

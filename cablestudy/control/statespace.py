@@ -186,7 +186,7 @@ def state_space_of(system, second_order=None, loop=None, measured=(), actuators=
     second_order : LinearSystem, optional
         System whose M, C and K the result keeps for the user: one cable with free ends, or a suspension with all its
         modes.
-    loop : LinearControl or Loop, optional
+    loop : LinearControl, optional
         Loop that measures coordinates of the system and moves the winches.
     measured : tuple of (str, str)
         Name and unit of each coordinate that the loop measures.

@@ -45,7 +45,7 @@ def state_rows(system, forces=None, loop=None, actuators=()):
         Of m coordinates z, i winches as inputs, and o outputs.
     forces : ndarray, shape (..., m, j), optional
         Force on each coordinate by each of j forces; without it there are no inputs.
-    loop : LinearControl or Loop, optional
+    loop : LinearControl, optional
         Control loop of the winches; without it only inputs move them.
     actuators : sequence of Actuator
         The a actuators of the system.

@@ -74,7 +74,7 @@ class StateSpaces:
         """Sizes of all arrays, by which rows are found that are one `StateSpaces`: tuple."""
         if loop is None:
             return motion.signature
-        notches, law = (notch is not None for notch in loop.notches), (np.shape(part) for part in loop.law_space)
+        notches, law = (notch is not None for notch in loop.notches), (np.shape(part) for part in loop.law_states[0])
         movements = loop.allocation.movements
         return *motion.signature, *notches, *law, movements.shape, loop.law.delay > 0
 

@@ -83,13 +83,12 @@ class ControlledChoice(CoupledChoice):
     def reduced(self):
         """The `StateSpace`; NoSolutionError where it overflows."""
         closed_loop, motion = self.closed_loop, self.closed_loop.plant.viscous_motion
-        forces = np.zeros((len(motion), len(closed_loop.layout.free)))
-        forces[: motion.shapes.shape[1]] = closed_loop.layout.bodies(motion.shapes).T
         kept, every = len(closed_loop.modes), motion.shapes.shape[1]
         names = [f"mode_{k + 1}" for k in range(kept)] + [f"residual_{k + 1}" for k in range(every - kept)]
-        system = labelled(closed_loop, motion, names, forces)
+        system = labelled(closed_loop, motion, names, closed_loop.plant.loads_on_bodies)
         measured = measured_by(closed_loop) if self.loop else ()
-        return state_space_of(system, None, self.loop, measured, closed_loop.actuators)
+        loop = self.loop and self.loop.linear
+        return state_space_of(system, None, loop, measured, closed_loop.actuators)
 
     def system(self):
         """The `StateSpace`, see `reduced`."""
