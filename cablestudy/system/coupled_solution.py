@@ -129,7 +129,7 @@ class CoupledModes:
     @property
     def kept(self):
         """Coordinates of each cable: list of ReducedCable."""
-        return self.model.kept
+        return self.model.coordinates.kept
 
     @property
     def fewest_modes_of_cable(self):

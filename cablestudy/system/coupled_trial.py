@@ -226,11 +226,6 @@ class RowModel:
         return self.trial.reduced(self.row)
 
     @cached_property
-    def kept(self):
-        """Coordinates of each cable: list of ReducedCable."""
-        return self.coordinates.kept
-
-    @cached_property
     def system(self):
         """The `LinearSystem`."""
-        return self.layout.system([kept.element for kept in self.kept])
+        return self.layout.system([kept.element for kept in self.coordinates.kept])
