@@ -203,24 +203,24 @@ def test_fewer_modes_err_by_the_square_of_the_frequency():
     whole = suspension_system(*model(state, Damping()), WINCHES, MARKERS)
     omega = 1 / np.sqrt(whole.strain_modes[0])
     kept = keep_modes(whole, np.arange(30))
-    for output, input_ in ((0, 0), (8, 4), (20, 1)):
+    for output, input_ in ((0, 0), (8, 4), (20, 4)):
         low = np.array([0.02, 0.04]) * omega[30] / (2 * np.pi)
         error = np.abs(kept.response(output, input_, low) - whole.response(output, input_, low))
         assert error[1] / error[0] == pytest.approx(4, rel=0.02)
 
 
-@pytest.mark.parametrize(("viscous", "time"), [(0.02, 0.0), (0.02, 3e-3)])
-def test_tensions_by_winches_err_by_the_square_of_the_frequency_with_damping_too(viscous, time):
-    """What damping does to the modes left out, against dense bars: it goes with the frequency, not with its square."""
+@pytest.mark.parametrize(("viscous", "time", "least"), [(0.0, 0.0, 15.5), (0.02, 0.0, 15.5), (0.02, 3e-3, 11.5)])
+def test_tensions_by_winches_err_by_the_fourth_power_of_the_frequency(viscous, time, least):
+    """With all of the inertia and damping of the modes left out, against dense bars; by damped strain a cubic part."""
     state = platform()
     damping = Damping("kelvin_voigt" if time else "modal", time=time, viscous=viscous)
     whole = suspension_system(*model(state, damping), WINCHES, MARKERS)
-    few = state_space_of(keep_modes(whole, np.arange(30)))
+    few = state_space_of(keep_modes(whole, np.arange(12)))
     errors = []
     for frequency in (0.05, 0.1):
         found = few.response(np.array([2j * np.pi * frequency]), derivatives=True)[0]
         errors.append(np.abs(found - by_bars(state, frequency, viscous, time))[9:, :3])
-    assert errors[1] / errors[0] == pytest.approx(np.full((16, 3), 4.0), rel=0.06)
+    assert (errors[1] / errors[0]).min() > least
 
 
 @pytest.mark.parametrize(("output", "input_"), [(0, 0), (2, 5), (5, 8), (7, 2)])

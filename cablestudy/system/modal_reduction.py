@@ -36,14 +36,14 @@ def keep_modes(system, chosen):
     With the kept modes Phi and their frequencies W, z = Phi q + S u, S = R B0, R = K^-1 - Phi W^-2 Phi^T.
 
     Damping couples the modes left out with those kept, both ways. Inputs move the modes left out, which drive q by
-    -Phi^T C S u'. The motion of q, and inputs by their speed, move the modes left out, which add
+    -Phi^T C S u'. The motion of q, and inputs by their speed and acceleration, move the modes left out, which add
 
-        C0 R ((B1 - C S) u' - C Phi q')
+        C0 R ((B1 - C S) u' + (B2 - M S) u'' - C Phi q')
 
-    to the outputs; without C Phi q' responses would not be reciprocal. Tensions by winches have it all, beside C1 S u'
-    and D1 u': where a winch moves far what hardly resists, these are large and nearly cancel. Of other responses the
-    part by u' is left out, and of q' what an input causes at once, Phi^T B2 u': so displacements need no derivatives of
-    inputs, and neither do tensions by forces, to which they are reciprocal.
+    to the outputs; without C Phi q' responses would not be reciprocal. Tensions by winches have it all, beside
+    Cj S + Dj: where a winch moves far what hardly resists, these are large and nearly cancel. Of other responses the
+    parts by u' and u'' are left out, and of q' what an input causes at once, Phi^T B2 u': so displacements need no
+    derivatives of inputs, and neither do tensions by forces, to which they are reciprocal.
     """
     compliance, shapes = system.strain_modes
     others = np.delete(shapes, chosen, axis=1)
@@ -51,10 +51,11 @@ def keep_modes(system, chosen):
     reduced = _in_modes(system, chosen, static, system.c, system.d)
     by_damping = -observed @ (others.T @ system.damping @ shapes[:, chosen] / np.sqrt(compliance[chosen]))
     by_speed = observed @ (others.T @ (system.b[1] - system.damping @ static))
+    by_acceleration = observed @ (others.T @ (system.b[2] - system.mass @ static))
     improper = _with_derivatives(system.c, 1)[:, None] & _with_derivatives(system.b, 0)
     by_speed = np.where(improper, by_speed, -by_damping @ reduced.b[2])
-    c = reduced.c[0], reduced.c[1] + by_damping, reduced.c[2]
-    return replace(reduced, c=c, d=(reduced.d[0], reduced.d[1] + by_speed, reduced.d[2]))
+    d = reduced.d[0], reduced.d[1] + by_speed, reduced.d[2] + np.where(improper, by_acceleration, 0.0)
+    return replace(reduced, c=(reduced.c[0], reduced.c[1] + by_damping, reduced.c[2]), d=d)
 
 
 def _with_derivatives(matrices, axis):
