@@ -8,9 +8,32 @@ with the notch n'' + 2 z2 w2 n' + w2^2 n = x, y' = z = N x = (w2/w1)^2 (n'' + 2 
 residual inertia R needs u'' = sign gain z', which is a combination of the states; nothing is differentiated.
 """
 
+from types import SimpleNamespace
+
 import numpy as np
 
+from . import bars
+
 START, END = 0, 3  # x of end 1, x of end 2
+
+
+def cable_of_bars(chain, L, EA, m, ratio):
+    """What `matrices` needs of a cable of bars: all modes between fixed ends that x of an end excites, with one ratio.
+
+    The chain is a `bars.Chain`; M and C of fixed ends act on absolute motion, so that R is the mass of the end nodes.
+    """
+    K, M = bars.matrices(chain, L, EA, m)
+    inner, ends = np.s_[3:-3], np.r_[0:3, -3:0]
+    root = np.sqrt(M[inner])
+    square, vectors = np.linalg.eigh(K[inner, inner] / np.outer(root, root))
+    participation = (vectors / root[:, None]).T @ K[inner][:, ends]
+    excited = np.abs(participation[:, [START, END]]).max(axis=1) > 1e-9 * np.abs(participation).max()
+    omega, participation = np.sqrt(square[excited]), participation[excited]
+    scaled = participation / omega[:, None]
+    return SimpleNamespace(
+        omega=omega, participation=participation, damping_ratio=np.full(len(omega), ratio),
+        stiffness=K[np.ix_(ends, ends)] - scaled.T @ scaled, residual_inertia=np.diag(M[ends]),
+    )  # fmt: skip
 
 
 def feedthrough(cable):
