@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 import scipy.signal
 from campaign import campaign
-from command import CONFIGS, rows_of, run, table_of
+from command import CONFIGS, rows_of, run, table_of, with_sets
 from picture import faults
+from references.bar_loop import AXES, BarLoop
+from scipy.optimize import brentq
 from test_suspension_loop_bars import scene_of
 
 from cablestudy.cable.dynamics import Dynamics
@@ -212,14 +214,34 @@ def test_mistakes_in_options_are_told_before_anything_is_computed(given, monkeyp
 def test_an_unstable_loop_is_no_answer():
     """But by how much its gain is too large, and its response over frequency."""
     done = run("loop", NET, "--set", "control.gain=12", code=3)
-    assert "the loop is unstable at 12 rad/s" in done.err
-    assert re.search(r"gain margin +\| +-1\.6\d+ \| dB", done.out)
+    limit = re.search(r"the loop is unstable at 12 rad/s.*; stable below (\S+) rad/s", done.err)[1]
+    margin = float(re.search(r"gain margin +\| +(-\d\.\d{3}) \| dB", done.out)[1])
+    assert margin == pytest.approx(20 * np.log10(float(limit) / 12), abs=1e-3)  # of four digits each
     assert "phase margin" not in done.out
     over = run("loop", NET, "--set", "control.gain=12", "--response", "0.1Hz:1Hz:3", code=3)
     assert over.err == done.err
     assert len(over.out.splitlines()) > 5
     done = run("loop", NET, "--set", "control.gain=12", "--time", "1 s", code=3)
     assert done.out == ""
+
+
+def test_the_negative_gain_margin_of_an_unstable_loop_is_that_of_dense_bars():
+    """Six bars a cable and no wind: the gain at which the first pole of one matrix crosses."""
+    sets = "wind=null", "cable.damping.viscous=0.01", "model.elements=6", "control.gain=12"
+    notch = {"frequency": "coupled", "damping_ratio": 0.05, "rolloff_frequency": 10.0, "rolloff_damping_ratio": 1.0}
+    net = {
+        "gravity": 9.81, "cable": {"damping": {"loss_factor": 0.02, "viscous": 0.01}},
+        "bodies": {"b": {"free": list(AXES)}}, "winches": {key: {} for key in ("u1", "u2", "u3", "d1", "d2", "d3")},
+        "control": {"measured": AXES[:5], "notch": notch},
+    }  # fmt: skip
+    case = solved(*sets)[1]
+    bars = BarLoop(net, case.equilibrium, 6)
+    limit = brentq(bars.growth, 1.0, 12.0)
+    assert max(bars.growth(share * limit) for share in (0.01, 0.1, 0.5, 0.99)) < 0
+    assert case.analysis.largest_gain[0] == pytest.approx(limit, rel=1e-9)
+    done = run("loop", NET, *with_sets(*sets), code=3)
+    assert re.search(rf"gain margin +\| +{20 * np.log10(limit / 12):.4g} \| dB", done.out)
+    assert f"; stable below {limit:.4g} rad/s" in done.err
 
 
 def test_the_page_of_an_unstable_loop_says_why_and_shows_the_rest(tmp_path, monkeypatch):
