@@ -11,10 +11,12 @@ import numpy as np
 import pytest
 from campaign import campaign
 from command import CONFIGS, run, table_of, written
+from numpy.polynomial import Polynomial
 from scenes import mistakes_of, scene_of
 from scipy.optimize import brentq, fsolve
 from test_sag_tension import FOOT, POUND, TABLE_700, TABLE_1000, WEIGHT
 
+from cablestudy.cable.stress_strain import Condition, Curves
 from cablestudy.statics import equilibria, rest
 from cablestudy.study.one_cable.results import Results
 from cablestudy.study.scene_values import SceneValues
@@ -256,6 +258,25 @@ def test_a_part_that_is_stretched_beyond_its_curve_is_told(ice, told):
     assert (strain > 0.45) == bool(told)
     assert initial.labels.tolist() == ["initial", "initial" + (", outer" + told if told else "")]
     assert loaded.labels[0].startswith(f"after_load (c1{told})")
+
+
+@pytest.mark.parametrize("strain", [1e-3, 2.5e-3, 4.5e-3])
+def test_each_curve_goes_on_along_its_tangent_from_its_own_end(strain):
+    """New or creeping: the initial curves are measured to 0.2 and 0.4 %, those after creep to 0.3 and 0.1 %."""
+    initial = Polynomial([0, 5e6, -4e8, 9e9]), Polynomial([0, 3e6, 2e8, -7e9])  # tension by strain [N]
+    creep = Polynomial([0, 2e6, 3e8, 4e10]), Polynomial([0, 1e6, 5e8, 1e10])
+    ends = np.array([[2e-3, 4e-3], [3e-3, 1e-3]])
+    coefficients = ([[*one.coef, 0.0] for one in both] for both in (initial, creep))
+    curves = Curves(*map(np.array, coefficients), ends, np.array([9e6, 9e6]), np.zeros(2), np.array(290.0))
+    for parts, own_ends, creeping in ((initial, ends[0], False), (creep, ends[1], True)):
+        inside = np.minimum(strain, own_ends)
+        slopes = [one.deriv()(place) for one, place in zip(parts, inside, strict=True)]
+        values = [one(place) for one, place in zip(parts, inside, strict=True)] + slopes * (strain - inside)
+        condition = Condition(curves, np.array(290.0), curves.unset, np.array(creeping))
+        np.testing.assert_allclose(condition.parts(np.array(strain)), (values, slopes), rtol=1e-14)
+        np.testing.assert_array_equal(condition.beyond(np.array(strain)), strain > own_ends)
+        sets = condition.sets_after(np.array(strain))
+        np.testing.assert_allclose(sets, strain - values / np.array([9e6, 9e6]), rtol=1e-14)
 
 
 # ---------------------------------------------------------------------------------------------------- special cases
