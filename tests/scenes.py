@@ -8,7 +8,7 @@ import command
 import numpy as np
 import pytest
 from command import CARLINA, run
-from references import bars, continuous_cable
+from references import bars, catenary_mp, continuous_cable
 from solved import solve
 
 from cablestudy.errors import SceneError
@@ -128,6 +128,14 @@ class Twin:
     def bar(self):
         """Length, stiffness and mass, for the references of bars."""
         return self.length, self.stiffness, self.mass
+
+    @property
+    def tension_and_sag(self):
+        """Mean tension [N] and sag [m] of the elastic catenary, which has no loads."""
+        w = self.mass * G
+        H, V0 = catenary_mp.solve(self.a, self.b, self.length, self.stiffness, w)
+        sag = catenary_mp.sag(H, V0, self.length, self.stiffness, w)
+        return float(catenary_mp.mean_tension(H, V0, self.length, w)), float(sag)
 
     def frequencies(self, count, plane="in"):
         """Of the continuous cable with fixed ends. [Hz]"""

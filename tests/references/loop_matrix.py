@@ -89,6 +89,16 @@ def matrices(loop, gain):
     return A, unit[2 * n + 1] / mass
 
 
+def gain_of_bars(loop, s):
+    """N(s) times the movement of the gondola that a winch on the ground corrects over that of the winch, shape (f,)."""
+    cable, s, ends = loop.cable, s[:, None], [START, END]
+    receptance = 1 / (s**2 + 2 * cable.damping_ratio * cable.omega * s + cable.omega**2)
+    of_modes = receptance @ (cable.participation[:, ends] * cable.participation[:, [END]])
+    ground, own = (feedthrough(cable)[END, ends] - of_modes + s**2 * cable.residual_inertia[END, ends]).T
+    parts = (getattr(loop.notch, name) for name in ("omega", "damping_ratio", "rolloff_omega", "rolloff_damping_ratio"))
+    return notch(s[:, 0], *parts) * -ground / (loop.mass * s[:, 0] ** 2 + own)
+
+
 def place(A):
     """Number of the state that is the gondola's place."""
     return len(A) - 5
