@@ -141,7 +141,8 @@ def test_a_mode_that_damped_strain_hardly_reaches_is_refused_by_name(law, key, a
     assert float(found[1] or found[3]) == pytest.approx(expected.imag / (2 * np.pi), rel=1e-3)
     if found[2]:  # by more than rounding of the poles
         assert float(found[2]) == pytest.approx(expected.real, rel=0.1)
-    with pytest.raises(NoSolutionError, match=r"no largest gain.* mode of 3\.179 Hz.*cable\.damping\.viscous"):
+    frequency = f"{expected.imag / (2 * np.pi):.4g} Hz"
+    with pytest.raises(NoSolutionError, match=rf"no largest gain.* mode of {frequency}.*cable\.damping\.viscous"):
         _ = loop.largest_gain
     # at a gain that drives it by less than a billionth of its frequency nothing is said
     assert 0 < dense_pole(0.2, law, amount, 2).real < 1e-9 * expected.imag
@@ -151,7 +152,8 @@ def test_a_mode_that_damped_strain_hardly_reaches_is_refused_by_name(law, key, a
 def test_no_peak_is_stated_for_a_mode_as_good_as_undamped():
     """Its pole lies to the right by less than what is called instability, and the peak is none of the loop."""
     loop = loop_of("carlina", "ground", "static", "cable.damping={model: kelvin_voigt, time: 1e-3}")
-    with pytest.raises(NoSolutionError, match=r"no peak of the sensitivity.*3\.179 Hz.*cable\.damping\.viscous"):
+    frequency = f"{dense_pole(0.2, 'kelvin_voigt', 1e-3, 2).imag / (2 * np.pi):.4g} Hz"
+    with pytest.raises(NoSolutionError, match=rf"no peak of the sensitivity.*{frequency}.*cable\.damping\.viscous"):
         _ = loop.with_gain(0.2).margins.sensitivity_peak
 
 
