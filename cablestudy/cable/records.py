@@ -5,6 +5,7 @@ or None in place of an array, stays as it is.
 """
 
 from dataclasses import fields, is_dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -45,7 +46,7 @@ def _arrays(value):
     if hasattr(value, "ndim"):
         yield value
     elif is_dataclass(value):
-        yield from _arrays([getattr(value, field.name) for field in fields(value)])
+        yield from _arrays([getattr(value, name) for name in _names(type(value))])
     elif isinstance(value, list | tuple):
         for part in value:
             yield from _arrays(part)
@@ -54,16 +55,24 @@ def _arrays(value):
 def _made_of(values, make):
     """What `make` makes of equal arrays, a list of them: for each array of some records, or of lists or tuples."""
     first = values[0]
+    if first is None:
+        return None
     if isinstance(first, float):
         return make([np.asarray(value) for value in values])
     if hasattr(first, "ndim"):  # an array, sparse perhaps
         return make(values)
     if is_dataclass(first):
-        names = (field.name for field in fields(first))
-        return replace(first, **{name: _made_of([getattr(value, name) for value in values], make) for name in names})
+        of_names = {name: [getattr(value, name) for value in values] for name in _names(type(first))}
+        return replace(first, **{name: _made_of(of_name, make) for name, of_name in of_names.items()})
     if isinstance(first, list | tuple) and not _are_names(first):
         return type(first)(_made_of(parts, make) for parts in zip(*values, strict=True))
     return first
+
+
+@cache
+def _names(kind):
+    """Names of the fields of a class of records: tuple."""
+    return tuple(field.name for field in fields(kind))
 
 
 def _are_names(value):
