@@ -175,7 +175,7 @@ def _rising_zeros(function, guess, highest):
 
     Each search begins near a guess: first the secant method, then brackets near the guess, then in all of the range up
     to `highest`. A function with two zeros rises at that of the shorter cable, which is the wanted one. `function`
-    makes of strains and indices of cables, both of shape (k,), the relative errors of the stated values.
+    returns the relative errors of the stated values for strains of some cables and their indices, all of shape (k,).
 
     Returns
     -------

@@ -53,7 +53,7 @@ def _arrays(value):
 
 
 def _made_of(values, make):
-    """What `make` makes of equal arrays, a list of them: for each array of some records, or of lists or tuples."""
+    """A record, list or tuple with `make` of the list of equal arrays in place of each array of some records."""
     first = values[0]
     if first is None:
         return None

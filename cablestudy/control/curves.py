@@ -150,8 +150,8 @@ def _subdivided(functions, curves, divides, highest):
     """Divide intervals of frequency where a criterion asks for it, and compute n loop gains there: `LoopGainCurves`.
 
     Each interval is divided into `interval_parts`, and these in turn, in up to `interval_rounds` rounds. `divides`
-    makes of `LoopGainCurves` at f frequencies a mask of intervals, shape (f - 1,). Above `highest` of a loop, shape
-    (n,) [rad/s], none is divided.
+    returns a mask of the intervals of `LoopGainCurves`, shape (f - 1,) for f frequencies. Above `highest` of a loop,
+    shape (n,) [rad/s], none is divided.
     """
     fractions = np.arange(1, CONTROL.interval_parts) / CONTROL.interval_parts
     for _ in range(CONTROL.interval_rounds):

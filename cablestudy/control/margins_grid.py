@@ -115,10 +115,9 @@ def _peaks(omega, value, chosen):
 def maxima(function, low, top, high, *which):
     """Refine p local maxima of functions of frequency, each between two frequencies: their frequencies and values.
 
-    `function` makes values of frequencies [rad/s] and of the entries of `which`, arrays of shape (p,) such as the
-    number of one of several functions, that belong to their maxima; all of shape (q,). `low`, `top` and `high`, shape
-    (p,), are below, near and above each maximum: of the three `top` has the highest value. A value that is not a number
-    becomes -inf.
+    `function` returns the values at frequencies [rad/s], given also the entries of `which` for each: arrays of shape
+    (p,), such as the number of one of several functions. `low`, `top` and `high`, shape (p,), are below, near and above
+    each maximum: of the three `top` has the highest value. A value that is not a number becomes -inf.
     """
     width = high - low
 
@@ -191,9 +190,10 @@ def passages(function, curves):
 def _with_extrema_of_other_sign(function, single, curves):
     """Add to tables of functions of frequency the extrema that pass zero between two values of one sign.
 
-    `function` makes of frequencies [rad/s] and, for each, the number of one of n functions, both of shape (q,), its k
-    values (q, k); `single` one of these values, with its number as a third argument. `curves` are the tables, one for
-    each function: ascending frequencies, shape (f,), and values there, (f, k).
+    `function` returns the k values, shape (q, k), of functions at frequencies [rad/s], given each frequency and the
+    number of its function, both of shape (q,); `single` returns one of these values, whose number is its third
+    argument. `curves` are the tables, one for each function: ascending frequencies, shape (f,), and values there, (f,
+    k).
     """
     brackets = []
     for number, (omega, value) in enumerate(curves):

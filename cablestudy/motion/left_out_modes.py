@@ -432,8 +432,8 @@ def _refined(function, omega, values, matters):
     it, by the steepest slope there or next to it. It must also be wider than `MOTION.left_out_step` times its
     frequency, and matter.
 
-    `function` makes of f frequencies [rad/s] values of shape (f, ...), 0 or more; where they are not numbers the
-    frequency is left out. `matters` makes of frequencies and values an array of bool, shape (f - 1,): False for
+    `function` returns values, shape (f, ...), 0 or more, at f frequencies [rad/s]; where they are not numbers the
+    frequency is left out. `matters` returns, for frequencies and values, an array of bool, shape (f - 1,): False for
     intervals that need not be halved. `omega` and `values` are the grid to begin with, ascending.
     """
     for _ in range(MOTION.left_out_rounds):

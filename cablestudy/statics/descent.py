@@ -313,6 +313,5 @@ def least_energy_poses(suspension, state):
         loads[pending] = np.clip(tension, loads[pending], largest)
     state, record_of_failed = descend(subset, state)
     assign_rows(final, failed, state)
-    record = copy_record(record)
     assign_rows(record, failed, record_of_failed)
     return final, record

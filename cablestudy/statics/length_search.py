@@ -318,7 +318,7 @@ def at_stated_values(suspension, arms, rates, stiffness):
         dF = -(K + (dF/dv) (dv/du)) du
 
     with the stiffness K (`stiffness`, shape (n, d, d)) and the derivative dv/du at constant lengths. `rates` are the
-    `stated.Rates` of all cables.
+    `stated.Rates` of all cables, `arms` those of `PoseState`.
 
     Returns
     -------

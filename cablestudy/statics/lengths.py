@@ -132,7 +132,7 @@ def at_wanted_tensions(problem, suspension):
 
     The balance does not restrict the tensions of the open cables, those for which nothing is stated. The method
     `closest` takes the reference tensions, other methods the lower bounds. The places of bodies and points follow.
-    `suspension` is that of the problem, with its cases in their own shape, which the results have as those of `solve`.
+    The results are those of `solve`, with the cases in their own shape, as in `suspension`.
 
     Raises
     ------

@@ -54,7 +54,6 @@ def pose(suspension):
     for search, suited in ((search_with_softer_cables, True), (search_with_heavier_cables, weightless)):
         unmet = np.flatnonzero((record.reason == UNMET) & suited)
         if len(unmet):
-            record = copy_record(record)
             # where this search fails too, the state and record of the first one are kept: they are nearer to the scene
             _assign_converged(state, record, unmet, *search(flat.take(unmet)))
     return leave_saddle_points(suspension, flat, state, record)

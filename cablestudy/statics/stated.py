@@ -294,9 +294,9 @@ def _rates_with_loads(cables, quantities):
 def _differences(span, function, step):
     """Derivatives of m quantities of cables, such as the sag, by length and place of end 2, by central differences.
 
-    `function` makes of the `Catenary` of the cables in 8 variations, shape (8, ...), their quantities, (8, ..., m).
-    `step`, shape (...), is the relative change of the unstretched length L, and the change of the place of end 2 over
-    L. The result, shape (..., m, 4), is per relative change dL/L, and per meter of movement along x, y and z.
+    `function` returns the quantities, shape (8, ..., m), of the `Catenary` of the cables in 8 variations. `step`, shape
+    (...), is the relative change of the unstretched length L, and the change of the place of end 2 over L. The result,
+    shape (..., m, 4), is per relative change dL/L, and per meter of movement along x, y and z.
     """
     vector = span.frame[..., 0, :] * np.asarray(span.chord)[..., None]
     forces = span.in_frame(span.load_forces, "global")
