@@ -242,6 +242,7 @@ def test_a_column_is_asked_for_once():
         (["--where", "sag <", "--sort", "x"], ["--where:6: expected a column", "--sort: unknown column 'x'"]),
         (["--check", "--where", "sag < 1"], ["--check and --where exclude each other"]),
         (["--check", "--sensitivity"], ["--check and --sensitivity exclude each other"]),
+        (["--sensitivity", "--row", "1"], ["--sensitivity and --row exclude each other"]),
         (["--sensitivity", "--best", "min sag"], ["--sensitivity and --best exclude each other"]),
         (["--dry-run", "--sort", "sag", "--check"],
          ["--dry-run and --sort exclude", "--check and --sort exclude", "--dry-run and --check exclude"]),
