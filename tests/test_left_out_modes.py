@@ -95,8 +95,8 @@ def test_waves_along_three_bridles_above_the_modes_are_in_the_stated_error():
         assert 5e-4 * true.weighted["rate"][row] < change < error < 5 * change
 
 
-def test_rotations_of_a_body_are_as_accurate_as_its_displacements():
-    """A telescope on nine cables: with the modes that its displacements need, its rotations would be 2.4 % off."""
+def test_rotations_of_a_body_state_what_modes_left_out_change():
+    """A telescope on nine cables: with the modes that its displacements need, a rotation is 2.4 % off."""
     path = CONFIGS / "suspensions" / "carlina-balloon-wind.yaml"
     own, true = (
         SuspensionCase(load_scene(path, ["wind.speed=3.3 m/s", f"model.accuracy={accuracy}"])[1]).analysis
@@ -105,8 +105,7 @@ def test_rotations_of_a_body_are_as_accurate_as_its_displacements():
     for axis in ("rx", "ry"):
         rms, error = own.rms([f"gondola.{axis}"], "value", open_loop=True)
         expected, _ = true.rms([f"gondola.{axis}"], "value", open_loop=True)
-        assert abs(rms - expected) <= error * expected
-        assert error < 1e-2
+        assert 0.3 * error * expected < abs(rms - expected) <= error * expected
 
 
 @pytest.mark.parametrize("ratio", [1e-2, 1e-4])

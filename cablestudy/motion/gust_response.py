@@ -15,7 +15,6 @@ from cablestudy.errors import NoSolutionError
 from cablestudy.motion.left_out_modes import BodiesOnAllModes
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.motion.turbulence import OWN, Turbulence
-from cablestudy.statics.suspension import AXES
 from cablestudy.system.together import computed_together
 from cablestudy.wind.imaging import seen_weights
 from cablestudy.wind.tolerances import WIND
@@ -205,31 +204,24 @@ class GustResponse:
         Each variance is that of one place, summed over x, y and z, and so is its error. For bodies and markers it is
         that of displacements, of velocities, and of displacements weighted as a telescope sees them (`seen_weights`);
         for mid-spans of cables that of displacements only. Free points count if the plant has static responses to loads
-        on them (`Plant.points`), or if no body is free. Rotations of a body count too, the three together and not their
-        rates, if they have more than next to no energy.
+        on them (`Plant.points`), or if no body is free. Rotations do not count: they state the error that they reach.
         """
         suspension, plant = self.closed_loop.equilibrium.suspension, self.closed_loop.plant
         points_count = plant.points or not suspension.free[: suspension.bodies].any()
         passed_over = () if points_count else self.scene.points
-        movements = [
+        displacements = [
             row
             for row, name in enumerate(self.names)
-            if name.rpartition(".")[2] in AXES and name.partition(".")[0] not in passed_over
+            if name.endswith((".x", ".y", ".z")) and name.partition(".")[0] not in passed_over
         ]
-        groups, errors = np.array(_groups(self.names))[movements], [0.0]
+        groups, errors = np.array(_groups(self.names))[displacements], [0.0]
         value, by_modes = self.own_variances.value, self.own_variances.by_modes
-        energy = value[0] * self.stiffness
-        rotates = energy > MOTION.left_out_small * energy.max(initial=0.0)
         if self._seen_weights:
             value = np.concatenate([value, self._seen_variances.value])
             by_modes = np.concatenate([by_modes, self._seen_variances.by_modes])
         for group in set(groups.tolist()):
-            rows = np.array(movements)[groups == group]
-            is_displacement = self.names[rows[0]].endswith(AXES[:3])
-            if not (is_displacement or rotates[rows].any()):
-                continue
-            # no column has rates of rotations, or velocities of mid-spans
-            kinds = len(value) if is_displacement and ".midspan." not in self.names[rows[0]] else 1
+            rows = np.array(displacements)[groups == group]
+            kinds = 1 if ".midspan." in self.names[rows[0]] else len(value)  # no column has velocities of mid-spans
             error, total = by_modes[:kinds, rows].sum(axis=-1), value[:kinds, rows].sum(axis=-1)
             errors += (error[total > 0] / total[total > 0]).tolist()
         return max(errors)
