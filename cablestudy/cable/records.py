@@ -62,8 +62,11 @@ def _made_of(values, make):
     if hasattr(first, "ndim"):  # an array, sparse perhaps
         return make(values)
     if is_dataclass(first):
-        of_names = {name: [getattr(value, name) for value in values] for name in _names(type(first))}
-        return replace(first, **{name: _made_of(of_name, make) for name, of_name in of_names.items()})
+        made = {}
+        for name in _names(type(first)):
+            parts = [getattr(value, name) for value in values]
+            made[name] = make(parts) if type(parts[0]) is np.ndarray else _made_of(parts, make)
+        return replace(first, **made)
     if isinstance(first, list | tuple) and not _are_names(first):
         return type(first)(_made_of(parts, make) for parts in zip(*values, strict=True))
     return first
