@@ -55,8 +55,6 @@ def _arrays(value):
 def _made_of(values, make):
     """A record, list or tuple with `make` of the list of equal arrays in place of each array of some records."""
     first = values[0]
-    if first is None:
-        return None
     if isinstance(first, float):
         return make([np.asarray(value) for value in values])
     if hasattr(first, "ndim"):  # an array, sparse perhaps

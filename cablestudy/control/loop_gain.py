@@ -141,11 +141,9 @@ class LoopGain:
     @cached_property
     def elements_at_all_ends(self):
         """`Superelement` of each cable at its six end displacements, with the poles that the loop gain has: list."""
-        elements, in_loop = list(self.elements), iter(self._cables)
-        for number in np.flatnonzero(self.connection.any(axis=(1, 2))).tolist():
-            cable = next(in_loop)
-            element = elements[number] if cable.used.all() else elements[number].select(cable.used)
-            elements[number] = replace(element, near=cable.element)
+        elements, of_cables = list(self.elements), np.flatnonzero(self.connection.any(axis=(1, 2))).tolist()
+        for number, cable in zip(of_cables, self._cables, strict=True):
+            elements[number] = replace(_with_modes(elements[number], cable.used), near=cable.element)
         return elements
 
     @cached_property
@@ -192,7 +190,7 @@ class _CableInLoop:
     def of(cls, element, connection, winches, near, windows):
         """`_CableInLoop` of a `Superelement` at the moved ends; `near` is that of nearly the same one, or None."""
         used = element.moved_by_ends if near is None else near.used
-        element = element if used.all() else element.select(used)
+        element = _with_modes(element, used)
         return cls(replace(element, near=near and near.element, windowed=windows), used, connection, winches)
 
     @property
@@ -214,6 +212,11 @@ class _CableInLoop:
         columns[:ends, :coordinates] = self.connection
         columns[ends + np.arange(winding), coordinates + self.winches] = 1.0
         return columns
+
+
+def _with_modes(element, used):
+    """`Superelement` with those of its modes that are `used`, ndarray of bool; itself where these are all."""
+    return element if used.all() else element.select(used)
 
 
 def _parts(row):

@@ -292,6 +292,7 @@ def mapping_at(value, path):
 
 def item_of(container, key):
     """The item of a mapping, list or tuple, by its key or index; None when there is none."""
-    if isinstance(container, list | tuple) and str(key).isdigit():
-        return dict(enumerate(container)).get(int(key))
+    if isinstance(container, list | tuple) and str(key).isdecimal():
+        index = int(key)
+        return container[index] if index < len(container) else None
     return container.get(key) if isinstance(container, dict) else None
