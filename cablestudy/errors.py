@@ -155,6 +155,11 @@ def without_errors(outcomes):
     return {key: outcome for key, outcome in outcomes.items() if not isinstance(outcome, Exception)}
 
 
+def known(objects, name):
+    """An attribute, by its name, of those of some objects that have it without an error: dict, object -> attribute."""
+    return without_errors({one: outcome_of(lambda one=one: getattr(one, name)) for one in objects})
+
+
 def check_output(option: str, path: str | None, endings: Collection[str], noun: str) -> None:
     """Refuse a file, named by an option, with another ending than some, or that cannot be written: SceneError."""
     if path is None:

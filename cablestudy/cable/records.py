@@ -4,8 +4,9 @@ Arrays may also stand in lists, tuples and records that are fields of a record. 
 or None in place of an array, stays as it is.
 """
 
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass
 from functools import cache
+from operator import attrgetter
 
 import numpy as np
 
@@ -17,7 +18,7 @@ def with_arrays(record, change):
 
 def take_rows(record, index):
     """The cases at `index` of a record, the first axes of whose arrays are the cases."""
-    return with_arrays(record, lambda array: array[index])
+    return _made_of([record], lambda values: values[0][index])
 
 
 def copy_record(record):
@@ -46,36 +47,42 @@ def _arrays(value):
     if hasattr(value, "ndim"):
         yield value
     elif is_dataclass(value):
-        yield from _arrays([getattr(value, name) for name in _names(type(value))])
+        yield from _arrays(_fields(type(value))[1](value))
     elif isinstance(value, list | tuple):
         for part in value:
             yield from _arrays(part)
 
 
 def _made_of(values, make):
-    """A record, list or tuple with `make` of the list of equal arrays in place of each array of some records."""
+    """A record, list or tuple with `make` of the equal arrays, a sequence, in place of each array of some records."""
     first = values[0]
     if isinstance(first, float):
         return make([np.asarray(value) for value in values])
     if hasattr(first, "ndim"):  # an array, sparse perhaps
         return make(values)
     if is_dataclass(first):
-        made = {}
-        for name in _names(type(first)):
-            parts = [getattr(value, name) for value in values]
-            made[name] = make(parts) if type(parts[0]) is np.ndarray else _made_of(parts, make)
-        return replace(first, **made)
+        kind = type(first)
+        names, parts_of = _fields(kind)
+        columns = zip(names, zip(*map(parts_of, values), strict=True), strict=True)
+        return kind(
+            **{name: make(parts) if type(parts[0]) is np.ndarray else _made_of(parts, make) for name, parts in columns}
+        )
     if isinstance(first, list | tuple) and not _are_names(first):
         return type(first)(_made_of(parts, make) for parts in zip(*values, strict=True))
     return first
 
 
 @cache
-def _names(kind):
-    """Names of the fields of a class of records: tuple."""
-    return tuple(field.name for field in fields(kind))
+def _fields(kind):
+    """Names of the fields of a class of records, and a function that returns their values as a tuple."""
+    names = tuple(field.name for field in fields(kind))
+    return names, attrgetter(*names) if len(names) > 1 else lambda record: tuple(
+        getattr(record, name) for name in names
+    )
 
 
 def _are_names(value):
     """True for a text, and for a list or tuple that begins with one, such as names with their units."""
-    return isinstance(value, str) or (isinstance(value, list | tuple) and len(value) > 0 and _are_names(value[0]))
+    while isinstance(value, list | tuple) and value:
+        value = value[0]
+    return isinstance(value, str)

@@ -71,6 +71,9 @@ class LoopGain:
     @np.errstate(divide="ignore", invalid="ignore")  # at the pole of an undamped mode it is infinite
     def of_rows(loop_gains, row, s):
         """L/g of n loop gains with equal `signature`, at s of the loops `row`, ascending: shape (f, k, k). [s]"""
+        if len(s):  # rounds of a search ask for few of the loops
+            numbers, row = np.unique(row, return_inverse=True)
+            loop_gains = [loop_gains[number] for number in numbers.tolist()]
         stiffness, forces = LoopGain.stiffness_and_forces(loop_gains, row, s)
         allocation = np.stack([one.allocation for one in loop_gains])[row]
         measured = np.stack([one.measured for one in loop_gains])[row]

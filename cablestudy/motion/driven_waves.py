@@ -121,7 +121,7 @@ class DrivingBounds:
 
     @property
     def _size(self):
-        """Side of a square matrix with as many entries as `driving_gain` and `_responses` have numbers."""
+        """Side of a square matrix with as many entries as `driving_gain` and `responses` have numbers."""
         return ceil(sqrt(sum(map(prod, self._signature)) * len(self.omega)))
 
     @cached_property
@@ -132,7 +132,7 @@ class DrivingBounds:
         return body[[MOTIONS.index(name) for name in self.closed_loop.body.measured]]
 
     @computed_together
-    def _responses(effects):
+    def responses(effects):
         """`BodyResponses` at the frequencies."""
         for members in batches(effects, attrgetter("_signature"), attrgetter("_size")):
             responses = _responses_of_rows(members)
@@ -145,7 +145,7 @@ class DrivingBounds:
         """
         square = self.omega[index, None] ** 2
         force = square * (coupling @ self.connection[cable])  # W^2 G^T m
-        responses = self._responses
+        responses = self.responses
         measured = np.abs(responses.of_measured[index] @ force[..., None])
         pushed = np.abs(responses.of_winches[index] @ force[..., None])
         push = np.abs(square * (coupling @ self.reeling[cable])) + pushed[..., 0]
@@ -162,7 +162,7 @@ class DrivingBounds:
     @computed_together
     def driving_gain(effects):
         """Gain above which waves across and along each cable could be driven, shape (2, c, f). [rad/s]"""
-        DrivingBounds._responses.compute(effects)
+        DrivingBounds.responses.compute(effects)
         for members in batches(effects, attrgetter("_signature"), attrgetter("_size")):
             yield from zip(members, _driving_gains_of_rows(members), strict=True)
 
@@ -174,7 +174,7 @@ class DrivingBounds:
     def loop_up_to(self, gain):
         """Frequency up to which the loop gain is above `broad_loop_gain` where waves do not return. [rad/s]"""
         controller = self.closed_loop.untuned_loop.controller(1j * self.omega)[:, None, :]
-        unit_gain = self._responses.measured_by_winches @ self.closed_loop.body.allocation.matrix * controller
+        unit_gain = self.responses.measured_by_winches @ self.closed_loop.body.allocation.matrix * controller
         size = gain * np.abs(np.linalg.eigvals(unit_gain)).max(axis=1)
         return float(self.omega[size > MOTION.broad_loop_gain].max(initial=0.0))
 
@@ -315,7 +315,7 @@ def _impedance_of_rows(effects):
 
 def _driving_gains_of_rows(effects):
     """`DrivingBounds.driving_gain` of n rows with arrays of equal sizes, shape (n, 2, c, f). [rad/s]"""
-    stacked = _stacked([one._responses for one in effects], "of_measured", "of_winches", "winch_gain")
+    stacked = _stacked([one.responses for one in effects], "of_measured", "of_winches", "winch_gain")
     responses = [np.ascontiguousarray(part.transpose(0, 3, 2, 1)) for part in stacked]
     heavy = np.stack([one.cables.heavy for one in effects])
     gain = np.full((*heavy.shape, 2, len(RANGE)), np.inf)

@@ -6,7 +6,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from cablestudy.control.margins import Margins
-from cablestudy.errors import outcome_of, result_of, without_errors
+from cablestudy.errors import known, outcome_of, result_of
 from cablestudy.motion.closed_loop import ClosedLoop
 from cablestudy.motion.gust_response import GustResponse
 from cablestudy.motion.loop_stability import LoopStability
@@ -272,8 +272,8 @@ class DynamicAnalysis:
     @computed_together
     def _limits_begun(analyses):
         """True: the search for the largest gain has begun, if there is a loop."""
-        loops = _of_controlled(analyses, "loop_for_margins")
-        LoopStability.driven.compute([one.stability for one in loops])
+        loops = known(_controlled(analyses), "loop_for_margins")
+        LoopStability.driven.compute([one.stability for one in loops.values()])
         return dict.fromkeys(analyses, True).items()
 
     @property
@@ -285,9 +285,9 @@ class DynamicAnalysis:
     @computed_together
     def _margins_begun(analyses):
         """True: the `Margins` of the loops that are stable were searched, in one call for many rows."""
-        margins = _of_controlled(analyses, "_margins")
+        margins = known(_controlled(analyses), "_margins")
         for search in (Margins.crossovers, Margins.peaks, Margins.bandwidth):
-            search.compute(margins)
+            search.compute(margins.values())
         return dict.fromkeys(analyses, True).items()
 
     @property
@@ -312,7 +312,7 @@ class DynamicAnalysis:
 
         Without what a telescope sees: no column shows it with the winches at rest, and no model has modes for it.
         """
-        controlled = [analysis for analysis in analyses if analysis.scene.control]
+        controlled = _controlled(analyses)
         others = [analysis._with_scene(control=None, exposure=None, correction=None) for analysis in controlled]
         for analysis, other in zip(controlled, others, strict=True):
             other.sizes, counts = analysis.sizes, outcome_of(lambda a=analysis: a.sizes_to_try)
@@ -467,7 +467,6 @@ class DynamicAnalysis:
         return np.linalg.norm(self.equilibrium.end_forces[cable], axis=-1)
 
 
-def _of_controlled(analyses, name):
-    """An attribute of each analysis with a loop, by its name, of those that have it: list."""
-    controlled = [analysis for analysis in analyses if analysis.scene.control is not None]
-    return list(without_errors({one: outcome_of(partial(getattr, one, name)) for one in controlled}).values())
+def _controlled(analyses):
+    """Those of some analyses that have a loop: list."""
+    return [analysis for analysis in analyses if analysis.scene.control is not None]

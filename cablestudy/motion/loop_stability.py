@@ -4,7 +4,7 @@ With all modes of the cables that a gain could drive (`DrivenCables`), which are
 """
 
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import cached_property
 from math import ceil, log2
 
 import numpy as np
@@ -13,7 +13,7 @@ from cablestudy.control.gain_limits import StableGains, undamped
 from cablestudy.control.law import law_from
 from cablestudy.control.loop import clearly_stable
 from cablestudy.control.tolerances import CONTROL
-from cablestudy.errors import ConvergenceError, NoSolutionError, outcome_of, without_errors
+from cablestudy.errors import ConvergenceError, NoSolutionError, known, outcome_of, without_errors
 from cablestudy.motion.driven_cables import DrivenCables
 from cablestudy.motion.driven_waves import DrivingBounds
 from cablestudy.motion.tolerances import MOTION
@@ -25,11 +25,10 @@ from cablestudy.system.together import computed_together
 def _solve_trials(trials):
     """Compute the `limits` of the gains of many `DrivenCables` together; where there are none, they are asked again."""
     Models.groups.compute(trial.models for trial in trials)
-    coupling = without_errors({trial: outcome_of(partial(getattr, trial, "coupling_damping")) for trial in trials})
+    coupling = known(trials, "coupling_damping")
     compute_pole_sums(damping for of_trial in coupling.values() for damping in of_trial)
     DrivenCables.poles.compute(coupling)
-    gains = without_errors({trial: outcome_of(partial(getattr, trial, "gains")) for trial in trials})
-    StableGains.limits.compute(gains.values())
+    StableGains.limits.compute(known(trials, "gains").values())
 
 
 @dataclass(frozen=True)

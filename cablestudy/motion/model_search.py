@@ -8,7 +8,8 @@ import numpy as np
 
 from cablestudy.activity import doing
 from cablestudy.cable.records import concatenate
-from cablestudy.errors import outcome_of, result_of, without_errors
+from cablestudy.errors import known, outcome_of, result_of, without_errors
+from cablestudy.motion.driven_waves import DrivingBounds
 from cablestudy.motion.gust_response import GustResponse
 from cablestudy.motion.plant import Plant
 from cablestudy.motion.turbulence import Turbulence
@@ -61,7 +62,9 @@ def _responses_with(closed_loops, previous):
     smaller model or None. The result has a `GustResponse` for each, None without wind, or the error that says why there
     is none.
     """
-    Turbulence.space.compute(_turbulence_of_stated_gains(closed_loops.values()))
+    controlled = [closed_loop for closed_loop in closed_loops.values() if closed_loop.gain_is_stated]
+    Turbulence.space.compute(known(controlled, "turbulence").values())
+    DrivingBounds.responses.compute(known([closed_loop.stability for closed_loop in controlled], "effects").values())
     responses = {
         analysis: outcome_of(partial(analysis.response_with, closed_loop, previous[analysis]))
         for analysis, closed_loop in closed_loops.items()
@@ -106,12 +109,6 @@ def stable_without_loop(closed_loop):
     """The `ClosedLoop`, checked to be stable with the winches at rest; raises the error that came in its place, too."""
     result_of(closed_loop).check_open()
     return closed_loop
-
-
-def _turbulence_of_stated_gains(closed_loops):
-    """`Turbulence` of each `ClosedLoop` with a loop whose gain is stated and whose law has no delay: list."""
-    stated = [closed_loop for closed_loop in closed_loops if closed_loop.gain_is_stated]
-    return list(without_errors({one: outcome_of(partial(getattr, one, "turbulence")) for one in stated}).values())
 
 
 def solve_modes(analyses, equilibrium):

@@ -264,9 +264,32 @@ class Equilibrium:
     catenary: Catenary
     record: object
     links: Links | None = None
+    _origin = None  # of some cases taken from a batch: this, and their indices there
 
     def take(self, index):
-        """`Equilibrium` of one case of a batch of shape (n,), or of some, with its stiffness if that was computed."""
+        """`Equilibrium` of one case of a batch of shape (n,), or of some, with its stiffness if that was computed.
+
+        One case is taken once, from the first batch that has it: all who take it share it.
+        """
+        if self._origin is not None:
+            batch, own = self._origin
+            return batch.take(own[index])
+        if np.ndim(index):
+            taken = self._taken(index)
+            taken.__dict__["_origin"] = self, np.arange(len(self.position))[index]
+            return taken
+        case = int(index)
+        if case not in self._cases:
+            self._cases[case] = self._taken(case)
+        return self._cases[case]
+
+    @cached_property
+    def _cases(self):
+        """Cases that were taken, by their indices: dict."""
+        return {}
+
+    def _taken(self, index):
+        """`take` of this batch itself."""
         taken = Equilibrium(
             self.suspension.take(index),
             self.position[index],

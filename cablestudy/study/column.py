@@ -111,10 +111,14 @@ def require(document, scene, keys, command):
 def lacks(scene, column):
     """The first key that a column needs and a scene has no value for, or an empty text."""
     for key in column.keys:
-        values = [attribute(scene, name) for name in key.split("|")]
-        if all(value is None or (isinstance(value, tuple | dict) and not value) for value in values):
+        if all(is_absent(attribute(scene, name)) for name in key.split("|")):
             return written_key(key.split("|")[0])
     return ""
+
+
+def is_absent(value):
+    """True for the value of a key that a scene does not have: None, or an empty text, list or table."""
+    return value is None or (isinstance(value, tuple | dict) and not value)
 
 
 def written_key(key):

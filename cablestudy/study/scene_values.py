@@ -15,7 +15,7 @@ from cablestudy.scene.fields import KeyTable
 from cablestudy.scene.layers import split_key
 from cablestudy.scene.sampling import Sampled
 from cablestudy.scene.scene import quantity_of
-from cablestudy.study.column import attribute, lacking_error, lacks
+from cablestudy.study.column import attribute, is_absent, lacking_error, lacks
 
 # names in keys of quantities that are no columns: a scene takes their sine, compares them one by one, or cables follow
 NOT_COLUMNS = ("materials", "attitude", "forces", "moves", "stress_strain")
@@ -27,7 +27,7 @@ class SceneValues:
     """Values of n scenes of one cable as arrays with an axis of scenes. All have point loads at equally many places."""
 
     def __init__(self, scenes):
-        self.scenes, self._numbers, self._tables = scenes, {}, {"": scenes}
+        self.scenes, self._numbers, self._values = scenes, {}, {"": scenes}
 
     def __len__(self):
         return len(self.scenes)
@@ -44,11 +44,12 @@ class SceneValues:
 
     def _values_at(self, path):
         """Value of each scene at a path with dots, None where part of the path is missing: list."""
-        parent, _, name = path.rpartition(".")
-        if parent not in self._tables:
-            self._tables[parent] = self._values_at(parent)
-        tables = self._tables[parent]
-        return [table.get(name) if isinstance(table, dict) else getattr(table, name, None) for table in tables]
+        if path not in self._values:
+            parent, _, name = path.rpartition(".")
+            tables = self._values_at(parent)
+            values = [table.get(name) if isinstance(table, dict) else getattr(table, name, None) for table in tables]
+            self._values[path] = values
+        return self._values[path]
 
     def words(self, path):
         """A word of each scene, like `cable.tension.at`; empty where there is none: ndarray of str, shape (n,)."""
@@ -56,9 +57,14 @@ class SceneValues:
 
     def lacking(self, column):
         """Case -> NoSolutionError, of the cases that lack a key which a column needs."""
-        if not column.keys:
-            return {}
-        return {case: lacking_error(scene, column) for case, scene in enumerate(self.scenes) if lacks(scene, column)}
+        cases = set()
+        for key in column.keys:
+            cases |= set.intersection(*map(self._without, key.split("|")))
+        return {case: lacking_error(self.scenes[case], column) for case in sorted(cases)}
+
+    def _without(self, path):
+        """Cases without a value at a path: set of int."""
+        return {case for case, value in enumerate(self._values_at(path)) if is_absent(value)}
 
     @cached_property
     def ends(self):

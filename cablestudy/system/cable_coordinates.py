@@ -219,9 +219,9 @@ class Coordinates:
     of_groups: list
     limits: np.ndarray | None = None
 
-    def take(self, cables):
-        """`Coordinates` of some cables, by their indices, ascending."""
-        models, of_groups = self.models.take(cables), []
+    def take(self, cables, catenary):
+        """`Coordinates` of some cables, by their indices, ascending, with the `Catenary` of these."""
+        models, of_groups = self.models.take(cables, self.models.cables.take(cables, catenary)), []
         for coordinates in self.of_groups:
             rows, positions = coordinates.group.find(cables)
             if len(positions):

@@ -218,7 +218,8 @@ class RowModel:
         if not self.trial.layout.shape:
             return coordinates
         cables_of_row = coordinates.models.cables.count // self.trial.rows
-        return coordinates.take(cables_of_row * self.row + np.arange(cables_of_row))
+        indices = cables_of_row * self.row + np.arange(cables_of_row)
+        return coordinates.take(indices, self.layout.equilibrium.catenary)
 
     @cached_property
     def reduced(self):

@@ -67,10 +67,13 @@ class Cables:
         self._drag, self.planes, self.among = drag, planes, None
         self.damping = list(damping) if isinstance(damping, (list, tuple)) else [damping] * self.count
 
-    def take(self, indices):
-        """`Cables` of some of them, by their indices; what all need is computed for all at once."""
+    def take(self, indices, catenary=None):
+        """`Cables` of some of them, by their indices; what all need is computed for all at once.
+
+        `catenary` is that of these cables, where it is known.
+        """
         damping, drag = [self.damping[cable] for cable in indices], take_rows(self._drag, indices)
-        taken = Cables(self.catenary.take(indices), damping, drag=drag, planes=self.planes)
+        taken = Cables(catenary or self.catenary.take(indices), damping, drag=drag, planes=self.planes)
         all_cables, own = self.among or (self, np.arange(self.count))
         taken.among = all_cables, own[indices]
         return taken
