@@ -47,7 +47,7 @@ def _arrays(value):
     if hasattr(value, "ndim"):
         yield value
     elif is_dataclass(value):
-        yield from _arrays(_fields(type(value))[1](value))
+        yield from _arrays(_fields(type(value))(value))
     elif isinstance(value, list | tuple):
         for part in value:
             yield from _arrays(part)
@@ -61,24 +61,26 @@ def _made_of(values, make):
     if hasattr(first, "ndim"):  # an array, sparse perhaps
         return make(values)
     if is_dataclass(first):
-        kind = type(first)
-        names, parts_of = _fields(kind)
-        columns = zip(names, zip(*map(parts_of, values), strict=True), strict=True)
-        return kind(
-            **{name: make(parts) if type(parts[0]) is np.ndarray else _made_of(parts, make) for name, parts in columns}
-        )
+        return type(first)(*_each_made_of(map(_fields(type(first)), values), make))
     if isinstance(first, list | tuple) and not _are_names(first):
-        return type(first)(_made_of(parts, make) for parts in zip(*values, strict=True))
+        return type(first)(_each_made_of(values, make))
     return first
+
+
+def _each_made_of(rows, make):
+    """`_made_of` of the first parts of some sequences, of the second ones, and so on: list."""
+    parts = zip(*rows, strict=True)
+    return [
+        make(of_all) if type(of_all[0]) is np.ndarray else of_all[0] if of_all[0] is None else _made_of(of_all, make)
+        for of_all in parts
+    ]
 
 
 @cache
 def _fields(kind):
-    """Names of the fields of a class of records, and a function that returns their values as a tuple."""
-    names = tuple(field.name for field in fields(kind))
-    return names, attrgetter(*names) if len(names) > 1 else lambda record: tuple(
-        getattr(record, name) for name in names
-    )
+    """Function that returns the fields of a record of some class as a tuple."""
+    names = [field.name for field in fields(kind)]
+    return attrgetter(*names) if len(names) > 1 else lambda record: tuple(getattr(record, name) for name in names)
 
 
 def _are_names(value):
