@@ -199,8 +199,6 @@ class Loop:
     @cached_property
     def eigen(self):
         """`Eigen` of the closed loop; with a delay right for poles that do not nearly coincide alone."""
-        if self.allocation is None:
-            return self.motion.eigen
         matrix = self.equations.with_gain(self.gain)
         return eigen_of_delayed(matrix) if self.law.delay else eigen(matrix)
 

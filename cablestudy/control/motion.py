@@ -18,7 +18,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cablestudy.statics.rigid import cross_matrix
-from cablestudy.system.damping import ritz_of_rows
 from cablestudy.system.linear import LinearSystem
 
 
@@ -93,33 +92,6 @@ class ActuatorFeedback:
         return (self.velocity_gain * s + self.position_gain) * (s / (s + self.corner) if self.filtered else 1.0)
 
 
-def basis_of_rows(system, omega, shapes, responses):
-    """Reduction basis of n suspensions: their lowest modes, and Ritz vectors that make given static responses exact.
-
-    Parameters
-    ----------
-    system : LinearSystem
-        The n suspensions ("rows") in all N coordinates, see `control.suspension.suspension_systems`.
-    omega : list of ndarray, shape (k,)
-        Angular frequencies of k undamped modes of each. [rad/s]
-    shapes : ndarray, shape (n, N, k)
-        Their shapes, mass-normalised.
-    responses : ndarray, shape (n, N, r)
-        Static displacements by r sets of forces on the coordinates.
-
-    Returns
-    -------
-    list of (ndarray, ndarray)
-        For each suspension m <= k + r frequencies, shape (m,): those of the modes, then those of the Ritz vectors,
-        ascending [rad/s]; and mass-normalised shapes, orthogonal for mass and stiffness, shape (N, m).
-    """
-    found = []
-    for of_row, modes, (added_omega, added) in zip(omega, shapes, ritz_of_rows(system, shapes, responses), strict=True):
-        order = np.argsort(added_omega)
-        found.append((np.concatenate([of_row, added_omega[order]]), np.concatenate([modes, added[:, order]], axis=1)))
-    return found
-
-
 def motion_of_rows(whole: LinearSystem, omega, shapes, winches, damping):
     """Reduce n suspensions to m shapes Phi each, without actuators: z = Phi q.
 
@@ -130,7 +102,7 @@ def motion_of_rows(whole: LinearSystem, omega, shapes, winches, damping):
     omega : ndarray, shape (n, m)
         W: angular frequencies of the shapes. [rad/s]
     shapes : ndarray, shape (n, N, m)
-        Phi: mass-normalised, orthogonal for mass and stiffness, see `basis_of_rows`.
+        Phi: mass-normalised, orthogonal for mass and stiffness, see `motion.reduction_basis`.
     winches : int
         Number of winches, which are the first inputs of `whole`.
     damping : ndarray, shape (n, m, m), or 0

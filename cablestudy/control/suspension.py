@@ -135,7 +135,7 @@ def suspension_systems(parts):
     modal = total - free
     by_length, by_speed, by_acceleration = system.b
     by_length = by_length.copy()
-    by_length[:, modal:] += np.swapaxes(connection, -1, -2) @ ends.lifted + ends.moments[:, layout.free]
+    by_length[:, modal:] += ends.loads(connection, layout.free)
     c, d = _outputs(parts, matrices, connection, ends)
     input_names, output_names = labels(layout, first.winches, first.markers, bool(first.midspans))
     system = replace(

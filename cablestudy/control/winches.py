@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from cablestudy.statics.suspension import GROUND, tangents
-from cablestudy.system.coupled import Layout
 
 ENDS = ("from", "to")
 FROM, TO = 0, 1
@@ -90,16 +89,10 @@ class WinchedEnds:
         upwards = np.array([np.broadcast_to(span.vertical, (*span.mass.shape, 3))[cable] for span in self._spans])
         return load[:, None] * upwards
 
+    def loads(self, connection, free):
+        """Loads on bodies and points per movement of each winch, bodies and cables at rest, shape (n, d, i).
 
-def reeling(equilibrium, winches):
-    """H: displacements of the six ends of all cables per movement of each winch, shape (6 c, i). [-]"""
-    return WinchedEnds([Layout(equilibrium)], [winches]).movements[0]
-
-
-def winch_loads(layout, winches):
-    """Loads on bodies and points per movement of each winch, with bodies and cables at rest, shape (d, i).
-
-    By the weight that a winch takes off its own end, and by `WinchedEnds.moments`. [N/m], [N]
-    """
-    ends = WinchedEnds([layout], [winches])
-    return layout.connection.T @ ends.lifted[0] + ends.moments[0][layout.free]
+        By the weight that a winch takes off its own end, and by `moments`; G is `connection`, shape (n, 6 c, d).
+        [N/m], [N]
+        """
+        return np.swapaxes(connection, -1, -2) @ self.lifted + self.moments[:, free]

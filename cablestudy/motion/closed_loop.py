@@ -1,6 +1,5 @@
 """One suspension in the mean wind with the control loop of its winches."""
 
-from copy import copy
 from dataclasses import replace
 from functools import cached_property
 
@@ -34,19 +33,6 @@ class ClosedLoop:
         self.scene, self.plant, self.modes = scene, plant, plant.modes
         self.equilibrium, self.drag, self.layout = plant.equilibrium, plant.drag, plant.layout
         self.winches, self.markers, self.actuators = plant.winches, plant.markers, plant.actuators
-
-    def with_plant(self, plant):
-        """Copy about a `Plant` that differs in the gusts alone (`Plant.with_airflow`); itself about its own.
-
-        What was computed of its loop and its stability is shared.
-        """
-        if plant is self.plant:
-            return self
-        other = copy(self)
-        other.plant = plant
-        for name in ("turbulence", "left_out_modes", "with_critical_modes", "with_all_modes"):
-            other.__dict__.pop(name, None)
-        return other
 
     @property
     def motion(self):

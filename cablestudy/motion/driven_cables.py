@@ -30,12 +30,12 @@ from functools import cached_property, partial
 import numpy as np
 
 from cablestudy.activity import doing
+from cablestudy.cable.matrices import dense
 from cablestudy.control.gain_limits import StableGains, limit_near, limits_near, too_many
 from cablestudy.control.loop_gain import LoopGain
 from cablestudy.control.loop_gain_poles import narrow_poles, poles_of_modes
 from cablestudy.control.motion import with_strokes
 from cablestudy.control.tolerances import CONTROL
-from cablestudy.control.winches import winch_loads
 from cablestudy.errors import ConvergenceError, outcome_of, without_errors
 from cablestudy.motion.driven_waves import ACROSS, driven_modes
 from cablestudy.motion.loop_gain_errors import LoopGainErrors
@@ -70,8 +70,6 @@ class DrivenCables:
         With control, and stable with the winches at rest.
     gain : float
         Gain of the controller. [rad/s]
-    others : sequence of DrivenCables
-        Those of other gains of this loop: models and loop gain are taken from one whose modes are equal.
     resolved_to : float
         Frequency up to which waves across the cables are resolved, at least. [rad/s]
 
@@ -88,13 +86,11 @@ class DrivenCables:
         There are more half-waves along a cable than can be resolved, or no modes to the accuracy.
     """
 
-    def __init__(self, closed_loop, gain, others=(), resolved_to=0.0):
+    def __init__(self, closed_loop, gain, resolved_to=0.0):
         self.closed_loop, self.gain, self._effects = closed_loop, gain, closed_loop.stability.effects
         self._base, self.fixed_elements = closed_loop.modes, closed_loop.plant.model is not None
         self.resolved_to = max(self._highest_resolved, resolved_to)
-        models = self._models()
-        self._alike = [other for other in others if other.models.equal(models)]
-        self.models = self._alike[0].models if self._alike else models
+        self.models = self._models()
 
     @cached_property
     def _in_loop(self):
@@ -108,24 +104,14 @@ class DrivenCables:
             raise ConvergenceError(message) from None
 
     @cached_property
-    def _kept_and_loop_gain(self):
-        """`kept` and `loop_gain`, those of other `DrivenCables` where these have the same modes in the loop."""
-        in_loop = self._in_loop
-        for other in self._alike:
-            if all(map(np.array_equal, other._in_loop, in_loop)):
-                return other._kept_and_loop_gain
-        kept = self.models.with_modes(in_loop)
-        return kept, self.loop_gain_of(kept)
-
-    @property
     def kept(self):
         """Modes of each cable in the loop gain, and vectors that stand for its others: list of ReducedCable."""
-        return self._kept_and_loop_gain[0]
+        return self.models.with_modes(self._in_loop)
 
-    @property
+    @cached_property
     def loop_gain(self):
         """L over the gain: s, shape (f,) -> shape (f, k, k); `LoopGain` or callable; raises as `_in_loop`."""
-        return self._kept_and_loop_gain[1]
+        return self.loop_gain_of(self.kept)
 
     @property
     def coupling_damping(self):
@@ -371,7 +357,7 @@ class DrivenCables:
         closed_loop, effects = self.closed_loop, self._effects
         layout, plant = closed_loop.layout, closed_loop.plant
         strokes = len(plant.bodies) - len(layout.free)
-        own_loads = winch_loads(layout, closed_loop.winches)
+        own_loads = plant.winched_ends.loads(dense(layout.connection)[None], layout.free)[0]
         loop_gain = LoopGain(
             plant.bodies,
             elements=self.elements_of(models or self.models, kept),

@@ -34,7 +34,6 @@ from cablestudy.cable.records import stack, take_rows
 from cablestudy.control.loop_gain_poles import poles_of_modes
 from cablestudy.control.notch import NotchedLaw
 from cablestudy.control.tolerances import CONTROL
-from cablestudy.control.winches import reeling
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.scene.determinacy import MOTIONS
 from cablestudy.statics.rigid import cross_matrix
@@ -72,8 +71,8 @@ class DrivingBounds:
         self.closed_loop, self.equilibrium = closed_loop, closed_loop.equilibrium
         self.cables = closed_loop.modes.models.cables
         self.omega = RANGE * closed_loop.modes.omega[0]
-        self.connection = dense(closed_loop.layout.connection).reshape(self.cables.count, 6, -1)
-        self.reeling = reeling(self.equilibrium, closed_loop.winches).reshape(self.cables.count, 6, -1)
+        self.connection = closed_loop.plant.end_movements
+        self.reeling = closed_loop.plant.winched_ends.movements.reshape(self.cables.count, 6, -1)
 
     @cached_property
     def travel_time(self):

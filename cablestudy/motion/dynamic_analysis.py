@@ -80,8 +80,7 @@ class DynamicAnalysis:
     def closed_loop_of(self, count, responses=False, computed=0):
         """Build the `ClosedLoop` with a model of the lowest modes of the suspension, or take that of an equal case.
 
-        It may be unstable. The dict `plants_and_loops` keeps it for equal cases, in four layers whose keys add what the
-        next object depends on: plant (modes, winches, outputs), plant in this wind, loop about the plant, loop in wind.
+        It may be unstable. The dict `plants_and_loops` keeps it for equal cases: plant in this wind, and loop about it.
 
         Parameters
         ----------
@@ -99,22 +98,16 @@ class DynamicAnalysis:
             There are no modes to the accuracy.
         """
         scene, (winches, control), shared = self.scene, self._keys, self.plants_and_loops
-        computed, loops = max(count, computed), shared.setdefault(winches, {})
-        plant_key = count, computed, responses, winches, self.midspans, self.points
+        computed = max(count, computed)
+        plant_key = count, computed, responses, winches, self.midspans, self.points, self.airflow and self.airflow.side
         if plant_key not in shared:
-            modes = self._modes_of(computed).first(count)
+            modes, loops = self._modes_of(computed).first(count), shared.setdefault(winches, {})
             arguments = scene, self.equilibrium, self.airflow, modes, self.sizes.accuracy, self.model
             others = {"midspans": self.midspans, "points": self.points, "mean_drag": self.mean_drag}
             shared[plant_key] = Plant(*arguments, loops=loops, responses=responses, **others)
-        plant_in_wind_key = *plant_key, self.airflow and self.airflow.side
-        if plant_in_wind_key not in shared:
-            shared[plant_in_wind_key] = shared[plant_key].with_airflow(self.airflow)
-        loop_key, closed_loop_key = (*plant_key, control), (*plant_in_wind_key, control)
-        if loop_key not in shared:
-            shared[loop_key] = ClosedLoop(scene, shared[plant_in_wind_key])
-        if closed_loop_key not in shared:
-            shared[closed_loop_key] = shared[loop_key].with_plant(shared[plant_in_wind_key])
-        return shared[closed_loop_key]
+        if (*plant_key, control) not in shared:
+            shared[*plant_key, control] = ClosedLoop(scene, shared[plant_key])
+        return shared[*plant_key, control]
 
     @cached_property
     def _keys(self):
@@ -189,10 +182,9 @@ class DynamicAnalysis:
 
         Of a free point too, where its motion is asked for.
         """
-        modes, suspension = self._modes_of(self.sizes.computed(count)).first(count), self.equilibrium.suspension
-        free = suspension.free if self.points else suspension.free[: suspension.bodies]
-        shares = (modes.compliance_shares(*motion).sum() for motion in np.argwhere(free))
-        return any(share < 1 - MOTION.lacked_motion for share in shares)
+        modes = self._modes_of(self.sizes.computed(count)).first(count)
+        asked = self.points | (modes.layout.free < 6 * self.equilibrium.suspension.bodies)
+        return bool((modes.shares_of(np.flatnonzero(asked)).sum(axis=1) < 1 - MOTION.lacked_motion).any())
 
     @computed_together
     def _loop_and_response(analyses):

@@ -49,8 +49,7 @@ class BodiesOnAllModes:
     def __init__(self, plant):
         self._plant, self._models = plant, plant.modes.models
         self.highest = plant.modes.omega[-1 - plant.driven]
-        connection = dense(plant.layout.connection)
-        self._end_movements = connection.reshape(self._models.cables.count, 6, connection.shape[-1])
+        self._end_movements = plant.end_movements
 
     @cached_property
     def _elements(self):

@@ -4,7 +4,6 @@ Scenes that differ only in the loop of the winches, or in the exposure time or t
 share it.
 """
 
-from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -15,7 +14,7 @@ from cablestudy.cable.records import stack
 from cablestudy.control.loop_state_space import ExactResponse
 from cablestudy.control.motion import Actuator, actuated, motion_of_rows, with_actuators
 from cablestudy.control.suspension import Marker, SystemParts, suspension_systems
-from cablestudy.control.winches import ENDS, Winch
+from cablestudy.control.winches import ENDS, Winch, WinchedEnds
 from cablestudy.errors import NoSolutionError, outcome_of
 from cablestudy.motion.left_out_modes import BodiesOnAllModes
 from cablestudy.motion.reduction_basis import MIDSPAN, applied_loads, loads_and_bases, space_with_fewer_modes
@@ -125,6 +124,16 @@ class Plant:
         self.drag, self.layout = self.airflow and self.airflow.drag, self.modes.layout
         self.winches = winches_of(self.scene, self.equilibrium.suspension.cable_names)
         self.markers, self.actuators = markers_of(self.scene), actuators_of(self.scene)
+
+    @cached_property
+    def winched_ends(self):
+        """`WinchedEnds`: how winches move the ends of the cables."""
+        return WinchedEnds([self.layout], [self.winches])
+
+    @cached_property
+    def end_movements(self):
+        """G: displacements of both ends of each cable by the free displacements, shape (c, 6, d)."""
+        return dense(self.layout.connection).reshape(-1, 6, len(self.layout.free))
 
     @cached_property
     def with_all_modes(self):
@@ -238,9 +247,8 @@ class Plant:
     def lacked_compliance(self):
         """Largest share in the static compliance of a free displacement that the lowest modes, `fewer_modes`, lack."""
         lowest = slice(int(MOTION.fewer_modes * len(self.modes)))
-        displacements = self.layout.bodies(self.modes.shapes[:, lowest]) / self.modes.omega[lowest]
-        compliance = np.diagonal(np.linalg.inv(dense(self.modes.model.reduced.stiffness)))
-        return float((1 - (displacements**2).sum(axis=1) / compliance).max(initial=0.0))
+        shares = self.modes.shares_of(np.arange(len(self.layout.free)))[:, lowest]
+        return float((1 - shares.sum(axis=1)).max(initial=0.0))
 
     @cached_property
     def gust_forces(self):
@@ -280,9 +288,8 @@ class Plant:
         """
         gusts = self.gusts
         direct = np.zeros((len(self.outputs), gusts.input_matrix.shape[1]))
-        first_tension = len(direct) - 2 * len(self.layout.equilibrium.suspension.cable_names)
         cables = np.array([cable for group in gusts.strips for cable in group.cables], dtype=int)
-        rows = (first_tension + 2 * cables[:, None] + np.arange(2)).ravel()
+        rows = self.tension_rows.reshape(-1, 2)[cables].ravel()
         direct[rows, len(gusts.input_matrix) + np.arange(len(rows))] = -1.0
         return direct
 
@@ -305,17 +312,6 @@ class Plant:
     def all_modes(self):
         """`BodiesOnAllModes`, which all loops share."""
         return BodiesOnAllModes(self)
-
-    def with_airflow(self, airflow):
-        """Copy in the gusts of another `Airflow` that damps the suspension alike; itself where the gusts are equal."""
-        if airflow is None or airflow.side == self.airflow.side:
-            return self
-        _ = self.motion  # computed before copying: both share it
-        other = copy(self)
-        other.airflow = airflow
-        for name in ("gusts", "gust_forces", "direct", "at_rest", "change_by_waves", "all_modes"):
-            other.__dict__.pop(name, None)
-        return other
 
     @computed_together
     def stiffness_of_outputs(plants):

@@ -13,8 +13,8 @@ Static responses stand for the modes that the model leaves out. They are those t
 import numpy as np
 
 from cablestudy.cable.records import stack
-from cablestudy.control.motion import basis_of_rows
 from cablestudy.motion.tolerances import MOTION
+from cablestudy.system.damping import ritz_of_rows
 from cablestudy.system.together import batches
 
 MIDSPAN = ".midspan."  # in names of outputs
@@ -89,12 +89,13 @@ def loads_and_bases(plants, size):
         applied, moving = stack([loads[plant] for plant in members])
         inertia = systems.mass @ systems.compliance(moving)
         all_loads = np.concatenate([applied, moving, inertia], axis=-1)
-        responses = systems.compliance(all_loads)
-        omega, shapes = zip(*((plant.modes.omega, plant.modes.shapes) for plant in members), strict=True)
-        bases = basis_of_rows(systems, omega, np.stack(shapes), responses)
-        for plant, of_row, (frequencies, vectors) in zip(members, all_loads, bases, strict=True):
-            kept = np.concatenate([plant.kept, np.arange(len(plant.modes), len(frequencies))])
-            yield plant, (of_row, (frequencies[kept], vectors[:, kept]))
+        shapes = np.stack([plant.modes.shapes for plant in members])
+        added = ritz_of_rows(systems, shapes, systems.compliance(all_loads))
+        for plant, of_row, (omega, vectors) in zip(members, all_loads, added, strict=True):
+            modes, ascending = plant.modes, np.argsort(omega)
+            frequencies = np.concatenate([modes.omega[plant.kept], omega[ascending]])
+            basis = np.concatenate([modes.shapes[:, plant.kept], vectors[:, ascending]], axis=1)
+            yield plant, (of_row, (frequencies, basis))
 
 
 def space_with_fewer_modes(plant, loads):

@@ -13,6 +13,7 @@ import numpy as np
 
 from cablestudy.motion.tolerances import MOTION
 from cablestudy.motion.turbulence import OWN
+from cablestudy.system.condensed_cables import laws_of
 from cablestudy.wind.integrals import Integrals
 
 
@@ -88,11 +89,7 @@ def _first_waves(plant):
     values = span.axial_stiffness, span.mass, span.unstretched_length, catenary.mean_tension, plant.drag.cables
     stiffness, mass, length, tension, drag_width = (np.broadcast_to(value, len(cables))[heavy] for value in values)
 
-    def of_dampings(name):
-        """Numbers of the damping of the cables with mass, zero where the law of one has none."""
-        return np.array([getattr(damping, name) or 0.0 for damping in dampings])[heavy]
-
-    ratio, loss, time = of_dampings("ratio"), of_dampings("loss_factor"), of_dampings("time")
+    ratio, loss, time = (values[heavy] for values in laws_of(dampings).values())
 
     def pole(force, strain_share, viscous):
         """Pole of the first wave by a force F on each cable, a share e of strain and a viscous damping c."""
@@ -102,8 +99,7 @@ def _first_waves(plant):
         damping = np.clip(damping, MOTION.least_wave_damping, MOTION.most_wave_damping)
         return np.repeat(omega * (-damping + 1j * np.sqrt(1 - damping**2)), 2)  # for the tensions at both ends
 
-    viscous = of_dampings("viscous")
+    viscous = np.array([damping.viscous for damping in dampings])[heavy]
     air = wind.air_density * wind.speed * drag_width / 2 if plant.has_air_damping else 0.0  # across wind and cable
-    first_rows = len(plant.outputs) - 2 * len(cables) + 2 * heavy
-    rows = (first_rows[:, None] + np.arange(2)).ravel()
+    rows = plant.tension_rows.reshape(-1, 2)[heavy].ravel()
     return rows, pole(stiffness, 1.0, viscous), pole(tension, MOTION.strained_share, viscous + air)

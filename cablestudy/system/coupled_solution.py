@@ -216,9 +216,12 @@ class CoupledModes:
         -------
         ndarray, shape (k,)
         """
-        motion = int(np.flatnonzero(self.layout.free == 6 * body + axis)[0])
-        displacement = self.layout.bodies(self.shapes)[motion] / self.omega
-        return displacement**2 / self.model.reduced.compliance(motion)
+        return self.shares_of(np.flatnonzero(self.layout.free == 6 * body + axis))[0]
+
+    def shares_of(self, motions):
+        """`compliance_shares` of some free displacements, by their numbers, shape (q, k). [-]"""
+        displacement = self.layout.bodies(self.shapes)[motions] / self.omega
+        return displacement**2 / self.model.reduced.compliance(motions)[:, None]
 
     def run_of(self, mode):
         """The modes that coincide with one, itself among them: slice of their indices, from 0."""

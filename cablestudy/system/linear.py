@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from cablestudy.cable.matrices import UNSTABLE, cholesky, dense, only_dissipates, polynomial, solved, sparse_factors
-from cablestudy.cable.records import take_rows, with_arrays
+from cablestudy.cable.records import stack, take_rows, with_arrays
 from cablestudy.errors import NoSolutionError
 from cablestudy.system.first_order import equations
 from cablestudy.system.reduced import ReducedSystem
@@ -202,11 +202,6 @@ class LinearSystem:
         return eigen_of_rows(self.equations.fixed)
 
     @cached_property
-    def _flat_matrices(self):
-        """K, C and M, the entries of each in a row, shape (3, n^2)."""
-        return np.stack([self.stiffness.real, self.damping, self.mass]).reshape(3, -1)
-
-    @cached_property
     def static_stiffness(self):
         """Real part of the `dynamic_stiffness` at rest, shape (n, n)."""
         stiffness = self.stiffness.real
@@ -223,17 +218,7 @@ class LinearSystem:
         s : array_like, shape (f,)
             With Im s > 0 where the stiffness is complex. [rad/s]
         """
-        powers = np.asarray(s, dtype=complex)[:, None] ** np.arange(3)
-        dynamic = np.empty((len(powers), *self.mass.shape), dtype=complex)
-        # real and imaginary part apart: one product of real matrices each
-        dynamic.real = (powers.real @ self._flat_matrices).reshape(dynamic.shape)
-        dynamic.imag = (powers.imag @ self._flat_matrices).reshape(dynamic.shape)
-        if np.iscomplexobj(self.stiffness):
-            dynamic.imag += self.stiffness.imag
-        s = powers[:, 1, None, None]
-        for feedback in self.feedback:
-            dynamic = dynamic - feedback.gain(s) * np.outer(feedback.acts, feedback.measured)
-        return dynamic
+        return stack([self]).dynamic_stiffness_of_rows(np.zeros(len(s), dtype=int), s)
 
     def dynamic_stiffness_of_rows(self, row, s):
         """`dynamic_stiffness` of many rows at s of the rows `row`, both of shape (f,): shape (f, n, n)."""

@@ -113,13 +113,13 @@ class ReducedSystem:
         lowest = np.argsort(omega, axis=-1, kind="stable")[..., :count]
         return np.take_along_axis(omega, lowest, axis=-1), np.take_along_axis(shapes, lowest[..., None, :], axis=-1)
 
-    def compliance(self, motion):
-        """Static displacement of a free displacement of the bodies (its number) per force there. [m/N, rad/(N m)]"""
-        force = np.zeros(self.stiffness.shape[0])
-        force[motion] = 1.0
-        if isinstance(self.stiffness, np.ndarray):
-            return float(np.linalg.solve(self.stiffness, force)[motion])
-        return float(sparse_factors(self.stiffness).solve(force)[motion])
+    def compliance(self, motions):
+        """Static compliance of some free displacements, by their numbers, shape (q,). [m/N, rad/(N m)]"""
+        forces, each = np.zeros((self.stiffness.shape[0], len(motions))), np.arange(len(motions))
+        forces[motions, each] = 1.0
+        dense = isinstance(self.stiffness, np.ndarray)
+        moved = np.linalg.solve(self.stiffness, forces) if dense else sparse_factors(self.stiffness).solve(forces)
+        return moved[motions, each]
 
     def _lowest_of_large(self, count):
         """`lowest` of a large system by Lanczos iteration, without forming a large matrix; those of a stack one by one.
