@@ -104,6 +104,16 @@ def test_a_weight_on_two_ropes_swings_below_the_one_that_is_left():
     assert found["load.force_displacement_x"] == pytest.approx(1e3 * 5 * (1 + pull / 2e6) * 500 / pull, rel=1e-6)
 
 
+def test_a_lost_cable_takes_its_point_loads_with_it():
+    """Also those that it has in the reference state, where no other cable has any."""
+    loads = "[{fraction: 0.5, mass: 30 kg}, {at: 2 m, force: [0, 0, -50 N]}]"
+    loaded = f"cables.right.loads={loads}", "cables.right.reference.loads=true"
+    found, status = row(scene_of(SWING, *loaded, "case=torn"), "left.max_tension", "load.x")
+    assert status == f"{FALLEN}: load"
+    assert found["left.max_tension"] == pytest.approx(250 * 9.81, rel=1e-9)
+    assert found["load.x"] == pytest.approx(-4, abs=1e-6)
+
+
 def test_what_nothing_holds_is_refused():
     """A point or body that lost all of its cables, alone among the cases of a scene."""
     text = SWING.replace("torn: {lost: [right]}", "torn: {lost: [right]}\n  free: {lost: [third]}").replace(

@@ -337,7 +337,7 @@ def loaded_state(reference, scenes, forced=True, cables=None):
     problems = _shrunk(values, suspension.cable_names)
     loaded = replace(
         _with_moves(suspension, reference, scenes, values),
-        load_fractions=None,
+        **dict.fromkeys(("load_positions", "load_forces", "load_masses", "load_fractions")),  # of the reference state
         stated=("unstretched_length",) * len(suspension.cable_names),
         value=cables.lengths * cables.length_ratio,
         axial_stiffness=cables.stiffness,
