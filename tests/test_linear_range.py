@@ -95,6 +95,39 @@ def test_a_gondola_in_a_storm_slackens_its_cable_and_the_row_says_so():
         assert (more < found["max_tension"]) == (found is calm.values)
 
 
+@pytest.mark.parametrize(("end", "length", "loads"), [
+    ((48.1, 179.5), 371.6, ()), ((175.68, 60.49), 186.0, ((60.0, 0.0, 400.0), (120.0, 0.0, -30.0))),
+])  # fmt: skip
+def test_the_largest_tension_at_the_peak_is_that_of_one_place(end, length, loads):
+    """Sums of tension and its change at each end and on both sides of each load, by the 50-digit catenary."""
+    sets = [f"cable.ends=[[0, 0, 0], [{end[0]}, 0, {end[1]}]]", f"cable.unstretched_length={length}", "model=null",
+            "cable.loads=" + str([{"at": at, "force": [x, 0, z]} for at, x, z in loads]), "wind.speed=20",
+            "cable.damping={model: hysteretic, loss_factor: 0.02, viscous: 0.02}", "winch=null"]  # fmt: skip
+    row = solve(scene(*sets), "peak", "peak_utilisation")
+    area, peak = mp.mpf("2.69e-6"), row.values["peak"] / 1e3
+    weight, small = 1440 * area * mp.mpf("9.81"), mp.mpf(10) ** -15
+    points = [(mp.mpf(at), (mp.mpf(x), 0, mp.mpf(z))) for at, x, z in loads]
+
+    def at_end_1(moved):
+        place = (mp.mpf(str(end[0])) + moved, 0, mp.mpf(str(end[1])))
+        return mp.matrix(catenary_mp.solve_loaded(place, mp.mpf(str(length)), mp.mpf("70.3e9") * area, weight, points))
+
+    with mp.workdps(50):
+        force, change = at_end_1(0), (at_end_1(small) - at_end_1(-small)) / (2 * small)
+        places, reached = [force], mp.mpf(0)
+        for at, load in [*points, (mp.mpf(str(length)), (0, 0, 0))]:
+            force = force + mp.matrix([0, 0, weight * (at - reached)])
+            places += [force, force - mp.matrix(load)]
+            force, reached = places[-1], at
+        tensions = [mp.norm(one) for one in places]
+        changes = [abs((one.T * change)[0]) / mp.norm(one) * peak for one in places]
+        sums = [tension + more for tension, more in zip(tensions, changes, strict=True)]
+    expected = float(max(sums) / (3e9 * area))
+    assert row.values["peak_utilisation"] == pytest.approx(expected, rel=1e-11)
+    apart = float((max(tensions) + max(changes)) / max(sums))
+    assert apart > 1 + 1e-6  # largest tension and largest change are at different places
+
+
 def test_the_error_of_a_peak_utilisation_is_that_of_the_peak_by_its_share():
     sets = "model.accuracy=1e-2", "cable.damping={loss_factor: 0.01, viscous: 0.01}", "winch.controller.gain=0.03"
     row = solve(scene(*sets), "peak", "peak_utilisation", "utilisation")

@@ -284,6 +284,12 @@ class SegmentedCable:
         """Change of the tension vector along half of each segment, chord frame, shape (..., k, 3). [N]"""
         return (self.segment_weights / 2)[..., None] * self.span.up[..., None, :]
 
+    @property
+    def edge_forces(self):
+        """Tension vectors at both ends of each segment, global axes, shape (..., k, 2, 3). [N]"""
+        half = self.half_changes
+        return np.stack([self.span.in_frame(self.mid_forces + sign * half, "global") for sign in (-1, 1)], axis=-2)
+
     def end_forces(self, frame="chord"):
         """Force of the cable on each end, point loads there included, shape (..., 2, 3). [N]
 

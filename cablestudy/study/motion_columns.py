@@ -84,37 +84,39 @@ def peak_of_gondola(case):
 
 def least_tension_at_peak(case):
     """Least tension at an end that is expected within `wind.duration`. [N]"""
-    tension, change, _ = _change_at_peak(case)
-    return float((tension - change).min())
+    tensions, changes, _ = _tensions_at_peak(case)
+    return float((tensions - changes)[[0, -1]].min())
 
 
 def peak_utilisation(case):
     """Largest tension of the cable expected within `wind.duration` over the breaking force, and its relative error."""
-    _, changes, error = _change_at_peak(case)
-    change = float(np.max(changes))
-    largest = float(case.statics.max_tension) + change
-    return largest / float(case.given(STRONG)), max(error * change / largest, STUDY.rounding)
+    tensions, changes, error = _tensions_at_peak(case)
+    place = int(np.argmax(tensions + changes))
+    largest = float(tensions[place] + changes[place])
+    return largest / float(case.given(STRONG)), max(error * float(changes[place]) / largest, STUDY.rounding)
 
 
-def _change_at_peak(case):
-    """Tension at both ends [N], shape (2,), its largest change in the wind [N], and the relative error of this. [-]
+def _tensions_at_peak(case):
+    """Tensions from end 1 to end 2, their largest changes in the wind, shape (j,) each [N], and the error of these. [-]
 
-    With a gondola by its largest displacement: linear and quasi-static, towards either side, since a scene of one cable
-    does not say whether its wind blows towards end 1 or away from it. With fixed ends by `tension_rms`, with as many
-    crossings as cycles of the lowest mode. The change has the shape (2,) or is a number; its error is a number.
+    The places are the ends, and both sides of point loads between them. With a gondola the changes are by its largest
+    displacement: linear and quasi-static, towards either side, since a scene of one cable does not say whether its wind
+    blows towards end 1 or away from it. With fixed ends they are by `tension_rms`, with as many crossings as cycles of
+    the lowest mode.
     """
-    force = case.equilibrium.end_forces[0] if case.exact_statics else case.state.end_forces("global")
-    tension = np.sqrt((force**2).sum(axis=-1))
+    tensions = case.form.edge_tensions.ravel()
     if case.scene.gondola is None:
         lowest = float(case.in_cable_wind.sides[0].closed_loop.modes.frequency[0])
         rms, error = rms_of_bare_cable(case, TENSIONS)
-        change = peak_factor(lowest, case.scene.wind.duration) * rms
+        changes = np.full(tensions.shape, peak_factor(lowest, case.scene.wind.duration) * rms)
     else:
-        # force on end 2 per displacement along x; in closed form, since elements would have to be those of both planes
+        # force per displacement of end 2 along x, by which the tension vector changes all along the cable; in closed
+        # form, since elements would have to be those of both planes
         stiffness = np.array([case.results.end_stiffness_along(axis, 0)[case.index] for axis in range(3)])
         peak, error = peak_of_gondola(case)
-        change = np.abs(force @ stiffness) / np.where(tension > 0, tension, 1.0) * peak / MM
-    return tension, change, error
+        along = np.abs(case.form.edge_forces @ stiffness).ravel()
+        changes = along / np.where(tensions > 0, tensions, 1.0) * peak / MM
+    return tensions, changes, error
 
 
 def goes_slack(case):
@@ -122,8 +124,7 @@ def goes_slack(case):
     winds = [] if case.scene.wind is None else case.solved_winds
     solved = winds and (case.scene.gondola is None or case.__dict__.get("analysis") in winds)
     try:
-        tension, change, _ = _change_at_peak(case) if solved else (np.zeros(2), 0.0, 0.0)
-        return bool((tension < change).any())
+        return bool(solved and least_tension_at_peak(case) < 0)
     except CablestudyError:  # a winch that would be too fast, for example: the columns of the wind say why
         return False
 
