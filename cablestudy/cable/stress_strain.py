@@ -128,6 +128,12 @@ class Condition:
         new_sets = part_strain - tension / np.where(stretched, final, 1.0)
         return np.where(stretched, np.maximum(self.sets, new_sets), self.sets)
 
+    def set_slopes(self, strain):
+        """Slopes dz_p/de of the permanent sets with the strain that leaves them, 0 without tension; (..., 2). [-]"""
+        (tension, slope), final = self.parts(strain), self.curves.final
+        stretched = (tension > 0) & (final > 0)
+        return np.where(stretched, 1 / (1.0 + self._thermal_strain) - slope / np.where(stretched, final, 1.0), 0.0)
+
     @cached_property
     def slack_strain(self):
         """Largest strain without tension, shape (...). [-]"""

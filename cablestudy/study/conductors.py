@@ -41,7 +41,8 @@ class LinearCables:
     length_ratio: np.ndarray
     condition: Condition  # of the conductors
     strain: np.ndarray  # of the conductors at their mean tension [-]
-    # errors of their strain by the length of the new conductors and the permanent sets, see `uneven_errors` [-]
+    # errors of their strain by the length of the new conductors and the permanent sets, shape (..., 2): of the mean
+    # strain, and along the cable; see `uneven_errors` [-]
     earlier_errors: np.ndarray
     # of str: the state, of `final` the one that leaves the conductor longer, and the parts that are slack or stretched
     # beyond what their curve is measured to
@@ -115,7 +116,7 @@ class PermanentSets:
         By this case alone. [-]
     heaviest : ndarray of str, shape (...)
         Name of this case; empty without one.
-    errors : ndarray, shape (...)
+    errors : ndarray, shape (..., 2)
         `earlier_errors` of `LinearCables`. [-]
     """
 
@@ -175,7 +176,7 @@ class Conductors:
             tension_at, self._slack_strain + STUDY.first_conductor_strain, independent, STUDY.conductor_tension
         )
         tension_at(self._strain, *new.tension_and_slope(self._strain))
-        self._length_errors = _uneven_strain(new, self._strain, self._along)
+        self._length_errors = _strain_errors(new, self._strain, self._along) * [1.0, 0.0]  # it leaves no set
 
     def _linear(self, tangent, condition, rows=slice(None)):
         """`stiffness`, `elongation` and `length_ratio` of the linear cables with these strains, tensions and slopes."""
@@ -210,7 +211,7 @@ class Conductors:
         rows = np.arange(len(self._scenes))
         condition = self._condition(rows, self._scenes, self.curves.unset, creeping=True)
         strain, _, along = self._solve_strains(rows, self._scenes, condition)
-        return condition.sets_after(strain), _uneven_strain(condition, strain, along)
+        return condition.sets_after(strain), _strain_errors(condition, strain, along)
 
     @cached_property
     def _permanent_sets(self):
@@ -219,11 +220,11 @@ class Conductors:
         by_creep, errors = unset, self._length_errors
         if with_creep.any():
             by_creep = np.where(with_creep[..., None], self._sets_by_creep[0], unset)
-            errors = errors + np.where(with_creep, self._sets_by_creep[1], 0.0)
+            errors = errors + np.where(with_creep[..., None], self._sets_by_creep[1], 0.0)
         if not with_load.any():
             return PermanentSets(by_creep, by_creep, unset, np.full(self._shape, "", dtype=object), errors)
         sets, by_load, heaviest, errors_by_load = self._sets_by_load(by_creep)
-        errors = errors + np.where(with_load, errors_by_load, 0.0)
+        errors = errors + np.where(with_load[..., None], errors_by_load, 0.0)
         sets = np.where(with_load[..., None], sets, by_creep)
         return PermanentSets(by_creep, sets, by_load, heaviest, errors)
 
@@ -239,13 +240,13 @@ class Conductors:
                            for row, scene in enumerate(self._scenes) for name, case in scene.cases.items()
                            if not getattr(case, "lost", ())]  # fmt: skip
         largest, by_load = np.zeros(self._shape), self.curves.unset.copy()
-        heaviest, errors = np.full(self._shape, "", dtype=object), np.zeros(self._shape)
+        heaviest, errors = np.full(self._shape, "", dtype=object), np.zeros((*self._shape, 2))
         if not rows_and_scenes:
             return sets, by_load, heaviest, errors
         rows, scenes = np.array([row for row, _ in rows_and_scenes]), [scene for _, scene in rows_and_scenes]
         condition = self._condition(rows, scenes, sets[rows])
         strain, tension, along = self._solve_strains(rows, scenes, condition)
-        strain_errors = _uneven_strain(condition, strain, along)
+        strain_errors = _strain_errors(condition, strain, along)
         beyond = condition.beyond(strain).any(axis=-1)
         for index, row in enumerate(rows.tolist()):
             heavier = tension[index] > largest[row]
@@ -256,7 +257,7 @@ class Conductors:
             label = np.where(beyond[index], f"{scenes[index].case}{BEYOND}", scenes[index].case)
             heaviest[row] = np.where(heavier, label, heaviest[row])[()]
             largest[row] = np.where(heavier, tension[index], largest[row])
-            errors[row] = np.where(heavier, strain_errors[index], errors[row])
+            errors[row] = np.where(heavier[..., None], strain_errors[index], errors[row])
         return np.maximum(sets, by_load), by_load, heaviest, errors
 
     def _moved_by_force(self, scenes):
@@ -313,10 +314,17 @@ def tensions_along(catenary):
 
 
 @np.errstate(all="ignore")  # tensions are not numbers without an equilibrium
-def _uneven_strain(condition, strain, along):
-    """Size of `stress_strain.uneven_strain`, with `tensions_along` the cables, shape (...). [-]"""
+def _strain_errors(condition, strain, along):
+    """Errors of a strain as the tension varies, with `tensions_along` the cables, shape (..., 2). [-]
+
+    The size of `stress_strain.uneven_strain`, and that by which the permanent set that the strain leaves a part may
+    differ along the cable from the one at the mean tension.
+    """
     _, weights = np.polynomial.legendre.leggauss(STUDY.conductor_points)
-    return np.abs(uneven_strain(condition, strain, along, weights / 2))
+    tension, slope = condition.tension_and_slope(strain)
+    change = np.abs(along - tension[..., None]).max(axis=-1) / slope
+    of_sets = np.abs(condition.set_slopes(strain)).max(axis=-1) * change
+    return np.stack([np.abs(uneven_strain(condition, strain, along, weights / 2)), of_sets], axis=-1)
 
 
 def uneven_errors(linear, catenary):
@@ -329,7 +337,8 @@ def uneven_errors(linear, catenary):
       conductor exceeds its strain at T_m by e, which lengthens it by e L. e includes the same error of earlier steps,
       `linear.earlier_errors`: of the length found in the reference state, of the permanent elongation.
     * of the positions of points, |1/EA_c - 1/EA| max |T - T_m|. EA_c is the slope of the conductor's curve of tension
-      over strain, EA the stiffness that it has when unloaded and loaded again ("final moduli").
+      over strain, EA the stiffness that it has when unloaded and loaded again ("final moduli"). Permanent sets that
+      earlier tensions have left vary along the cable too.
 
     Parameters
     ----------
@@ -346,8 +355,9 @@ def uneven_errors(linear, catenary):
     condition, strain, tension = linear.condition, linear.strain, tensions_along(catenary)
     mean_tension = np.maximum(catenary.mean_tension, np.finfo(float).tiny)
     with np.errstate(all="ignore"):
-        extra_strain = _uneven_strain(condition, strain, tension) + linear.earlier_errors
+        extra_strain = _strain_errors(condition, strain, tension)[..., 0] + linear.earlier_errors[..., 0]
         error = extra_strain * catenary.span.unstretched_length * catenary.end_stiffness[..., 0, 0] / mean_tension
         compliance_difference = np.abs(1 / condition.tension_and_slope(strain)[1] - 1 / condition.elastic(strain))
         error = error + compliance_difference * np.abs(tension - mean_tension[:, None]).max(axis=-1)
+        error = error + linear.earlier_errors[..., 1]
     return bounded_errors(STUDY.second_order * error)
