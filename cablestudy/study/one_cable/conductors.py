@@ -12,7 +12,6 @@ from cablestudy.study.conductors import (
     LinearCables,
     distinct_without_case,
     tensions_along,
-    uneven_errors,
 )
 from cablestudy.study.one_cable.loaded_cables import loaded_cables
 from cablestudy.study.one_cable.reference_length import chord_strain
@@ -21,62 +20,21 @@ from cablestudy.study.scene_values import SceneValues
 
 @dataclass(frozen=True)
 class EquivalentCables:
-    """Linear cables that take the place of the conductors with permanent elongation among n cables, one in each scene.
+    """Linear cables that take the place of n conductors with permanent elongation, one in each scene.
 
     Attributes
     ----------
-    rows : ndarray of int, shape (k,)
-        Rows of the k scenes with such a conductor, among all n.
     linear : LinearCables
-        The k linear cables.
-    chord_strain : ndarray, shape (k,)
+        The n linear cables.
+    chord_strain : ndarray, shape (n,)
         Chord strain of the new conductors in the reference state. [-]
     reasons : dict
-        Index from 0 to k - 1 -> why there is no such linear cable.
+        Index of a scene -> why there is no such linear cable.
     """
 
-    rows: np.ndarray
     linear: LinearCables
     chord_strain: np.ndarray
     reasons: dict
-
-    def replace_in(self, span, values, strain, reasons):
-        """Replace the k conductors among n cables by their linear cables: stiffness, lengths, and reasons of failure.
-
-        Parameters
-        ----------
-        span : Span
-            All n cables, fields of shape (n,).
-        values : SceneValues
-            Values of the n scenes.
-        strain : ndarray, shape (n,)
-            Chord over unstretched length, less 1, without load case; entries of conductors are changed in place. [-]
-        reasons : dict
-            Index of a scene -> why its cable has no solution; entries of conductors are changed in place.
-
-        Returns
-        -------
-        span : Span
-            A copy of `span` with EA of the linear cables for the k conductors.
-        length_changes : ndarray, shape (2, n)
-            Row 0: relative change of each unstretched length from the state without load case to the load case. Row 1:
-            factor on the ice and wind per length that the scenes state, for those per unstretched length. [-]
-        """
-        stiffness, elongation = np.array(span.axial_stiffness), np.array(load_cases.elongation(values))
-        stiffness[self.rows], elongation[self.rows] = self.linear.stiffness, self.linear.elongation
-        length_ratio = np.ones(len(stiffness))
-        length_ratio[self.rows] = self.linear.length_ratio
-        strain[self.rows] = self.chord_strain
-        for row in self.rows.tolist():
-            reasons.pop(row, None)
-        reasons.update((int(self.rows[index]), reason) for index, reason in self.reasons.items())
-        return replace(span, axial_stiffness=stiffness), np.array([elongation, length_ratio])
-
-    def labels_of(self, count):
-        """`LinearCables.labels` of all scenes, empty of those with linear cables: ndarray, shape (n,)."""
-        labels = np.full(count, "", dtype=object)
-        labels[self.rows] = self.linear.labels
-        return labels
 
 
 def equivalent_cables(values):
@@ -88,18 +46,16 @@ def equivalent_cables(values):
     Parameters
     ----------
     values : SceneValues or CaseTable
-        Values of n scenes of one cable; a `CaseTable` never has such conductors.
+        Values of n scenes of one cable, all of which have such conductors, or none; a `CaseTable` never has.
 
     Returns
     -------
     EquivalentCables or None
-        None where no scene has such a conductor.
+        None where the cables are linear.
     """
-    rows = [row for row, scene in enumerate(values.scenes) if scene.cable.stress_strain is not None]
-    if not rows:
+    if values.scenes[0].cable.stress_strain is None:
         return None
-    scenes = [values.scenes[row] for row in rows]
-    distinct_scenes, distinct_index = distinct_without_case(scenes)
+    distinct_scenes, indices = distinct_without_case(values.scenes)
     values_without_case = SceneValues(distinct_scenes)
 
     def solve_reference(stiffness, elongation, _):
@@ -110,18 +66,17 @@ def equivalent_cables(values):
         """Tensions in load cases, as `Conductors` asks for them; the mean is not a number without an equilibrium."""
         chord_strains, _ = reference
         cables = LinearCables(*linear, condition=None, strain=None, earlier_errors=None, labels=None)
-        equivalent = EquivalentCables(np.arange(len(chosen)), cables, chord_strains[chosen], {})
-        loaded = loaded_cables(SceneValues(cases), equivalent, lengths_known=True)
+        loaded = loaded_cables(SceneValues(cases), EquivalentCables(cables, chord_strains[chosen], {}))
         catenary = solve(loaded.span)
         exists = catenary.record.converged | (catenary.record.reason == UNDETERMINED)
         exists[list(loaded.reasons)] = False
         return np.where(exists, catenary.mean_tension, np.nan), tensions_along(catenary)
 
     conductors = Conductors(distinct_scenes, (len(distinct_scenes),), solve_reference, solve_cases, independent=True)
-    cables = conductors.equivalent_cables(distinct_index, scenes)
+    cables = conductors.equivalent_cables(indices, values.scenes)
     chord_strains, reasons = conductors.reference
-    reasons = {index: reasons[row] for index, row in enumerate(distinct_index.tolist()) if row in reasons}
-    return EquivalentCables(np.array(rows), cables, chord_strains[distinct_index], reasons)
+    reasons = {index: reasons[row] for index, row in enumerate(indices.tolist()) if row in reasons}
+    return EquivalentCables(cables, chord_strains[indices], reasons)
 
 
 def _reference_state(values, stiffness, elongation):
@@ -161,11 +116,3 @@ def _reference_state(values, stiffness, elongation):
         along = np.where(with_loads[:, None], tensions_along(loaded), along)
     tension = np.where(np.isin(np.arange(len(values)), list(reasons)), np.nan, tension)
     return tension, along, (strain * stretch + elongation, reasons)
-
-
-def uneven_stretch_errors(results):
-    """`conductors.uneven_errors` of `Results`, zero of linear cables, shape (n,). [-]"""
-    rows, linear = results.equivalent_cables.rows, results.equivalent_cables.linear
-    error = np.zeros(len(results.values))
-    error[rows] = uneven_errors(linear, results.catenary.take(rows))
-    return error

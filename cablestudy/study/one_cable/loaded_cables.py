@@ -46,7 +46,7 @@ class LoadedCables:
     without_push: Callable | None = None
 
 
-def loaded_cables(values, equivalent=None, lengths_known=False):
+def loaded_cables(values, equivalent=None):
     """Find n cables as they are in their load cases: unstretched length, ice, wind, loads, moved ends: `LoadedCables`.
 
     The unstretched length follows from the length, tension or sag that a scene states in the reference state, which is
@@ -57,14 +57,15 @@ def loaded_cables(values, equivalent=None, lengths_known=False):
     values : SceneValues or CaseTable
         Values of the n scenes.
     equivalent : EquivalentCables, optional
-        Linear cables that replace conductors with permanent elongation.
-    lengths_known : bool
-        True if all n cables are such conductors, whose lengths are known from `equivalent`.
+        Linear cables that replace the n conductors with permanent elongation.
     """
     span, length_changes = load_cases.bare_spans(values), None
-    strain, reasons = (np.zeros(len(values)), {}) if lengths_known else chord_strain(span, values)
-    if equivalent is not None:
-        span, length_changes = equivalent.replace_in(span, values, strain, reasons)
+    if equivalent is None:
+        strain, reasons = chord_strain(span, values)
+    else:
+        linear, strain, reasons = equivalent.linear, equivalent.chord_strain, dict(equivalent.reasons)
+        span = replace(span, axial_stiffness=linear.stiffness)
+        length_changes = np.array([linear.elongation, linear.length_ratio])
     for case in np.flatnonzero(load_cases.shrunk(values)).tolist():
         reasons[case] = "at the temperature of the case next to nothing is left of the cable's length"
     length = span.with_chord_strain(strain).unstretched_length

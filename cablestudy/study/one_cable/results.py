@@ -13,7 +13,8 @@ from cablestudy.cable.tolerances import CABLE
 from cablestudy.cable.vectors import row_keys
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.study.column import LIMP
-from cablestudy.study.one_cable import conductors
+from cablestudy.study.conductors import uneven_errors
+from cablestudy.study.one_cable.conductors import equivalent_cables
 from cablestudy.study.one_cable.loaded_cables import loaded_cables
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.tolerances import STUDY
@@ -48,13 +49,13 @@ class Results:
     @cached_property
     def equivalent_cables(self):
         """`EquivalentCables` of conductors with permanent elongation; None where there is none."""
-        return conductors.equivalent_cables(self.values)
+        return equivalent_cables(self.values)
 
     @cached_property
     def state(self):
         """State of each conductor, see `LinearCables.labels`; empty of linear cables: ndarray, shape (n,)."""
-        count, cables = len(self.values), self.equivalent_cables
-        return np.full(count, "") if cables is None else cables.labels_of(count)
+        cables = self.equivalent_cables
+        return np.full(len(self.values), "") if cables is None else cables.linear.labels
 
     @property
     def span(self):
@@ -247,8 +248,8 @@ class Results:
     @cached_property
     def model_error(self):
         """Relative error of all results: by the drag, and by conductors that are no linear cables, shape (n,). [-]"""
-        stretched = self.equivalent_cables is not None
-        return self.drag_error + conductors.uneven_stretch_errors(self) if stretched else self.drag_error
+        cables = self.equivalent_cables
+        return self.drag_error + (0.0 if cables is None else uneven_errors(cables.linear, self.catenary))
 
     @cached_property
     def mode_error(self):

@@ -82,9 +82,10 @@ def evaluate_cases(scenes, columns, estimate=False):
     """
     groups = {}
     for index, scene in enumerate(scenes):
-        groups.setdefault((load_count(scene), scene.model.elements is None), []).append(index)
+        key = scene.model.elements is None, scene.cable.stress_strain is None, load_count(scene)
+        groups.setdefault(key, []).append(index)
     rows, required = [None] * len(scenes), ColumnRequirements(columns)
-    for (_, to_accuracy), indices in groups.items():
+    for (to_accuracy, *_), indices in groups.items():
         rows_at_once = len(indices) if to_accuracy else _fixed_rows_at_once([scenes[index] for index in indices])
         kind = RefinedBatch if to_accuracy or required.scene_only else StatedBatch
         for piece in batched(indices, rows_at_once):
@@ -101,7 +102,7 @@ def _fixed_rows_at_once(scenes):
 
 
 class CableBatch(RowBatch):
-    """Scenes of one cable, with equally many point loads; see `evaluate_cases` and `RowBatch`.
+    """Scenes of one cable, with equally many point loads, all with stress-strain curves or none; see `RowBatch`.
 
     Parameters
     ----------
