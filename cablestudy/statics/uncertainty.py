@@ -16,9 +16,10 @@ from functools import cached_property
 
 import numpy as np
 
-from cablestudy.cable.vectors import cross, largest, size
+from cablestudy.cable.vectors import largest, size
 from cablestudy.statics import rounding, stated, tangent
 from cablestudy.statics.links import joined
+from cablestudy.statics.rigid import point_movement
 from cablestudy.statics.stability import MOTIONS
 from cablestudy.statics.tolerances import STATICS
 
@@ -118,73 +119,42 @@ def _sampled(equilibrium):
     forces = np.concatenate([np.moveaxis(body_signs, 0, -1) * net_rounding[..., None], net[..., None]], axis=-1)
     if suspension.link_names:
         stiffness, end_forces, changes = _with_links(equilibrium, stiffness, end_forces, changes, generator)
-    held_ends = _HeldEnds.of(equilibrium)
-    held_ends.add_forces(forces, end_forces, changes)
-    tension = end_forces[..., 1, :, None] * changes[..., None, :]  # (..., c + l, 3, samples + 1)
+    ends = tangent.held_ends(suspension)
+    forces += _on_bodies(equilibrium, ends, end_forces, changes)
+    tension = end_forces[..., 1, :, None] * changes[..., None, :]  # at end 2, (..., c + l, 3, samples + 1)
     displacement = np.zeros(forces.shape)
     if suspension.free.any():
         displacement = _displacements(_blocks(equilibrium, stiffness, length_known), suspension, forces)
-        held_ends.add_tensions(tension, stiffness, displacement)
+        tension += stiffness[..., 1, :, :] @ _end_movements(equilibrium, ends, displacement, tension.shape)
     unit = np.maximum(cables.max_tension, STATICS.tiny)
     unit = joined(unit, equilibrium.links and np.ones_like(equilibrium.links.extension), -1)
     return _rms(displacement), _rms(size(np.swapaxes(tension, -1, -2)) / unit[..., None])
 
 
-@dataclass(frozen=True)
-class _HeldEnds:
-    """The h ends of cables and links that bodies hold, body by body.
+def _on_bodies(equilibrium, ends, end_forces, changes):
+    """Forces and moments on each body by relative changes of cables and links in k samples, shape (..., b, 6, k).
 
-    Attributes
-    ----------
-    cable, end : ndarray of int, shape (h,)
-        Cable or link of each, and which of its two ends it is, 0 or 1.
-    arm : ndarray, shape (..., h, 3)
-        From the reference point of the body, global axes. [m]
-    of_bodies : list of (int, slice)
-        Each body that holds ends, and which of them.
+    `ends` are those of `tangent.held_ends`; `end_forces`, shape (..., c + l, 2, 3), are per relative change, and
+    `changes` have the shape (..., c + l, k).
     """
+    cable, end, body = ends
+    wrenches = tangent.wrenches(equilibrium.arms[..., cable, end, :], end_forces[..., cable, end, :])
+    of_ends = wrenches[..., None] * changes[..., cable, None, :]
+    flat = of_ends.reshape(*of_ends.shape[:-2], -1)
+    by_body = tangent.on_bodies(flat, body, len(equilibrium.suspension.body_names))
+    return by_body.reshape(*by_body.shape[:-1], *of_ends.shape[-2:])
 
-    cable: np.ndarray
-    end: np.ndarray
-    arm: np.ndarray
-    of_bodies: list
 
-    @classmethod
-    def of(cls, equilibrium):
-        """The held ends of an equilibrium or a batch."""
-        cable, end, body = tangent.held_ends(equilibrium.suspension)
-        bodies = sorted(set(body.tolist()))
-        of_bodies = [(owner, slice(*np.searchsorted(body, [owner, owner + 1]).tolist())) for owner in bodies]
-        return cls(cable, end, equilibrium.arms[..., cable, end, :], of_bodies)
+def _end_movements(equilibrium, ends, displacement, shape):
+    """Movement of end 2 of each cable and link away from end 1 in k samples, of `shape` (..., c + l, 3, k). [m]
 
-    def add_forces(self, forces, end_forces, changes):
-        """Add to net forces on bodies those by relative changes of cables and links.
-
-        `forces`, shape (..., b, 6, k), are those on each body in k samples, changed in place. [N], [N m] `end_forces`,
-        shape (..., c + l, 2, 3), are per relative change; `changes` have the shape (..., c + l, k).
-        """
-        wrench = tangent.wrenches(self.arm, end_forces[..., self.cable, self.end, :])
-        wrench = np.ascontiguousarray(wrench)
-        for body, ends in self.of_bodies:
-            changes_of_ends = changes.take(self.cable[ends], axis=-2)
-            forces[..., body, :, :] += np.swapaxes(wrench[..., ends, :], -1, -2) @ changes_of_ends
-
-    def add_tensions(self, tension, stiffness, displacement):
-        """Add to tension vectors what displacements of bodies change.
-
-        `tension`, shape (..., c + l, 3, k), is the force of each cable and link at its end 2 in k samples, changed in
-        place. [N] `stiffness`, shape (..., c + l, 2, 3, 3), is per movement of end 2; `displacement` has the shape
-        (..., b, 6, k).
-        """
-        by_end = np.where(self.end == 1, 1.0, -1.0)[:, None, None] * stiffness[..., self.cable, 1, :, :]
-        by_body = np.concatenate([by_end, cross(self.arm[..., None, :], by_end)], axis=-1)  # K [I, -[r x]]
-        lead, samples = tension.shape[:-3], tension.shape[-1]
-        for body, ends in self.of_bodies:
-            count = ends.stop - ends.start
-            all_ends = by_body[..., ends, :, :].reshape(*lead, 3 * count, 6)  # one below the other
-            by_ends = (all_ends @ displacement[..., body, :, :]).reshape(*lead, count, 3, samples)
-            for index, cable in enumerate(self.cable[ends].tolist()):
-                tension[..., cable, :, :] += by_ends[..., index, :, :]
+    `displacement`, shape (..., b, 6, k), is that of the bodies that hold the `ends`, as of `tangent.held_ends`.
+    """
+    cable, end, body = ends
+    movements = np.zeros((*shape[:-2], 2, *shape[-2:]))
+    of_ends = point_movement(equilibrium.arms[..., cable, end, :]) @ displacement.take(body, axis=-3)
+    movements[..., cable, end, :, :] = of_ends
+    return movements[..., 1, :, :] - movements[..., 0, :, :]
 
 
 def _displacements(blocks, suspension, forces):
