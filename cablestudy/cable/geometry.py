@@ -65,34 +65,21 @@ def midspan(cable):
 
     Notes
     -----
-    A zero by the method of Ridders (1979), IEEE Transactions on Circuits and Systems 26, 979. Of a `Catenary` whose
-    uniform load is vertical, `midspan.arc_length_at_midspan` gives more digits.
+    Of a `Catenary` whose uniform load is vertical, `midspan.arc_length_at_midspan` gives more digits.
     """
     chord = cable.span.frame[..., 0, :2] * np.asarray(cable.span.chord)[..., None]
     run = np.hypot(chord[..., 0], chord[..., 1])  # horizontal distance of the ends
     along_run = chord / np.where(run > 0, run, 1.0)[..., None]
+    position = np.full(run.shape, 0.5)
 
-    def beyond_half(position):
-        """Horizontal distance from mid-span to the cable at an arc length, positive towards end 2, shape (...). [m]"""
-        return (points_along(cable, position[..., None])[..., 0, :2] * along_run).sum(axis=-1) - run / 2
+    def beyond_half(trial, index):
+        """Horizontal distance from mid-span to some of the cables at an arc length, positive towards end 2. [m]"""
+        position.flat[index] = trial
+        beyond = (points_along(cable, position[..., None])[..., 0, :2] * along_run).sum(axis=-1) - run / 2
+        return beyond.flat[index]
 
-    upright = run <= 1e-9 * np.asarray(cable.span.chord)  # no level distance to halve, but for rounding
-    position, done = np.full(run.shape, 0.5), upright
-    low, high, at_low, at_high = 0.0 * position, 0.0 * position + 1.0, -run / 2, run / 2
-    for _ in range(CABLE.chord_midspan_steps):
-        middle = (low + high) / 2
-        at_middle = beyond_half(middle)
-        root = np.sqrt(at_middle**2 - at_low * at_high)
-        trial = middle - (middle - low) * np.divide(at_middle, root, out=np.zeros_like(root), where=root > 0)
-        at_trial = beyond_half(trial)
-        updated = np.where(done, position, trial)  # no digit depends on the other cables
-        done, position = done | (np.abs(updated - position) <= CABLE.chord_midspan_last_step), updated
-        for x, value in ((middle, at_middle), (trial, at_trial)):  # narrow the bracket from low to high
-            raises_low, lowers_high = (value < 0) & (x > low), (value >= 0) & (x < high)
-            low, at_low = np.where(raises_low, x, low), np.where(raises_low, value, at_low)
-            high, at_high = np.where(lowers_high, x, high), np.where(lowers_high, value, at_high)
-        if done.all():
-            break
+    sloping = np.flatnonzero(run > 1e-9 * np.asarray(cable.span.chord))  # others have no run to halve, but for rounding
+    position.flat[sloping] = zeros_between(beyond_half, np.zeros(len(sloping)), np.ones(len(sloping)), sloping)
     return position
 
 

@@ -38,8 +38,6 @@ class CableTolerances:
     distance_rounding: float = 1e-13  # relative to the chord: shorter distances are rounding
     level_chord: float = 1e-12  # component of the direction of a chord: what is less is zero but for rounding
     same_place: float = 1e-9  # share of the length within which point loads coincide
-    chord_midspan_steps: int = 60  # of the search for the point below the middle of the chord
-    chord_midspan_last_step: float = 1e-15  # of that search, a share of the unstretched length
     # search for the chord strain with which a cable has a tension or a sag
     length_steps: int = 120  # within a bracket
     near_guess_steps: int = 100  # first steps of a search on either side of the guess: beyond, all strains are searched

@@ -140,9 +140,9 @@ def _on_bodies(equilibrium, ends, end_forces, changes):
     cable, end, body = ends
     wrenches = tangent.wrenches(equilibrium.arms[..., cable, end, :], end_forces[..., cable, end, :])
     of_ends = wrenches[..., None] * changes[..., cable, None, :]
-    flat = of_ends.reshape(*of_ends.shape[:-2], -1)
+    flat = of_ends.reshape(*of_ends.shape[:-2], 6 * changes.shape[-1])
     by_body = tangent.on_bodies(flat, body, len(equilibrium.suspension.body_names))
-    return by_body.reshape(*by_body.shape[:-1], *of_ends.shape[-2:])
+    return by_body.reshape(*by_body.shape[:-1], 6, changes.shape[-1])
 
 
 def _end_movements(equilibrium, ends, displacement, shape):
