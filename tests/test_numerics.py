@@ -5,7 +5,7 @@ import pytest
 from scipy.interpolate import make_interp_spline
 from scipy.optimize import elementwise
 
-from cablestudy.cable.bracketing import bracket, minima_between, zeros_between
+from cablestudy.cable.bracketing import minima_between, zeros_between
 from cablestudy.cable.segment import inverse_symmetric
 from cablestudy.cable.vectors import cross, dot, largest, size, times
 from cablestudy.wind.gusts import CardinalSplines
@@ -53,22 +53,6 @@ def test_zeros_are_those_of_scipy(seed):
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_brackets_are_those_of_scipy(seed):
-    function, rng = family(seed)
-    low = rng.normal(size=COUNT) * 10.0 ** rng.integers(-3, 5, COUNT)
-    high = low + np.abs(rng.normal(size=COUNT)) * 10.0 ** rng.integers(-5, 3, COUNT)
-    least, most = low - 10.0 ** rng.integers(-3, 7, COUNT), high + 10.0 ** rng.integers(-3, 7, COUNT)
-    every = np.arange(COUNT)
-    options = {"xmin": least, "xmax": most, "args": (every,), "maxiter": 16}
-    expected = elementwise.bracket_root(function, low, high, **options)
-    found, below, above = bracket(function, low, high, least, most, every, 16)
-    assert 0.1 * COUNT < found.sum() < COUNT
-    np.testing.assert_array_equal(found, expected.success)
-    np.testing.assert_array_equal(below[found], expected.bracket[0][found])
-    np.testing.assert_array_equal(above[found], expected.bracket[1][found])
-
-
-@pytest.mark.parametrize("seed", range(6))
 def test_minima_are_those_of_scipy(seed):
     rng = np.random.default_rng(seed)
     place, size = rng.normal(size=COUNT), 10.0 ** rng.integers(-6, 6, COUNT)
@@ -89,10 +73,8 @@ def test_minima_are_those_of_scipy(seed):
 
 
 def test_no_value_is_no_zero():
-    nothing = np.full(3, np.nan)
     every = np.arange(3)
     assert np.isnan(zeros_between(lambda x, _: x * np.nan, np.zeros(3), np.ones(3), every)).all()
-    assert not bracket(lambda x, _: nothing, np.zeros(3), np.ones(3), -np.ones(3), 2 * np.ones(3), every, 16)[0].any()
 
 
 def test_zeros_of_a_cosine():

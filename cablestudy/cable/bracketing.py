@@ -1,6 +1,6 @@
-"""Zeros and minima of many functions of one number at once: brackets by growing steps, and Chandrupatla's methods.
+"""Zeros and minima of many functions of one number at once, by Chandrupatla's methods.
 
-The numbers are those of `scipy.optimize.elementwise` (`bracket_root`, `find_root`, `find_minimum`), to the last digit.
+The numbers are those of `scipy.optimize.elementwise` (`find_root`, `find_minimum`), to the last digit.
 Importing scipy.optimize takes longer than all else that a command on one cable does.
 
 References
@@ -18,55 +18,6 @@ ROUNDING = 4 * np.finfo(float).eps  # least width of a bracket, relative to the 
 MINIMUM_ROUNDING = np.sqrt(np.finfo(float).eps)  # relative error of the argument of a minimum by rounding
 SMALLER_PART = 1.5 - 0.5 * 5**0.5  # of an interval in the golden section
 TINY = np.finfo(float).tiny  # a value as small counts as zero; 4 times it is the least width of a bracket about zero
-
-
-def bracket(function, low, high, lower_limit, upper_limit, index, steps):
-    """Bracket a zero of each of n functions: search down and up from a first interval for a change of sign.
-
-    Each step halves the distance that is left to a limit, in both directions.
-
-    Parameters
-    ----------
-    function : callable
-        Arguments, shape (k,), and indices of the functions they belong to, shape (k,) -> values, shape (k,).
-    low, high : ndarray, shape (n,)
-        The first interval of each function.
-    lower_limit, upper_limit : ndarray, shape (n,)
-        Limits of the search, finite, which are not reached.
-    index : ndarray of int, shape (n,)
-        Indices of the n functions, which `function` is called with.
-    steps : int
-        Largest number of steps.
-
-    Returns
-    -------
-    bracketed : ndarray of bool, shape (n,)
-        True where a change of sign was found.
-    low, high : ndarray, shape (n,)
-        Ends of the interval with the change of sign; without meaning where none was found.
-    """
-    limit = np.array([lower_limit, upper_limit])
-    position, previous = np.array([low, high]), np.array([high, low])  # rows: downwards, upwards
-    gap = limit - position
-    value = np.array([function(low, index), function(high, index)])
-    previous_value = value[::-1].copy()
-    bracketed = np.zeros(position.shape, dtype=bool)
-    searching = np.tile((lower_limit <= low) & (low < high) & (high <= upper_limit), (2, 1))
-    for step in range(steps + 1):
-        if step:
-            gap[searching] /= 2
-            previous[searching], previous_value[searching] = position[searching], value[searching]
-            position[searching] = limit[searching] - gap[searching]
-            value[searching] = function(position[searching], np.broadcast_to(index, searching.shape)[searching])
-        sign, previous_sign = np.sign(value), np.sign(previous_value)
-        changed = searching & ((previous_sign == -sign) | (previous_sign == 0) | (sign == 0))
-        bracketed |= changed
-        searching &= ~(changed | changed[::-1]) & (position != limit) & np.isfinite(value)
-        if not searching.any():
-            break
-    # the narrower bracket, where there is one below and one above
-    below = bracketed[0] & ((previous[0] - position[0] <= position[1] - previous[1]) | ~bracketed[1])
-    return bracketed.any(axis=0), np.where(below, position[0], previous[1]), np.where(below, previous[0], position[1])
 
 
 def zeros_between(function, low, high, index, rtol=ROUNDING, smallest=TINY, steps=2048):

@@ -8,7 +8,7 @@ from functools import lru_cache, partial
 
 import numpy as np
 
-from cablestudy.cable.bracketing import bracket, minima_between, zeros_between
+from cablestudy.cable.bracketing import minima_between, zeros_between
 from cablestudy.cable.catenary import solve
 from cablestudy.cable.span import Span
 from cablestudy.cable.tolerances import CABLE
@@ -198,12 +198,16 @@ def _rising_zeros(function, guess, highest):
     for first_high, low_limit, high_limit in ((guess + step, near_low, near_high), (highest, loosest, highest)):
         if not len(unsolved):
             break
-        interval, limits = ((guess - step)[unsolved], first_high[unsolved]), (low_limit[unsolved], high_limit[unsolved])
-        bracketed, low, high = bracket(function, *interval, *limits, unsolved, CABLE.length_brackets)
-        if bracketed.any():
-            index = unsolved[bracketed]
-            zeros[index] = _bracketed_zeros(function, low[bracketed], high[bracketed], index)
-        unsolved = unsolved[~bracketed]
+        from scipy.optimize.elementwise import bracket_root  # slow to import, and seldom needed
+
+        interval = (guess - step)[unsolved], first_high[unsolved]
+        limits = {"xmin": low_limit[unsolved], "xmax": high_limit[unsolved]}
+        found = bracket_root(function, *interval, **limits, args=(unsolved,), maxiter=CABLE.length_brackets)
+        if found.success.any():
+            low, high = (end[found.success] for end in found.bracket)
+            index = unsolved[found.success]
+            zeros[index] = _bracketed_zeros(function, low, high, index)
+        unsolved = unsolved[~found.success]
     return zeros, known_to_rise
 
 
