@@ -165,13 +165,7 @@ def with_stated(suspension, state):
 def coupled_step(suspension, state, cables, sought, error):
     """Newton step of bodies and cable lengths together towards the stated tensions and sags.
 
-    The step q of the bodies and the relative changes of length dL/L solve
-
-        [K, -G; M, D] [q; dL/L] = [0; -error]
-
-    K is the tangent stiffness, G the derivative of the net forces on the bodies by dL/L, and M and D are the
-    derivatives of the relative values by q and by dL/L.
-
+    The step q of the bodies and the relative changes of length dL/L solve the equations of the module's docstring.
     Degrees of freedom are scaled, see `tangent.magnitudes`, and dL/L is divided by the dL/L for which D alone gives a
     relative change of 1. A step takes away an error of no more than `STATICS.error_in_step`, and changes no length by
     more than `STATICS.length_change`. The error of a sag is replaced by a measure that is nearly linear in L
@@ -222,11 +216,7 @@ def coupled_step(suspension, state, cables, sought, error):
 
 @dataclass(frozen=True)
 class CoupledEquations:
-    """Scaled equations of `coupled_step`: d free degrees of freedom of bodies and s lengths in each of n cases.
-
-        [K, -G; M, D] [q; dL/L] = [0; -error]
-
-    with the motion q of the bodies and the relative changes dL/L of the lengths.
+    """Scaled equations of the module's docstring: d free degrees of freedom of bodies and s lengths, in n cases.
 
     Attributes
     ----------
@@ -280,12 +270,7 @@ class CoupledEquations:
         return matrix
 
     def _sparse(self, suspension):
-        """Yield for each case the sparse matrix [K, -G; M, D] of the equations for bodies and lengths together.
-
-        K is the stiffness of the d free degrees of freedom of the bodies, and G the derivative of their net forces by
-        dL/L of the s cables whose lengths are sought. M and D are the derivatives of the relative stated values of
-        these cables by motions and by dL/L. Rows and columns of degrees of freedom are divided by `scales`.
-        """
+        """Yield the sparse matrix [K, -G; M, D] of each case."""
         from scipy.sparse import block_array, coo_array, diags_array, eye_array
 
         shape = len(self.sought), self.scales.shape[-1]  # (s, d)

@@ -198,20 +198,11 @@ def solved(matrices, vectors):
     ----------
     matrices, vectors : ndarray, shape (n, d, d), (n, d)
     """
-    try:
-        return np.linalg.solve(matrices, vectors[..., None])[..., 0]
-    except np.linalg.LinAlgError:
-        return np.array([_solved_or_nearest(*system) for system in zip(matrices, vectors, strict=True)])
-
-
-def _solved_or_nearest(matrix, vector):
-    """Solution of one system of equations, by least squares where its matrix is singular; zero without numbers."""
-    try:
-        return np.linalg.solve(matrix, vector)
-    except np.linalg.LinAlgError:
-        if np.isfinite(matrix).all() and np.isfinite(vector).all():
-            return np.linalg.lstsq(matrix, vector, rcond=None)[0]
-        return np.zeros(len(vector))
+    solutions = of_each(np.linalg.solve, np.nan, matrices, vectors[..., None])[..., 0]
+    singular = np.isnan(solutions).any(axis=-1) & np.isfinite(matrices).all(axis=(-1, -2))
+    for case in np.flatnonzero(singular & np.isfinite(vectors).all(axis=-1)):
+        solutions[case] = np.linalg.lstsq(matrices[case], vectors[case], rcond=None)[0]
+    return solutions
 
 
 def by_body(suspension, cables, values):
