@@ -1,10 +1,8 @@
 """Arc length of a catenary at mid-span, halfway along the horizontal between its ends: where its sag is measured."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from cablestudy.cable.records import take_rows, with_arrays
+from cablestudy.cable.records import take_rows
 from cablestudy.cable.segment import segment_terms
 from cablestudy.cable.tolerances import CABLE
 
@@ -43,91 +41,53 @@ def arc_length_at_midspan(catenary):
         """Values of the segment in which mid-span is, shape (..., 1), from those of all segments."""
         return np.take_along_axis(np.broadcast_to(values, segment_ends.shape), segment, axis=-1)
 
-    q, n, y = map(in_segment, catenary.tension)
-    part = _Part(
-        target=half - in_segment(segment_ends - distance),
-        rounding=EPSILON * half,
-        length=in_segment(fraction),
-        horizontal=in_segment(relative_horizontal),
-        stiffness=stiffness,
-        weight=np.asarray(span.weight)[..., None],
-        cosine=np.asarray(span.cosine)[..., None],
-        sine=np.asarray(span.sine)[..., None],
-        q=q,
-        n=n,
-        y=y,
+    length_in_segment = _arc_length_at(
+        half - in_segment(segment_ends - distance),
+        EPSILON * half,
+        in_segment(fraction),
+        in_segment(relative_horizontal),
+        stiffness,
+        np.asarray(span.weight)[..., None],
+        np.asarray(span.cosine)[..., None],
+        np.asarray(span.sine)[..., None],
+        *map(in_segment, catenary.tension),
     )
-    length_in_segment = _arc_length_at(part)
     position = (in_segment(np.cumsum(fraction, axis=-1) - fraction) + length_in_segment)[..., 0]
     return np.where((np.abs(span.cosine) == 0) & (span.transverse_load > 0), 0.5, position)
 
 
-@dataclass(frozen=True)
-class _Part:
-    """Segments of cables, one of each, and how far mid-span is from their ends 1; arrays of shape (..., 1).
-
-    Attributes
-    ----------
-    target, rounding : ndarray
-        Horizontal distance of mid-span, and the accuracy to find it to, over the length of the cable and the scale of
-        forces. [1/N]
-    length : ndarray
-        Length of the segment over that of the cable. [-]
-    horizontal : ndarray
-        h: horizontal tension over the scale of forces. [-]
-    stiffness, weight : ndarray
-        EA, and weight of the cable. [N]
-    cosine, sine : ndarray
-        Of the inclination of the chord of the cable. [-]
-    q, n, y : ndarray
-        Components of the tension vector at the middle of the segment, chord frame. [N]
-    """
-
-    target: np.ndarray
-    rounding: np.ndarray
-    length: np.ndarray
-    horizontal: np.ndarray
-    stiffness: np.ndarray
-    weight: np.ndarray
-    cosine: np.ndarray
-    sine: np.ndarray
-    q: np.ndarray
-    n: np.ndarray
-    y: np.ndarray
-
-
-def _arc_length_at(part):
+def _arc_length_at(target, rounding, length, *properties):
     """Arc length x along a segment at which the cable is at a given horizontal distance from the segment's end 1.
 
-    x, over the length of the cable, from 0 to `part.length`, is found by Newton's method within a bracket, from
+    x, over the length of the cable, from 0 to the `length` of the segment, is found by Newton's method within a
+    bracket, to the accuracy `rounding` [1/N], from
 
         h x (1/EA + 2 (1 + excess)/S) = target
 
-    h is the horizontal tension over a scale of forces, the same as in `target`. S is the sum of the tensions at both
-    ends of the part up to x, and 2 (1 + excess)/S the mean of 1/T along it (`segment_terms`).
+    S is the sum of the tensions at both ends of the part up to x, and 2 (1 + excess)/S the mean of 1/T along it
+    (`segment_terms`). The properties are h, the horizontal tension over a scale of forces, the same as in `target`; EA;
+    the weight of the cable; cosine and sine of the inclination of its chord; and the three components of the tension
+    vector at mid-segment, chord frame. All arrays have the shape (..., 1) of the target.
     """
-    shape = part.length.shape
-    part = with_arrays(part, lambda values: np.broadcast_to(values, shape).ravel())
-    low, high, x = np.zeros_like(part.length), part.length.copy(), part.length / 2
+    parts = [np.broadcast_to(values, target.shape).ravel() for values in (target, rounding, length, *properties)]
+    low, high, x = np.zeros(target.size), parts[2], parts[2] / 2
     solution, active = np.empty_like(x), np.arange(x.size)
     for _ in range(CABLE.midspan_steps):
-        # of the tension vector, from mid-segment to the middle of the piece up to x
-        shift = part.weight * (x - part.length) / 2
-        tension = part.q + shift * part.sine, part.n + shift * part.cosine, part.y
-        piece = segment_terms(tension, part.weight * x, part.cosine, part.sine)
-        gap = part.target - part.horizontal * x * (1 / part.stiffness + 2 * (1 + piece.excess) / piece.sum_of_tensions)
+        distance, accuracy, length, horizontal, stiffness, weight, cosine, sine, q, n, y = parts
+        shift = weight * (x - length) / 2  # of the tension vector, from mid-segment to the middle of the piece up to x
+        piece = segment_terms((q + shift * sine, n + shift * cosine, y), weight * x, cosine, sine)
+        gap = distance - horizontal * x * (1 / stiffness + 2 * (1 + piece.excess) / piece.sum_of_tensions)
         low, high = np.where(gap > 0, x, low), np.where(gap > 0, high, x)
-        slope = np.maximum(part.horizontal, CABLE.least_divisor) * (
-            1 / part.stiffness + 1 / np.maximum(piece.tensions[1], CABLE.least_divisor)
+        slope = np.maximum(horizontal, CABLE.least_divisor) * (
+            1 / stiffness + 1 / np.maximum(piece.tensions[1], CABLE.least_divisor)
         )
         trial = x + gap / slope
         trial = np.where((trial > low) & (trial < high), trial, (low + high) / 2)
-        trial = np.where(np.abs(gap) > part.rounding, trial, x)
+        trial = np.where(np.abs(gap) > accuracy, trial, x)
         moving = np.abs(trial - x) > 4e-16  # rounding of a share of the length
         solution[active] = x = trial
         if not moving.any():
             break
         if not moving.all():  # nearly vertical cables need more steps than all others
-            active, low, high, x = active[moving], low[moving], high[moving], x[moving]
-            part = take_rows(part, moving)
-    return solution.reshape(shape)
+            active, low, high, x, parts = take_rows((active, low, high, x, parts), moving)
+    return solution.reshape(target.shape)
