@@ -107,7 +107,7 @@ class Iterates:
     direction : ndarray, shape (k, m)
         The last changes of the tensions, relative. [-]
     damping, least_damping : ndarray, shape (k,)
-        Of the next step, and of all steps to come, see `next_damping`. [-]
+        Of the next step, and of all steps to come, see `with_damping`. [-]
     change, least_change : ndarray, shape (k,)
         Size of the last step, and the smallest one so far. [-]
     outside : ndarray, shape (k,)
@@ -132,14 +132,6 @@ class Iterates:
 def search(problem, least_ratio):
     """Find lengths of the open cables, those with nothing stated, that hold bodies at given places: `LengthsFound`.
 
-    Some degrees of freedom y of the bodies may not be given: they follow from equilibrium. Each iteration linearises
-    the net forces F on the bodies in the mean tensions t of the open cables and in y, and solves for t_new and y
-
-        A (t_new - t) + E y + F = 0,    A = dF/dt,  E = dF/dy
-
-    within the bounds of the tensions. Then the bodies move by y, and the open cables get the lengths with which they
-    have the tensions t_new there.
-
     Parameters
     ----------
     problem : TensionProblem
@@ -154,12 +146,8 @@ def search(problem, least_ratio):
     than what rounding of lengths and places makes (`rounding.Bounds`). It has no answer where several steps in a row
     find no tensions within the bounds and come no closer to them.
     """
-    # `active`, `state` and `iterates` are of the cases still searched for, the others of all cases
+    # `found` is of all cases, `active`, `state` and `iterates` of those still searched for
     active, state, iterates = first_iterates(problem, least_ratio)
-    cases = len(iterates.index)
-    states, possible = copy_record(state), iterates.possible.copy()
-    steps, residual, correction = np.zeros(cases, dtype=int), np.zeros(cases), np.full(cases, np.inf)
-    record = SearchRecord(steps, residual, correction, reason=np.full(cases, TOO_MANY))
     for number in range(STATICS.lengths_steps + 1):
         index, linear = iterates.index, linearised(active, state)
         right = (linear.by_tension @ iterates.tension[..., None])[..., 0] - linear.net
@@ -174,16 +162,14 @@ def search(problem, least_ratio):
             damping=iterates.damping,
             current=iterates.tension,
         )
-        if number == 0:
-            answers = copy_record(solutions)
-        assign_rows(answers, index, solutions)
-        step, tension, turn = limited_steps(active, state, iterates, solutions)
-        change = sizes_of(step, tension, iterates)
+        step, tension, turn, change = limited_steps(active, state, iterates, solutions)
         iterates = with_infeasible(iterates, solutions, active.high, least_ratio)
         iterates, reason = with_reasons(iterates, linear, solutions, change, last=number == STATICS.lengths_steps)
-        assign_rows(record, index, SearchRecord(np.full(len(index), number), linear.imbalance, change, reason))
-        assign_rows(states, index, state)
-        possible[index] = iterates.possible
+        record = SearchRecord(np.full(len(index), number), linear.imbalance, change, reason)
+        of_active = LengthsFound(state, record, solutions, iterates.possible)
+        if number == 0:
+            found = copy_record(of_active)
+        assign_rows(found, index, of_active)
         going_on = np.flatnonzero(reason == GOING_ON)
         if not len(going_on):
             break
@@ -192,7 +178,7 @@ def search(problem, least_ratio):
         state = displaced(active.suspension, take_rows(state, going_on), step[going_on])
         active, iterates = with_tensions(active, state, iterates, tension, least_ratio)
         state = with_stated(active.suspension, state)
-    return LengthsFound(states, record, answers, possible)
+    return found
 
 
 def first_iterates(problem, least_ratio):
@@ -351,6 +337,9 @@ def limited_steps(problem, state, iterates, solutions):
         Mean tensions of the open cables after the step. [N]
     turn : ndarray, shape (k,)
         Largest rotation of a body before the step is shortened. [rad]
+    change : ndarray, shape (k,)
+        Size of the step, about as large as without damping: largest change of a tension over the largest tension, plus
+        the largest component of the step of the bodies. [-]
     """
     step = np.zeros((*state.position.shape[:-1], 6))
     step[:, problem.moving] = solutions.unbounded
@@ -358,17 +347,11 @@ def limited_steps(problem, state, iterates, solutions):
     turn = largest(step[..., 3:]).max(axis=-1)
     displacement = largest(step[..., :3]).max(axis=-1) / (STATICS.farthest_step * extent(state))
     share = 1 / np.maximum(1.0, np.maximum(displacement, turn / STATICS.widest_turn))
+    step = step * share[:, None, None]
     tension = iterates.tension + share[:, None] * (solutions.tension - iterates.tension)
-    return step * share[:, None, None], np.maximum(tension, STATICS.least_tension_share * iterates.tension), turn
-
-
-def sizes_of(step, tension, iterates):
-    """Size of the step of each case, about as large as without damping, shape (k,). [-]
-
-    Largest change of a tension over the largest tension, plus the largest component of the step of the bodies.
-    """
+    tension = np.maximum(tension, STATICS.least_tension_share * iterates.tension)
     change = np.abs(tension - iterates.tension).max(axis=-1) / iterates.tension.max(axis=-1)
-    return (change + largest(step).max(axis=-1)) * (1 + iterates.damping**2)
+    return step, tension, turn, (change + largest(step).max(axis=-1)) * (1 + iterates.damping**2)
 
 
 def with_infeasible(iterates, solutions, high, least_ratio):
@@ -392,7 +375,7 @@ def with_infeasible(iterates, solutions, high, least_ratio):
 def with_reasons(iterates, linear, solutions, change, last):
     """`Iterates` with their smallest change, and the reason why each ends: index in REASONS, or GOING_ON.
 
-    `change` is the size of the steps from `sizes_of`; `last` is true in the last step that a search may take.
+    `change` is that of `limited_steps`; `last` is true in the last step that a search may take.
     """
     falling = change < STATICS.lengths_progress * iterates.least_change
     iterates = replace(
@@ -411,7 +394,11 @@ def with_reasons(iterates, linear, solutions, change, last):
 
 
 def with_damping(iterates, tension, change, turn, number):
-    """`Iterates` with the damping of the next step, more where step `number` (from 0) diverges; see `next_damping`."""
+    """`Iterates` with the damping of the next step, more where step `number` (from 0) diverges.
+
+    After a diverging step the damping is three times as large, and so is the least damping from then on. After other
+    steps it is a third, but not below the least damping, which is a third too after slow steps.
+    """
     direction = (tension - iterates.tension) / iterates.tension
     reversed_step = (iterates.direction * direction).sum(axis=-1) < 0
     diverging = (
@@ -419,20 +406,11 @@ def with_damping(iterates, tension, change, turn, number):
         | ((change > STATICS.shrinking_step * iterates.change) & reversed_step & (number > 2))
         | (change > STATICS.growing_step * iterates.change)
     )
-    slow = change > STATICS.slow_step * iterates.change
-    damping, least = next_damping(iterates.damping, iterates.least_damping, diverging, slow)
-    return replace(iterates, direction=direction, damping=damping, least_damping=least, change=change)
-
-
-def next_damping(damping, least, diverging, slow):
-    """Damping of the next step, and the least damping of the steps to come, shape (n,) both.
-
-    After a diverging step the damping is three times as large, and so is the least damping from then on. After other
-    steps it is a third, but not below the least damping, which is a third too after slow steps.
-    """
+    slow, damping, least = change > STATICS.slow_step * iterates.change, iterates.damping, iterates.least_damping
     least = np.where(diverging, np.maximum(least, 3 * damping), np.where(slow, least / 3, least))
     more = np.clip(3 * damping, STATICS.damped_lengths, STATICS.most_damped_lengths)
-    return np.where(diverging, more, np.maximum(damping / 3, least)), least
+    damping = np.where(diverging, more, np.maximum(damping / 3, least))
+    return replace(iterates, direction=direction, damping=damping, least_damping=least, change=change)
 
 
 def with_tensions(problem, state, iterates, tension, least_ratio):
