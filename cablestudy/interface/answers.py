@@ -16,14 +16,13 @@ DEFAULT_MODES = 12
 
 def loads(scene, estimate: bool = False):
     """Answer of static --table loads: position, slopes and tensions at each point load; all else as of static."""
-    from cablestudy.study.point_loads import loads_table
-    from cablestudy.study.scene_kind import kind_of
+    from cablestudy.study.point_loads import loaded_cables, loads_table
 
     answer, failures = scene.answers["static"](scene, estimate=estimate), []
     if failed := _failure_without_loads(scene, "static --table loads"):
         return failed
     try:
-        table = loads_table(kind_of(scene.model).loaded_cables(answer.case), failures)
+        table = loads_table(loaded_cables(answer.case), failures)
     except (NoSolutionError, ConvergenceError) as error:
         table, failures = None, [str(error)]
     return replace(answer, tables=only(table), failures=tuple(failures))

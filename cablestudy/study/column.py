@@ -110,7 +110,12 @@ def require(document, scene, keys, command):
 
 def lacks(scene, column):
     """The first key that a column needs and a scene has no value for, or an empty text."""
-    for key in column.keys:
+    return first_without_value(scene, column.keys)
+
+
+def first_without_value(scene, keys):
+    """The first of some keys of columns, as `Column.key`, that a scene has no value for, or an empty text."""
+    for key in keys:
         if all(is_absent(attribute(scene, name)) for name in key.split("|")):
             return written_key(key.split("|")[0])
     return ""

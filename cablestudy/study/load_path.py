@@ -9,7 +9,7 @@ from cablestudy.scene.fields import suggestion
 from cablestudy.scene.scene import read_scene
 from cablestudy.scene.words import first_of
 from cablestudy.study.columns import find
-from cablestudy.study.point_loads import FIELDS, NO_GROUND, fields_in, lacks_clearance
+from cablestudy.study.point_loads import FIELDS, NO_GROUND, fields_in, lacks_clearance, loaded_cables
 from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.table import Field, Table
 from cablestudy.study.table_rows import OK, STATUS
@@ -45,8 +45,8 @@ def load_path(document, scene, option):
     for fraction in fractions:
         row, load_at_fraction = {"fraction": fraction}, load.model_copy(update={"at": None, "fraction": fraction})
         try:
-            loaded_cables = kind.loaded_cables(kind.case(frozen.with_value(path, load_at_fraction)))
-            loaded_cable = next((loaded for loaded in loaded_cables if loaded.name == cable), None)
+            loaded = loaded_cables(kind.case(frozen.with_value(path, load_at_fraction)))
+            loaded_cable = next((one for one in loaded if one.name == cable), None)
             if loaded_cable is None:  # the cable is lost in the load case
                 raise NoSolutionError(f"{cable} is not there")
             row |= _row(loaded_cable, name)

@@ -67,30 +67,21 @@ class LoadedCable:
         return [{h: None if np.isnan(n) else n for h, n in zip(headers, row, strict=True)} for row in numbers]
 
 
-def of_one_cable(case):
-    """The cable of a `CableCase` with its loads, in a list.
+def loaded_cables(case):
+    """The cables of a `CableCase` or `SuspensionCase` that carry point loads: list of LoadedCable.
 
     Raises
     ------
     NoSolutionError, ConvergenceError
-        It has no equilibrium, or no definite form.
+        There is no equilibrium, or a cable has no definite form.
     """
-    case.results.check(case.index)
-    if case.exact_statics and case.catenary.slack:
-        raise NoSolutionError(SHAPELESS)
-    return [LoadedCable("", case.form, case.end_1, case.reference_length, case.scene.loads, case.scene.ground)]
-
-
-def of_suspension(case):
-    """The cables of a `SuspensionCase` that carry loads: list of LoadedCable; raises as `of_one_cable`."""
-    equilibrium, lengths, cables = case.equilibrium, case.group.cables.reference_length[case.index], []
-    for index, name in enumerate(case.scene.cables):
-        if not (loads := case.scene.loads_on(name)):
-            continue
-        catenary = equilibrium.catenary.take(index)
-        if catenary.slack:
-            raise NoSolutionError(f"{name}: {SHAPELESS}")
-        cables.append(LoadedCable(name, catenary, equilibrium.ends[index, 0], lengths[index], loads, case.scene.ground))
+    cables = []
+    for name in dict.fromkeys(load.rpartition(".")[0] for load in case.scene.load_paths):
+        cable = case.hanging(name)
+        if cable.exact_statics and cable.catenary.slack:
+            raise NoSolutionError(f"{name}: {SHAPELESS}" if name else SHAPELESS)
+        loads, ground = cable.scene.loads, cable.scene.ground
+        cables.append(LoadedCable(name, cable.form, cable.end_1, cable.reference_length, loads, ground))
     return cables
 
 

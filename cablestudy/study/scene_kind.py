@@ -34,7 +34,6 @@ class SceneKind:
     # name in the loop -> name for the user, of winches, references and outputs whose names differ
     names_in_loop: dict
     wind_keys: tuple  # keys of the scene without which no wind acts on what the loop moves
-    loaded_cables: Callable  # case -> list of `LoadedCable`; raises NoSolutionError and ConvergenceError
     package: str  # name of the package with modules of equal names for each kind
 
     @property
@@ -52,7 +51,6 @@ class SceneKind:
 def _one_cable():
     """`SceneKind` of scenes of one cable. Its modules are imported here, so only once such a scene is read."""
     from cablestudy.scene.one_cable import NAMES, WIND_KEYS, as_suspension
-    from cablestudy.study import point_loads
     from cablestudy.study.column import CLOSED
     from cablestudy.study.freeze import freeze_cable
     from cablestudy.study.notes import reference_without_loads
@@ -74,7 +72,6 @@ def _one_cable():
         as_suspension=as_suspension,
         names_in_loop=NAMES,
         wind_keys=WIND_KEYS,
-        loaded_cables=point_loads.of_one_cable,
         package="cablestudy.study.one_cable",
     )
 
@@ -82,7 +79,6 @@ def _one_cable():
 @cache
 def _suspension():
     """`SceneKind` of suspensions. Its modules are imported here, so only once a suspension is read."""
-    from cablestudy.study import point_loads
     from cablestudy.study.freeze import freeze_suspension
     from cablestudy.study.suspension import columns
     from cablestudy.study.suspension.case import SuspensionCase
@@ -103,7 +99,6 @@ def _suspension():
         as_suspension=lambda scene: scene,
         names_in_loop={},
         wind_keys=("wind",),
-        loaded_cables=point_loads.of_suspension,
         package="cablestudy.study.suspension",
     )
 

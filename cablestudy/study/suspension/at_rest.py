@@ -12,7 +12,7 @@ from cablestudy.statics.suspension import GROUND
 from cablestudy.study.scene_values import merged_loads
 from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.suspension.group import Group, HangingCable
-from cablestudy.study.suspension.numbers import CableValues
+from cablestudy.study.suspension.numbers import CableValues, SingleCable
 from cablestudy.study.tolerances import STUDY
 
 
@@ -138,14 +138,14 @@ class SuspensionAtRest:
 
         The arrays of a batch have entries for as many loads as the cable with most: those without a load are left out.
         """
-        cable = self.cable(name)
+        cable, scene = self.cable(name), SingleCable(self.scene, name)
         catenary, length = self.equilibrium.catenary.take(cable), self.group.cables.reference_length[self.index, cable]
         loaded = np.zeros(len(catenary.span.load_positions), dtype=bool)
         fractions = catenary.span.load_positions / catenary.span.unstretched_length
-        for position, fraction, _, _ in merged_loads(self.scene.loads_on(name)):
+        for position, fraction, _, _ in merged_loads(scene.loads):
             loaded[np.argmin(np.abs(fractions - (fraction if np.isnan(position) else position / length)))] = True
         catenary = replace(catenary, span=catenary.span.with_some_loads(loaded))
-        return HangingCable(self.scene, self.equilibrium.ends[cable, 0], catenary, self.statics_error(None))
+        return HangingCable(scene, self.equilibrium.ends[cable, 0], catenary, length, self.statics_error(None))
 
     def of_cables(self, column):
         """Numbers of all cables in a `Column` of single cables, shape (c,)."""

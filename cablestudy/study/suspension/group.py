@@ -27,7 +27,7 @@ from cablestudy.study.suspension.load_cases import (
     numbers_at_rest,
     too_long,
 )
-from cablestudy.study.suspension.numbers import CableValues, distribution_of, loads_of
+from cablestudy.study.suspension.numbers import CableValues, SingleCable, distribution_of, loads_of
 from cablestudy.study.tolerances import STUDY
 from cablestudy.study.uneven_drag import bounded_errors, relative_change
 from cablestudy.wind.mean import equilibrium_in_wind
@@ -147,9 +147,10 @@ class CableResults(CableValues):
 class HangingCable:
     """One cable in equilibrium, with the attributes of `CableCase` that columns computed case by case need."""
 
-    scene: object
+    scene: SingleCable
     end_1: np.ndarray  # position of its end `from`, shape (3,) [m]
     catenary: Catenary
+    reference_length: float  # unstretched length in the reference state [m]
     statics_error: float  # relative error of the statics of its case [-]
     exact_statics: ClassVar = True
 

@@ -1,20 +1,45 @@
 """Numeric description of scenes of suspensions for the solvers, with an axis of cases: `SuspendedSystem`."""
 
+from functools import cached_property
+
 import numpy as np
 
 from cablestudy.scene.determinacy import MOTIONS, found_rotations
+from cablestudy.scene.scene import CableScene
 from cablestudy.scene.suspension_tables import Tensions
 from cablestudy.statics import rigid
 from cablestudy.statics.suspension import GROUND, SuspendedSystem
-from cablestudy.study.column import attribute
-from cablestudy.study.scene_values import load_arrays, position_count
+from cablestudy.study.scene_values import SceneValues, load_arrays, position_count
 
 ORIGIN = (0.0, 0.0, 0.0)
 OF_JUNCTION = (True, True, True, False, False, False)  # its free displacements and rotations
 OF_LINKS = ("link_stiffness", "link_damping", "link_length")
-OF_CASE_AND_CABLE = ("elongation", "wind_diameter")  # numbers that a load case computes of a cable
 # index of each entry of the tensor among the six in a scene, xx yy zz xy xz yz
 TENSOR = [[0, 3, 4], [3, 1, 5], [4, 5, 2]]
+
+
+class SingleCable:
+    """A cable of a suspension with the attributes of a scene of one cable, `CableScene`."""
+
+    elongation, wind_diameter = CableScene.elongation, CableScene.wind_diameter
+
+    def __init__(self, scene, name):
+        self._scene, self._name, self.cable = scene, name, scene.cables[name]
+
+    @property
+    def load_case(self):
+        """Its load case, with the ice, wind and point loads that are on it."""
+        case = self._scene.load_case.of_cable(self._name)
+        return case.model_copy(update={"loads": case.loads.get(self._name, ())}) if case.loads else case
+
+    @property
+    def loads(self):
+        """All point loads on it."""
+        return self._scene.loads_on(self._name)
+
+    def __getattr__(self, name):
+        """All else is that of the suspension."""
+        return getattr(self._scene, name)
 
 
 class CableValues:
@@ -29,37 +54,14 @@ class CableValues:
     def __init__(self, scenes):
         self._scenes = scenes
 
+    @cached_property
+    def _of_cables(self):
+        """`SceneValues` of all cables, scene by scene."""
+        return SceneValues([SingleCable(scene, name) for scene in self._scenes for name in scene.cables])
+
     def given(self, path):
-        """A number of each cable of each scene, shape (n, c), in SI; not a number where there is none.
-
-        Parameters
-        ----------
-        path : str
-            Key with dots:
-
-            * `cable.*`, a key of the cable, such as `cable.section_mass`;
-            * `load_case.*`, a key of the load case, such as `load_case.wind.exponent`;
-            * `elongation` or `wind_diameter`, what the load case makes of the cable: the relative change of its
-              unstretched length by temperature [-], and its diameter with ice [m];
-            * any other, a key of the scene, the same for all of its cables, such as `gravity`.
-        """
-        table, _, name = path.rpartition(".")
-        if table == "cable":
-            values = []
-            for scene, before in zip(self._scenes, [None, *self._scenes], strict=False):
-                same = before is not None and scene.cables is before.cables
-                values.append(values[-1] if same else [getattr(cable, name, None) for cable in scene.cables.values()])
-        elif name in OF_CASE_AND_CABLE:
-            values = [
-                [getattr(scene.load_case.of_cable(owner), name)(cable) for owner, cable in scene.cables.items()]
-                for scene in self._scenes
-            ]
-        elif table.startswith("load_case."):
-            key = path.partition(".")[2]
-            values = [_of_case(scene, key) for scene in self._scenes]
-        else:
-            values = [[attribute(scene, path)] * len(scene.cables) for scene in self._scenes]
-        return np.array(values, dtype=float)
+        """A number of each cable of each scene, shape (n, c); see `SceneValues.given`."""
+        return self._of_cables.given(path).reshape(len(self._scenes), len(self._scenes[0].cables))
 
     @property
     def moves(self):
@@ -74,14 +76,6 @@ class CableValues:
         """Point loads in the reference state, or `of_case`; see `load_arrays`, but of shape (n, c, k)."""
         arrays = load_arrays([loads for scene in self._scenes for loads in loads_of(scene, of_case)])
         return tuple(array.reshape(len(self._scenes), -1, *array.shape[1:]) for array in arrays)
-
-
-def _of_case(scene, path):
-    """A number of the load case of a scene for each of its cables: list."""
-    case = scene.load_case
-    if not case.listed:
-        return [attribute(case, path)] * len(scene.cables)
-    return [attribute(case.of_cable(name), path) for name in scene.cables]
 
 
 def loads_of(scene, of_case):

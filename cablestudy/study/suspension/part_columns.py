@@ -13,7 +13,8 @@ from cablestudy.cable.geometry import chord_angles
 from cablestudy.errors import NoSolutionError
 from cablestudy.statics.suspension import AXES
 from cablestudy.study.cable_columns import COLUMNS
-from cablestudy.study.column import Column, attribute, written_key
+from cablestudy.study.column import Column, first_without_value
+from cablestudy.study.suspension.numbers import SingleCable
 from cablestudy.study.suspension.wind_columns import LOOP, PEAK_UTILISATION, WINCHES
 
 # columns of a single cable -> those that cables of a suspension have instead
@@ -63,19 +64,11 @@ FORCES = "load_case.forces"
 # ------------------------------------------------------------------------------------------------- of one cable
 
 
-def has_key(scene, cable, column):
-    """True if the scene has all keys that a column of the cable of a name needs."""
-    return not missing_key(scene, cable, column)
-
-
 def missing_key(scene, cable, column):
     """The first key that a column of the cable of a name needs and a scene has no value for, or an empty text."""
-    for key in column.keys:
-        name = key.rpartition(".")[2]
-        entry = scene.loads_on(cable) if name == "loads" else attribute(scene, key)
-        if entry is None or (isinstance(entry, tuple) and not entry):
-            return written_key(key.split("|")[0])
-    return ""
+    own = f"cables.{cable}."
+    keys = [key.replace(own, "cable.") for key in column.keys]
+    return first_without_value(SingleCable(scene, cable), keys).replace("cable.", own, 1) if keys else ""
 
 
 def _of_cable(column, name):

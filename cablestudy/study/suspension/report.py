@@ -14,7 +14,13 @@ from cablestudy.study.notes import comparison_notes
 from cablestudy.study.one_cable.report import STATE, shapes_table
 from cablestudy.study.suspension.notes import slack_cables
 from cablestudy.study.suspension.numbers import numbers_of
-from cablestudy.study.suspension.part_columns import body_columns, cable_columns, has_key, link_columns, point_columns
+from cablestudy.study.suspension.part_columns import (
+    body_columns,
+    cable_columns,
+    link_columns,
+    missing_key,
+    point_columns,
+)
 from cablestudy.study.table import Field, Table
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.mode_pairs import pair_modes
@@ -51,7 +57,7 @@ def static_tables(case, only=None, failures=None):
 
     def columns_of_cable(name):
         columns = cable_columns(name) if name in case.scene.cables else []  # none of a lost cable
-        return [column for column in columns if has_key(case.scene, name, column)]
+        return [column for column in columns if not missing_key(case.scene, name, column)]
 
     def of_cables():
         names = case.with_all_cables.cables
