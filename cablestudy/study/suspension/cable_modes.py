@@ -6,7 +6,6 @@ place.
 """
 
 from functools import cached_property
-from types import SimpleNamespace
 
 import numpy as np
 
@@ -15,29 +14,32 @@ from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.case_modes import solved_modes
 from cablestudy.study.one_cable.results import Results
 from cablestudy.study.scene_values import SceneValues
+from cablestudy.study.suspension.numbers import SingleCable
 
 
-class CablesAtRest(Results):
-    """`Results` of all cables of a suspension, with the catenaries of its equilibrium.
+class CableModes(Results):
+    """Modes of the cables of one suspension between fixed ends: `Results` with the catenaries of its equilibrium.
 
     Parameters
     ----------
     scene : SuspensionScene
-        With fixed elements these follow the drag of a steady wind.
     catenary : Catenary
         All c cables in equilibrium, shape (c,).
     drag : SteadyDrag or None
-        Drag that fixed elements follow, see `FixedModel`.
+        Drag of a steady wind on them, which fixed elements follow, see `FixedModel`.
     mode_error : float
         Relative error of all frequencies, by drag that is taken as uniform along each cable. [-]
+    finer : callable
+        Function without arguments -> `CableModes` of the suspension with a finer model.
     """
 
-    def __init__(self, scene, catenary, drag, mode_error):
+    def __init__(self, scene, catenary, drag, mode_error, finer):
         count = len(catenary.span.chord)
-        super().__init__(SceneValues([scene] * count))
-        self.catenary, self._exact = catenary, scene.model.elements is not None
+        super().__init__(SceneValues([SingleCable(scene, name) for name in scene.cables]))
+        self.catenary, self.finer, self._exact = catenary, finer, scene.model.elements is not None
         self.mode_error = np.full(count, mode_error)
         self.drag = SteadyDrag(np.zeros(count), np.zeros((count, 3))) if drag is None else drag
+        self._cases = {name: CableAtRest(self, index, name) for index, name in enumerate(scene.cables)}
 
     @property
     def failures(self):
@@ -59,54 +61,8 @@ class CablesAtRest(Results):
         """True for cables along which the drag changes, shape (c,); see `Results`."""
         return (self.drag.normal_drag > 0) & self._exact
 
-
-class CableAtRest(CableCase):
-    """One cable of a suspension between fixed ends.
-
-    Parameters
-    ----------
-    modes : CableModes
-        Of the suspension.
-    name : str
-        Of the cable.
-    """
-
-    def __init__(self, modes, name):
-        index, scene = list(modes.scene.cables).index(name), modes.scene
-        cable = SimpleNamespace(model=scene.model, cable=scene.cables[name], gondola=None, winch=None)
-        super().__init__(cable, modes.results, index)
-        self._modes, self._name = modes, name
-
-    @cached_property
-    def finer(self):
-        """`CableAtRest` of the suspension with a model to the accuracy `reference_accuracy`, for comparison."""
-        return self._modes.finer().case(self._name)
-
-
-class CableModes:
-    """Modes of the cables of one suspension between fixed ends.
-
-    Parameters
-    ----------
-    scene : SuspensionScene
-    catenary : Catenary
-        All c cables in equilibrium, shape (c,).
-    drag : SteadyDrag or None
-        Drag of a steady wind on them, for a fixed number of elements.
-    mode_error : float
-        Relative error of all frequencies, by drag that is taken as uniform along each cable. [-]
-    finer : callable
-        Function without arguments -> `CableModes` of the suspension with a finer model.
-    """
-
-    def __init__(self, scene, catenary, drag, mode_error, finer):
-        self.scene, self.finer, self._cases = scene, finer, {}
-        self.results = CablesAtRest(scene, catenary, drag, mode_error)
-
     def case(self, name):
         """`CableAtRest` of a name."""
-        if name not in self._cases:
-            self._cases[name] = CableAtRest(self, name)
         return self._cases[name]
 
     def modes(self, name, count, upto):
@@ -132,4 +88,17 @@ class CableModes:
         """
         case = self.case(name)
         frequency, error = case.frequency(*column.mode)
-        return frequency, np.nan if error is None else error + float(case.results.mode_error[case.index])
+        return frequency, np.nan if error is None else error + case.mode_error
+
+
+class CableAtRest(CableCase):
+    """One cable of the suspension of `CableModes` between fixed ends, by its index and name."""
+
+    def __init__(self, modes, index, name):
+        super().__init__(modes.values.scenes[index], modes, index)
+        self._name = name
+
+    @cached_property
+    def finer(self):
+        """`CableAtRest` of the suspension with a model to the accuracy `reference_accuracy`, for comparison."""
+        return self.results.finer().case(self._name)

@@ -21,6 +21,7 @@ TENSOR = [[0, 3, 4], [3, 1, 5], [4, 5, 2]]
 class SingleCable:
     """A cable of a suspension with the attributes of a scene of one cable, `CableScene`."""
 
+    gondola = winch = None
     elongation, wind_diameter = CableScene.elongation, CableScene.wind_diameter
 
     def __init__(self, scene, name):
