@@ -127,6 +127,12 @@ class Refinement:
         self._levels = levels_for(self.case, self.waves)
         self.advance()
 
+    def of(self, name):
+        """A value that was found, and its estimated relative error; raises the error of one without a value."""
+        if name in self.values:
+            return self.values[name], self.errors[name]
+        raise self.failures.get(name) or self.failures[None]
+
     def advance(self):
         """Go to the next level that resolves the waves known so far."""
         fine_enough = (level for level in self._levels if level[0] * level[1] >= self._least_orders)

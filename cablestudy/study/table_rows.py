@@ -59,6 +59,7 @@ class TableColumns:
 
     def __init__(self, columns):
         self.physical = [column for column in columns if column.needs != "run"]  # all but those of the computation
+        self.computed = least_work_first(self.physical)  # those that are computed case by case
         # of gondola, loop and wind, in the order in which they cost least
         self.system = least_work_first([column for column in self.physical if column.needs in SYSTEM])
         self.of_equilibrium = [column.header for column in self.physical if column.needs != "scene"]
@@ -154,7 +155,7 @@ class RowBatch(ABC):
     """Batch of scenes whose statics are solved together, and the rows of a table that they give.
 
     Subclasses for scenes of one cable and for suspensions implement the steps. `required` is the `TableColumns` of the
-    table: its list `computed` holds the columns that are computed case by case. `noted` is True if rows have notes.
+    table. `noted` is True if rows have notes.
     """
 
     def __init__(self, scenes, required, noted):

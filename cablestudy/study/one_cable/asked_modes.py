@@ -1,6 +1,5 @@
 """Frequencies of the modes that a row asks for, by models which are refined until each is within the accuracy."""
 
-from dataclasses import dataclass
 from functools import cached_property, partial
 
 from cablestudy.errors import CablestudyError, outcome_of, without_errors
@@ -89,33 +88,6 @@ def _half_waves(label):
     return 2 * number - 1 if symmetry else number
 
 
-@dataclass(frozen=True)
-class FoundFrequencies:
-    """Frequencies that a search has found, or why not; they do not refer to the case that keeps them.
-
-    Attributes
-    ----------
-    values, errors, failures : dict
-        Label -> frequency [Hz], its estimated relative error [-], or why there is none; None -> why there are none.
-    used : CableCase
-        The case at the level of refinement whose values are taken.
-    tried : int
-        Number of levels examined.
-    """
-
-    values: dict
-    errors: dict
-    failures: dict
-    used: object
-    tried: int
-
-    def of(self, label):
-        """Frequency of a mode [Hz], and its estimated relative error; raises the error of one without a frequency."""
-        if label in self.values:
-            return self.values[label], self.errors[label]
-        raise self.failures.get(label) or self.failures[None]
-
-
 def found_frequencies(cases):
     """Search for the frequencies of the modes that some cases ask for (`CableCase.asked_modes`), all level by level.
 
@@ -126,19 +98,17 @@ def found_frequencies(cases):
     Returns
     -------
     dict
-        Case -> `FoundFrequencies`, or the error of a case without motion.
+        Case -> `Refinement` that has ended, or the error of a case without motion.
     """
-    searches = {case: outcome_of(partial(_search, case)) for case in cases}
-    refine(list(without_errors(searches).values()), solve_models)
-    return {case: search if isinstance(search, Exception) else _found(search) for case, search in searches.items()}
+    found = {case: outcome_of(partial(_search, case)) for case in cases}
+    searches = list(without_errors(found).values())
+    refine(searches, solve_models)
+    for search in searches:
+        search.case = None  # which keeps the search
+    return found
 
 
 def _search(case):
     """The `Refinement` of a case before it begins; raises as `needs_of`."""
     asked = case.asked_modes
     return Refinement(case, asked.frequencies, *needs_of(case, asked))
-
-
-def _found(search):
-    """`FoundFrequencies` of a `Refinement` that has ended."""
-    return FoundFrequencies(search.values, search.errors, search.failures, search.used, search.tried)

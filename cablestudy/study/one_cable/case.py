@@ -340,12 +340,12 @@ class CableCase(ComparedCase):
 
     @computed_together
     def frequencies_asked_for(cases):
-        """Frequencies of `asked_modes`: `FoundFrequencies`, or the error of a case without motion."""
+        """Frequencies of `asked_modes`: `Refinement`, or the error of a case without motion."""
         return found_frequencies(cases).items()
 
     @property
     def known_frequencies(self):
-        """The `FoundFrequencies` of `asked_modes`; None where none were searched for, or the case has no motion."""
+        """The `Refinement` of `asked_modes`; None where none were searched for, or the case has no motion."""
         found = CableCase.frequencies_asked_for.known(self)
         return None if isinstance(found, Exception) else found
 

@@ -9,7 +9,6 @@ import numpy as np
 
 from cablestudy.errors import CablestudyError, ConvergenceError, NoSolutionError, outcome_of
 from cablestudy.scene.words import first_of
-from cablestudy.study.column import least_work_first
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.scene_values import position_count
 from cablestudy.study.suspension.case import SuspensionCase
@@ -113,20 +112,6 @@ def _solved_groups(scenes):
         return [error] if len(scenes) == 1 else [result for scene in scenes for result in _solved_groups([scene])]
 
 
-class RequiredColumns(TableColumns):
-    """Columns of a table of suspensions by the computation that they need.
-
-    Attributes
-    ----------
-    computed : list of Column
-        `physical` in the order in which they cost least.
-    """
-
-    def __init__(self, columns):
-        super().__init__([OF_THE_WHOLE.get(column.name, column) for column in columns])
-        self.computed = least_work_first(self.physical)
-
-
 def evaluate_suspensions(scenes, columns, estimate=False):
     """Compute the columns of many suspensions.
 
@@ -142,7 +127,8 @@ def evaluate_suspensions(scenes, columns, estimate=False):
     list of Row
         Where a column has no value its cell is empty, and the status says why.
     """
-    required, most_cables = RequiredColumns(columns), max((len(scene.cables) for scene in scenes), default=1)
+    required = TableColumns([OF_THE_WHOLE.get(column.name, column) for column in columns])
+    most_cables = max((len(scene.cables) for scene in scenes), default=1)
     batch_size = max(STUDY.suspensions_at_once, STUDY.suspended_cables_at_once // max(1, most_cables))
     batches = (SuspensionBatch(batch, required, noted=estimate) for batch in batched(scenes, batch_size))
     return [row for batch in batches for row in batch.rows()]
