@@ -273,6 +273,14 @@ def with_accuracy(scene, accuracy):
     return scene.model_copy(update={"model": scene.model.model_copy(update=model)})
 
 
+def fixed_model(scene, drag):
+    """`FixedModel` of a scene, whose elements follow a drag; None where it states an accuracy."""
+    from cablestudy.system.hanging_cables import FixedModel
+
+    model = scene.model
+    return FixedModel(model.elements, model.order, model.mass, drag) if model.elements else None
+
+
 def reference_scene(scene):
     """Copy of a scene with a model to `STUDY.reference_accuracy`."""
     return with_accuracy(scene, STUDY.reference_accuracy)

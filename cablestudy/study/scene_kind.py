@@ -7,6 +7,7 @@ from importlib import import_module
 
 from cablestudy.scene.scene import CableScene
 from cablestudy.scene.suspension import SuspensionScene
+from cablestudy.study.column import CLOSED
 
 
 @dataclass(frozen=True)
@@ -16,13 +17,12 @@ class SceneKind:
     # scenes, columns, whether to estimate the errors of models with a stated number of elements -> list of Row
     evaluate: Callable
     # `CaseTable`, columns -> rows of all of its cases at once by closed forms, see `one_cable.closed_form`; None where
-    # each case takes its own scene
-    evaluate_table: Callable
+    # each case takes its own scene; None in place of the function where that is always so
+    evaluate_table: Callable | None
     why_not: Callable  # scene, column -> reason for which the scene cannot have it, empty where it can
     # scene, name of a column -> list of cable and its column of that name, where the name stands for those of several
     # cables; else empty
     of_each_cable: Callable
-    is_cheap: Callable  # column -> True if it costs so little that `find` may try many values
     usual_columns: tuple  # names of the columns that `find` shows beside the column of its goal
     # scene -> notes, at most one, on the meaning of the tensions and sags that it states; raises NoSolutionError and
     # ConvergenceError where a suspension has no stable equilibrium
@@ -35,6 +35,10 @@ class SceneKind:
     names_in_loop: dict
     wind_keys: tuple  # keys of the scene without which no wind acts on what the loop moves
     package: str  # name of the package with modules of equal names for each kind
+
+    def is_cheap(self, column):
+        """True if a column costs so little that `find` may try many values: a closed form of many cases at once."""
+        return self.evaluate_table is not None and column.needs in CLOSED and not column.each
 
     @property
     def trade(self):
@@ -51,7 +55,6 @@ class SceneKind:
 def _one_cable():
     """`SceneKind` of scenes of one cable. Its modules are imported here, so only once such a scene is read."""
     from cablestudy.scene.one_cable import NAMES, WIND_KEYS, as_suspension
-    from cablestudy.study.column import CLOSED
     from cablestudy.study.freeze import freeze_cable
     from cablestudy.study.notes import reference_without_loads
     from cablestudy.study.one_cable import columns
@@ -63,7 +66,6 @@ def _one_cable():
         evaluate_table=evaluate_table,
         why_not=columns.why_not,
         of_each_cable=lambda scene, name: [],
-        is_cheap=lambda column: column.needs in CLOSED and not column.each,
         usual_columns=("preload", "max_tension", "sag", "unstretched_length", "utilisation"),
         notes_on_stated=reference_without_loads,
         notes_on_found=lambda case: (),
@@ -87,10 +89,9 @@ def _suspension():
 
     return SceneKind(
         evaluate=evaluate_suspensions,
-        evaluate_table=lambda table, columns: None,
+        evaluate_table=None,
         why_not=columns.why_not,
         of_each_cable=columns.of_each_cable,
-        is_cheap=lambda column: False,
         usual_columns=("min_tension", "max_tension", "max_utilisation"),
         notes_on_stated=lambda scene: moved_note(SuspensionCase(scene)),
         notes_on_found=moved_note,

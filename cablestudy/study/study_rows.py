@@ -101,7 +101,8 @@ def evaluate_tables(tables, columns, explain=False, estimate=False):
         cases = table.cases.tolist()
         # several scenes, each a table by itself, are solved together below
         by_arrays = not explain and (len(cases) > 1 or len(tables) == 1)
-        closed_rows = kind_of(table.scene).evaluate_table(table, columns) if by_arrays else None
+        evaluate_table = kind_of(table.scene).evaluate_table
+        closed_rows = evaluate_table(table, columns) if by_arrays and evaluate_table else None
         if closed_rows is None:
             scenes |= {case: table.scene_of(index) for index, case in enumerate(cases)}
         else:

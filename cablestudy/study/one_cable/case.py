@@ -184,12 +184,6 @@ class CableCase(ComparedCase):
         return self.results.span.take(self.index)
 
     @property
-    def frame(self):
-        """Rows: the chord frame in global coordinates, shape (3, 3). [-]"""
-        self.results.check(self.index)
-        return self.results.span.frame[self.index]
-
-    @property
     def point_masses(self):
         """Point masses on the cable, as of its `span`; raises as this."""
         self.results.check(self.index)
@@ -311,13 +305,15 @@ class CableCase(ComparedCase):
     def end_stiffness(self):
         """Static stiffness of end 2, end 1 fixed, along x, y, z, shape (3, 3). [N/m]"""
         in_chord_frame = self.catenary.end_stiffness if self.exact_statics else self.dynamics.end_stiffness
-        stiffness = self.frame.T @ in_chord_frame @ self.frame
+        frame = self.span.frame
+        stiffness = frame.T @ in_chord_frame @ frame
         return np.where(np.abs(stiffness) > 1e-15 * np.abs(stiffness).max(), stiffness, 0.0)
 
     @property
     def end_stiffness_chord(self):
         """Static stiffness of end 2 along the chord, end 1 fixed. [N/m]"""
-        return float(self.frame[0] @ self.end_stiffness @ self.frame[0])
+        along = self.span.frame[0]
+        return float(along @ self.end_stiffness @ along)
 
     def end_stiffness_along(self, axis, moved=None):
         """Static stiffness of end 2, end 1 fixed: force along an axis per displacement along it or another. [N/m]
@@ -334,7 +330,7 @@ class CableCase(ComparedCase):
             return float(self.results.end_stiffness_along(axis, moved)[self.index])
         if moved is not None:
             return float(self.end_stiffness[axis, moved])
-        x, y, z = self.frame[:, axis]  # the axis in the chord frame, whose z is across the cable's plane
+        x, y, z = self.span.frame[:, axis]  # the axis in the chord frame, whose z is across the cable's plane
         dynamics = self.in_plane if not z else self.dynamics if x or y else self.out_of_plane
         return self.model.end_stiffness_along(dynamics.planes, axis)
 
@@ -409,7 +405,7 @@ class CableCase(ComparedCase):
 
     def participation(self, modes):
         """Force on each mode by a movement of end 2 along x, shape (k,); see `Modes.participation`. [N/(m sqrt(kg))]"""
-        return modes.participation @ self.frame[:, 0]
+        return modes.participation @ self.span.frame[:, 0]
 
     # ---------------------------------------------------------------------------------------- ends, gondola and loop
 

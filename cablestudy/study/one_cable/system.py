@@ -21,9 +21,10 @@ from cablestudy.motion.model_search import solve_modes
 from cablestudy.scene.one_cable import CABLE, GONDOLA, as_suspension
 from cablestudy.statics.suspension import GROUND, Equilibrium, SuspendedSystem
 from cablestudy.study.motion_columns import GONDOLA_X, MIDSPAN
+from cablestudy.study.refinement import fixed_model
 from cablestudy.study.tolerances import STUDY
 from cablestudy.system.coupled_modes import coupled_modes
-from cablestudy.system.hanging_cables import Cables, FixedModel
+from cablestudy.system.hanging_cables import Cables
 from cablestudy.wind.coherence import along_cable
 from cablestudy.wind.gusts import Gusts
 from cablestudy.wind.strips import on_cables
@@ -211,7 +212,7 @@ def _in_airflow(case, scene, airflow, plants_and_loops, make_analysis):
     """`DynamicAnalysis` of a scene of a case, which shares `plants_and_loops`; see `analysis_of`."""
     equilibrium, damping = case.equilibrium, scene.cables[CABLE].damping
     modes, drag = case.coupled_models.setdefault(damping.viscous, {}), case.results.drag.take([case.index])
-    shared = exact_model(case), plants_and_loops, cables_of(case, damping), modes, drag
+    shared = fixed_model(case.scene, drag), plants_and_loops, cables_of(case, damping), modes, drag
     return make_analysis(scene, equilibrium, equilibrium, airflow, *shared)
 
 
@@ -237,8 +238,8 @@ def cables_of(case, damping):
     """`Cables` of a case, which has an equilibrium: its one cable, with the damping of its scene or another one."""
     cables = case.cable_models  # by viscous damping
     if damping.viscous not in cables:
-        model, catenary = exact_model(case), case.equilibrium.catenary
-        cables[damping.viscous] = Cables(catenary, damping, drag=model and model.drag, planes=_planes(case))
+        drag = None if case.exact_statics else case.results.drag.take([case.index])
+        cables[damping.viscous] = Cables(case.equilibrium.catenary, damping, drag=drag, planes=_planes(case))
     return cables[damping.viscous]
 
 
@@ -321,11 +322,3 @@ def equilibria_of(cases):
         value=span.unstretched_length,
     )
     return Equilibrium(suspension, position, rotation, catenary, NoSearch(np.ones(len(cases), dtype=bool)))
-
-
-def exact_model(case):
-    """`FixedModel` of the scene, or None where it states an accuracy."""
-    model = case.scene.model
-    if not model.elements:
-        return None
-    return FixedModel(model.elements, model.order, model.mass, case.results.drag.take([case.index]))

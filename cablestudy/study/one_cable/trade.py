@@ -153,7 +153,7 @@ def _irvine_frequency(column, case):
 def _with_residual(count, scene, _):
     """The lowest modes and the static part of all others, as by `ssm --modes`."""
     case = _most_accurate(scene).refined(*BASE)
-    return _with_end_model(case, Ends(case.dynamics, case.frame, count).superelement(scene.cable.damping))
+    return _with_end_model(case, Ends(case.dynamics, case.span.frame, count).superelement(scene.cable.damping))
 
 
 def _without_residual(count, scene, _):

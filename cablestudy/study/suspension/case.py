@@ -1,7 +1,6 @@
 """One suspension in motion: its coupled modes, its loop and its response to the wind, each computed when needed."""
 
 from copy import copy
-from dataclasses import replace
 from functools import cached_property, partial
 from math import isnan
 
@@ -17,7 +16,7 @@ from cablestudy.statics.rigid import cross_matrix
 from cablestudy.statics.suspension import AXES
 from cablestudy.study.column import DISCRETE
 from cablestudy.study.compared_case import ComparedCase
-from cablestudy.study.refinement import reference_scene
+from cablestudy.study.refinement import fixed_model, reference_scene
 from cablestudy.study.suspension.at_rest import SuspensionAtRest
 from cablestudy.study.tolerances import STUDY
 
@@ -41,7 +40,7 @@ class SuspensionCase(SuspensionAtRest, ComparedCase):
     def __init__(self, scene, group=None, index=0, estimate=False):
         super().__init__(scene, group, index)
         self._modes, self._modes_of_bodies, self.together = {}, {}, ()
-        self.estimate = estimate and self.model is not None
+        self.estimate = estimate and self.fixed
 
     @cached_property
     def finer(self):
@@ -73,7 +72,7 @@ class SuspensionCase(SuspensionAtRest, ComparedCase):
             for name in self.with_all_cables.winches:
                 self.refuse_lost(name, "the loop needs the winch of {0}, which is lost in the load case {1}")
         group, index, (equilibrium, drag) = self.group, self.index, self.group.in_mean_wind
-        model_and_loops = self._exact_model, group.linear_models[index]
+        model_and_loops = fixed_model(self.scene, group.steady_drag(index)), group.linear_models[index]
         shared = {"modes": group.modes_in_wind[index], "mean_drag": group.mean_drag(index)}
         if drag is None:
             return DynamicAnalysis(self.scene, self.without_wind, self.equilibrium, None, *model_and_loops, **shared)
@@ -177,17 +176,9 @@ class SuspensionCase(SuspensionAtRest, ComparedCase):
         return max((len(modes.shapes) for modes in self._modes.values()), default=0)
 
     @property
-    def model(self):
-        """`FixedModel` of the scene, or None where it states an accuracy."""
-        from cablestudy.system.hanging_cables import FixedModel
-
-        model = self.scene.model
-        return FixedModel(model.elements, model.order, model.mass) if model.elements else None
-
-    @property
-    def _exact_model(self):
-        """`model` with the steady wind on the cables, whose drag its elements follow; raises as `group`."""
-        return self.model and replace(self.model, drag=self.group.steady_drag(self.index))
+    def fixed(self):
+        """True if the scene fixes the number of elements, and states no accuracy."""
+        return self.scene.model.elements is not None
 
     def modes(self, count):
         """The lowest coupled modes, at least `count` of them where there are so many: `CoupledModes`.
@@ -201,11 +192,12 @@ class SuspensionCase(SuspensionAtRest, ComparedCase):
         computed = [modes for computed_count, modes in self._modes.items() if computed_count >= count]
         if computed:
             return computed[0]
-        if self.model is None:
-            self._modes[count] = self.group.modes(self.index, count)
-        else:
+        if self.fixed:
+            model = fixed_model(self.scene, self.group.steady_drag(self.index))
             damping = [cable.damping for cable in self.scene.cables.values()]
-            self._modes[count] = coupled_modes(self.equilibrium, count, damping=damping, model=self._exact_model)
+            self._modes[count] = coupled_modes(self.equilibrium, count, damping=damping, model=model)
+        else:
+            self._modes[count] = self.group.modes(self.index, count)
         return self._modes[count]
 
     def modes_up_to(self, frequency):

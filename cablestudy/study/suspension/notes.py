@@ -185,7 +185,7 @@ def _of_wind(case):
     shapes = counted(len(closed_loop.motion) - len(closed_loop.plant.kept) - strokes, "static shape")
     loop = outcome_of(lambda: closed_loop.loop)
     controlled = loop is not None and not isinstance(loop, Exception)  # columns say why there is no gain
-    if controlled and case.model is not None:
+    if controlled and case.fixed:
         yield (
             f"loop: judged by the modes of these elements, up to {_highest(closed_loop):.4g} Hz, and not by those "
             "of the cables above"

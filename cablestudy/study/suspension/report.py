@@ -329,7 +329,7 @@ def mode_errors(case, modes, count):
     frequency, damping_ratio : ndarray, shape (count,)
         NaN where they are not known; 0 where both x and x_f are zero, as of a mode without damping. [-]
     """
-    if case.model is None:
+    if not case.fixed:
         by_drag = case.group.errors.modes[case.index]
         return case.mode_errors(modes)[:count], modes.damping_error[:count] + by_drag
     errors = np.full((2, count), np.nan)
@@ -355,7 +355,7 @@ def mode_errors(case, modes, count):
 
 def mode_notes(case, modes, count):
     """Notes on the errors of the lowest coupled modes of fixed elements, none of others: tuple of str."""
-    if case.model is None:
+    if not case.fixed:
         return ()
     errors = [None if np.isnan(error) else error for error in mode_errors(case, modes, count)[0].tolist()]
     return tuple(comparison_notes({f"mode {k}": error for k, error in enumerate(errors, 1)}, case.reason))

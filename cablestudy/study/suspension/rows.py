@@ -171,7 +171,7 @@ class SuspensionBatch(RowBatch):
 
 def _compare(cases):
     """Set `finer` of the cases that state their elements, for comparison; their statics are computed together."""
-    exact = [case for case in cases if case.model is not None]
+    exact = [case for case in cases if case.fixed]
     for case, finer in zip(exact, cases_of([reference_scene(case.with_all_cables) for case in exact]), strict=True):
         case.estimate, case.finer = True, finer
 

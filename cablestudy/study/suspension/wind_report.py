@@ -1,7 +1,6 @@
 """Tables of `windrms` and `loop` for a suspension: motion, rotations, cables, actuators, loop and its coordinates."""
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
@@ -70,8 +69,7 @@ def wind_tables(document, case, only=None):
     NoSolutionError, ConvergenceError
         The motion, or the loop, cannot be computed.
     """
-    names = _chosen_names(document, case.scene, only)
-    return make_tables(case, {name: partial(_table_of, name) for name in names})
+    return _tables(case, _chosen_names(document, case.scene, only), _loop_columns)
 
 
 def fields_in_wind(document, scene, name):
@@ -98,8 +96,7 @@ def names_of_tables(scene):
 
 def loop_tables(case, only=None):
     """The tables `loop` and `coordinates`, or the one named by `only`; returns and raises as `wind_tables`."""
-    makers = {"loop": loop_table, "coordinates": coordinate_table}
-    return make_tables(case, chosen_tables(makers, only))
+    return _tables(case, chosen_tables(dict.fromkeys(("loop", "coordinates")), only), lambda _: LOOP)
 
 
 def fields_of_loop(name, columns=LOOP):
@@ -107,22 +104,14 @@ def fields_of_loop(name, columns=LOOP):
     return COORDINATE_FIELDS if name == "coordinates" else tuple(column.field for column in columns)
 
 
-def make_tables(case, makers):
-    """Tables by their names, and why cells of them are empty: tuple of str.
+def _tables(case, names, loop_columns):
+    """Tables of some names, and why cells of them are empty: dict, and tuple of str.
 
-    Parameters
-    ----------
-    case : SuspensionCase
-    makers : dict
-        Name -> function of the case and a list of failures, which makes the table.
-
-    Raises
-    ------
-    NoSolutionError, ConvergenceError
-        The motion, or the loop, cannot be computed, stable or not.
+    `loop_columns`: function of the scene for the columns of the table `loop`. Raises as `wind_tables`, of a loop that
+    is not stable too.
     """
     _, failures = case.analysis.loop_for_margins.stability.stable, []
-    tables = {name: make(case, failures) for name, make in makers.items()}
+    tables = {name: _table_of(name, case, failures, loop_columns) for name in names}
     return tables, tuple(dict.fromkeys(failures))
 
 
@@ -167,12 +156,14 @@ ROWS = {  # name of a table -> functions: of a scene, the names of the rows; of 
 }
 
 
-def _table_of(name, case, failures):
-    """The table of a name of the command `windrms`; why cells are empty is appended to `failures`."""
+def _table_of(name, case, failures, loop_columns):
+    """The table of a name, see `_tables`; why cells are empty is appended to `failures`."""
     if name == "loop":
-        return loop_table(case, failures, _loop_columns(case.scene))
+        columns = loop_columns(case.scene)
+        cells, errors = cells_of(case, {column.header: column for column in columns}, failures)
+        return Table(fields_of_loop(name, columns), [cells], single=True, errors=lambda: iter([errors]))
     if name == "coordinates":
-        return coordinate_table(case, failures)
+        return _coordinate_table(case)
     columns = columns_by_name(case.scene, name)
     return table_by_name(case, columns, columns.get, failures=failures)
 
@@ -182,13 +173,7 @@ def _loop_columns(scene):
     return (*LOOP, *(WINCHES if scene.control.max_speed else ()))
 
 
-def loop_table(case, failures, columns=LOOP):
-    """Table of columns of the loop of a `SuspensionCase`; why cells are empty is appended to the list `failures`."""
-    cells, errors = cells_of(case, {column.header: column for column in columns}, failures)
-    return Table(fields_of_loop("loop", columns), [cells], single=True, errors=lambda: iter([errors]))
-
-
-def coordinate_table(case, _):
+def _coordinate_table(case):
     """Table of measured coordinates: frequency of the notch, and gain margin alone, which an unstable loop lacks."""
     closed_loop = case.analysis.loop_for_margins
     stability = closed_loop.stability
