@@ -77,6 +77,31 @@ def test_a_winch_that_is_too_slow_has_no_linear_answer():
     assert "max_speed" not in run("windrms", CARLINA, "--set", "winch.max_speed=10 mm/s").err
 
 
+@pytest.mark.parametrize("driving", ["winch", "reference", "gust"])
+def test_winches_rest_exactly_until_the_delay_has_passed(driving):
+    """By causality: approximants of the delay answer at once, with ripples of 1e-3 of the step."""
+    late = with_sets("winch.delay=30 s", "winch.controller.gain=0.01")
+    rows = table_of("loop", CARLINA, *late, "--time", "40s:21", "--input", driving)
+    for row in rows:
+        if row["time_s"] < 30:
+            assert row["winch_mm"] == row["winch_speed_mm_per_s"] == 0
+            assert row["gondola_mm"] == (0 if driving == "reference" else row["gondola_open_loop_mm"])
+    assert [row["time_s"] for row in rows if row["winch_mm"]][-5:] == [32, 34, 36, 38, 40]
+    if driving == "reference":  # the law integrates an error of 1 mm that nothing answers until 60 s
+        assert rows[-1]["winch_mm"] == pytest.approx(0.01 * 10, rel=2e-3)
+
+
+def test_the_speed_after_a_jump_of_the_reference_is_found_between_points_of_time():
+    """w_d w_f w_b times the step, at once after the delay: between two points of time."""
+    drive = "winch.delay=30 ms", "winch.bandwidth=10 Hz", "winch.max_speed=50 mm/s"
+    law = "winch.controller={gain: 0.5 rad/s, derivative_gain: 0.1 s, derivative_filter: 5 Hz, notch: none}"
+    damped = "cable.damping={model: kelvin_voigt, time: 1 ms, viscous: 0.02 N s/m^2}"
+    asked = "loop", CARLINA, *with_sets(*drive, law, damped), "--input", "reference"
+    reached = 0.1 * 2 * np.pi * 5 * 2 * np.pi * 10  # of a step of 1 mm
+    assert f"the winch would reach {reached:.4g} mm/s" in run(*asked, "--time", "20s:3").err
+    assert ", and 0 mm/s" in run(*asked, "--time", "0.02s:3").err
+
+
 def test_gains_of_zero_change_nothing():
     names = "gain_margin", "phase_margin", "gondola_rms", "largest_gain"
     zero = ("winch.controller.proportional_gain=0", "winch.controller.derivative_gain=0", "winch.delay=0")

@@ -55,6 +55,14 @@ def test_a_system_of_first_order_never_overshoots():
     assert (early.rise_time, early.settling_time) == (None, None)
 
 
+def test_a_response_that_begins_after_a_delay():
+    time = np.linspace(0, 60, 1201)
+    found = step_response(time, np.where(time < 30, 0.0, 1 - np.exp((30 - time) / 3)), 1.0)
+    assert (found.rise_time, found.settling_time) == pytest.approx((3 * np.log(9), 30 + 3 * np.log(50)), rel=1e-5)
+    early = step_response(time, np.where(time < 30, 0.0, 0.01 * (time - 30)), 1.0)
+    assert (early.rise_time, early.settling_time) == (None, None)
+
+
 def test_a_disturbance_that_is_taken_back():
     """t exp(-t) is largest at t = 1; it comes to 2 % of that at the second root of t exp(1 - t) = 0.02."""
     time = np.linspace(0, 20, 2001)

@@ -78,6 +78,8 @@ def _by_spline(time, value, final, largest):
 
     sign, final_share = np.copysign(1.0, final), abs(final) / largest
     curve = CubicSpline(time, sign * value / largest)
+    # of a response that is zero during a delay: `solve` finds roots where there are none by coefficients of 1e-170
+    curve.c[np.abs(curve.c) < CONTROL.spline_rounding * np.abs(curve.c).max(axis=1, keepdims=True)] = 0.0
     follows = final_share >= CONTROL.taken_back  # else the response is taken back: it ends near zero
     size = final_share if follows else 1.0
     overshoot = rise = None

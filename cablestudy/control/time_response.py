@@ -118,6 +118,9 @@ class TimeResponse:
         Displacement with the loop closed, and without the loop; None where only the loop has the input. [m] or [rad]
     winch, winch_speed : ndarray, shape (m, i)
         Movement of each winch by the loop, without the step of a winch that is the input. [m], [m/s]
+    speed_at_jump : ndarray, shape (i,)
+        Speed of each winch at once after a jump of the input at time zero, or, with a delay, when that has passed;
+        no point of time may be there. [m/s]
     errors : ndarray, shape (3,)
         Estimated errors by modes that are left out, and by approximated delays: of the displacement, over the largest
         one, and of movements and of speeds of winches, over the largest of all winches. [-]
@@ -129,13 +132,36 @@ class TimeResponse:
     open_loop: np.ndarray | None
     winch: np.ndarray
     winch_speed: np.ndarray
+    speed_at_jump: np.ndarray
     errors: np.ndarray
     final: float
 
     def times(self, factor):
         """Response to the input multiplied by a factor."""
-        values = {name: getattr(self, name) for name in ("measured", "open_loop", "winch", "winch_speed", "final")}
+        names = "measured", "open_loop", "winch", "winch_speed", "speed_at_jump", "final"
+        values = {name: getattr(self, name) for name in names}
         return replace(self, **{name: None if value is None else factor * value for name, value in values.items()})
+
+    def after_delay(self, early):
+        """Response whose winches rest before a delay has passed, at points of time of boolean shape (m,).
+
+        The displacement is then that without the loop. Both are exact; approximants of the delay answer at once, with
+        small ripples. Only the speeds at once after a jump of the input they have too early, not wrong.
+        """
+        open_loop = np.zeros_like(self.measured) if self.open_loop is None else self.open_loop
+        winch, winch_speed = (np.where(early[:, None], 0.0, value) for value in (self.winch, self.winch_speed))
+        return replace(
+            self,
+            measured=np.where(early, open_loop, self.measured),
+            winch=winch,
+            winch_speed=winch_speed,
+            speed_at_jump=np.where(early.all(), 0.0, self.speed_at_jump),
+        )
+
+    @property
+    def largest_winch_speeds(self):
+        """Largest size of the speed of each winch, shape (i,). [m/s]"""
+        return np.maximum(np.abs(self.winch_speed).max(axis=0), np.abs(self.speed_at_jump))
 
 
 def responses(closed, alone, output, winches, input_, components, time):
@@ -172,10 +198,13 @@ def responses(closed, alone, output, winches, input_, components, time):
     if open_input >= 0:
         system = alone.a, alone.b[:, open_input], alone.c[[output]], alone.d[[output], open_input]
         open_loop = respond(*system, components, time)[:, 0]
+    winch, winch_speed = np.split(displacement_and_winches[:, 1:], 2, axis=1)
     return TimeResponse(
         displacement_and_winches[:, 0],
         open_loop,
-        *np.split(displacement_and_winches[:, 1:], 2, axis=1),
+        winch,
+        winch_speed,
+        winch_speed[0],
         np.zeros(3),
         float(final),
     )

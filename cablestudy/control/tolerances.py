@@ -135,6 +135,7 @@ class ControlTolerances:
     # relative difference between all points of time and every second one, up to which they are enough
     enough_points: float = 0.01
     fewest_points: int = 8  # of time
+    spline_rounding: float = 1e-30  # of a coefficient over the largest of its order: far below rounding
     state_space_coordinates: int = 2000  # matrices of 128 MB
     component_begin: float = 1e-9  # of a time step, by which a component may begin before a point of time
 

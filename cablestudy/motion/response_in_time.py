@@ -43,7 +43,8 @@ def in_time(closed_loop, output, input_, components, times):
     * twice its change by twice as many modes: at a corner of the input in time amplitudes of modes fall with the square
       of their frequency, so that twice as many modes make the error half as large;
     * twice its change by twice as many approximants of a delay, in the smaller space: behind a delay a step makes a
-      corner, which contains all frequencies.
+      corner, which contains all frequencies. Ripples before the delay has passed, which the response does not have,
+      count: they show the error too.
 
     Parameters
     ----------
@@ -70,21 +71,23 @@ def in_time(closed_loop, output, input_, components, times):
     loop, plant = closed_loop.loop, closed_loop.plant
     all_coordinates, coarse_space = plant.viscous_motion, plant.coarse_space_in_time
     coarse_motion = all_coordinates.within(coarse_space)
-    channel = _Channel(output, input_, components, times)
-    full = _response_in_space(closed_loop, loop, all_coordinates, None, channel)
+    channel, early = _Channel(output, input_, components, times), times < loop.law.delay
+    full = _response_in_space(closed_loop, loop, all_coordinates, None, channel).after_delay(early)
     coarse = _response_in_space(closed_loop, loop, coarse_motion, coarse_space, channel)
-    errors = time_response.differences(full, coarse)
+    errors = time_response.differences(full, coarse.after_delay(early))
     if finer := closed_loop.with_twice_the_modes:
         same_loop = replace(loop, allocation=finer.body.allocation, notches=finer.body.notches)
         of_finer = _response_in_space(finer, same_loop, finer.plant.viscous_motion, None, channel)
-        errors = errors + 2 * time_response.differences(full, of_finer)
-    if finer_delay := loop.law_states_of_finer_delay:
+        errors = errors + 2 * time_response.differences(full, of_finer.after_delay(early))
+    finer_delay = loop.law_states_of_finer_delay
+    if finer_delay and not early.all():
         of_finer = _response_in_space(closed_loop, loop, coarse_motion, coarse_space, channel, finer_delay)
         errors = errors + 2 * time_response.differences(coarse, of_finer)
     response = replace(full, errors=errors)
     if loop.gain:
         return response
-    return replace(response, winch=np.zeros_like(response.winch), winch_speed=np.zeros_like(response.winch_speed))
+    at_rest = {name: np.zeros_like(getattr(response, name)) for name in ("winch", "winch_speed", "speed_at_jump")}
+    return replace(response, **at_rest)
 
 
 def unit_of(coordinate):

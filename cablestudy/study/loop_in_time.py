@@ -158,7 +158,7 @@ class TimeCase:
         largest_displacement = f"{self.name}: at most {self._largest(response.measured)}"
         if response.open_loop is not None:
             largest_displacement += f"; without the loop {self._largest(response.open_loop)}"
-        speed = MILLI * np.abs(response.winch_speed[:, winch]).max()
+        speed = MILLI * response.largest_winch_speeds[winch]
         displacement, movement, speed_error = response.errors.tolist()
         causes = "modes left out" + (" and the approximated delay" if self.delayed else "")
         return [
@@ -314,7 +314,7 @@ def remarks_of(drive, right_up_to, response, dampings):
     -------
     tuple of str
     """
-    remarks, speed = [], np.abs(response.winch_speed).max()
+    remarks, speed = [], response.largest_winch_speeds.max()
     if has_loss_factor(dampings):
         remarks.append("damping: hysteretic, viscous in time, with the same loss of each mode at its frequency")
     if right_up_to:
