@@ -60,6 +60,14 @@ cables: {{{cables}}}
     whole(plots.static_form(case_of(text)))
 
 
+def test_every_view_names_all_anchors_that_have_room():
+    """In the view from the side one anchor has room above or below its place alone, not beside it."""
+    figure = whole(plots.static_form(case_at("carlina-net")))
+    for axes in figure.axes[:4]:
+        names = ", ".join(text.get_text() for text in axes.texts).split(", ")
+        assert {"gondola", *(f"{way}{number}" for way in ("up", "down") for number in (1, 2, 3))} <= set(names)
+
+
 def loaded_net(seed):
     """A chain of two or three points between anchors, over the ground, with loads on its first cable."""
     rng = np.random.default_rng(seed)

@@ -222,8 +222,11 @@ def name_all(room, drawing, view):
             elif name not in names:
                 names.append(name)
         for names, place in shared:
-            spots = [(place, (5 * side, 3.6 * up), (side, up)) for side, up in CORNERS]
-            room.write(shortened(", ".join(names), 32), spots, needed=False, fontsize=size, color=colour)
+            beside = [(place, (5 * side, 3.6 * up), (side, up)) for side, up in CORNERS]
+            centred = [(place, (0, 7 * up), (0, up)) for up in (-1, 1)]
+            text, look = shortened(", ".join(names), 32), {"needed": False, "fontsize": size, "color": colour}
+            if not room.write(text, beside, **look):
+                room.write(text, centred, **look)
 
 
 def scale_bar(axes, size):
