@@ -23,6 +23,7 @@ from cablestudy.motion.dynamic_analysis import DynamicAnalysis
 from cablestudy.scene.scene import load_scene
 from cablestudy.study.ssm import StateSpaceOptions
 from cablestudy.study.suspension import ssm, ssm_control
+from cablestudy.study.suspension.case import SuspensionCase
 
 VISCOUS = 0.02  # [kg/(m s)] of cables of 0.3 kg/m
 GAIN = 0.8  # [rad/s]
@@ -321,3 +322,17 @@ def test_a_load_on_a_free_point_moves_what_equilibria_with_it_say():
         expected = (places(force.tolist()) - places((-force).tolist())) / (2 * step)
         by_force = static[rows, inputs.index(f"knot.force_{axis}")]
         assert by_force == pytest.approx(expected, abs=1e-5 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("feedback", [{"position_gain": 100.0}, {"position_gain": 100.0, "high_pass": 0.05}])
+def test_errors_are_allocated_by_the_static_gain_with_reaction_masses_free(feedback):
+    """The pseudo-inverse of the response at rest of the state space without loop, whose masses are on their springs."""
+    place = {"axis": [1, 0, 0], "at": [0, 0, -0.1], "mass": 0.5, "frequency": 0.3, "stroke": 1.0, "force": 100.0}
+    changes = {"actuators": {"m": place | feedback}, "control.measured": ["x", "y", "z"]}
+    scene = load(CONFIGS / "suspensions" / "carlina-net-wind.yaml", set=changes)
+    space = scene.state_space(with_="actuators")
+    rows = [space.output_names.index(f"gondola.{axis}") for axis in "xyz"]
+    winches = [number for number, name in enumerate(space.input_names) if name.startswith("winch.")]
+    at_rest = space.response(np.zeros(1))[0].real[np.ix_(rows, winches)]
+    found = SuspensionCase(scene.model).analysis.closed_loop.body.allocation.matrix
+    assert found == pytest.approx(np.linalg.pinv(at_rest), rel=1e-6, abs=1e-9)
