@@ -27,7 +27,7 @@ from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.columns import gondola_on_cable
 from cablestudy.study.one_cable.rows import evaluate
 from cablestudy.study.plots import style
-from cablestudy.study.plots.words import column_words, force_text, key_words, number, unit_text, value_text
+from cablestudy.study.plots.words import column_words, force_text, key_words, length_text, number, unit_text, value_text
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.sweeps.sensitivity import Sensitivity
 
@@ -219,6 +219,14 @@ def test_panels_show_how_a_load_moves_the_cable_where_that_is_much_or_along_its_
     _, *panels, difference = draw(plots.static_form(case)).axes
     assert [axes.get_ylabel().split()[1] for axes in panels] == shown
     assert len(difference.lines) == len(shown) + 1  # and the place of the load
+
+
+def test_a_difference_of_rounding_alone_has_no_panel():
+    """Loads along a vertical cable stretch it: the tangent has no error."""
+    case = case_of("carlina", "cable.ends=[[0, 0, 0], [0, 0, 50]]", "cable.preload=2 kN", "gondola=null",
+                   "winch=null", "wind=null", "cable.loads=[{fraction: 0.4, mass: 5 kg}]")  # fmt: skip
+    titles = [axes.get_title(loc="left") for axes in draw(plots.static_form(case)).axes]
+    assert titles[-1] == "Deflection from the unloaded form"
 
 
 # ---------------------------------------------------------------------------------------------------- mode shapes
@@ -543,6 +551,8 @@ def test_numbers_and_names_of_pictures():
     assert {unit: unit_text(unit) for unit in units} == units
     forces = {784.8: "784.8 N", -9999.0: "−9999 N", 1e4: "10 kN", 154496.3: "154.5 kN"}
     assert {force: force_text(force) for force in forces} == forces
+    lengths = {0.0: "0 m", -9.9e-3: "−9.9 mm", 1.182e-4: "0.1182 mm", 0.01: "0.01 m", 12345.6: "12350 m"}
+    assert {length: length_text(length) for length in lengths} == lengths
     columns = {
         "outofplane_frequency_1": "out-of-plane frequency 1", "n1.inplane_frequency_2": "n1 in-plane frequency 2",
         "gondola_rms": "gondola RMS",

@@ -283,6 +283,19 @@ def test_bode_plot_draws_the_curves(attached, labels):
         np.testing.assert_allclose(phase.lines[k].get_ydata(), np.degrees(np.unwrap(np.angle(value))), rtol=1e-12)
 
 
+def test_a_bode_plot_of_little_change_has_plain_ticks():
+    frequency = np.geomspace(0.1, 10, 50)
+    curve = ssm_tables.Curve("", "force over displacement", "N/m", None)
+    figure = plots.bode([curve], frequency, 3600 - 100 * frequency / 10, frequency / 5)
+    assert faults(figure) == []
+    for axes in figure.axes:
+        low, high = axes.get_ylim()
+        shown = {text.get_position()[1]: text.get_text() for text in axes.get_yticklabels()}
+        numbers = {tick: float(label) for tick, label in shown.items() if low <= tick <= high}
+        assert list(numbers.values()) == pytest.approx(list(numbers))
+        assert len(numbers) >= 3
+
+
 def test_a_bode_plot_of_many_responses_has_room_for_their_legend():
     inputs = ",".join(f"end_{end}_{axis}" for end in (1, 2) for axis in "xyz")
     span, shown = ssm.read_response_range("0.1:100:50"), choice_of(input=inputs, output=inputs).curves()

@@ -17,6 +17,7 @@ DIFFERENCES = {
     "horizontal": {"color": GREEN, "ls": "-.", "label": "horizontal"},
 }
 SHARE = 0.1  # of the largest component of a deflection, above which another has a panel
+ROUNDING = 1e-10  # of a difference over the largest movement, both of which are differences of positions
 PANEL_HEIGHT = 1.9  # of a panel [in]
 
 
@@ -24,7 +25,8 @@ def deflections(case, abscissa, label):
     """Panels with the deflection of a cable by its point loads: non-linear and linear curves, and their difference.
 
     There is a panel for each component, vertical, sideways and horizontal, that is larger than a tenth of the largest
-    or in which most of a load acts. One more panel shows the difference, linear minus non-linear, of all these.
+    or in which most of a load acts. One more panel shows the difference, linear minus non-linear, of all these, unless
+    it is nothing but rounding.
 
     Parameters
     ----------
@@ -50,7 +52,12 @@ def deflections(case, abscissa, label):
         for name in names
     ]  # fmt: skip
     differences = [(movement[name][:, 1] - movement[name][:, 0], DIFFERENCES[name]) for name in names]
-    painted.append(partial(panel, "Difference of the two", "linear − full\n", differences))
+    largest, difference = (
+        max(np.abs(values).max() for values in arrays)
+        for arrays in ([movement[name] for name in names], [values for values, _ in differences])
+    )
+    if not difference <= ROUNDING * largest:  # a cable that hangs folded has no linear movement: not a number
+        painted.append(partial(panel, "Difference of the two", "linear − full\n", differences))
     return [(PANEL_HEIGHT, paint) for paint in painted]
 
 

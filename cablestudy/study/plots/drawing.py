@@ -1,7 +1,7 @@
 """Places of all that the pictures of a case show, cables, points, bodies, loads, ground; and views of these places."""
 
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -10,7 +10,7 @@ from cablestudy.cable.geometry import clearance, load_sag, points_along
 from cablestudy.errors import ConvergenceError, NoSolutionError
 from cablestudy.scene.words import counted
 from cablestudy.statics.suspension import GROUND
-from cablestudy.study.plots.words import force_text, quantity_text, shortened
+from cablestudy.study.plots.words import force_text, length_text, shortened
 from cablestudy.study.scene_kind import kind_of
 
 FINE_POINTS, COARSE_POINTS, FEW_CABLES = 401, 61, 12  # points along a cable of a few, and of more cables than these
@@ -167,15 +167,15 @@ class Drawing:
             return f"{name}: tension up to {force_text(float(np.max(self.statics.max_tension, initial=0.0)))}"
         if self.loads:  # a rider, for example, whose place differs from case to case
             below = load_sag(self.form_of(0))
-            return f"{name}: load {quantity_text(abs(below), 'm')} {'below' if below >= 0 else 'above'} the chord"
-        return f"{name}: sag {quantity_text(float(self.sag[0]), 'm')}"
+            return f"{name}: load {length_text(abs(below))} {'below' if below >= 0 else 'above'} the chord"
+        return f"{name}: sag {length_text(float(self.sag[0]))}"
 
     @property
     def contents(self):
         """Its cables in a title: the chord of the only one, or their number."""
         if not self.single:
             return counted(len(self.cables), "cable")
-        return f"chord {quantity_text(float(np.ravel(self.form.span.chord)[0]), 'm')}"
+        return f"chord {length_text(float(np.ravel(self.form.span.chord)[0]))}"
 
     def title(self, with_sag=True):
         """Title with the main numbers: of the only cable also what the scene states, where it holds for another state.
@@ -184,7 +184,7 @@ class Drawing:
         """
         parts = [f"{f'Load case {shortened(self.case)}' if self.case else 'Static form'}: {self.contents}"]
         if self.single:
-            texts, values = (force_text, partial(quantity_text, unit="m")), (float(self.tension[0]), float(self.sag[0]))
+            texts, values = (force_text, length_text), (float(self.tension[0]), float(self.sag[0]))
             numbers = zip(("preload", "sag"), texts, values, self.stated, strict=True)
             for name, text, value, stated in list(numbers)[: 1 + with_sag]:
                 other = stated is not None and abs(value - stated) > STATED * stated

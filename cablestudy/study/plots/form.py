@@ -12,7 +12,7 @@ import cablestudy.study.plots.style as style
 from cablestudy.cable.geometry import points_along
 from cablestudy.study.plots.deflection import deflections
 from cablestudy.study.plots.drawing import FLAT, VIEWS, direction, drawing_of, ground_in, upright_plane, view_from_end_1
-from cablestudy.study.plots.words import force_text, force_unit, quantity_text, shortened
+from cablestudy.study.plots.words import force_text, force_unit, length_text, shortened
 
 SIDEWAYS = 1e-6  # share of the size from which on a cable is drawn out of the vertical plane too
 HIDDEN_SAG = 0.06  # share of the height of the picture below which a sag is hidden by the slope of its chord
@@ -21,7 +21,8 @@ MOST_SAGS = 6  # cables up to which sags have dimensions
 LONG_SCENE = 0.25  # second largest extent over the largest below which a scene is long
 ENLARGED_RATIO = 0.3  # height over width of a view with an enlarged vertical scale
 SPACE_BELOW = 0.05  # between views of a scene in space, share of their height
-BAR_WIDTH = 1.2  # width of a scale of colours with its numbers [in]
+PANEL_WIDTH = style.WIDTH - 0.8  # width of a panel without its numbers [in]
+BAR_WIDTH = 0.8  # width of a scale of colours with its numbers [in]
 LENGTH_LABEL = "length along the unstretched cable [m]"
 DRAWN_FORMS = 5  # of the cable that are drawn
 MOST_DOTS = 50  # places up to which each is marked
@@ -78,6 +79,11 @@ class _Picture:
         self.loaded = has_loads and np.ravel(self.first.form.span.vertical)[2] == 1
         self.looks, self.scale = _looks(drawings, self.upright and self.loaded)
 
+    @property
+    def width(self):
+        """Width of a panel on paper. [in]"""
+        return 2.5 if self.in_space else PANEL_WIDTH - (BAR_WIDTH if self.scale is not None else 0.0)
+
     def figure(self):
         """Draw all panels, one legend below them, a title, and a colour bar of the tension if colours show that."""
         columns, heights = 1 + self.in_space, [height for height, _ in self.panels][:: 1 + self.in_space]
@@ -125,8 +131,7 @@ class _Picture:
         above_chord = np.concatenate([drawing.above_chord.ravel() for drawing in self.drawings])
         height, sag = windows[0].ratio * windows[0].width, np.abs(above_chord).max(initial=0.0) * windows[0].factor
         hidden = self.plane is not None and 0 < sag < HIDDEN_SAG * height
-        width = style.WIDTH - 0.8 - (BAR_WIDTH if self.scale is not None else 0.0)
-        heights = [3.1 if self.in_space else 0.7 + window.ratio * width for window in windows]
+        heights = [3.1 if self.in_space else 0.7 + window.ratio * self.width for window in windows]
         marked = next((number for number, ground in enumerate(grounds) if ground is not None), None)  # with clearance
         abouts = enumerate(zip(views, windows, grounds, strict=True))
         paints = [partial(self._view, *about, number == marked, hidden) for number, about in abouts]
@@ -173,7 +178,7 @@ class _Picture:
         """Write names, loads, dimensions of sags, and the clearance above a ground that is not None, into a view."""
         first, chords = self.first, view(self.first.ends)
         along = np.linspace(chords[:, 0], chords[:, 1], 99).reshape(-1, 2)
-        room = room_in(axes, window, np.concatenate([view(first.cables).reshape(-1, 2), along]), 1 + self.in_space)
+        room = room_in(axes, window, np.concatenate([view(first.cables).reshape(-1, 2), along]), self.width)
         if not view.labels[0]:
             corner = np.array([window.x[1], window.y[0]])
             room.reserve(corner, corner + np.array([-0.3, 0.1]) * window.width)  # for the bar of the scale
@@ -216,7 +221,7 @@ class _Picture:
         chords = plane(self.first.ends) * np.array([1.0, 0.0])
         marks.draw_chords(axes, chords, "o")
         if self.alone:
-            room = room_in(axes, window, np.concatenate([lines.reshape(-1, 2), *chords]))
+            room = room_in(axes, window, np.concatenate([lines.reshape(-1, 2), *chords]), self.width)
             self._mark_sags(axes, room, chords, window)
         axes.set(xlabel=plane.labels[0], ylabel="height above\nthe chord [m]")
         axes.set_title(f"Vertical distance from the chord, {window.note()}", loc="left", color=style.GREY)
@@ -290,10 +295,9 @@ def with_ground(flat, ground):
     return np.concatenate([flat, np.stack([x, np.interp(x, *ground)], axis=-1)])
 
 
-def room_in(axes, window, lines, columns=1):
-    """`Room` for texts beside lines on the paper, shape (n, 2), in one of some columns."""
-    on_paper = style.WIDTH - 1.8 if columns == 1 else columns * 2.5  # of all columns [in]
-    return marks.Room(axes, columns * window.width / on_paper / np.array([1.0, window.factor]), lines)
+def room_in(axes, window, lines, width):
+    """`Room` for texts beside lines on the paper, shape (n, 2), in axes of a width on paper. [in]"""
+    return marks.Room(axes, window.width / width / np.array([1.0, window.factor]), lines)
 
 
 def finish_view(axes, view, window, ground, ticks=8):
@@ -325,11 +329,11 @@ def load_path(path):
     all_points = np.concatenate([*forms, line[np.isfinite(line[:, 0])]])  # on the paper, shape (n, 2)
     ground = ground_in(view, first.ground, all_points[:, 0])
     window = style.Window(*with_ground(all_points, ground).T, ENLARGED_RATIO)
-    tall = 0.7 + window.ratio * (style.WIDTH - 0.8)
+    tall = 0.7 + window.ratio * PANEL_WIDTH
     largest, clearances = float(np.nanmax(tension)), clearance[np.isfinite(clearance)].tolist()
     title = f"{shortened(path.name)} from end to end: largest tension {force_text(largest)}"
     if ground is not None:
-        title += f", least clearance {quantity_text(min(clearances, default=np.nan), 'm')}"
+        title += f", least clearance {length_text(min(clearances, default=np.nan))}"
     figure = style.new_figure(tall + 2.6, title)
     side, below = figure.subplots(2, 1, height_ratios=(tall, 1.9))
     marks.draw_lines(side, forms, style.GREY, linewidths=0.7, alpha=0.7, label="the cable in some of the places")
@@ -337,7 +341,7 @@ def load_path(path):
     side.plot(*line.T, dots, ls="-", color=style.BLUE, lw=1.8, label=f"path of {shortened(path.name)}")
     finish_view(side, view, window, ground)
     if ground is not None and clearances:
-        room = room_in(side, window, all_points)
+        room = room_in(side, window, all_points, PANEL_WIDTH)
         marks.mark_clearance(side, room, line[np.isfinite(clearance)], ground, min(clearances))
     unit, factor = force_unit(largest)
     below.plot(line[:, 0], factor * tension, dots, ls="-", color=style.RED)

@@ -334,8 +334,13 @@ def bode(curves, frequency, *numbers, title="frequency responses"):
     phase.set_ylabel("phase [deg]")
     phase.set_xlabel("frequency [Hz]")
     low, high = phase.get_ylim()
-    if high - low < 2000:  # else ticks at multiples of 180 degrees would be too dense
+    if high - low < 180:  # fewer than two multiples of 90 degrees might be in it
+        style.plain_axis(phase.yaxis, 5)
+    elif high - low < 2000:  # else ticks at multiples of 180 degrees would be too dense
         phase.yaxis.set_major_locator(MultipleLocator(90 if high - low < 800 else 180))
+    low, high = magnitude.get_ylim()
+    if high < 4 * low:
+        style.log_axis(magnitude.yaxis, low, high)
     magnitude.set_xlim(frequency[0], frequency[-1])
     if len(curves) > 1:
         style.legend_below(figure, style.entries_of(magnitude))

@@ -8,7 +8,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.transforms import blended_transform_factory
 
 from cablestudy.study.plots.style import BLUE, GREY, ORANGE, RED, nice, text_width
-from cablestudy.study.plots.words import force_text, quantity_text, shortened
+from cablestudy.study.plots.words import force_text, length_text, shortened
 
 GROUND_COLOUR = "#8c7355"
 MANY_MARKS = 50  # anchors or junctions from which they are small
@@ -158,7 +158,7 @@ def mark_clearance(axes, room, line, ground, least):
     axes.annotate("", low, line[place], arrowprops=DIMENSION)
     # in the ground below the arrow, where the cable is not in its way
     spots = [(low, (0, -7), (side, -1)) for side in (0, 1, -1)]
-    room.write(f"clearance {quantity_text(least, 'm')}", spots, color=RED)
+    room.write(f"clearance {length_text(least)}", spots, color=RED)
 
 
 def mark_sag(axes, room, middle, sag):
@@ -171,7 +171,7 @@ def mark_sag(axes, room, middle, sag):
         return
     spots = [(middle - down / 2, (5 * side, 0), (side, 0)) for side in (1, -1)]
     spots += [(middle, (-4 * side, 3), (-side, 1)) for side in (1, -1)]
-    if room.write(f"sag {quantity_text(sag, 'm')}", spots, needed=False, color=RED):
+    if room.write(f"sag {length_text(sag)}", spots, needed=False, color=RED):
         axes.annotate("", middle - down, middle, arrowprops=DIMENSION)
 
 
@@ -222,11 +222,9 @@ def name_all(room, drawing, view):
             elif name not in names:
                 names.append(name)
         for names, place in shared:
-            beside = [(place, (5 * side, 3.6 * up), (side, up)) for side, up in CORNERS]
-            centred = [(place, (0, 7 * up), (0, up)) for up in (-1, 1)]
-            text, look = shortened(", ".join(names), 32), {"needed": False, "fontsize": size, "color": colour}
-            if not room.write(text, beside, **look):
-                room.write(text, centred, **look)
+            spots = [(place, (5 * side, 3.6 * up), (side, up)) for side, up in CORNERS]
+            spots += [(place, (0, 7 * up), (0, up)) for up in (-1, 1)]
+            room.write(shortened(", ".join(names), 32), spots, needed=False, fontsize=size, color=colour)
 
 
 def scale_bar(axes, size):
@@ -235,5 +233,5 @@ def scale_bar(axes, size):
     place = blended_transform_factory(axes.transData, axes.transAxes)
     right = axes.get_xlim()[1]
     axes.plot([right - length, right], [0.03, 0.03], color="#222222", lw=2.2, transform=place, solid_capstyle="butt")
-    axes.annotate(quantity_text(length, "m"), (right - length / 2, 0.03), (0, 2.5), place, "offset points",
+    axes.annotate(length_text(length), (right - length / 2, 0.03), (0, 2.5), place, "offset points",
                   ha="center", fontsize=7.5)  # fmt: skip

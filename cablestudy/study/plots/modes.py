@@ -16,7 +16,7 @@ from cablestudy.statics.suspension import GROUND
 from cablestudy.study.plots.deflection import interpolate_elements
 from cablestudy.study.plots.drawing import FLAT, View, drawing_of, upright_plane
 from cablestudy.study.plots.marks import draw_body, draw_lines, draw_points, scale_bar
-from cablestudy.study.plots.words import quantity_text, shortened
+from cablestudy.study.plots.words import length_text, quantity_text, shortened
 from cablestudy.study.table import write_whole
 
 # of one cable: kind of mode -> colour, words for what is drawn upwards, its axis (1: across the chord, 2: sideways)
@@ -284,7 +284,7 @@ def _figure(shown, frequency, listed, peak, share, drawing, distance):
         axes.set_aspect(window.factor, adjustable="box")
         _draw(axes, mode, factor, anchors)
         title = f"{number + 1}   {quantity_text(frequency[number], 'Hz')}"
-        words = mode.words if equal else f"{mode.words}, up to {quantity_text(peaks[number], 'm')}"
+        words = mode.words if equal else f"{mode.words}, up to {length_text(peaks[number])}"
         _head(axes, title, words, mode.colour)
         if distance is None:
             _finish_in_perspective(axes, mode, factor, drawing.size, inset)
@@ -311,7 +311,7 @@ def _finish_in_perspective(axes, mode, factor, size, side):
 def _write_heading(figure, shown, listed, window, peak, distance):
     """Write how many modes a figure shows of those `listed`, and their scale; `peak` is None where peaks differ. [m]"""
     count = len(shown)
-    scaled = "displacements enlarged" if peak is None else f"scaled to a peak of {quantity_text(peak, 'm')}"
+    scaled = "displacements enlarged" if peak is None else f"scaled to a peak of {length_text(peak)}"
     modes_in_words = f"First {count} of {listed} modes" if count < listed else counted(count, "mode")
     scale = _scale_in_words(window, shown[0].across) if distance else ""
     style.heading(figure, f"{modes_in_words}, {scaled}, on the static form (grey){scale}")

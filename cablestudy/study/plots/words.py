@@ -14,6 +14,7 @@ NAMED_TABLES = ("bodies", "cables", "points", "actuators", "winches", "cases", "
 LISTED_TABLES = {"loads": "load", "ends": "end"}  # tables without names: counted from 1
 WORDS_OF_KEYS = {"case": "load case", "model.elements": "number of elements", "model.order": "order of the elements"}
 AXES = ("x", "y", "z")
+SMALL_LENGTH = 0.01  # length below which it is given in mm [m]
 KILO_FORCE = 1e4  # size of a force from which it is given in kN [N]
 SPELLED = {"rms": "RMS", "inplane": "in-plane", "outofplane": "out-of-plane"}  # words in names of columns
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -66,6 +67,11 @@ def axis_label(name, unit=""):
 def quantity_text(value, unit=""):
     """A number with its unit."""
     return f"{number(value)} {unit_text(unit)}".rstrip()
+
+
+def length_text(length):
+    """A length [m] with its unit."""
+    return quantity_text(1e3 * length, "mm") if 0 < abs(length) < SMALL_LENGTH else quantity_text(length, "m")
 
 
 def force_unit(largest):
