@@ -238,7 +238,10 @@ def test_mistakes_of_all_parts_of_a_study_are_told_at_once(folder):
 def test_a_reference_table_that_does_not_fit(folder, table, messages):
     write("printed.csv", table)
     found = refused(folder, "sweep", "study.yaml")
-    assert all("printed.csv" in line and line.endswith(message) for line, message in zip(found, messages, strict=True))
+    beginning = "study.yaml:5:12: reference: printed.csv"
+    for line, message in zip(found, messages, strict=True):
+        assert line.startswith(beginning)
+        assert line.endswith(message)
 
 
 def test_outputs_that_cannot_be_written_are_refused(folder):
@@ -260,7 +263,7 @@ def test_outputs_that_cannot_be_written_are_refused(folder):
         ("gravity", "--set gravity: expected key=value, for example cable.area=3 mm^2"),
         ("gondola.mass.x=1", "--set gondola.mass.x: gondola.mass is '50 kg', which has no key x"),
         ("cable=5", "--set cable: expected a mapping with the keys axial_stiffness, "),
-        ("cable.ends.7=1", "--set cable.ends.7: cable.ends has 2 item(s)"),
+        ("cable.ends.7=1", "--set cable.ends.7: cable.ends has 2 items, counted"),
         ("model.order=65", "--set model.order: expected a whole number from 1 to 64, got 65"),
         ("cable.loads=[{at: 185 m, force: [0, 0, 1]}]", "--set cable.loads: cable.loads.0.at: 185 m is not on the"),
         ("cable.damping={model: modal, ratio: -0.01}", "--set cable.damping: "),
@@ -289,6 +292,23 @@ def test_a_bad_set_option(folder, option, message):
     for command in ("static", "modes", "windrms", "ssm"):
         (found,) = refused(folder, command, CARLINA, "--set", option)
         assert found.startswith(message)
+
+
+def test_a_value_with_both_quotes_is_shown_as_it_is(folder):
+    text = "5'3" + '"'
+    (found,) = refused(folder, "static", "scene.yaml", "--set", "gravity=" + text)
+    assert f'got "{text}" (' in found
+
+
+def test_a_column_in_capitals_has_a_hint(folder):
+    assert "(did you mean sag?)" in refused(folder, "static", "scene.yaml", "--columns", "SAG")[0]
+    assert "(did you mean sag?)" in refused(folder, "sweep", "study.yaml", "--columns", "SAG")[0]
+
+
+def test_a_key_that_several_tables_have_is_suggested_once(folder):
+    write("scene.yaml", "cables: {}\nbody: {}\n")
+    found = refused(folder, "static", "scene.yaml")
+    assert any("body: unknown key (did you mean control.body or actuators.NAME.body?)" in line for line in found)
 
 
 BLANK = "write {}, with a blank after the colon"

@@ -248,7 +248,7 @@ def test_places_after_a_set(folder):
     [
         ("a.b", "x: a.b: a is 1, which has no key b"),
         ("c.x", "x: c.x: c is a list: its items are c.0, c.1, ..."),
-        ("c.2", "x: c.2: c has 2 item(s), counted from 0: there is no item 2"),
+        ("c.2", "x: c.2: c has 2 items, counted from 0: there is no item 2"),
         ("a..b", "x: a..b: a key is written as names joined by dots, for example cable.area"),
         ("", "x: a key is written as names joined by dots, for example cable.area"),
     ],

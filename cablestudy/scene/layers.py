@@ -8,6 +8,7 @@ from functools import lru_cache
 from itertools import permutations, product
 
 from cablestudy.scene.tolerances import SCENE
+from cablestudy.scene.words import counted
 
 # Rows of alternatives of which none need be given: a material gives them, or nothing asks for them.
 OF_SECTION = (
@@ -191,7 +192,7 @@ def _index(items, key, name):
     if not (key.isascii() and key.isdigit() and len(key) < 9):
         raise ValueError(f"{name} is a list: its items are {name}.0, {name}.1, ...")
     if int(key) >= len(items):
-        raise ValueError(f"{name} has {len(items)} item(s), counted from 0: there is no item {int(key)}")
+        raise ValueError(f"{name} has {counted(len(items), 'item')}, counted from 0: there is no item {int(key)}")
     return int(key)
 
 

@@ -185,7 +185,7 @@ def _same_key_elsewhere(path, tables):
         if (is_below or (0 < len(parent) < 3 and pattern == OF_CASES)) and name in keys_at(pattern, tables):
             parts = (*parent, *below, name) if below else (*pattern, name)
             found.append(".".join("NAME" if part == "*" else str(part) for part in parts))
-    return found
+    return list(dict.fromkeys(found))  # a reaction mass and a wheel have keys of one name
 
 
 def _missing_item(path, detail):

@@ -10,7 +10,7 @@ import re
 from decimal import Decimal, InvalidOperation
 from functools import cache, lru_cache
 
-from cablestudy.errors import SceneError
+from cablestudy.errors import SceneError, printable
 from cablestudy.scene.tolerances import SCENE
 
 _BEYOND = Decimal("1e400")
@@ -169,7 +169,7 @@ def show(value):
     if isinstance(value, (list, tuple)):
         return "a list"
     if isinstance(value, str):
-        return '"' + (repr(value)[1:-1] if len(value) <= 60 else repr(value[:57])[1:-1] + "...") + '"'
+        return f'"{printable(value if len(value) <= 60 else f"{value[:57]}...")}"'
     if value is None or isinstance(value, bool):
         return {None: "null", True: "true", False: "false"}[value]
     return f"{value!r:.60}"

@@ -113,7 +113,7 @@ def _suggestion(path, quantity):
     if "safety" in name:
         return "did you mean utilisation? it is 1 over the safety factor"
     names = [column.name for column in (*COLUMNS, *FAMILIES, *OF_SUSPENSIONS)]
-    spellings = name, re.sub(r"\d+", "K", name)
+    spellings = name, re.sub(r"\d+", "K", name), name.lower()
     similar = next(filter(None, (get_close_matches(spelling, names, 1) for spelling in spellings)), None)
     return f"did you mean {similar[0]}?" if similar else "'cablestudy columns' lists them"
 

@@ -228,8 +228,13 @@ def _printed_values(study, columns):
     """
     if study.reference_path is None:
         return [], []
-    names, lines = stream_csv(study.reference_path)
-    rows, headers, messages = [row for _, row in lines], [column.header for column in columns], []
+    where = study.where(("reference",))
+    try:
+        names, lines = stream_csv(study.reference_path)
+        rows = [row for _, row in lines]
+    except SceneError as error:  # its messages name the file of the table
+        raise SceneError(*(Mistake(where, "reference", str(mistake)) for mistake in error.mistakes)) from None
+    headers, messages = [column.header for column in columns], []
     for name in (name for name in names if name not in headers):
         hint = "".join(f" (did you mean {near!r}?)" for near in get_close_matches(name, headers, 1))
         messages.append(f"column {name!r} is not among the study's columns{hint}")
@@ -243,7 +248,6 @@ def _printed_values(study, columns):
         if row[name].strip() and numbers_of_row[name] is None
     ]
     if messages:
-        where = study.where(("reference",))
         raise SceneError(*(Mistake(where, "reference", f"{study.reference_path}: {text}") for text in messages))
     return names, numbers
 

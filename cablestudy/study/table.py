@@ -130,7 +130,7 @@ class Table:
         if field:
             return field
         names = {name: field.plain for field in self.fields for name in (field.name, field.plain)}
-        similar = get_close_matches(name, names, 1)
+        similar = get_close_matches(name.lower(), names, 1)
         hint = f"did you mean {names[similar[0]]}?" if similar else f"it has {', '.join(dict.fromkeys(names.values()))}"
         raise SceneError(f"--columns: the table has no column {name!r} ({hint})")
 
