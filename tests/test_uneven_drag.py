@@ -16,6 +16,7 @@ from scipy.linalg import eigh, eigvalsh
 from scipy.optimize import brentq, root
 from solved import solve
 
+from cablestudy.cable.catenary import solve as solve_catenary
 from cablestudy.scene.scene import CableScene, load_scene
 from cablestudy.scene.suspension import SuspensionScene
 from cablestudy.study.column import value_and_error
@@ -35,11 +36,14 @@ CABLES = {
     "along": (1.0e6, 1.0, 0.03, (200, 0, 0), 1400, {}, 100, 0.1),
     # the drag grows from one end to the other, and mid-length stays; the first two modes in the plane are close
     "veering": (9.49e7, 0.3028, 0.03995, (247.8, 0, 174.9), 10.85e3, {}, 67.5, 2.6032),
+    # two loads of many times its weight; without them it is slack, and blown aside: it then gives way far more
+    "little": (3.06e3, 0.0056, 0.00144, (7.5, 0, 0.4), 0.6, {0.2: (0, 0, -3.8), 0.33: (0, 0, -17)}, 13, 5.54),
     # next to no weight
     "thin": (1.0e5, 8e-4, 1.04e-3, (1055.5, 0, -188.8), 887, {}, 378, 1.5708),
 }  # fmt: skip
 
 
+BARE = [name for name, cable in CABLES.items() if not cable[5]]
 # a wind of twice its weight turns its modes: the largest gain is more wrong than any tension
 LOOP = {
     "cable": {
@@ -63,13 +67,14 @@ def scene_of(name, **case):
     })  # fmt: skip
 
 
-def pieces_of(name, case, shift=0.0):
-    """Places and tension vectors of the pieces of a `CableCase`, end 2 displaced along x."""
+def pieces_of(name, case, shift=0.0, loaded=True):
+    """Places and tension vectors of the pieces of a `CableCase`, end 2 displaced along x, with its loads or without."""
     stiffness, mass, diameter, end, _, loads, pressure, direction = CABLES[name]
     load = cable_in_wind.drag(1.2 * diameter, lambda place: pressure, direction, mass * G)
-    point_loads = {round(share * PIECES): np.array(force, dtype=float) for share, force in loads.items()}
+    point_loads = {round(share * PIECES): np.array(force, dtype=float) for share, force in loads.items() if loaded}
     end_2 = np.array(end) + np.array([shift, 0, 0])
-    length, start = case.reference_length, case.catenary.end_forces("global")[0]
+    catenary = case.catenary if loaded else solve_catenary(case.span.without_loads())
+    length, start = case.reference_length, catenary.end_forces("global")[0]
     return cable_in_wind.solve(np.zeros(3), end_2, stiffness, length, load, start, PIECES, point_loads)
 
 
@@ -81,6 +86,60 @@ def test_stated_errors_are_those_against_400_pieces_or_more(name):
     row = solve(scene, *expected)
     for column, value in expected.items():
         assert abs(row.values[column] - value) <= (row.errors[column] + 2e-5) * abs(value), column
+
+
+def stiffness_of_bars(name, force, length):
+    """Columns of the static stiffness of end 2, from tension vectors at the ends of equal bars: dict. [N/m]"""
+    chain = cable_in_wind.chain_stiffness(force, CABLES[name][0], length)[3:, 3:]
+    at_end = chain[-3:, -3:] - chain[-3:, :-3] @ np.linalg.solve(chain[:-3, :-3], chain[:-3, -3:])
+    chord = np.array(CABLES[name][3]) / np.linalg.norm(CABLES[name][3])
+    axes = {"": (0, 0), "_yy": (1, 1), "_zz": (2, 2), "_xz": (0, 2)}
+    return {f"end_stiffness{axis}": at_end[place] for axis, place in axes.items()} | {
+        "end_stiffness_along": chord @ at_end @ chord
+    }
+
+
+@pytest.mark.parametrize("name", campaign(BARE, ["thin", "veering"]))
+def test_stiffness_and_horizontal_tension_state_what_the_drag_changes(name):
+    """A stiffness by sagging goes with the cube of the tension, so that it has a larger error."""
+    case = CableCase(scene_of(name))
+    _, force = pieces_of(name, case)
+    level = np.hypot(force[:, 0], force[:, 1])
+    mean = ((level[1:] + level[:-1]) / 2).mean()
+    expected = stiffness_of_bars(name, force, case.reference_length)
+    expected |= {"horizontal_tension": mean, "catenary_constant": mean / (CABLES[name][1] * G)}
+    expected["gondola_frequency_static"] = np.sqrt(expected["end_stiffness"] / 100.0) / (2 * np.pi)
+    row = solve(scene_of(name), *expected)
+    for column, value in expected.items():
+        assert abs(row.values[column] - value) <= (row.errors[column] + 1e-4) * abs(value), column
+
+
+def deflections_of_bars(name, case):
+    """Full and linear deflection of the most moved load, along its force: by two forms, and by bars without loads."""
+    loads = {round(share * PIECES): np.array(force, dtype=float) for share, force in CABLES[name][5].items()}
+    (loaded, _), (unloaded, force) = pieces_of(name, case), pieces_of(name, case, loaded=False)
+    chain = cable_in_wind.chain_stiffness(force, CABLES[name][0], case.reference_length)[3:-3, 3:-3]
+    on_nodes = np.zeros((PIECES - 1, 3))
+    on_nodes[[node - 1 for node in loads]] = list(loads.values())
+    linear = np.linalg.solve(chain, on_nodes.ravel()).reshape(-1, 3)
+    moved = [
+        ((loaded - unloaded)[node] @ load / np.linalg.norm(load), linear[node - 1] @ load / np.linalg.norm(load))
+        for node, load in loads.items()
+    ]
+    return max(moved, key=lambda both: abs(both[0]))
+
+
+@pytest.mark.parametrize("name", [name for name in CABLES if name not in BARE])
+def test_deflections_state_what_the_drag_changes_of_them(name):
+    """The deflection is a difference of two forms, and without its loads a cable may be far softer."""
+    scene = scene_of(name)
+    full, linear = deflections_of_bars(name, CableCase(scene))
+    expected = {"deflection": full, "linear_deflection": linear, "nonlinearity": linear / full - 1}
+    row = solve(scene, *expected, "tension_1")
+    for column, value in expected.items():
+        assert abs(row.values[column] - value) <= (row.errors[column] + 1e-4) * abs(value), column
+    if name == "little":
+        assert abs(row.values["deflection"] / full - 1) > 5 * row.errors["tension_1"]
 
 
 def frequencies_of_bars(name, force, length):

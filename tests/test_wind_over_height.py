@@ -124,8 +124,6 @@ def test_stated_errors_of_columns_are_those_against_400_pieces(made, name, grows
         digits = 1e-5 if column == "sag" else 2e-5
         assert true[column] <= (row.errors[column] + digits) * abs(value) + 1e-9, column
         assert row.errors[column] >= general or column.startswith("tension"), column
-    if name == "leeward guy":
-        assert row.errors["swing"] > 1.1 * general
     if name == "leeward guy" and grows:
         of_sag = true["sag"] / abs(expected["sag"])
         assert 0.05 < of_sag <= row.errors["sag"] + 1e-5 < 1.5 * of_sag

@@ -112,8 +112,13 @@ def sag_and_swing(cable, position):
     return -from_chord[..., 2], np.arctan2(np.abs(sideways), np.abs(from_chord[..., 2]))
 
 
-def chord_angles(span):
-    """Direction of the chord of each cable of a `Span`, whatever the direction of its load.
+def chord_angles(chord):
+    """Angles of the chords of cables, whatever the direction of the load.
+
+    Parameters
+    ----------
+    chord : ndarray, shape (..., 3)
+        Unit vectors from end 1 to end 2, global axes. [-]
 
     Returns
     -------
@@ -122,7 +127,6 @@ def chord_angles(span):
     from_plumb : ndarray, shape (...)
         Between the chord and the vertical, from 0 to pi/2. [rad]
     """
-    chord = span.frame[..., 0, :]
     level, rise = np.hypot(chord[..., 0], chord[..., 1]), chord[..., 2]
     level, rise = (np.where(np.abs(x) > CABLE.level_chord, x, 0.0) for x in (level, rise))  # rounding is no angle
     return np.arctan2(rise, level), np.arctan2(level, np.abs(rise))

@@ -32,11 +32,17 @@ from cablestudy.study.motion_columns import (
 )
 from cablestudy.study.tolerances import STUDY
 from cablestudy.study.uneven_drag import (
+    chord_angles_by_drag,
     chord_by_drag,
+    chord_stiffness_by_drag,
     clearance_by_drag,
+    horizontal_by_drag,
+    lambda_squared_by_drag,
     load_sag_by_drag,
     lowest_by_drag,
+    relative_change,
     sag_by_drag,
+    stiffness_by_drag,
     swing_by_drag,
 )
 from cablestudy.wind.drag import shedding_frequencies
@@ -90,15 +96,18 @@ def _deflections(case):
     Two pairs of a number [m] and its relative error [-], which is None with the elements of a scene.
     """
     from cablestudy.study.deflection import load_deflections, rounding
+    from cablestudy.study.deflection_by_drag import deflections_by_drag
 
-    full, linear = (deflections.tolist() for deflections in load_deflections(case))
-    largest = int(np.argmax(np.abs(full)))
-    full, linear = full[largest], linear[largest]
+    deflections = np.array(load_deflections(case))
+    of_most_moved = deflections[:, np.abs(deflections[0]).argmax()]
+    full, linear = of_most_moved.tolist()
     if not case.exact_statics:
         return (full, None), (linear, None)
     by_rounding = rounding(case, full) / abs(full) if full else 0.0
-    error = max(STUDY.rounding, case.statics_error)
-    return (full, error + by_rounding), (linear, error)
+    actual = deflections + deflections_by_drag(case)  # in which another load may be the most moved one
+    by_drag = relative_change(actual[:, np.abs(actual[0]).argmax()] - of_most_moved, of_most_moved)
+    error, linear_error = np.maximum(max(STUDY.rounding, case.statics_error), by_drag).tolist()
+    return (full, error + by_rounding), (linear, linear_error)
 
 
 def _nonlinearity(case):
@@ -146,9 +155,14 @@ def _coupling_stiffness(results):
     return np.where(np.abs(coupling) > STUDY.rounding * direct, coupling, 0.0)
 
 
-def _coupling_by_drag(results):
-    """Error of `_coupling_stiffness` by drag taken as uniform: relative to the stiffness along both. [N/m]"""
-    return results.drag_error * np.sqrt(np.abs(results.end_stiffness_along(0) * results.end_stiffness_along(2)))
+def _static_frequency(results):
+    """Frequency of each gondola on the static stiffness of its cable along x. [Hz]"""
+    return np.sqrt(results.end_stiffness_along(0) / results.given("gondola.mass")) / (2 * np.pi)
+
+
+def _softening_by_drag(results):
+    """Relative error of the static stiffness along x by drag taken as uniform. [-]"""
+    return stiffness_by_drag(results, 0) / results.end_stiffness_along(0)
 
 
 def _below_horizontal(force):
@@ -211,9 +225,10 @@ def _frequency(name, meaning, number, kind, symmetry=None):
 COLUMNS = (
     Column("preload", "N", "mean tension over the unstretched length", "statics", _mean_tension),
     Column("horizontal_tension", "N", "mean horizontal part of the tension", "statics",
-           lambda r: r.statics.horizontal_tension),
+           lambda r: r.statics.horizontal_tension, by_drag=horizontal_by_drag),
     Column("catenary_constant", "m", "horizontal tension over the weight of a length without ice: H/w", "statics",
-           _catenary_constant, "nonzero_gravity"),
+           _catenary_constant, "nonzero_gravity",
+           by_drag=lambda r: horizontal_by_drag(r) / (r.given("cable.section_mass") * r.given("gravity"))),
     Column("max_tension", "N", "largest tension along the cable", "statics", lambda r: r.statics.max_tension),
     Column("min_tension", "N", "smallest tension along the cable", "statics", lambda r: r.statics.min_tension),
     Column("unstretched_length", "m", "length without tension, at the reference temperature", "statics",
@@ -245,7 +260,7 @@ COLUMNS = (
     Column("stress", "MPa", "largest tension over area", "statics", lambda r: stress_of(r) / 1e6, METAL),
     Column("utilisation", "", "largest tension over breaking force", "statics", utilisation_of, STRONG),
     Column("lambda_squared", "", "Irvine's parameter: stiffness by stretching over stiffness by sagging", "statics",
-           lambda r: taut.lambda_squared(r.span, r.statics.mean_tension)),
+           lambda r: taut.lambda_squared(r.span, r.statics.mean_tension), by_drag=lambda_squared_by_drag),
     Column("deflection", "m", "movement of the most moved point load along its force, from the unloaded form",
            "statics", lambda c: _deflections(c)[0], LOADED, each=True),
     Column("linear_deflection", "m", "deflection by the tangent stiffness of the unloaded form", "statics",
@@ -263,20 +278,21 @@ COLUMNS = (
     Column("swing", "deg", "angle out of the vertical plane of the chord, at mid-span", "statics",
            lambda r: np.degrees(sag_and_swing(r.form, r.middle)[1]), determined_by="form", by_drag=swing_by_drag),
     Column("inclination_from_plumb", "deg", "angle of the chord from the vertical", "statics",
-           lambda r: np.degrees(chord_angles(r.span)[1])),
+           lambda r: np.degrees(chord_angles(r.span.frame[..., 0, :])[1]),
+           by_drag=partial(chord_angles_by_drag, index=1)),
     Column("end_stiffness", "N/m", "static stiffness of end 2 along x, interior condensed", "stiffness",
-           lambda r: r.end_stiffness_along(0)),
+           lambda r: r.end_stiffness_along(0), by_drag=partial(stiffness_by_drag, axis=0)),
     Column("end_stiffness_zz", "N/m", "static stiffness of end 2 along z", "stiffness",
-           lambda r: r.end_stiffness_along(2)),
+           lambda r: r.end_stiffness_along(2), by_drag=partial(stiffness_by_drag, axis=2)),
     Column("end_stiffness_yy", "N/m", "static stiffness of end 2 along y", "stiffness",
-           lambda r: r.end_stiffness_along(1)),
+           lambda r: r.end_stiffness_along(1), by_drag=partial(stiffness_by_drag, axis=1)),
     Column("end_stiffness_xz", "N/m", "force along x by a static movement of end 2 along z", "stiffness",
-           _coupling_stiffness, by_drag=_coupling_by_drag),
+           _coupling_stiffness, by_drag=partial(stiffness_by_drag, axis=0, moved=2)),
     Column("end_stiffness_along", "N/m", "static stiffness of end 2 along the chord", "stiffness",
-           lambda r: r.end_stiffness_chord),
+           lambda r: r.end_stiffness_chord, by_drag=chord_stiffness_by_drag),
     _frequency("cable_frequency", "lowest in-plane frequency, ends fixed", 1, "in-plane"),
     Column("gondola_frequency_static", "Hz", "sqrt(static end stiffness/gondola mass)/(2 pi)", "stiffness",
-           lambda r: np.sqrt(r.end_stiffness_along(0) / r.given("gondola.mass")) / (2 * np.pi), "gondola.mass"),
+           _static_frequency, "gondola.mass", by_drag=lambda r: _static_frequency(r) / 2 * _softening_by_drag(r)),
     Column("gondola_frequency", "Hz", "coupled mode with the largest share of the gondola's static compliance",
            "gondola", lambda c: c.gondola_mode.frequency, "gondola.mass"),
     Column("gondola_share", "", "share of the gondola's static compliance in its mode, phi^2/w^2 over 1/k", "gondola",
@@ -290,7 +306,8 @@ COLUMNS = (
                  "less than by the wind on the gondola alone", f"{BODY}, {DIAMETER}", "in_wind_that_damps",
                  "in_cable_wind"),
     Column("mean_displacement", "mm", "displacement of the gondola along x by the mean wind on it, the winch at rest; "
-           "linear", "stiffness", lambda r: 1e3 * mean_displacement(r), STEADY),
+           "linear", "stiffness", lambda r: 1e3 * mean_displacement(r), STEADY,
+           by_drag=lambda r: 1e3 * mean_displacement(r) * _softening_by_drag(r)),
     Column("force_displacement", "mm", "displacement of the gondola along x by the force of the load case on it",
            "statics", lambda r: 1e3 * r.pushed[0], "gondola.mass, forces_on_end_2",
            by_drag=lambda r: 1e3 * r.drag_errors.ends[:, 1, 0]),

@@ -13,9 +13,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from cablestudy.cable.geometry import lowest_point, points_along, sag_and_swing
+from cablestudy.cable.geometry import chord_angles, lowest_point, points_along
 from cablestudy.cable.records import take_rows
 from cablestudy.cable.steady_drag import across
+from cablestudy.cable.taut import lambda_squared
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.cable.vectors import size
 from cablestudy.study.tolerances import STUDY
@@ -44,7 +45,7 @@ class ChangesByDrag:
     tensions: np.ndarray
 
 
-def changes_by_actual_drag(drag, catenary, stretched=False, steps=STUDY.drag_steps):
+def changes_by_actual_drag(drag, catenary, stretched=False, steps=STUDY.drag_steps, pieces=None):
     """Compute how n equilibria change where drag that varies along each cable takes the place of uniform drag.
 
     The changes are the errors of results with uniform drag.
@@ -59,6 +60,8 @@ def changes_by_actual_drag(drag, catenary, stretched=False, steps=STUDY.drag_ste
         Whether the uniform drag was computed for the stretched length, not for the unstretched one.
     steps : int
         Number of turns in which c and d settle.
+    pieces : Pieces, optional
+        Of the cables; by default between their loads.
 
     Returns
     -------
@@ -68,15 +71,15 @@ def changes_by_actual_drag(drag, catenary, stretched=False, steps=STUDY.drag_ste
     -----
     Symbols as at the head of the file: N_0 `at_points`, d `difference`, c `constant`, r' `slope`.
     """
-    span, pieces = catenary.span, Pieces.of(catenary)
-    stiffness, length = (np.asarray(array)[:, None, None] for array in (span.axial_stiffness, span.unstretched_length))
+    span, pieces = catenary.span, Pieces.of(catenary) if pieces is None else pieces
+    stiffness, length = stiffness_and_length(span)
     at_points = span.in_frame(catenary.tension_at(pieces.points), "global")
     uniform_drag = drag.times_mean_pressure(across(drag.direction, span.frame[..., 0, :]))[:, None]
     if stretched:
         uniform_drag = uniform_drag * (1 + catenary.mean_tension / span.axial_stiffness)[:, None, None]
     positions = None if drag.profile is None else points_along(catenary, pieces.points)
     constant, displacement = np.zeros((len(at_points), 1, 3)), np.zeros_like(at_points)
-    start, tension, tangent = _slope(at_points, stiffness)
+    start, tension, tangent = slope_of(at_points, stiffness)
     at_middle, before_middle = np.zeros_like(constant), (pieces.points < 0.5)[..., None]
     for _ in range(steps):
         # the drag where the cable hangs now, then one Newton step of c for it, then the new form
@@ -85,10 +88,10 @@ def changes_by_actual_drag(drag, catenary, stretched=False, steps=STUDY.drag_ste
         actual_drag = drag.times_local_pressure(actual_drag, lambda shift=shift: positions + shift)
         difference = drag.normal_drag[:, None, None] * length * (actual_drag - uniform_drag)
         without_constant = at_points - pieces.running_integral(difference)
-        slope, tension, tangent = _slope(without_constant + constant, stiffness)
+        slope, tension, tangent = slope_of(without_constant + constant, stiffness)
         step = _newton_step(slope - start, tension, tangent, pieces, stiffness)
         constant = constant - step
-        slope, tension, tangent = _slope(without_constant + constant, stiffness)
+        slope, tension, tangent = slope_of(without_constant + constant, stiffness)
         displacement = pieces.running_integral(slope - start)
         previous, at_middle = at_middle, pieces.integral((slope - start) * before_middle)
     tensions = without_constant + constant
@@ -141,24 +144,38 @@ def _newton_step(slope_change, tension, tangent, pieces, stiffness):
     `slope_change`, shape (n, j, 3), is r' less r' under the uniform drag: its integral is the displacement of end 2.
     Tension and tangent are size [N] and direction of the tension vector.
     """
-    jacobian = _flexibility(tension, tangent, pieces.weights, stiffness)
+    jacobian = flexibility(tension, tangent, pieces.weights, stiffness)
     return np.linalg.solve(jacobian, pieces.integral(slope_change)[:, 0, :, None])[:, None, :, 0]
 
 
-def _flexibility(tension, tangent, weights, stiffness):
-    """Integral of I/EA + (I - t t^T)/T, the derivative of that of r' with a constant vector, shape (n, 3, 3). [1/N]"""
+def flexibility(tension, tangent, weights, stiffness):
+    """Integral of I/EA + (I - t t^T)/T, the derivative of that of r' with a constant vector, (..., 3, 3). [1/N]"""
     weights = weights / tension
-    of_tension = (weights.sum(axis=1, keepdims=True) + 1 / stiffness) * np.eye(3)
+    of_tension = (weights.sum(axis=-2, keepdims=True) + 1 / stiffness) * np.eye(3)
     return of_tension - np.swapaxes(weights * tangent, -1, -2) @ tangent
 
 
-def _slope(force, stiffness):
-    """r' of tension vectors, shape (n, j, 3) [-], their sizes, shape (n, j, 1) [N], and directions.
+def stiffness_and_length(span):
+    """EA [N] and unstretched lengths [m] of cables, each of shape (..., 1, 1)."""
+    return (np.asarray(array)[..., None, None] for array in (span.axial_stiffness, span.unstretched_length))
+
+
+def stretched_and_turned(force, tension, tangent, stiffness):
+    """Change of r' by a small change of the tension vector, shape (n, j, 3): it stretches the cable and turns it. [-]
+
+    Tension and tangent are size [N] and direction of the tension vector before.
+    """
+    along = (force * tangent).sum(axis=-1, keepdims=True)
+    return force / stiffness + (force - along * tangent) / tension
+
+
+def slope_of(force, stiffness):
+    """r' of tension vectors, shape (..., j, 3) [-], their sizes, shape (..., j, 1) [N], and directions.
 
     Sizes are not less than a share of the largest one, so that no quotient overflows.
     """
     tension = size(force)[..., None]
-    tension = np.maximum(tension, STUDY.slack * np.maximum(tension.max(axis=1, keepdims=True), STUDY.slack))
+    tension = np.maximum(tension, STUDY.slack * np.maximum(tension.max(axis=-2, keepdims=True), STUDY.slack))
     return force / stiffness + force / tension, tension, force / tension
 
 
@@ -206,19 +223,19 @@ class DragErrors:
         return bounded_errors(STUDY.second_order * of_offset)
 
     def stiffness_change(self, catenary):
-        """Change of the static stiffness of end 2, end 1 held, by the actual drag, shape (n, 3, 3). [N/m]
+        """Change of the static stiffness of end 2, end 1 held, by the actual drag, shape (..., 3, 3). [N/m]
 
         Global axes. The drag counts as a dead load: the flexibility of a cable is the integral of I/EA + (I - t t^T)/T.
         `catenary` are the equilibria under the uniform drag.
         """
         span = catenary.span
         before = span.in_frame(catenary.tension_at(self.points), "global")
-        stiffness = np.asarray(span.axial_stiffness)[:, None, None]
+        stiffness, length = stiffness_and_length(span)
         actual, uniform = (
-            np.linalg.inv(_flexibility(tension, tangent, self.weights, stiffness))
-            for _, tension, tangent in (_slope(vectors, stiffness) for vectors in (self.tensions, before))
+            np.linalg.inv(flexibility(tension, tangent, self.weights, stiffness))
+            for _, tension, tangent in (slope_of(vectors, stiffness) for vectors in (self.tensions, before))
         )
-        return (actual - uniform) / np.asarray(span.unstretched_length)[:, None, None]
+        return (actual - uniform) / length
 
     @property
     def from_chord(self):
@@ -230,15 +247,17 @@ class DragErrors:
         """`DragErrors` of some cables."""
         return take_rows(self, index)
 
-    def with_moved_ends(self, ends, end_stiffness, end_forces):
+    def with_moved_ends(self, catenary, ends, end_stiffness, end_forces):
         """Add to the errors what movements of the cable ends change, to first order.
 
-        If the ends move apart by the vector e, the force t of a cable with the stiffness K on its end changes by K e.
-        The relative error of the tension grows by |(K e).t|/|t|^2, the larger one of both ends, times a safety factor
-        (`STUDY.second_order`).
+        If the ends move apart by the vector e, the force t of a cable with the stiffness K on its end changes by K e,
+        as the tension vector does everywhere, and the form follows from it. The relative error of the tension grows by
+        |(K e).t|/|t|^2, the larger one of both ends, times a safety factor (`STUDY.second_order`).
 
         Parameters
         ----------
+        catenary : Catenary
+            Equilibria of the n cables under the uniform drag.
         ends : ndarray, shape (n, 2, 3)
             Movements of the two ends of each cable, global axes. [m]
         end_stiffness : ndarray, shape (n, 3, 3)
@@ -253,12 +272,14 @@ class DragErrors:
         force_change = (end_stiffness @ (ends[:, 1] - ends[:, 0])[..., None])[:, None, :, 0]
         square = np.maximum((end_forces**2).sum(axis=-1), np.finfo(float).tiny)
         tension_change = STUDY.second_order * np.abs((force_change * end_forces).sum(axis=-1) / square).max(axis=-1)
-        from_end, to_end = ends[:, :1], ends[:, 1:]
+        stiffness, length = stiffness_and_length(catenary.span)
+        _, tension, tangent = slope_of(self.tensions, stiffness)
+        slope_change = stretched_and_turned(force_change, tension, tangent, stiffness)
         return replace(
             self,
             error=bounded_errors(self.error + tension_change),
             end_forces=self.end_forces + force_change * np.array([1.0, -1.0])[:, None],
-            displacement=self.displacement + from_end + self.points[..., None] * (to_end - from_end),
+            displacement=self.displacement + ends[:, :1] + length * Pieces.of(catenary).running_integral(slope_change),
             ends=ends,
             tensions=self.tensions + force_change,
         )
@@ -339,41 +360,101 @@ def bounded_errors(error):
 
 
 def chord_by_drag(results):
-    """Change of the distance of the ends by drag taken as uniform. [m]"""
-    from_end, to_end = np.moveaxis(results.drag_errors.ends, -2, 0)
-    return ((to_end - from_end) * results.span.frame[..., 0, :]).sum(axis=-1)
+    """Error of the distance of the ends by drag taken as uniform. [m]
+
+    A cable that hardly stretches turns: what the movement of its ends is wrong by, which is a small share of it, may be
+    more than its part along the chord.
+    """
+    step, _ = _moved_chord(results)
+    along = np.abs((step * results.span.frame[..., 0, :]).sum(axis=-1))
+    return along + (1 - 1 / STUDY.second_order) * size(step)
+
+
+def chord_angles_by_drag(results, index):
+    """Error of an angle of the chord, of an index in `chord_angles`, by drag taken as uniform. [deg]"""
+    _, moved_chord = _moved_chord(results)
+    actual, uniform = moved_chord / size(moved_chord)[..., None], results.span.frame[..., 0, :]
+    return np.degrees(chord_angles(actual)[index] - chord_angles(uniform)[index])
+
+
+def _moved_chord(results):
+    """Change of the vector from end 1 to end 2 by the actual drag, and the changed one, (..., 3) each. [m]"""
+    step = results.drag_errors.ends[..., 1, :] - results.drag_errors.ends[..., 0, :]
+    return step, results.span.frame[..., 0, :] * np.asarray(results.span.chord)[..., None] + step
+
+
+def horizontal_by_drag(results):
+    """Error of the mean horizontal part of the tension by drag taken as uniform. [N]"""
+    errors, span = results.drag_errors, results.span
+    uniform = span.in_frame(results.form.tension_at(errors.points), "global")
+    actual, uniform = (np.hypot(vectors[..., 0], vectors[..., 1]) for vectors in (errors.tensions, uniform))
+    return ((actual - uniform) * errors.weights[..., 0]).sum(axis=-1)
+
+
+def stiffness_by_drag(results, axis, moved=None):
+    """Error of the static stiffness of end 2 along a global axis (0, 1, 2) by drag taken as uniform. [N/m]
+
+    By a displacement along the same axis, or along axis `moved`.
+    """
+    return results.drag_errors.stiffness_change(results.form)[..., axis, axis if moved is None else moved]
+
+
+def chord_stiffness_by_drag(results):
+    """Error of the static stiffness of end 2 along the chord by drag taken as uniform. [N/m]"""
+    chord = results.span.frame[..., 0, :]
+    change = results.drag_errors.stiffness_change(results.form)
+    return (chord[..., :, None] * change * chord[..., None, :]).sum(axis=(-2, -1))
+
+
+def lambda_squared_by_drag(results):
+    """Error of Irvine's parameter by the mean tension that drag taken as uniform gives. [-]"""
+    errors, tension = results.drag_errors, results.statics.mean_tension
+    change = ((size(errors.tensions) - size(results.form.tension_at(errors.points))) * errors.weights[..., 0]).sum(
+        axis=-1
+    )
+    return lambda_squared(results.span, tension + change) - lambda_squared(results.span, tension)
 
 
 def sag_by_drag(results):
     """Error of the sag by drag taken as uniform. [m]"""
-    return _midspan_by_drag(results)[1]
+    return _changes_at_midspan(results)[0]
 
 
 def swing_by_drag(results):
     """Error of the swing by drag taken as uniform. [deg]"""
-    sag, swing = sag_and_swing(results.form, results.middle)
-    across, vertical = map(np.abs, _midspan_by_drag(results))
-    # of the angle atan(s/v): (v ds + s dv)/(v^2 + s^2)
-    distance = np.maximum(np.abs(sag) / np.cos(swing), STUDY.tiny)
-    return np.degrees((across * np.cos(swing) + vertical * np.sin(swing)) / distance)
+    return np.degrees(_changes_at_midspan(results)[1])
 
 
-def _midspan_by_drag(results):
-    """Movement of mid-span, across the vertical plane of the chord and vertically, each of shape (...). [m]
+def _changes_at_midspan(results):
+    """Changes of sag [m] and swing [rad] of cables by the actual drag, each of shape (...).
 
-    After the movement another point of the cable is at mid-span: the one that is then half-way between the ends.
+    The points and ends of the cable move by what the errors state; the chord turns with its ends.
     """
-    points, from_chord = results.drag_errors.points, results.drag_errors.from_chord
-    middle, chord = results.middle[..., None], results.span.frame[..., 0, :]
-    index = np.clip((points < middle).sum(axis=-1, keepdims=True), 1, points.shape[-1] - 1)
-    before, beyond = (np.take_along_axis(points, index - k, axis=-1) for k in (1, 0))
-    start, end = (np.take_along_axis(from_chord, (index - k)[..., None], axis=-2)[..., 0, :] for k in (1, 0))
+    errors, middle = results.drag_errors, results.middle[..., None]
+    index = np.clip((errors.points < middle).sum(axis=-1, keepdims=True), 1, errors.points.shape[-1] - 1)
+    before, beyond = (np.take_along_axis(errors.points, index - k, axis=-1) for k in (1, 0))
+    start, end = (np.take_along_axis(errors.displacement, (index - k)[..., None], axis=-2)[..., 0, :] for k in (1, 0))
     movement = start + (end - start) * (middle - before) / np.maximum(beyond - before, STUDY.tiny)
+    step, moved_chord = _moved_chord(results)
+    place = points_along(results.form, middle)[..., 0, :]
     tangent = results.span.in_frame(results.form.at(middle)[1], "global")[..., 0, :]
-    along, across, vertical = _along_and_across(movement, chord)
-    of_tangent = _along_and_across(tangent, chord)
+    sag, swing = _at_midspan(place, tangent, moved_chord - step)
+    moved_sag, moved_swing = _at_midspan(place + movement - errors.ends[..., 0, :], tangent, moved_chord)
+    return moved_sag - sag, moved_swing - swing
+
+
+def _at_midspan(place, tangent, chord):
+    """Sag [m] and swing [rad] of cables, by a point near mid-span, from end 1, and the tangent there; each (...).
+
+    Mid-span is where the tangent is half-way between the ends, horizontally along the chord.
+    """
+    length = size(chord)
+    along, across, vertical = _along_and_across(place - chord / 2, chord / length[..., None])
+    of_tangent = _along_and_across(tangent, chord / length[..., None])
     passed = np.divide(along, of_tangent[0], out=np.zeros_like(along), where=of_tangent[0] != 0)
-    return across - passed * of_tangent[1], vertical - passed * of_tangent[2]
+    across, vertical = np.abs(across - passed * of_tangent[1]), vertical - passed * of_tangent[2]
+    across = np.where(across > CABLE.distance_rounding * length, across, 0.0)
+    return -vertical, np.arctan2(across, np.abs(vertical))
 
 
 def load_sag_by_drag(results):

@@ -223,6 +223,15 @@ class CableCase(ComparedCase):
         return self
 
     @property
+    def steady_wind(self):
+        """Drag on the cable, and the movement of its ends that uniform drag leaves out: `SteadyDrag`, (1, 2, 3) [m].
+
+        None without a steady wind.
+        """
+        results, index = self.results, [self.index]
+        return None if results.drag_errors is None else (results.drag.take(index), results.drag_errors.ends[index])
+
+    @property
     def reference_length(self):
         """Unstretched length in the reference state. [m]"""
         return self.results.reference_length[self.index]

@@ -237,7 +237,8 @@ class Results:
         held = uneven_drag_errors(drag, solve(span)).end_forces[:, 1, 0]
         change, stiffness, ends = errors.end_forces[:, 1, 0] - held, self.end_stiffness_along(0), 0 * errors.ends
         np.divide(change, stiffness, out=ends[:, 1, 0], where=stiffness > 0)
-        return errors.with_moved_ends(ends, self.catenary.global_end_stiffness, self.catenary.end_forces("global"))
+        at_ends = self.catenary.global_end_stiffness, self.catenary.end_forces("global")
+        return errors.with_moved_ends(self.catenary, ends, *at_ends)
 
     def change_by_drag(self, column):
         """Changes of the numbers of a column by drag that is taken as uniform, as its `by_drag` says, shape (n,)."""

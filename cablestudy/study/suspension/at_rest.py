@@ -14,6 +14,7 @@ from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.suspension.group import Group, HangingCable
 from cablestudy.study.suspension.numbers import CableValues, SingleCable
 from cablestudy.study.tolerances import STUDY
+from cablestudy.study.uneven_drag import relative_change
 
 
 class SuspensionAtRest:
@@ -145,7 +146,11 @@ class SuspensionAtRest:
         for position, fraction, _, _ in merged_loads(scene.loads):
             loaded[np.argmin(np.abs(fractions - (fraction if np.isnan(position) else position / length)))] = True
         catenary = replace(catenary, span=catenary.span.with_some_loads(loaded))
-        return HangingCable(scene, self.equilibrium.ends[cable, 0], catenary, length, self.statics_error(None))
+        end_1, errors = self.equilibrium.ends[cable, 0], self.group.cables.drag_errors
+        drag, steady_wind = self.group.steady_drag(self.index), None
+        if errors is not None:
+            steady_wind = drag.take([cable]), errors.ends[self.index, [cable]]
+        return HangingCable(scene, end_1, catenary, length, self.statics_error(None), steady_wind)
 
     def of_cables(self, column):
         """Numbers of all cables in a `Column` of single cables, shape (c,)."""
@@ -170,8 +175,12 @@ class SuspensionAtRest:
     def stiffness_entry(self, name, row, column):
         """An entry of `body_stiffness`, and its estimated relative error: that beside the diagonal by its own size."""
         entry, size = self.body_stiffness(name)[row, column], self._body_stiffness(name)[1][row, column]
-        error = self.statics_error(None)
-        return entry, max(error, self.group.errors.stiffness[self.index] * size / abs(entry)) if entry else error
+        errors, least = self.group.errors, self.statics_error(None)
+        if not entry:
+            return entry, least
+        of_size = errors.stiffness[self.index] * size / abs(entry)
+        by_drag = relative_change(errors.body_stiffness[self.index, self.body(name), row, column], entry)
+        return entry, max(least, of_size, float(by_drag))
 
     def _body_stiffness(self, name):
         """Stiffness of a body, and the geometric means of the two entries on its diagonal, shape (6, 6) each.

@@ -4,6 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
+from cablestudy.statics import tangent
 from cablestudy.study.suspension.load_cases import drag_change
 from cablestudy.study.tolerances import STUDY
 from cablestudy.study.uneven_drag import errors_of_modes
@@ -60,6 +61,19 @@ class EquilibriumErrors:
     def stiffness(self):
         """Errors of the energy of static displacements by rounding, conductors and drag, shape (n,). [-]"""
         return self.rounding + self._conductor + self.drag_change.stiffness_error
+
+    @cached_property
+    def body_stiffness(self):
+        """Changes of `Equilibrium.body_stiffness` by the actual drag, shape (n, b - junctions, 6, 6).
+
+        Held degrees of freedom too, of which no energy of a static displacement says anything.
+        """
+        uniform = self._equilibrium.body_stiffness
+        change = np.zeros_like(uniform)
+        if self.drag_change.blocks is not None:
+            rows, blocks = self.drag_change.blocks
+            change[rows] = tangent.body_stiffness(blocks, self._equilibrium.suspension.take(rows)) - uniform[rows]
+        return change
 
     @cached_property
     def links(self):

@@ -152,6 +152,8 @@ class HangingCable:
     catenary: Catenary
     reference_length: float  # unstretched length in the reference state [m]
     statics_error: float  # relative error of the statics of its case [-]
+    # drag on it, and movement of its ends that uniform drag leaves out: `SteadyDrag`, (1, 2, 3) [m]; None without wind
+    steady_wind: tuple | None
     exact_statics: ClassVar = True
 
     @property

@@ -97,6 +97,8 @@ class DragChange:
         Largest relative change of the energy of a static displacement, by the tangent stiffness. [-]
     links : ndarray, shape (n, l)
         Changes of the forces of links, to first order. [N]
+    blocks : (ndarray of int, Blocks) or None
+        Cases with wind on a cable, and the blocks of their tangent stiffness in the actual drag; None without drag.
     cables : DragErrors or None
         Of each cable, fields of shape (n, c, ...), with what the movement of its ends adds; None without drag.
     """
@@ -106,6 +108,7 @@ class DragChange:
     form_error: np.ndarray
     stiffness_error: np.ndarray
     links: np.ndarray
+    blocks: tuple | None = None
     cables: DragErrors | None = None
 
     @property
@@ -150,18 +153,16 @@ def drag_change(equilibrium, drag):
     # all m c cables of these cases, in one axis
     of_rows = np.repeat(rows, cables), np.tile(np.arange(cables), len(rows))
     catenary = equilibrium.catenary.take(of_rows)
-    moved_errors = errors.take(of_rows).with_moved_ends(
-        ends_of_cables.reshape(-1, 2, 3), equilibrium.end_stiffness[of_rows], equilibrium.end_forces[of_rows]
-    )
+    at_ends = equilibrium.end_stiffness[of_rows], equilibrium.end_forces[of_rows]
+    moved_errors = errors.take(of_rows).with_moved_ends(catenary, ends_of_cables.reshape(-1, 2, 3), *at_ends)
     assign_rows(errors, of_rows, moved_errors)
     form_error[rows] = moved_errors.form_error(catenary).reshape(len(rows), cables).max(axis=-1)
     change_of_stiffness = moved_errors.stiffness_change(catenary).reshape(len(rows), cables, 3, 3)
     change_of_end_forces = moved_errors.end_forces.reshape(len(rows), cables, 2, 3)
-    stiffness_error[rows] = STUDY.second_order * stiffness_change(
-        equilibrium, rows, displacement[rows], change_of_stiffness, change_of_end_forces
-    )
-    stiffness_error = bounded_errors(stiffness_error)
-    return DragChange(errors.error.max(axis=-1), displacement, form_error, stiffness_error, links, errors)
+    blocks = _changed_blocks(equilibrium, rows, displacement[rows], change_of_stiffness, change_of_end_forces)
+    stiffness_error[rows] = STUDY.second_order * stiffness_change(equilibrium, rows, blocks, change_of_stiffness)
+    stiffness_error, of_blocks = bounded_errors(stiffness_error), (rows, blocks)
+    return DragChange(errors.error.max(axis=-1), displacement, form_error, stiffness_error, links, of_blocks, errors)
 
 
 def _errors_between_held_ends(equilibrium, drag_of_cables, has_wind, stretched):
@@ -194,16 +195,10 @@ def _errors_between_held_ends(equilibrium, drag_of_cables, has_wind, stretched):
     return errors
 
 
-def stiffness_change(equilibrium, rows, displacement, of_cables, end_forces):
-    """Largest relative change of the stiffness of suspensions if drag is not taken as uniform along each cable.
+def _changed_blocks(equilibrium, rows, displacement, of_cables, end_forces):
+    """`Blocks` of the tangent stiffness of suspensions in the actual drag, to first order.
 
-    With the tangent stiffness K in uniform drag, and its change dK by the actual drag, it is the largest
-
-        |u^T dK u| / u^T K u    of all static displacements u
-
-    dK is by the stiffness and forces of the cables and the attitudes of the bodies, to first order; links (springs)
-    keep their stiffness. With more than `STUDY.dense_stiffness` free degrees of freedom, or none, the result is the
-    largest change of the stiffness of a single cable, which is no smaller where no body turns.
+    By the stiffness and forces of the cables and the attitudes of the bodies; links (springs) keep their stiffness.
 
     Parameters
     ----------
@@ -217,21 +212,44 @@ def stiffness_change(equilibrium, rows, displacement, of_cables, end_forces):
         Change of the stiffness of end 2 of each cable by the actual drag, global axes. [N/m]
     end_forces : ndarray, shape (n, c, 2, 3)
         Change of the forces of each cable on what holds its ends. [N]
+    """
+    suspension, stiffness = equilibrium.suspension.take(rows), np.array(equilibrium.end_stiffness[rows])
+    forces, rotation = np.array(equilibrium.end_forces[rows]), equilibrium.rotation[rows]
+    stiffness[:, suspension.of_cables] += of_cables
+    forces[:, suspension.of_cables] += end_forces
+    rotation = rotation + turn(displacement[..., 3:]) @ rotation
+    return tangent.stiffness_blocks(suspension, rotation, suspension.arms(rotation), forces, stiffness)
+
+
+def stiffness_change(equilibrium, rows, blocks, of_cables):
+    """Largest relative change of the stiffness of suspensions if drag is not taken as uniform along each cable.
+
+    With the tangent stiffness K in uniform drag, and its change dK by the actual drag, it is the largest
+
+        |u^T dK u| / u^T K u    of all static displacements u
+
+    With more than `STUDY.dense_stiffness` free degrees of freedom, or none, the result is the largest change of the
+    stiffness of a single cable, which is no smaller where no body turns.
+
+    Parameters
+    ----------
+    equilibrium : Equilibrium
+        Of several cases, in uniform drag.
+    rows : ndarray of int, shape (n,)
+        Indices of n of them.
+    blocks : Blocks
+        Of K + dK, see `_changed_blocks`.
+    of_cables : ndarray, shape (n, c, 3, 3)
+        Change of the stiffness of end 2 of each cable by the actual drag, global axes. [N/m]
 
     Returns
     -------
     ndarray, shape (n,)
         [-]
     """
-    suspension, stiffness = equilibrium.suspension.take(rows), np.array(equilibrium.end_stiffness[rows])
-    cables = suspension.of_cables
+    suspension = equilibrium.suspension.take(rows)
     if not 0 < suspension.free.sum() <= STUDY.dense_stiffness:
-        return largest_ratio(of_cables, stiffness[:, cables]).max(axis=-1)
-    forces, rotation = np.array(equilibrium.end_forces[rows]), equilibrium.rotation[rows]
-    stiffness[:, cables] += of_cables
-    forces[:, cables] += end_forces
-    rotation = rotation + turn(displacement[..., 3:]) @ rotation
-    blocks = tangent.stiffness_blocks(suspension, rotation, suspension.arms(rotation), forces, stiffness)
+        return largest_ratio(of_cables, equilibrium.end_stiffness[rows][:, suspension.of_cables]).max(axis=-1)
     before = tangent.dense(equilibrium.blocks.of(rows), suspension)
     return largest_ratio(tangent.dense(blocks, suspension) - before, before)
 

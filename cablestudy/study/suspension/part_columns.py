@@ -5,7 +5,7 @@ Functions take a `SuspensionCase` and return a number, or a number and its estim
 """
 
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from cablestudy.study.cable_columns import COLUMNS
 from cablestudy.study.column import Column, first_without_value
 from cablestudy.study.suspension.numbers import SingleCable
 from cablestudy.study.suspension.wind_columns import LOOP, PEAK_UTILISATION, WINCHES
+from cablestudy.study.uneven_drag import chord_angles_by_drag
 
 # columns of a single cable -> those that cables of a suspension have instead
 INSTEAD = {"tension_1": "tension_from", "tension_2": "tension_to"}
@@ -53,7 +54,8 @@ TENSIONS = tuple(
 CLEARANCE = next(column for column in COLUMNS if column.name == "clearance")
 INCLINATION = Column(
     "inclination", "deg", "angle of the chord above the horizontal, from `from` to `to`", "statics",
-    lambda results: np.degrees(chord_angles(results.span)[0]),
+    lambda results: np.degrees(chord_angles(results.span.frame[..., 0, :])[0]),
+    by_drag=partial(chord_angles_by_drag, index=0),
 )  # fmt: skip
 CABLE_MASS = next(column for column in OF_CABLES if column.name == "mass")
 ANGLES = ("roll", "pitch", "yaw")
