@@ -253,7 +253,8 @@ def excited(case):
 
 def along_x(case):
     """`Superelement` of a `CableCase` with the motion that moving its ends along x excites, and all modes of that."""
-    return case.model.end_model(excited(case).planes, case.scene.cable.damping)
+    elements, row = case.model
+    return elements.ends(excited(case).planes).superelement(case.scene.cable.damping, row)
 
 
 def pole_of_mass(element, mass, damping, omega):

@@ -348,7 +348,7 @@ def test_cases_of_a_batch_are_as_if_they_were_alone():
     results = Results(SceneValues(scenes))
     cases = [CableCase(one, results, i).refined(1, 20) for i, one in enumerate(scenes)]
     solve_models(cases)
-    assert cases[0].model.mesh is cases[1].model.mesh
+    assert cases[0].model[0] is cases[1].model[0]
     for case in cases:
         found = case.dynamics.modes(8).frequency
         assert np.array_equal(found, CableCase(case.scene).refined(1, 20).dynamics.modes(8).frequency)

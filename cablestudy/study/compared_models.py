@@ -116,12 +116,6 @@ def on_columns(models, columns):
     return [model for model in models if any(column.needs in model.needs for column in columns)]
 
 
-def with_elements(scene, elements, order, mass):
-    """Copy of a scene with a fixed number of elements, their order and their mass matrix."""
-    model = {"accuracy": None, "elements": elements, "order": order, "mass": mass}
-    return scene.model_copy(update={"model": scene.model.model_copy(update=model)})
-
-
 def power(number):
     """A power of ten as in `1e-4`."""
     return f"{number:.0e}".replace("e-0", "e-")

@@ -30,7 +30,7 @@ DAMPING_IN_STATE_SPACES = {
 
 def of_refined(case, error, tried):
     """Yield notes on the model of the motion, what it leaves out, and what it cost; see `Refinement`."""
-    mesh = case.model.mesh
+    mesh = case.state.mesh
     yield (
         f"motion: {counted(mesh.elements, 'element')} of order {mesh.order} about the closed form, {case.dof} unknowns;"
         f" estimated error {error:.1e}, asked for {case.scene.model.accuracy:g}"
@@ -64,7 +64,7 @@ def of_fixed(case):
     averaging = f", in which the wind is averaged over the height: estimated error {averaged:.1e}" if averaged else ""
     notes = (
         f"model: {model.elements} elements of order {model.order}, {model.mass} mass, as the scene says",
-        f"statics: {case.model.convergence}; tensions and sag within {error:.1e} of the closed form{averaging}",
+        f"statics: {case.convergence}; tensions and sag within {error:.1e} of the closed form{averaging}",
     )
     if error <= max(STUDY.poor_statics, averaged):
         return notes, warnings

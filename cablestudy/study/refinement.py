@@ -269,7 +269,12 @@ def refine(searches, prepare):
 
 def with_accuracy(scene, accuracy):
     """Copy of a scene, of one cable or of a suspension, with a model to an accuracy."""
-    model = {"accuracy": accuracy, "elements": None, "order": 1, "mass": "lumped"}
+    return with_elements(scene, None, 1, "lumped", accuracy)
+
+
+def with_elements(scene, elements, order, mass, accuracy=None):
+    """Copy of a scene with a fixed number of elements, their order and their mass matrix."""
+    model = {"accuracy": accuracy, "elements": elements, "order": order, "mass": mass}
     return scene.model_copy(update={"model": scene.model.model_copy(update=model)})
 
 

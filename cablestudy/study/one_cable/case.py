@@ -206,7 +206,7 @@ class CableCase(ComparedCase):
         """Statics of the model: `ClosedStatics` or `ElementStatics`."""
         if self.exact_statics:
             return ClosedStatics(self.catenary)
-        return ElementStatics(self.state, self.model.convergence, self.catenary.middle)
+        return ElementStatics(self.state, self.convergence, self.catenary.middle)
 
     @property
     def form(self):
@@ -269,13 +269,14 @@ class CableCase(ComparedCase):
 
     def waves(self, frequency):
         """Transverse half-waves along the longest smooth piece at a frequency [Hz]; how far the cable turns [rad]."""
-        return 2 * frequency * self.model.wave_time, self.model.turn
+        elements, row = self.model
+        return 2 * frequency * elements.wave_time[row], elements.turn[row]
 
     # ------------------------------------------------------------------------------------------------------- motion
 
     @shared
     def model(self):
-        """The elements: `models.CableElements`.
+        """The elements, perhaps with those of other cases: `BatchElements`, and the row of this case among them.
 
         Raises
         ------
@@ -284,25 +285,37 @@ class CableCase(ComparedCase):
         """
         return model_of(self)
 
-    @property
+    @cached_property
     def state(self):
         """The elements in equilibrium: `State`."""
-        return self.model.state
+        elements, row = self.model
+        return elements.state.take(row)
+
+    @property
+    def convergence(self):
+        """`Record` of the iteration to equilibrium of fixed elements."""
+        elements, row = self.model
+        return elements.record.of(row)
+
+    def _dynamics(self, planes):
+        """`Dynamics` of the elements in some planes, whose modes are computed with those of other cases."""
+        elements, row = self.model
+        return elements.dynamics(planes).take(row)
 
     @shared
     def dynamics(self):
         """The free vibration in all directions: `Dynamics`."""
-        return self.model.dynamics(PLANAR if self.planar else (SPATIAL,))
+        return self._dynamics(PLANAR if self.planar else (SPATIAL,))
 
     @shared
     def in_plane(self):
         """The free vibration in the cable's plane; in all directions where the two do not decouple."""
-        return self.model.dynamics((IN_PLANE,)) if self.planar else self.dynamics
+        return self._dynamics((IN_PLANE,)) if self.planar else self.dynamics
 
     @shared
     def out_of_plane(self):
         """The free vibration across the cable's plane; in all directions where the two do not decouple."""
-        return self.model.dynamics((OUT_OF_PLANE,)) if self.planar else self.dynamics
+        return self._dynamics((OUT_OF_PLANE,)) if self.planar else self.dynamics
 
     @property
     def dof(self):
@@ -341,7 +354,8 @@ class CableCase(ComparedCase):
             return float(self.end_stiffness[axis, moved])
         x, y, z = self.span.frame[:, axis]  # the axis in the chord frame, whose z is across the cable's plane
         dynamics = self.in_plane if not z else self.dynamics if x or y else self.out_of_plane
-        return self.model.end_stiffness_along(dynamics.planes, axis)
+        elements, row = self.model
+        return elements.end_stiffness_along(dynamics.planes, axis)[row]
 
     @computed_together
     def frequencies_asked_for(cases):
@@ -425,7 +439,8 @@ class CableCase(ComparedCase):
     @cached_property
     def end_model(self):
         """The cable at its two ends, with every mode that the model has: `Superelement`."""
-        return self.model.end_model(self.dynamics.planes, self.scene.cable.damping)
+        elements, row = self.model
+        return elements.ends(self.dynamics.planes).superelement(self.scene.cable.damping, row)
 
     @cached_property
     def cable_models(self):

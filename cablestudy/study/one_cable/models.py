@@ -90,61 +90,6 @@ class BatchElements:
         return np.sqrt((difference**2).sum(axis=-1).max(axis=(-2, -1))).tolist()
 
 
-class CableElements:
-    """The elements of one cable of `BatchElements`.
-
-    Parameters
-    ----------
-    models : BatchElements
-    index : int
-        Of the cable among them.
-    """
-
-    def __init__(self, models, index):
-        self._models, self._index = models, index
-
-    @property
-    def mesh(self):
-        """`Mesh` of the elements."""
-        return self._models.state.mesh
-
-    @cached_property
-    def state(self):
-        """`State` of the elements."""
-        return self._models.state.take(self._index)
-
-    @property
-    def convergence(self):
-        """`Record` of the iteration to equilibrium; None where the elements lie on the closed form."""
-        return self._models.record and self._models.record.of(self._index)
-
-    def dynamics(self, planes):
-        """`Dynamics` of this cable; its modes are computed with those of the others."""
-        return self._models.dynamics(planes).take(self._index)
-
-    def end_model(self, planes, damping):
-        """`Superelement` of this cable."""
-        return self._models.ends(planes).superelement(damping, self._index)
-
-    def end_shapes(self, planes):
-        """Displacements of the nodes by modes and ends of `end_model`, shape (nodes, 3, n + 6): `Ends.shapes`."""
-        return self._models.ends(planes).shapes[self._index]
-
-    def end_stiffness_along(self, planes, axis):
-        """Static stiffness of end 2 along x, y or z, see `BatchElements`. [N/m]"""
-        return self._models.end_stiffness_along(planes, axis)[self._index]
-
-    @property
-    def wave_time(self):
-        """Travel time of a transverse wave along the longest smooth piece, see `BatchElements`. [s]"""
-        return self._models.wave_time[self._index]
-
-    @property
-    def turn(self):
-        """Largest angle between the tangent at end 1 and another one, see `BatchElements`. [rad]"""
-        return self._models.turn[self._index]
-
-
 def mesh_of(case):
     """Finite-element mesh by which one case of a cable is solved: `Mesh`.
 
@@ -197,7 +142,7 @@ def fixed_mesh(results, case, carried=()):
 
 
 def model_of(case):
-    """The elements of one case: `CableElements`.
+    """The elements of one case: `BatchElements`, and its row among them.
 
     Raises
     ------
@@ -207,7 +152,7 @@ def model_of(case):
     models = _solve_group(case.results, [case.index], mesh_of(case), case.level)
     if models.record is not None and not models.record.converged[0]:
         raise equilibrium.refusal(models.record.of(0), models.state.mesh)
-    return CableElements(models, 0)
+    return models, 0
 
 
 def numbers_of(model):
@@ -233,7 +178,7 @@ def give_elements(cases, groups):
         for index, number in enumerate(numbers.tolist()):
             case = cases.get(number)
             if case is not None and not case.point_masses:
-                case.model = CableElements(batch, index)
+                case.model = batch, index
 
 
 def solve_models(cases):
@@ -263,7 +208,7 @@ def solve_models(cases):
         models = _solve_group(members[0].results, [case.index for case in members], mesh, level)
         for index, case in enumerate(members):
             if models.record is None or models.record.converged[index]:
-                case.model = CableElements(models, index)
+                case.model = models, index
 
 
 def _solve_group(results, cases, mesh, level):

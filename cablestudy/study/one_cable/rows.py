@@ -292,7 +292,7 @@ class StatedBatch(CableBatch):
         """Add the unknowns of the elements, notes on these and on their errors, and doubts."""
         case, required = row.case, self.required
         if "model" in case.computed:
-            unknowns = case.dof if required.modes else (2 if case.planar else 3) * (case.model.mesh.nodes - 2)
+            unknowns = case.dof if required.modes else (2 if case.planar else 3) * (case.state.mesh.nodes - 2)
             row.dof = max(unknowns, case.system_size)
             if self.noted:
                 row.notes, row.warnings = notes.of_fixed(case)

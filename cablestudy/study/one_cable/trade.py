@@ -23,7 +23,6 @@ from cablestudy.study.compared_models import (
     element_models,
     on_columns,
     static_value,
-    with_elements,
 )
 from cablestudy.study.motion_columns import GONDOLA_X
 from cablestudy.study.notes import strength_warning as strength_warning
@@ -31,7 +30,7 @@ from cablestudy.study.one_cable.asked_modes import AskedModes
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.columns import column_of_one_cable
 from cablestudy.study.one_cable.system import analysis_of, in_cable_wind_of
-from cablestudy.study.refinement import with_accuracy
+from cablestudy.study.refinement import with_accuracy, with_elements
 from cablestudy.study.scene_values import load_count
 from cablestudy.system.assemble import assemble
 from cablestudy.system.damping import damped_poles

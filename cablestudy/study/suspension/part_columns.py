@@ -168,20 +168,18 @@ def body_frequency_column(name, number):
     return Column(f"{name}.frequency_{number}", "Hz", meaning, "modes", compute)
 
 
-def _force_displacement(name, axis):
-    """Column of the displacement of a body or free point by the forces of the load case."""
+def force_displacements(name):
+    """The columns of the displacements of a body or free point by the forces of a load case: list of Column."""
 
-    def compute(case):
+    def compute(case, axis):
         displacement, error = case.force_displacement(name, axis)
         return 1e3 * displacement, error
 
-    meaning = f"displacement along {AXES[axis]} by the forces of the load case, its other loads there before and after"
-    return Column(f"{name}.force_displacement_{AXES[axis]}", "mm", meaning, "statics", compute, FORCES)
-
-
-def force_displacements(name):
-    """The columns of the displacements of a body or free point by the forces of a load case: list of Column."""
-    return [_force_displacement(name, axis) for axis in range(3)]
+    return [
+        Column(f"{name}.force_displacement_{axis}", "mm", f"displacement along {axis} by the forces of the load case, "
+               "its other loads there before and after", "statics", partial(compute, axis=number), FORCES)
+        for number, axis in enumerate(AXES[:3])
+    ]  # fmt: skip
 
 
 def mode_columns(name):
@@ -241,23 +239,19 @@ def static_frequency_column(name, number):
     return Column(f"{name}.frequency_static_{number}", "Hz", meaning, "stiffness", compute)
 
 
-def _linear_range(name, axis):
-    """Column of the linear range of a body or free point along x, y or z."""
+def linear_ranges(name):
+    """The columns of the linear ranges of a body or free point along x, y and z: list of Column."""
 
-    def compute(case):
+    def compute(case, axis):
         displacement, error = case.linear_range(name, axis)
         return (None if displacement is None else 1e3 * displacement), error + case.statics_error(None)
 
-    meaning = (
-        f"displacement along {'xyz'[axis]}, of either sign, at which the restoring force of its cables differs by 5 % "
-        "from linear, all else at rest; empty where it does not"
-    )
-    return Column(f"{name}.linear_range_{'xyz'[axis]}", "mm", meaning, "stiffness", compute)
-
-
-def linear_ranges(name):
-    """The columns of the linear ranges of a body or free point along x, y and z: list of Column."""
-    return [_linear_range(name, axis) for axis in range(3)]
+    return [
+        Column(f"{name}.linear_range_{axis}", "mm", f"displacement along {axis}, of either sign, at which the "
+               "restoring force of its cables differs by 5 % from linear, all else at rest; empty where it does not",
+               "stiffness", partial(compute, axis=number))
+        for number, axis in enumerate(AXES[:3])
+    ]  # fmt: skip
 
 
 def point_columns(name):

@@ -63,7 +63,7 @@ class SuspensionChoice(CoupledChoice):
             self.left_out(self.share),
             "not in A, B, C, D: what velocity and acceleration of winches and forces add to tensions at once"
             " (D1 and D2 of the file)",
-            *_no_winches(self.case.scene),
+            *([] if self.case.scene.winches else ["winches: the scene names none, and no cable is reeled in"]),
             *damping_notes(self.case.scene),
         ]
 
@@ -83,11 +83,6 @@ class SuspensionChoice(CoupledChoice):
             "warning: --no-residual leaves out the static part of the omitted modes: static response of "
             f"{above} to {below} {wrong:.5g} {unit} instead of {right:.5g} {unit}".replace("  ", " ").rstrip()
         )
-
-
-def _no_winches(scene):
-    if not scene.winches:
-        yield "winches: the scene names none, and no cable is reeled in"
 
 
 def check_options(options, responds, out):

@@ -12,8 +12,8 @@ from cablestudy.study.compared_models import (
     element_models,
     on_columns,
     static_value,
-    with_elements,
 )
+from cablestudy.study.refinement import with_elements
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.notes import strength_warning as strength_warning
 from cablestudy.study.suspension.rows import OF_THE_WHOLE
