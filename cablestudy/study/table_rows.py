@@ -71,15 +71,21 @@ class TableColumns:
         self.estimate, self.clock, self.run = "error_estimate" in names, "solve_time" in names, bool(names - {"status"})
 
 
-@dataclass(frozen=True)
+@dataclass
 class Row:
-    """Row of a table: the values of the columns for one case."""
+    """Row of a table: the columns of one case, while they are computed and when it is finished."""
 
-    cells: dict  # header -> float, or None where it has no value; `status` is a text
     case: object  # CableCase or SuspensionCase
-    notes: tuple  # of str: on the model, and what it leaves out; shown only if asked for
-    errors: dict  # header -> estimated relative error against the continuous cable; None where it is not known
+    # header -> number, None where the case has no such number and none is missing; of a finished row also where it has
+    # no value, and `status`, a text
+    cells: dict = field(default_factory=dict)
+    # header -> CablestudyError of a column without a number, or name -> one that makes others doubtful
+    failures: dict = field(default_factory=dict)
+    errors: dict = field(default_factory=dict)  # header -> estimated relative error, None where it is not known [-]
+    notes: tuple = ()  # of str: on the model, and what it leaves out; shown only if asked for
     warnings: tuple = ()  # of str, shown to all users
+    doubts: tuple = ()  # of str, see `status_of`
+    dof: int = 0  # number of unknowns of the model
 
     def known_errors(self):
         """Yield the estimated errors of the cells, as a table of this one row has them."""
@@ -96,26 +102,10 @@ class Row:
         cells = self.cells | {field.name: cell for field, cell in further_cells}
         return Table(fields, [cells], single=True, errors=self.known_errors)
 
-
-@dataclass
-class UnfinishedRow:
-    """A `Row` while it is computed, with its `case`, `errors`, `notes` and `warnings`."""
-
-    case: object
-    # header -> number, or None where the case has no such number and none is missing
-    values: dict = field(default_factory=dict)
-    # header -> CablestudyError of a column without a number, or name -> one that makes others doubtful
-    failures: dict = field(default_factory=dict)
-    errors: dict = field(default_factory=dict)
-    notes: tuple = ()
-    warnings: tuple = ()
-    doubts: tuple = ()  # of str, see `status_of`
-    dof: int = 0  # number of unknowns of the model
-
     def fail(self, columns, error):
         """Record an error as the failure of those columns that have no value yet."""
         for column in columns:
-            if column.header not in self.values:
+            if column.header not in self.cells:
                 self.failures.setdefault(column.header, error)
 
     def compute(self, column):
@@ -127,28 +117,21 @@ class UnfinishedRow:
         except CablestudyError as failure:
             self.failures[column.header] = failure
             return
-        self.values[column.header] = number
+        self.cells[column.header] = number
         if error is not None:
             self.errors[column.header] = None if isnan(error) else float(error)
 
-    def finished(self, required, seconds=None):
-        """The `Row`.
-
-        Parameters
-        ----------
-        required : TableColumns
-        seconds : float, optional
-            Time that it took. [s]
-        """
-        cells = {**required.empty, **self.values}
-        errors = {name: error for name, error in self.errors.items() if name not in self.failures}
+    def complete(self, required, seconds):
+        """Add the cells without a value, those on the computation, which took so many seconds, and the status."""
+        self.cells = {**required.empty, **self.cells}
+        self.errors = {name: error for name, error in self.errors.items() if name not in self.failures}
         if required.run:
-            errors_known = None not in errors.values() and (errors or not self.failures)
-            run = {"dof": self.dof, "error_estimate": max(errors.values(), default=0.0) if errors_known else None}
+            errors_known = None not in self.errors.values() and (self.errors or not self.failures)
+            run = {"dof": self.dof, "error_estimate": max(self.errors.values(), default=0.0) if errors_known else None}
             run["solve_time_ms"] = 1e3 * seconds if required.clock else None
-            cells.update((header, number) for header, number in run.items() if header in cells)
-        cells["status"] = status_of(self.failures, *self.doubts)
-        return Row(cells, self.case, tuple(self.notes), errors, self.warnings)
+            self.cells.update((header, number) for header, number in run.items() if header in self.cells)
+        self.cells["status"] = status_of(self.failures, *self.doubts)
+        self.failures = {}  # which would keep the models that have failed
 
 
 class RowBatch(ABC):
@@ -167,7 +150,7 @@ class RowBatch(ABC):
 
     @abstractmethod
     def blocks(self, width):
-        """Yield the `UnfinishedRow`s in lists of at most `width`, by default of as many as memory and cache hold."""
+        """Yield the rows in lists of at most `width`, by default of as many as memory and cache hold."""
 
     @abstractmethod
     def prepare(self, rows):
@@ -205,7 +188,8 @@ class RowBatch(ABC):
                 case.together = ()
             seconds = seconds_of_statics + (time.perf_counter() - start) / len(rows)
             for row in rows:
-                yield row.finished(self.required, seconds)
+                row.complete(self.required, seconds)
+                yield row
 
 
 def batched(sequence, width):

@@ -18,11 +18,8 @@ def modes(case, count=None, upto=None, estimate=False):
 
     Parameters
     ----------
-    case : CableCase
-    count : int, optional
-        Number of modes, from the lowest; fewer where a model with a fixed number of elements has no more.
-    upto : float, optional
-        Compute all modes up to this frequency instead. [Hz]
+    case, count, upto
+        As of `solved_modes`, which raises the same errors.
     estimate : bool
         Whether the notes have an estimated error of the frequencies of fixed elements, which costs a second solution.
 
@@ -33,11 +30,6 @@ def modes(case, count=None, upto=None, estimate=False):
     modes : Modes
     notes, warnings : tuple of str
         About model and accuracy.
-
-    Raises
-    ------
-    NoSolutionError, ConvergenceError
-        There is no equilibrium, or the finest model does not reach the accuracy or lacks modes.
     """
     solved_case, modes_found, search = solved_modes(case, count, upto)
     if search is None:

@@ -163,7 +163,7 @@ class OneCableGroup(Group):
     def modes(self, _, count):
         """The lowest `CoupledModes`, those across the plane of the cable too; raises as `coupled_modes`."""
         scene = self._case.scene
-        return coupled_modes(self.take(0), count, scene.model.accuracy, [scene.cable.damping])
+        return coupled_modes(self.equilibrium.take(0), count, scene.model.accuracy, [scene.cable.damping])
 
     def steady_drag(self, _):
         """Drag of the steady wind on the cable, as `FixedModel.drag`."""

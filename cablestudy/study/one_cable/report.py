@@ -2,10 +2,8 @@
 
 import numpy as np
 
-from cablestudy.cable.catenary import split
 from cablestudy.study.cable_columns import COLUMNS
 from cablestudy.study.column import CLOSED, lacks
-from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.table import Field, Table
 from cablestudy.study.tolerances import STUDY
 
@@ -39,54 +37,37 @@ def shape_table(case):
         positions = np.linspace(0.0, 1.0, STUDY.shape_points)
     else:
         positions = case.state.mesh.node_positions
-    columns = _columns_along(case.span, positions, *shape(case, positions))
+    columns = columns_along(case.span, positions, *shape(case, positions))
     for word, deflection in deflections.items():
         components = zip("xyz", (deflection @ case.span.frame).T, strict=True)
         columns |= {f"{word}_{axis}_m": component for axis, component in components}
-    return Table(_fields_along(columns), _rows_along(columns))
+    return Table(fields_along(columns), rows_along(columns))
 
 
-def _columns_along(span, positions, coordinates, tension):
+def columns_along(span, positions, coordinates, tension):
     """Header -> values along a cable: arc length, coordinates, tension."""
     columns = {"s_m": positions * float(span.unstretched_length)}
     columns |= {f"{axis}_m": coordinate for axis, coordinate in zip("xyz", coordinates.T, strict=True)}
     return columns | {"tension_N": tension}
 
 
-def _fields_along(headers):
+def fields_along(headers):
     """Fields of columns by their headers, which end with the unit."""
     words = [(name, *name.rpartition("_")) for name in headers]
     return tuple(Field(name, word.replace("_", " "), unit) for name, word, _, unit in words)
 
 
-def _rows_along(columns):
+def rows_along(columns):
     """Rows of a table: list of dict header -> number, from header -> array."""
     return [dict(zip(columns, map(float, values), strict=True)) for values in zip(*columns.values(), strict=True)]
 
 
-def shapes_table(cables):
-    """Table of the static shapes of cables in closed form, point by point, one cable after the other.
-
-    Parameters
-    ----------
-    cables : dict
-        Name -> `Catenary` of the cable, and the position of its end 1, shape (3,) [m].
-    """
-    rows, headers = [], ("s_m", "x_m", "y_m", "z_m", "tension_N")
-    for name, (catenary, end_1) in cables.items():
-        edges = np.cumsum(split(catenary.span).fraction)[:-1]
-        positions = np.unique(np.concatenate([np.linspace(0.0, 1.0, STUDY.shape_points), edges]))
-        form = _form(ClosedStatics(catenary), catenary.span, end_1, positions)
-        rows += [{"cable": name, **row} for row in _rows_along(_columns_along(catenary.span, positions, *form))]
-    return Table((Field("cable", "cable", label=True), *_fields_along(headers)), rows)
-
-
 def shape(case, positions):
     """Global coordinates [m], shape (j, 3), and tension [N] at shares of the unstretched length."""
-    return _form(case.statics, case.span, case.end_1, positions)
+    return form_along(case.statics, case.span, case.end_1, positions)
 
 
-def _form(statics, span, end_1, positions):
+def form_along(statics, span, end_1, positions):
     """Global coordinates and tension as of `shape`, by the statics of a cable with the position of its end 1 [m]."""
     displacement, tension = statics.shape(positions)
     in_chord_frame = displacement + np.outer(positions * (1 + float(span.chord_strain)), [1.0, 0.0, 0.0])

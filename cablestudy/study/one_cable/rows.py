@@ -15,7 +15,7 @@ from cablestudy.study.one_cable.closed_form import ColumnRequirements, by_elemen
 from cablestudy.study.one_cable.results import Results
 from cablestudy.study.refinement import reference_scene
 from cablestudy.study.scene_values import SceneValues, load_count
-from cablestudy.study.table_rows import OVER_STRENGTH, SLACK, RowBatch, UnfinishedRow, batched
+from cablestudy.study.table_rows import OVER_STRENGTH, SLACK, Row, RowBatch, batched
 from cablestudy.study.tolerances import STUDY
 
 
@@ -145,7 +145,7 @@ class CableBatch(RowBatch):
         return cases
 
     def _row_of_closed_form(self, case, cells):
-        """The `UnfinishedRow` of a case with all numbers of its closed form."""
+        """The `Row` of a case with all numbers of its closed form."""
         closed, scene_only = self.closed, self.required.scene_only
         failures = dict(closed.failures.get(case.index, {}))
         values = {header: number for header, number in cells.items() if header not in failures}
@@ -153,7 +153,7 @@ class CableBatch(RowBatch):
         over_strength = bool(closed.over_strength[case.index])
         warnings = notes.of_closed_form(case, over_strength) if case.exact_statics and not scene_only else ()
         doubts = (OVER_STRENGTH,) if over_strength else ()
-        return UnfinishedRow(case, values, failures, closed.errors_of(case.index), note, warnings, doubts)
+        return Row(case, values, failures, closed.errors_of(case.index), note, warnings, doubts)
 
     def prepare_systems(self, cases):
         """Compute in one call the first modes of gondola, loop and wind of cases that lack no key for them."""
@@ -202,21 +202,21 @@ class RefinedBatch(CableBatch):
         case, accuracy = row.case, row.case.scene.model.accuracy
         for column in self.required.system:
             name = column.header
-            error = row.errors.get(name) if name in row.values else None
+            error = row.errors.get(name) if name in row.cells else None
             if error is None or case.results.drag.normal_drag[case.index] or not is_of_one_cable(column):
                 continue
             error -= case.equilibrium_error(column)
             if error > accuracy:
                 text = f"{name}: estimated error {error:.1e}, asked for {accuracy:g}"
                 row.failures[name] = ConvergenceError(text)
-                del row.values[name]
+                del row.cells[name]
 
     def _notes_on_modes(self, row):
         """Notes of the row, before them those on the elements by which its frequencies were found, if any were."""
         found = row.case.known_frequencies
         if found is None or not found.values:
             return row.notes
-        worst = max(row.errors[column.header] for column in self.required.modes if column.header in row.values)
+        worst = max(row.errors[column.header] for column in self.required.modes if column.header in row.cells)
         texts = (notes.CLOSED_FORM, *notes.of_refined(found.used, worst, found.tried))
         return texts + tuple(line for line in row.notes if line not in texts)
 
@@ -225,7 +225,7 @@ class RefinedBatch(CableBatch):
         case, texts, required = row.case, row.notes, self.required
         if case.moves:
             texts = (notes.CLOSED_FORM, *notes.of_system(case))
-        elif any(column.needs == "gondola" and column.header in row.values for column in required.system):
+        elif any(column.needs == "gondola" and column.header in row.cells for column in required.system):
             texts = (notes.CLOSED_FORM, *notes.of_gondola(case))
         if case.moves or required.damped:
             texts += notes.assumed_damping(case.scene) + notes.air_damping(case)
@@ -249,12 +249,12 @@ class StatedBatch(CableBatch):
 
         Parameters
         ----------
-        rows : list of UnfinishedRow
+        rows : list of Row
             With the columns in closed form.
 
         Returns
         -------
-        list of UnfinishedRow
+        list of Row
             Those whose elements are in equilibrium; empty where nothing that is shown depends on the elements. In the
             others every column that needs an equilibrium fails.
         """
@@ -311,4 +311,4 @@ class StatedBatch(CableBatch):
 
 def _gondola_notes(row):
     """Notes on the modes that share the gondola's motion, where its frequency was computed."""
-    return tuple(notes.gondola_notes(row.case)) if "gondola_frequency_Hz" in row.values else ()
+    return tuple(notes.gondola_notes(row.case)) if "gondola_frequency_Hz" in row.cells else ()

@@ -80,7 +80,7 @@ class SuspensionAtRest:
     @cached_property
     def equilibrium(self):
         """`Equilibrium` of this case; raises as `group`."""
-        return self.group.take(self.index)
+        return self.group.equilibrium.take(self.index)
 
     @property
     def form(self):

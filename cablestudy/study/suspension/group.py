@@ -429,10 +429,6 @@ class Group:
             or _failure(self.equilibrium, index, self._without_lost)
         )
 
-    def take(self, index):
-        """The `Equilibrium` of one case."""
-        return self.equilibrium.take(index)
-
     def modes(self, index, count):
         """Compute the lowest coupled modes of cables and bodies of one case: `CoupledModes`.
 

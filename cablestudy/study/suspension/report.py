@@ -5,13 +5,15 @@ from math import isnan
 
 import numpy as np
 
+from cablestudy.cable.catenary import split
 from cablestudy.errors import CablestudyError, Mistakes, NoSolutionError, SceneError
 from cablestudy.scene.scene import missing
 from cablestudy.statics.force_density import cables_without_force_density, find_form
 from cablestudy.statics.suspension import AXES
 from cablestudy.study.column import value_and_error
 from cablestudy.study.notes import comparison_notes
-from cablestudy.study.one_cable.report import STATE, shapes_table
+from cablestudy.study.one_cable.report import STATE, columns_along, fields_along, form_along, rows_along
+from cablestudy.study.statics import ClosedStatics
 from cablestudy.study.suspension.notes import slack_cables
 from cablestudy.study.suspension.numbers import numbers_of
 from cablestudy.study.suspension.part_columns import (
@@ -295,14 +297,18 @@ def shape_table(case, failures):
     NoSolutionError, ConvergenceError
         There is no stable equilibrium.
     """
-    equilibrium, ends, cables = case.equilibrium, case.equilibrium.ends, {}
+    equilibrium, rows, headers = case.equilibrium, [], ("s_m", "x_m", "y_m", "z_m", "tension_N")
     for cable, name in enumerate(equilibrium.suspension.cable_names):
         catenary = equilibrium.catenary.take(cable)
         if catenary.slack:
             failures.append(f"{name} is slack and without weight: it has no definite form")
             continue
-        cables[name] = catenary, ends[cable, 0]
-    return shapes_table(cables)
+        edges = np.cumsum(split(catenary.span).fraction)[:-1]
+        positions = np.unique(np.concatenate([np.linspace(0.0, 1.0, STUDY.shape_points), edges]))
+        form = form_along(ClosedStatics(catenary), catenary.span, equilibrium.ends[cable, 0], positions)
+        columns = columns_along(catenary.span, positions, *form)
+        rows += [{"cable": name, **row} for row in rows_along(columns)]
+    return Table((Field("cable", "cable", label=True), *fields_along(headers)), rows)
 
 
 def mode_errors(case, modes, count):

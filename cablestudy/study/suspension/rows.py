@@ -21,9 +21,9 @@ from cablestudy.study.table_rows import (
     FALLEN,
     OVER_STRENGTH,
     SLACK,
+    Row,
     RowBatch,
     TableColumns,
-    UnfinishedRow,
     batched,
 )
 from cablestudy.study.tolerances import STUDY
@@ -146,7 +146,7 @@ class SuspensionBatch(RowBatch):
 
     def blocks(self, width):
         """Yield the rows: in the wind or under control as many as models of cables are computed together."""
-        rows = list(map(UnfinishedRow, self._cases))
+        rows = list(map(Row, self._cases))
         if self.required.system:
             most_cables = max(1, *(len(scene.cables) for scene in self.scenes))
             width = width or max(1, STUDY.cables_at_once // most_cables)
