@@ -21,6 +21,7 @@ from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.tolerances import STUDY
 from cablestudy.wind.coherence import along_cable, gauss, rods
 from cablestudy.wind.drag import drag_matrices, shedding_frequencies
+from cablestudy.wind.spectrum import speed_spectrum
 
 SLOW_LOOP = "winch.controller.gain=0.05"
 HYSTERETIC = "cable.damping={model: hysteretic, loss_factor: 0.02}"
@@ -141,8 +142,10 @@ def test_covariances_between_known_ones_are_within_the_stated_error():
     frequency = np.geomspace(1e-4, 20, 43)
     direct = gusts._computed_covariance(gusts.coherence.kappa(frequency))
     weights = np.random.default_rng(3).normal(size=direct.shape[1])
-    found = gusts._interpolated_covariance(gusts.coherence.kappa(frequency))
-    assert weights @ found @ weights == pytest.approx(weights @ direct @ weights, rel=gusts.error)
+    wind, columns = gusts.wind, np.tile(weights[:, None] + 0j, (len(frequency), 1, 1))
+    speed = speed_spectrum(frequency, wind.speed, 1.0, wind.length_scale, wind.spectrum)
+    found = gusts.input_spectra(frequency, columns)[:, 0]
+    assert found == pytest.approx(speed * (weights @ direct @ weights), rel=gusts.error)
     assert case_of(INCLINED, SMOOTH).in_cable_wind.sides[0].closed_loop.gusts.error == 0
 
 

@@ -57,19 +57,8 @@ class Gusts:
 
     def input_spectra(self, frequency, response):
         """One-sided spectra of o outputs, shape (f, o), by their response to the i inputs, shape (f, i, o)."""
-        times_spectra = self.matrix_times(frequency, response)
+        times_spectra = self.noise(frequency).times(response)
         return (times_spectra.real * response.real + times_spectra.imag * response.imag).sum(axis=1)
-
-    def matrix_times(self, frequency, columns):
-        """One-sided spectral matrix of the i inputs, see `input_matrix`, at frequencies, times columns (f, i, o)."""
-        speed, factors = self._frequency_functions(frequency)
-        root = np.ones((len(frequency), columns.shape[1], 1))
-        for group, factor in zip(self.input_groups, factors, strict=True):
-            root[:, group, 0] = (np.sqrt(speed) * factor)[:, None]
-        covariance = self._interpolated_covariance(self.coherence.kappa(frequency))
-        columns, product = root * columns, np.empty(columns.shape, dtype=complex)
-        product.real, product.imag = covariance @ columns.real, covariance @ columns.imag
-        return root * product
 
     @cached_property
     def input_matrix(self):
@@ -127,14 +116,6 @@ class Gusts:
         speed = speed_spectrum(frequency, wind.speed, 1.0, wind.length_scale, wind.spectrum)
         roots = [np.sqrt(admittance(frequency, wind.speed, area, wind.admittance)) for area in self.areas.tolist()]
         return speed, [np.ones_like(frequency), *roots] if self._cable_inputs else roots
-
-    def _interpolated_covariance(self, kappa):
-        """Covariance of the inputs, shape (f, i, i), for kappa [1/m], shape (f,), interpolated in `_table`."""
-        for_cables, for_bodies = self._table_weights(kappa)
-        table, bodies = self._table, slice(self._cable_inputs, None)
-        covariance = np.tensordot(for_cables, table, axes=(0, 0))
-        covariance[:, bodies, bodies] = np.tensordot(for_bodies, table[:, bodies, bodies], axes=(0, 0))
-        return covariance
 
     def _table_weights(self, kappa):
         """Weights by which covariances at f values of kappa are interpolated from those at the k values of `_table`.

@@ -107,7 +107,7 @@ class Integrals:
         if not len(undamped.poles):
             return np.zeros(len(variance), dtype=complex)
         omega, inputs = np.abs(undamped.poles), undamped.inputs
-        spectra = self.gusts.matrix_times(omega / (2 * np.pi), inputs[:, :, None].conj())[..., 0]
+        spectra = self.gusts.noise(omega / (2 * np.pi)).times(inputs[:, :, None].conj())[..., 0]
         force_spectrum = (inputs * spectra).sum(axis=1)
         # of each pole (rows) in each output (columns), as if its damping ratio were the least
         variance_at_least_damping = (force_spectrum.real / (2 * least * omega))[:, None]
@@ -146,7 +146,7 @@ def variances_of_rows(integrals, responses):
             rows_by_shapes.setdefault(integral.shapes_with(poles), []).append(row)
         else:
             found[row] = variances_with_remainder(
-                poles, remainder, integral.gusts.matrix_times, integral.panels, integral.noise, integral.all_weights
+                poles, remainder, integral.panels, integral.noise, integral.all_weights
             )
     for rows in rows_by_shapes.values():
         resolvents = len(residues[rows[0]].poles) * integrals[rows[0]].all_weights.shape[-1]  # entries of each row

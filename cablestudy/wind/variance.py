@@ -23,6 +23,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cablestudy.cable.matrices import product
 from cablestudy.wind.tolerances import WIND
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(WIND.panel_points)
@@ -43,12 +44,21 @@ class Noise:
     groups : list of slice
         Groups of inputs that have one function e of frequency each: E = diag(e).
     functions : list of list of ndarray, shape (..., p, n)
-        e_j e_l g_k for groups j and l at the n frequencies of the panels.
+        e_j e_l g_k for groups j and l at n frequencies.
     """
 
     matrices: np.ndarray
     groups: list
     functions: list
+
+    def times(self, columns, batch=slice(None)):
+        """The spectral matrix at a batch of f of the frequencies times complex columns, shape (f, i, c), of one row."""
+        total = np.zeros(columns.shape, dtype=complex)
+        for rows, functions in zip(self.groups, self.functions, strict=True):
+            for others, function in zip(self.groups, functions, strict=True):
+                matrix = np.tensordot(function[:, batch], self.matrices[:, rows, others], axes=(0, 0))
+                total[:, rows] += product(matrix, columns[:, others])
+        return total
 
 
 def with_turns(edges, delay):
@@ -227,7 +237,7 @@ def variances(residues, panels, noise, weights):
     return np.where(variance > WIND.variance_rounding * largest, variance, 0.0)
 
 
-def variances_with_remainder(residues, remainder, noise_times, panels, noise, weights):
+def variances_with_remainder(residues, remainder, panels, noise, weights):
     """Variances of the outputs of a system with a delay, driven by noise; without a delay, use `variances`.
 
     The response is a sum over its sharp poles, P, and a remainder, G, that is smooth over frequency. The spectra are
@@ -244,8 +254,6 @@ def variances_with_remainder(residues, remainder, noise_times, panels, noise, we
         P: stable poles, both of each complex pair, without a direct part.
     remainder : callable
         G: s = 2 pi i f, shape (f,) [rad/s] -> complex, shape (f, o, i), for o outputs and i inputs.
-    noise_times : callable
-        Frequencies, shape (f,) [Hz], and columns, complex, shape (f, i, o) -> S times the columns.
     panels : Panels
         n points of quadrature over frequency.
     noise : Noise
@@ -263,7 +271,7 @@ def variances_with_remainder(residues, remainder, noise_times, panels, noise, we
     for begin in range(0, len(s), WIND.frequencies_at_once):
         batch = slice(begin, begin + WIND.frequencies_at_once)
         g = remainder(s[batch])
-        s_g = noise_times(panels.frequency[batch], np.swapaxes(g, 1, 2).conj())  # S G*
+        s_g = noise.times(np.swapaxes(g, 1, 2).conj(), batch)  # S G*
         g_s_g = (g * np.swapaxes(s_g, 1, 2)).sum(axis=-1).real * panels.weights[batch, None]
         p_s_g = ((residues.inputs @ s_g) * fractions[batch, :, None] * residues.outputs.T).sum(axis=1)
         variance += weights[:, batch] @ (g_s_g + 2 * p_s_g.real)
