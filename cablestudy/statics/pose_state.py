@@ -190,12 +190,8 @@ def end_forces_and_stiffness(suspension, state, cables, stiffness):
 def evaluate(suspension, state, solved_cables=None):
     """Forces, stiffness and energy of a suspension whose bodies are in a given pose: `Evaluation`.
 
-    The energy is that of the links (springs), and for each cable
-
-        W = N.d - L (T_mean + mean of |N(s)|^2/(2 EA))
-
-    N(s) is the tension vector along the cable, N the mean of that at both ends, d the vector from end 1 to end 2, L the
-    unstretched length and T_mean the mean tension.
+    The energy is that of the links (springs), and W of the module's docstring for each cable. With point loads N is the
+    mean of the tension vectors at both ends, and |N|^2 + (w L)^2/12 the mean of their square along the cable.
 
     Parameters
     ----------

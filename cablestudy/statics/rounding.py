@@ -2,7 +2,7 @@
 
 The net force on a body is a sum of terms that cancel, each with a rounding error of its own. With eps the relative
 rounding of a number, a cable on the body contributes two: eps T (1 + P/chord), T its tension and P the largest
-coordinate of its ends, whose rounding turns the force; and eps K L e, K its end stiffness, L its length and e its
+coordinate of its ends, whose rounding turns the force; and eps K L |e|, K its end stiffness, L its length and e its
 strain, which the search carries from step to step. A link, whose extension is carried likewise, contributes
 2 eps F for its force F, a dead load eps times its size. Moments have these errors times the arms. A search cannot bring
 net forces below the sum of the errors (times `STATICS.sum_rounding`): `Bounds.least`.
@@ -42,15 +42,6 @@ class Bounds:
 
 def bounds(suspension, rotation, arms, ends, strain, cables, tension, links=None):
     """Size of the net force and moment on each body that is mere rounding, so that a search can end: `Bounds`.
-
-    A search for the equilibrium ends where the net forces are below `Bounds.least`, or where they are below
-    `Bounds.most` and fall no further. With eps the relative rounding of a number, a cable contributes to these bounds
-
-        least = eps (T (1 + P/chord) + K L |e|),    most = least + eps K (L + P)
-
-    T is its tension, P the largest coordinate of its ends, K its end stiffness, L its unstretched length and e the
-    strain. Dead loads add eps times their sizes. Moments have these errors times the arms. All is multiplied by
-    `STATICS.sum_rounding`.
 
     Parameters
     ----------
@@ -94,13 +85,6 @@ def bounds(suspension, rotation, arms, ends, strain, cables, tension, links=None
 
 def of_stated(ends, strain, cables, quantities, value):
     """Relative error of a stated tension or sag that is mere rounding, so that a search can end: `Bounds` of (..., c).
-
-    With eps the relative rounding of a number, the bounds are
-
-        STATICS.sum_rounding (r/T + eps chord/sag)
-
-    where r is the rounding of the force of the cable (the formulas of `bounds`, without this factor) and T its tension.
-    The second term is there only if a sag is stated.
 
     Parameters
     ----------

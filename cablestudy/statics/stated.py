@@ -87,12 +87,7 @@ def actual_values(cables, quantities):
 def rates(cables, quantities):
     """Change of the end forces and of the stated tension or sag of cables, by length L and place of end 2: `Rates`.
 
-    With ends at rest the tension vector N at mid-length changes by
-
-        dN/dL = -K m,    m = (P_1/T_1 + P_2/T_2)/2 + N/EA
-
-    K is the stiffness of end 2, and m the movement of end 2 per dL at constant N. P_1, P_2 are the tension vectors at
-    the ends and T_1, T_2 their sizes. Sags, and cables with point loads, have central differences instead.
+    By the module's docstring; sags, and cables with point loads, have central differences.
 
     Parameters
     ----------
@@ -152,10 +147,6 @@ def _end_movement_by_length(cables):
 
 def _gradients(cables, kinds):
     """Derivatives of the tensions that may be stated, by the tension vector N at mid-length and by the length L.
-
-    For the mean tension T_m ("preload") they are, with the vector d from end 1 to end 2 and the end tensions T_1, T_2,
-
-        dT_m/dN = d/L - N/EA,    L dT_m/dL = (T_1 + T_2)/2 - T_m at constant N
 
     `kinds` names the stated quantity of each of the c cables, a `Catenary` without point loads.
 
@@ -234,12 +225,8 @@ def force_changes_at_stated_values(cables, quantities):
 def _changes_at_stated_tension(cables, quantities, value, chosen):
     """Change of tension and length of cables that keep a stated tension v, per movement of end 2 and per v.
 
-    The changes dN of the tension vector N at mid-length, and dL/L of the unstretched length, solve
-
-        [F, m; g, c] [dN; dL/L] = [dd; dv]
-
-    F is the flexibility, dd the movement of end 2, m this movement per dL/L at fixed N, and g and c are the derivatives
-    of v by N and by dL/L. Forces are divided by the tension, and lengths by L: all entries are of like size.
+    They solve the equations of the notes of `force_changes_at_stated_values`, in which forces are divided by the
+    tension and lengths by L: all entries are of like size.
 
     `quantities` names the stated quantity of each of c cables. `value` has the stated values v [N]; the results where
     `chosen` is False have no meaning. Both have the shape (..., c).

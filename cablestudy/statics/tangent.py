@@ -103,9 +103,8 @@ def pairs(suspension):
 def between_bodies(suspension, stiffness, arms):
     """Stiffness of bodies by the cables and links (springs) that hold them, as a 6x6 block for each pair of bodies.
 
-    A block is the sum of B_1^T K B_2 over pairs of ends. Such a pair is both ends of one cable or link, or one end
-    twice, held by the two bodies. K is the force at the first end per displacement of the second one. B = [I, -[r x]]
-    is the movement of an end per displacement and rotation of its body, r its vector from the body's reference point.
+    A block is the sum of B_1^T K B_2 over pairs of ends: both ends of one cable or link, or one end twice, held by the
+    two bodies. K is the force at the first end per displacement of the second one.
 
     Parameters
     ----------
@@ -290,10 +289,8 @@ def net_forces(suspension, rotation, arms, end_forces, tension):
 def stiffness_blocks(suspension, rotation, arms, end_forces, end_stiffness):
     """Tangent stiffness of the bodies, for held degrees of freedom too, as a sum of 6x6 blocks.
 
-    With B = [I, -[r x]], r being the arm of a cable end, the blocks are
-
-        +-B_1^T K B_2 of the cables and links, for each pair of bodies (minus between their two ends),
-        [0, 0; 0, sum of (r.F) I - r F^T] for each body, over its loads F: forces of cables, weight and dead loads.
+    As in the module's docstring: B_1^T K B_2 of cables and links for each pair of bodies, then for each body the sum of
+    (r.F) I - r F^T over its loads F, which are forces of cables and links, weight and dead loads.
 
     Parameters
     ----------

@@ -309,11 +309,7 @@ def damping_of_bodies(drag, layout, shapes):
 
 
 def _wind_on_bodies(drag, layout, shapes):
-    """Linearised drag of the b bodies and junctions that have a drag area.
-
-    A change u' of the mean wind U changes the drag along axis k of a body by rho/2 C_d A_k (|U| u'_k + U_k (U.u')/|U|).
-    `drag` has the wind of one case; column j of `shapes` the displacements of the suspension by the j-th of m
-    coordinates.
+    """Drag of the b bodies and junctions that have a drag area, linearised as in `gusts`, of one case.
 
     Returns
     -------
