@@ -189,10 +189,8 @@ class Catenary(SegmentedCable):
     def at(self, position):
         """Displacement and tension vector at positions along the cable.
 
-        Vectors are in the chord frame: along the chord, across it in the vertical plane, and out of that plane.
-
-        The displacement d is that from the straight chord, over the unstretched length L. The vector from end 1 to a
-        point of the cable is
+        Vectors are in the chord frame. The displacement d is that from the straight chord, over the unstretched
+        length L. The vector from end 1 to a point of the cable is
 
             r = L ((1 + chord strain) position e + d)
 
@@ -358,13 +356,9 @@ def solve_each_once(span):
 def _pass_kinks(problem, unknown, change, record, weightless):
     """Finish the equilibria of cables without weight for which Newton's method may have ended at a kink of the energy.
 
-    The complementary energy, which is least in equilibrium, has a kink where a segment between two point loads has no
-    tension. Where the energy is least at the kink, that segment hangs slack. Elsewhere Newton's method begins again
-    from a point of less energy beside the kink.
-
-    `problem` is the `EquilibriumResidual` of all cables, whose `kink` finds that of the segment with the least tension;
-    `unknown`, shape (3, ...), `change` and `record` are what Newton's method returned, and are returned after the
-    further iterations: a cable with a slack segment has a change of zero. `weightless` masks the cables to solve.
+    The kinks are those of the notes of `solve`. `problem` is the `EquilibriumResidual` of all cables; `unknown`, shape
+    (3, ...), `change` and `record` are what Newton's method returned, and are returned after the further iterations: a
+    cable with a slack segment has a change of zero. `weightless` masks the cables to solve.
     """
     pending = weightless
     for _ in range(problem.segments.fraction.shape[-1]):

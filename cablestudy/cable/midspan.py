@@ -25,8 +25,9 @@ def arc_length_at_midspan(catenary):
         H x (1/EA + 2 (1 + excess)/S)
 
     H is the horizontal tension, S the sum of the tensions at both ends of this part, and 2 (1 + excess)/S the mean of
-    1/T along it (`segment_terms`). Without horizontal loads H is common to all segments and cancels: a vertical cable
-    has the limit of an inclined one. (The root finders of scipy.optimize.elementwise take four times as long.)
+    1/T along it (`segment_terms`); Newton's method within a bracket finds x. Without horizontal loads H is common to
+    all segments and cancels: a vertical cable has the limit of an inclined one. (The root finders of
+    scipy.optimize.elementwise take four times as long.)
     """
     span, terms, fraction = catenary.span, catenary.terms, catenary.segments.fraction
     stiffness = np.asarray(span.axial_stiffness, dtype=float)[..., None]
@@ -59,15 +60,10 @@ def arc_length_at_midspan(catenary):
 def _arc_length_at(target, rounding, length, *properties):
     """Arc length x along a segment at which the cable is at a given horizontal distance from the segment's end 1.
 
-    x, over the length of the cable, from 0 to the `length` of the segment, is found by Newton's method within a
-    bracket, to the accuracy `rounding` [1/N], from
-
-        h x (1/EA + 2 (1 + excess)/S) = target
-
-    S is the sum of the tensions at both ends of the part up to x, and 2 (1 + excess)/S the mean of 1/T along it
-    (`segment_terms`). The properties are h, the horizontal tension over a scale of forces, the same as in `target`; EA;
-    the weight of the cable; cosine and sine of the inclination of its chord; and the three components of the tension
-    vector at mid-segment, chord frame. All arrays have the shape (..., 1) of the target.
+    x is over the length of the cable, from 0 to the `length` of the segment; the distance `target` is over a scale of
+    forces, and found to the accuracy `rounding` [1/N]. The properties are the horizontal tension over the same scale,
+    EA, the weight of the cable, cosine and sine of the inclination of its chord, and the three components of the
+    tension vector at mid-segment, chord frame. All arrays have the shape (..., 1) of the target.
     """
     parts = [np.broadcast_to(values, target.shape).ravel() for values in (target, rounding, length, *properties)]
     low, high, x = np.zeros(target.size), parts[2], parts[2] / 2

@@ -43,10 +43,7 @@ class SegmentTerms:
 def segment_terms(tension, weight, cosine, sine):
     """Quantities of one catenary segment that both its form and its flexibility are computed from: `SegmentTerms`.
 
-    P = (q, n, y) is the tension vector at mid-segment, with the vertical part V = q sine + n cosine and the horizontal
-    part H = (q cosine - n sine, y). W is the weight, T0 and T1 the tensions at the ends:
-
-        T0, T1 = |(H, V - W/2)|, |(H, V + W/2)|,    S = T0 + T1,    beta = W/S,    excess = atanh(beta)/beta - 1
+    P = (q, n, y) has the vertical part V = q sine + n cosine and the horizontal part H = (q cosine - n sine, y).
 
     Parameters
     ----------
@@ -126,20 +123,12 @@ def _less_component(tension, q, n, y):
 def flexibility(tension, weight, axial_stiffness, cosine, sine, terms):
     """Flexibility of a catenary segment: movement of its end 2 per force there, end 1 fixed, per unstretched length.
 
-    With the tension T and the unit tangent t along the segment, and the unit matrix I, it is the matrix
-
-        I/EA + mean of (I - t t^T)/T
-
     Parameters
     ----------
     tension : tuple of 3 ndarrays
-        Tension vector at mid-segment, chord frame: q along the chord, n across it, y out of the vertical plane. [N]
-    weight : ndarray
-        Of the segment. [N]
-    axial_stiffness : ndarray
-        EA. [N]
-    cosine, sine : ndarray
-        Of the inclination of the chord. [-]
+        As for `segment_terms`. [N]
+    weight, axial_stiffness, cosine, sine : ndarray
+        As for `extension`.
     terms : SegmentTerms
         From `extension`.
 
@@ -150,8 +139,8 @@ def flexibility(tension, weight, axial_stiffness, cosine, sine, terms):
 
     Notes
     -----
-    The mean is found once in terms of small deviations from the chord and once in horizontal and vertical components:
-    each form is free of cancellation where the other is not.
+    The mean of (I - t t^T)/T is found once in terms of small deviations from the chord and once in horizontal and
+    vertical components: each form is free of cancellation where the other is not.
     """
     small = terms.beta < CABLE.series_below
     number = np.count_nonzero(small)

@@ -63,10 +63,7 @@ def state_at(span, mesh, positions):
 
 
 def internal_forces(state, frame="chord"):
-    """Internal forces of a cable: the force that must act on each node to hold the cable in a state.
-
-    f = integral of B^T T t ds over the unstretched length s, with tension T, unit tangent t, and the derivatives
-    B of the shape functions of the nodes by s.
+    """Internal forces f of a cable: the force that must act on each node to hold the cable in a state.
 
     Parameters
     ----------
@@ -90,11 +87,6 @@ def internal_forces(state, frame="chord"):
 
 def tangent_stiffness(state, frame="chord"):
     """Elastic and geometric stiffness of all nodes about a state, whose sum is the derivative of `internal_forces`.
-
-        K_E = integral of B^T EA t t^T B ds,    K_G = integral of B^T T/|r'| (I - t t^T) B ds
-
-    over the unstretched length s, with tension T, unit tangent t, stretch |r'| = 1 + T/EA, and the derivatives B of the
-    shape functions of the nodes by s.
 
     Parameters
     ----------
