@@ -221,10 +221,18 @@ def test_panels_show_how_a_load_moves_the_cable_where_that_is_much_or_along_its_
     assert len(difference.lines) == len(shown) + 1  # and the place of the load
 
 
+VERTICAL = "cable.ends=[[0, 0, 0], [0, 0, 50]]", "cable.preload=2 kN", "gondola=null", "winch=null", "wind=null"
+
+
+def test_the_picture_of_a_vertical_cable_states_no_sag():
+    """It is a straight line in it; the sag of the table is the limit of those of inclined cables."""
+    figure = draw(plots.static_form(case_of("carlina", *VERTICAL)))
+    assert not [text.get_text() for text in figure.findobj(Text) if "sag" in text.get_text()]
+
+
 def test_a_difference_of_rounding_alone_has_no_panel():
     """Loads along a vertical cable stretch it: the tangent has no error."""
-    case = case_of("carlina", "cable.ends=[[0, 0, 0], [0, 0, 50]]", "cable.preload=2 kN", "gondola=null",
-                   "winch=null", "wind=null", "cable.loads=[{fraction: 0.4, mass: 5 kg}]")  # fmt: skip
+    case = case_of("carlina", *VERTICAL, "cable.loads=[{fraction: 0.4, mass: 5 kg}]")
     titles = [axes.get_title(loc="left") for axes in draw(plots.static_form(case)).axes]
     assert titles[-1] == "Deflection from the unloaded form"
 

@@ -77,7 +77,7 @@ class _Picture:
         has_loads = case is not None and self.first.single and len(self.first.loads) and self.first.ground is None
         # the deflection of the only cable by its point loads is drawn
         self.loaded = has_loads and np.ravel(self.first.form.span.vertical)[2] == 1
-        self.looks, self.scale = _looks(drawings, self.upright and self.loaded)
+        self.looks, self.scale = _looks(drawings, self.upright)
 
     @property
     def width(self):
@@ -88,7 +88,7 @@ class _Picture:
         """Draw all panels, one legend below them, a title, and a colour bar of the tension if colours show that."""
         columns, heights = 1 + self.in_space, [height for height, _ in self.panels][:: 1 + self.in_space]
         title_of_several = f"Load cases: {max(self.drawings, key=lambda drawing: len(drawing.cables)).contents}"
-        title = self.first.title(not (self.upright and self.loaded)) if self.alone else title_of_several
+        title = self.first.title(not self.upright) if self.alone else title_of_several
         figure = style.new_figure(sum(heights) + 0.8, title)
         if self.in_space:
             figure.get_layout_engine().set(hspace=SPACE_BELOW)
