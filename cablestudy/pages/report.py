@@ -16,7 +16,7 @@ from cablestudy.pages import user_input
 from cablestudy.pages.markup import element, paragraph, text
 from cablestudy.pages.page import Page
 from cablestudy.pages.results import check_columns, limits, sections
-from cablestudy.pages.tables import TableGrid
+from cablestudy.pages.tables import columns_of, grid_html
 from cablestudy.scene.document import MAPPING, STDIN, apply_sets, read_base, read_file, resolve_base
 from cablestudy.scene.scene import is_study
 from cablestudy.scene.study import study_of
@@ -221,4 +221,4 @@ def _add_provenance(page, begun, identity, documents):
         "platform": record["platform"],
     }
     rows = [[text(name), element("code", text(value))] for name, value in entries.items()]
-    page.add(TableGrid(["what", "value"], rows).html("Where the numbers come from"))
+    page.add(grid_html(columns_of(["what", "value"], rows), "Where the numbers come from"))

@@ -3,7 +3,7 @@
 from functools import partial
 
 from cablestudy.pages.markup import listed, paragraph, text, unit_text
-from cablestudy.pages.tables import TableGrid
+from cablestudy.pages.tables import columns_of, grid_html
 from cablestudy.pages.tolerances import PAGES
 from cablestudy.scene.words import counted
 from cablestudy.study.cable_columns import TEXTS
@@ -100,7 +100,7 @@ def _extremes(study, table, shown, fields):
             line += [text(short(field.shown({field.name: float(numbers[row])}))), text(_row_label(study, table, row))]
         lines.append(line)
     head = ["column", "smallest", "in the case", "largest", "in the case"]
-    return TableGrid(head, lines, {1, 3}).html("Smallest and largest of each column") if lines else ""
+    return grid_html(columns_of(head, lines, right=(1, 3)), "Smallest and largest of each column") if lines else ""
 
 
 def _row_label(study, table, row):

@@ -1,7 +1,8 @@
 """Tables as HTML, with the estimated errors of their numbers: turned, cut or split so that they fit a page."""
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from itertools import repeat
 
 from cablestudy.pages.markup import boxed, element, text, unit_text
 from cablestudy.pages.tolerances import PAGES
@@ -15,36 +16,43 @@ HIDDEN = "status"  # field that is left out while it is ok everywhere
 
 
 @dataclass
-class TableGrid:
-    """A table of cells of HTML."""
+class CellColumn:
+    """One column of a table of cells of HTML; of the first column each is the head of its row."""
 
-    head: list  # heads of the columns
-    rows: list  # lists of cells, the first one the head of its row
-    right: set = field(default_factory=set)  # indices of the columns whose cells stand on the right
-    foot: list = field(default_factory=list)  # cells of a last line, or none
+    head: str
+    cells: list
+    right: bool = False  # whether they stand on the right
+    foot: str = ""  # cell of the last line, which is there if any column has one
 
-    def html(self, caption):
-        """HTML of the table, in a box that scrolls if it is too wide: str."""
-        heads = "".join(self._cell("th", column, cell, scope="col") for column, cell in enumerate(self.head))
-        parts = [
-            element("caption", text(caption)),
-            element("thead", element("tr", heads)),
-            element("tbody", "\n".join(map(self._row, self.rows))),
-            element("tfoot", self._row(self.foot)) if self.foot else "",
-        ]
-        kind = "short" if len(self.rows) <= PAGES.unbroken_rows else ""
-        return boxed(element("table", "\n".join(parts), class_=kind), caption)
 
-    def _row(self, cells):
-        """One line of the table."""
-        head, *others = cells
-        head = AFTER_DOTS.sub(r"\1<wbr>", head)  # where the names of keys may go on in another line
-        others_html = "".join(self._cell("td", column, cell) for column, cell in enumerate(others, 1))
-        return element("tr", self._cell("th", 0, head, scope="row") + others_html)
+def columns_of(heads, rows, right=()):
+    """Columns of a table given by its rows, lists of cells; those of the indices `right` stand on the right: list."""
+    columns = enumerate(zip(heads, zip(*rows, strict=True), strict=True))
+    return [CellColumn(head, list(cells), index in right) for index, (head, cells) in columns]
 
-    def _cell(self, tag, column, content, **attributes):
-        """One cell, of a column from 0."""
-        return element(tag, content, **attributes, class_="number" if column in self.right else "")
+
+def grid_html(columns, caption):
+    """HTML of a table of `CellColumn`, in a box that scrolls if it is too wide: str."""
+    kinds = ["number" if column.right else "" for column in columns]
+    heads = [element("th", column.head, scope="col", class_=kind) for column, kind in zip(columns, kinds, strict=True)]
+    foot = [column.foot for column in columns]
+    rows = list(zip(*(column.cells for column in columns), strict=True))
+    parts = [
+        element("caption", text(caption)),
+        element("thead", element("tr", "".join(heads))),
+        element("tbody", "\n".join(_line(cells, kinds) for cells in rows)),
+        element("tfoot", _line(foot, kinds)) if any(foot) else "",
+    ]
+    kind = "short" if len(rows) <= PAGES.unbroken_rows else ""
+    return boxed(element("table", "\n".join(parts), class_=kind), caption)
+
+
+def _line(cells, kinds):
+    """One line of a table, of cells of HTML and their classes of CSS."""
+    head, *others = cells
+    head = AFTER_DOTS.sub(r"\1<wbr>", head)  # where the names of keys may go on in another line
+    others = "".join(element("td", cell, class_=kind) for cell, kind in zip(others, kinds[1:], strict=True))
+    return element("tr", element("th", head, scope="row", class_=kinds[0]) + others)
 
 
 def table_html(table, caption, where_all=""):
@@ -66,7 +74,7 @@ def table_html(table, caption, where_all=""):
     is_wide = len(columns) > PAGES.turned_columns and len(table.rows) <= PAGES.turned_rows
     across = table.across or (columns[0].name if is_wide else "")  # the field that heads the columns of a turned table
     if table.single or across:
-        return _turned(columns, table, across).html(caption)
+        return grid_html(_turned(columns, table, across), caption)
     return _by_rows(columns, table, caption, where_all)
 
 
@@ -123,33 +131,22 @@ def _shown_columns(table):
 
 
 def _turned(columns, table, across):
-    """TableGrid with a line for each quantity, and a column for each row, headed by its cell of the field `across`."""
+    """List of `CellColumn` with a line for each quantity, and a column for each row, headed by its cell of `across`."""
     rows, errors = list(table.rows), list(table.errors()) if table.errors else []
     heading = None if table.single else next(column for column in columns if column.name == across)
-    heads = ["value"] if table.single else [heading.cell(row) for row in rows]
-    largest = _largest(errors)
-    lines = [
-        [column.title, *(column.cell(row) for row in rows), column.unit, error_text(largest.get(column.name))]
-        for column in columns
-        if column is not heading and any(row.get(column.name) is not None for row in rows)
-    ]
-    head = ["quantity", *heads, "unit", LARGEST if len(rows) > 1 else ERROR]
-    if not (largest or table.single):
-        return TableGrid(head[:-1], [cells[:-1] for cells in lines], {*range(1, len(rows) + 1)})
-    largest_of_rows = [max(row.values(), default=None) for row in errors] or [None] * len(rows)
+    shown = [c for c in columns if c is not heading and any(row.get(c.name) is not None for row in rows)]
+    largest, largest_of_rows = _largest(errors), [max(row.values(), default=None) for row in errors]
     has_foot = len(rows) > 1 and any(largest_of_rows)
-    foot = [LARGEST, *map(error_text, largest_of_rows), "", ""] if has_foot else []
-    return TableGrid(head, lines, {*range(1, len(rows) + 1), len(rows) + 2}, foot)
-
-
-@dataclass
-class _CellColumn:
-    """Cells of one column of a table with a line for each row. HTML."""
-
-    head: str
-    cells: list
-    right: bool  # whether they stand on the right
-    foot: str = ""  # cell of the last line
+    feet = map(error_text, largest_of_rows) if has_foot else repeat("")
+    cell_columns = [CellColumn("quantity", [column.title for column in shown], foot=LARGEST if has_foot else "")]
+    for row, foot in zip(rows, feet, strict=False):
+        head = "value" if table.single else heading.cell(row)
+        cell_columns.append(CellColumn(head, [column.cell(row) for column in shown], right=True, foot=foot))
+    cell_columns.append(CellColumn("unit", [column.unit for column in shown]))
+    if largest or table.single:
+        of_quantities = [error_text(largest.get(column.name)) for column in shown]
+        cell_columns.append(CellColumn(LARGEST if len(rows) > 1 else ERROR, of_quantities, right=True))
+    return cell_columns
 
 
 def _by_rows(columns, table, caption, where_all):
@@ -158,21 +155,20 @@ def _by_rows(columns, table, caption, where_all):
     is_cut = total > PAGES.table_rows
     indices = [*range(PAGES.end_rows), *range(total - PAGES.end_rows, total)] if is_cut else range(total)
     cell_columns = _cell_columns(columns, table, [table.rows[index] for index in indices], is_cut)
-    has_foot = any(column.foot for column in cell_columns)
     if is_cut or cell_columns[0].foot:  # with numbers of the rows before it
-        cell_columns.insert(0, _CellColumn("row", [str(index + 1) for index in indices], right=True))
-    if has_foot:
+        cell_columns.insert(0, CellColumn("row", [str(index + 1) for index in indices], right=True))
+    if any(column.foot for column in cell_columns):
         cell_columns[0].foot = LARGEST if total > 1 else ERROR
     if is_cut:
         for column in cell_columns:
             column.cells.insert(PAGES.end_rows, "…")
         others = f"; {where_all}" if where_all else ""
         caption = f"{caption}: {2 * PAGES.end_rows} of {total} rows, the first and the last{others}"
-    return "".join(_split(cell_columns, has_foot, caption))
+    return "".join(_split(cell_columns, caption))
 
 
 def _cell_columns(columns, table, rows, is_cut):
-    """The cells of columns in some rows, with estimated errors: list of `_CellColumn`; numbers stand on the right.
+    """The cells of columns in some rows, with estimated errors: list of `CellColumn`; numbers stand on the right.
 
     Where at most two columns have errors, and all rows are shown, each is followed by a column of its errors. Else its
     foot is its largest error.
@@ -185,25 +181,20 @@ def _cell_columns(columns, table, rows, is_cut):
     for column in columns:
         name, has_text = column.name, any(isinstance(row.get(column.name), str) for row in rows)
         foot = "" if beside else error_text(largest.get(name))
-        cell_columns.append(_CellColumn(column.head, [column.cell(row) for row in rows], not has_text, foot))
+        cell_columns.append(CellColumn(column.head, [column.cell(row) for row in rows], not has_text, foot))
         if beside and name in with_error:
-            cell_columns.append(_CellColumn(ERROR, [error_text(row.get(name)) for row in errors], right=True))
+            cell_columns.append(CellColumn(ERROR, [error_text(row.get(name)) for row in errors], right=True))
     return cell_columns
 
 
-def _split(cell_columns, has_foot, caption):
+def _split(columns, caption):
     """Yield the HTML of the parts of a table, of at most `PAGES.table_columns` each, the first of them in all."""
-    first, others = cell_columns[0], cell_columns[1:]
-    width = PAGES.table_columns - 1
-    count = -(-len(others) // width) or 1
+    first, *others = columns
+    count = -(-len(others) // (PAGES.table_columns - 1)) or 1
     width = -(-len(others) // count)  # parts about equally wide
     for part in range(count):
-        columns = [first, *others[part * width : (part + 1) * width]]
-        rows = [list(cells) for cells in zip(*(column.cells for column in columns), strict=True)]
-        right = {index for index, column in enumerate(columns) if column.right}
-        foot = [column.foot for column in columns] if has_foot else []
         title = caption if count == 1 else f"{caption} ({part + 1} of {count})"
-        yield TableGrid([column.head for column in columns], rows, right, foot).html(title)
+        yield grid_html([first, *others[part * width : (part + 1) * width]], title)
 
 
 def _largest(errors):

@@ -3,7 +3,7 @@
 import json
 
 from cablestudy.pages.markup import element, listed, paragraph, preformatted, text
-from cablestudy.pages.tables import TableGrid, table_html
+from cablestudy.pages.tables import columns_of, grid_html, table_html
 from cablestudy.pages.tolerances import PAGES
 from cablestudy.scene.layers import leaves
 from cablestudy.scene.scene import field_of, quantity_of
@@ -43,7 +43,7 @@ def changes_table(before, document):
         ]
         for key in changed
     ]
-    return TableGrid(["key", "in the file", "here", "by"], rows).html("Changed") if rows else ""
+    return grid_html(columns_of(["key", "in the file", "here", "by"], rows), "Changed") if rows else ""
 
 
 def _origin(document, key):
