@@ -97,15 +97,15 @@ def compute(run, words):
     run.check_complete()
 
 
-def finish(study, run, style, plot, command, select=None, indices=False, tolerances=None, differing=0):
+def finish(study, run, style, plot, command, select, indices=False, tolerances=None, differing=0):
     """Write and print the table of a complete `Run`, or compare it with the stored table; return the exit code.
 
     Parameters
     ----------
     command : str
         The command as typed, for the record beside the written table.
-    select : callable, optional
-        From `Study.selection`: table -> (rows that are drawn and printed, notes). By default these are all rows.
+    select : callable
+        From `Study.selection`: table -> (rows that are drawn and printed, notes).
     indices : bool
         True if `select` returns Sobol's indices in place of rows.
     tolerances : dict, optional
@@ -119,10 +119,8 @@ def finish(study, run, style, plot, command, select=None, indices=False, toleran
     if run.options.keep:
         run.write(table, command)
         echo_notes([f"written: {files.csv}, {files.md}"], quiet)
-    shown, notes = select(table) if select else (table, [])
-    if plot:
-        left_out = study.save_figure(plot, shown, indices, style.columns)
-        echo_notes([f"written: {plot}", *left_out], quiet)
+    shown, notes = select(table)
+    draw(study, shown, plot, indices, style, quiet)
     if tolerances is not None:
         number = print_differences(differences(table, files.csv, tolerances), run, differing)
         if number > MOST_DIFFERENCES:
@@ -132,6 +130,13 @@ def finish(study, run, style, plot, command, select=None, indices=False, toleran
     echo_notes(notes, quiet)
     print_table(shown, style)
     return NO_ANSWER if run.failed else 0
+
+
+def draw(study, table, plot, indices, style, quiet):
+    """Write the picture of a table of a study, or of sensitivity `indices`, to the file `plot`, if one is given."""
+    if plot:
+        left_out = study.save_figure(plot, table, indices, style.columns)
+        echo_notes([f"written: {plot}", *left_out], quiet)
 
 
 def print_differences(differences, run, before=0):
@@ -165,10 +170,8 @@ def show(study, sets, vary, out, style, plot, quiet, sensitivity, **selection):
             raise SceneError(*stored.notes, "--sensitivity needs all rows")
         number = len(stored.table.rows)
         echo_notes([*stored.notes, f"{stored.path}: {number} row{'s' * (number != 1)}"], quiet)
-        table, notes = select(stored.table) if select else (stored.table, [])
-        if plot:
-            left_out = study.save_figure(plot, table, sensitivity, style.columns)
-            echo_notes([f"written: {plot}", *left_out], quiet)
+        table, notes = select(stored.table)
+        draw(study, table, plot, sensitivity, style, quiet)
         echo_notes(notes, quiet)
         print_table(table, style)
     return 0
@@ -184,4 +187,4 @@ def merge(study, sets, vary, out, style, plot, quiet):
         echo_notes(study.notes, quiet)
         with study.merged(out, quiet) as run:
             echo_notes([*run.failures(study.words), *run.warnings()], quiet)
-            return finish(study, run, style, plot, command_text(words))
+            return finish(study, run, style, plot, command_text(words), study.selection())

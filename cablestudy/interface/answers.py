@@ -123,21 +123,9 @@ def loop(
 ):
     """Answer of the command loop: margins of the winch control loop, or its response over frequency or in time.
 
-    Parameters
-    ----------
-    scene : Scene
-    response : str or sequence of 3, optional
-        Lowest and highest frequency and number of frequencies, such as "0.01Hz:100Hz:200": the table is then the
-        response over frequency, and the picture covers these frequencies.
-    time : float or str, optional
-        Duration in s, perhaps with the number of rows, such as "60 s:2001": table and picture are then of the response
-        in time.
-    table : str, optional
-        Of a suspension, the name of the only table that is asked for.
-    input, size, length, output : optional
-        Of the response in time; see `Scene.loop_in_time`.
-    estimate : bool
-        True if errors are estimated too.
+    Arguments as of `Scene.loop_response` and `Scene.loop_in_time`; with one of them table and picture are of the
+    response. `table` is the name of the only table of a suspension that is asked for; with `estimate` errors are
+    estimated too.
     """
     span = time_options = None
     if response:
@@ -166,23 +154,10 @@ def loop(
 
 
 def ssm(scene, out: File | None = None, response: Frequencies | None = None, **options):
-    """Answer of the command ssm: a state-space model of a scene, reduced to some of its modes.
+    """Answer of the command ssm: a state-space model of a scene, reduced to some of its modes, which the table lists.
 
-    Parameters
-    ----------
-    scene : Scene
-    out : str, optional
-        File to write the model to.
-    response : str or sequence of 3, optional
-        Lowest and highest frequency and number of frequencies: the table is then the frequency response of the model.
-        By default the table lists its modes.
-    **options
-        Fields of `ssm.StateSpaceOptions`: which modes are kept, what is attached to the cable, inputs and outputs.
-
-    Returns
-    -------
-    Answer
-        Without a table where a file is written and no response is asked for.
+    With `response`, as of `Scene.loop_response`, the table is the frequency response of the model; where only the file
+    `out` is written there is none. The other options are fields of `ssm.StateSpaceOptions`.
     """
     from cablestudy.study import ssm as state_spaces
     from cablestudy.study.notes import reference_without_loads
@@ -237,16 +212,8 @@ def compare_models(
     """Answer of the command trade: errors and computing times of all models of a scene that a user can choose.
 
     They are closed forms, elements of several kinds and numbers, and models refined to an accuracy; errors are relative
-    to the continuous cable.
-
-    Parameters
-    ----------
-    scene, columns, repeats
-        As of `Scene.trade`.
-    out : str, optional
-        Folder to write the tables to.
-    shown : bool
-        True if the table will be shown as Markdown.
+    to the continuous cable. Arguments as of `Scene.trade`; the tables are written to the folder `out`, and with `shown`
+    the table is for Markdown.
     """
     from cablestudy.scene.strict_yaml import refuse
     from cablestudy.study import trade

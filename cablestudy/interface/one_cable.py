@@ -95,24 +95,10 @@ def windrms(scene, on: WindOn | None = None, estimate: bool = False):
 def solve_loop(scene, span, time_options, table, estimate):
     """Answer of the command loop with the table of margins, and `DynamicAnalysis` of its picture and responses; a pair.
 
-    Parameters
-    ----------
-    scene : Scene
-    span : (float, float, int) or None
-        Lowest and highest frequency [Hz] and number of frequencies, if the response over frequency is asked for.
-    time_options : TimeOptions or None
-        Options of the response in time, if that is asked for.
-    table : str or None
-        Of a suspension the name of the only table that is asked for.
-    estimate : bool
-        True if errors are estimated too.
-
-    Returns
-    -------
-    answer : Answer
-        Without a table if a response is asked for that cannot be computed.
-    analysis : DynamicAnalysis or None
-        None where there is no loop to show.
+    `span` is the range of the response over frequency that is asked for (lowest and highest [Hz], how many), and
+    `time_options` are the `TimeOptions` of that in time; None without. Of a suspension, `table` is the name of the only
+    table that is asked for. With `estimate` errors are estimated too. If a response is asked for that cannot be
+    computed, the answer has no table; if there is no loop to show, the analysis is None.
     """
     from cablestudy.study import loop_report
 

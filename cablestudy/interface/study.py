@@ -55,8 +55,8 @@ class Study:
 
     def selection(
         self, columns: Sequence[str] = (), sensitivity: bool = False, **options: str | None
-    ) -> Callable[[Table], tuple[Table, list[str]]] | None:
-        """Function of the table of the study that makes the one to be shown, with notes; None where it is shown whole.
+    ) -> Callable[[Table], tuple[Table, list[str]]]:
+        """Function of the table of the study that makes the one to be shown, with notes; without options the whole.
 
         Columns that are named and the study does not list are added to the study.
 
@@ -77,7 +77,7 @@ class Study:
 
             ask_columns(self.request, columns)
         if not any(option is not None for option in options.values()):
-            return None
+            return lambda table: (table, [])
         from cablestudy.sweeps.select import read_selection  # imports pandas
 
         return read_selection(self.request, **options).table

@@ -5,16 +5,16 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, BeforeValidator, Field
 
 from cablestudy.scene.determinacy import MOTIONS
-from cablestudy.scene.fields import Delay, Frequency, KeyTable, Name, Quantity, QuantityOrTable, each_once
+from cablestudy.scene.fields import Delay, Frequency, KeyTable, Name, Quantity, each_once, quantity_or_table
 from cablestudy.scene.tolerances import SCENE
 
-_MARGIN = ("dB", 1e-6, 300)
+_margin = Quantity("dB", 1e-6, 300)
 
 
 class Margin(KeyTable):
     """Margins that an automatic gain keeps: it is the largest one that satisfies both."""
 
-    gain_margin: Annotated[float, Quantity(*_MARGIN)] = Field(description="Least gain margin")
+    gain_margin: Annotated[float, _margin] = Field(description="Least gain margin")
     sensitivity: Annotated[float, Quantity("", 1.001, 1e9)] = Field(
         2.0, description="Largest peak of the sensitivity |1/(1 + L)|, of several winches the largest singular value"
     )
@@ -27,7 +27,7 @@ def _as_margin(value):
 class AutoGain(KeyTable):
     """`gain: {auto: 6 dB}`, or `{auto: {gain_margin: 6 dB, sensitivity: 2}}`: the gain follows from margins."""
 
-    auto: Annotated[Margin, QuantityOrTable(*_MARGIN, table=Margin), AfterValidator(_as_margin)] = Field(
+    auto: Annotated[quantity_or_table(_margin, Margin), AfterValidator(_as_margin)] = Field(
         description="What the gain is chosen for: gain margin, and peak of the sensitivity"
     )
 
@@ -53,7 +53,7 @@ def _none_word(value):
 class Controller(KeyTable):
     """PID controller with notch that drives winches; without other gains an integrator."""
 
-    gain: Annotated[float | AutoGain, QuantityOrTable("rad/s", 0, 1e12, SCENE.least_positive, table=AutoGain)] = Field(
+    gain: quantity_or_table(Quantity("rad/s", 0, 1e12, SCENE.least_positive), AutoGain) = Field(
         description="Integral gain, or {auto: 6 dB}: the largest with this gain margin and a sensitivity of at most 2"
     )
     notch: Annotated[NotchTable | None, BeforeValidator(_none_word)] = Field(

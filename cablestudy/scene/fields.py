@@ -186,21 +186,6 @@ class Count(_Type):
         return {"type": "integer", "minimum": self.low, "maximum": self.high}
 
 
-@dataclass(frozen=True)
-class QuantityOrTable(Quantity):
-    """A quantity, or a mapping that the model `table` reads."""
-
-    table: type = None
-
-    def read(self, value):
-        """Value -> float [unit], or an instance of the model."""
-        return self.table.model_validate(value) if isinstance(value, dict) else super().read(value)
-
-    def schema(self):
-        """JSON Schema; that of the model is expected among the definitions."""
-        return {"anyOf": [*super().schema()["anyOf"], {"$ref": f"#/$defs/{self.table.__name__}"}]}
-
-
 @dataclass(frozen=True, eq=False)
 class Either(_Type):
     """A value of one of several kinds, which its form tells apart: text, a number, a list, a mapping.
@@ -238,6 +223,13 @@ def table_or_bare(table, kind, read, expected, schema):
     )
 
 
+def quantity_or_table(quantity, table):
+    """The type of a `Quantity`, or of a mapping that the model `table` reads."""
+    schemas = *quantity.schema()["anyOf"], {"$ref": f"#/$defs/{table.__name__}"}
+    readers = (dict, table.model_validate), (object, quantity.read)  # which says what is expected
+    return Annotated[Annotated[float, quantity] | table, Either(readers, "", schemas)]
+
+
 def reader_of(annotation):
     """Function that reads values of a type; its validator is built when the first one is read, see `KeyTable`."""
     return TypeAdapter(annotation, config=ConfigDict(defer_build=True)).validate_python
@@ -262,6 +254,15 @@ def tables_of(model, path=()):
 def fields_by_key(model):
     """Key as written -> field of a model, of pydantic: dict."""
     return {field.alias or name: field for name, field in model.model_fields.items()}
+
+
+def parts_of(field):
+    """Yield the annotation of a field, of pydantic, and all that it is made of, from the outside inwards."""
+    to_visit = [field.annotation, *field.metadata]
+    while to_visit:
+        annotation = to_visit.pop(0)
+        yield annotation
+        to_visit = [*get_args(annotation), *to_visit]
 
 
 def _tables_in(annotation, path):

@@ -1,6 +1,6 @@
 """A scene: the file format as typed models. Every value is in SI after reading."""
 
-from typing import Annotated, ClassVar, Literal, get_args
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, ValidationError
 
@@ -18,7 +18,7 @@ from cablestudy.scene.common_tables import (
 )
 from cablestudy.scene.control_tables import Controller, Drive
 from cablestudy.scene.document import apply_sets, read_document
-from cablestudy.scene.fields import CaseName, KeyTable, Name, Quantity, tables_of
+from cablestudy.scene.fields import CaseName, KeyTable, Name, Quantity, parts_of, tables_of
 from cablestudy.scene.layers import matches, split_key
 from cablestudy.scene.load_tables import LoadCase, paths_of_loads
 from cablestudy.scene.materials import Materials, loaded_by_a_case
@@ -163,14 +163,8 @@ def _fields_of(key):
 
 
 def _quantity_in(field):
-    """The Quantity of a field of a model, or of the items of a field."""
-    to_visit = [field.annotation, *field.metadata]
-    while to_visit:
-        annotation = to_visit.pop()
-        if isinstance(annotation, Quantity):
-            return annotation
-        to_visit += [*getattr(annotation, "__metadata__", ()), *get_args(annotation)]
-    return None
+    """The Quantity of a field of a model, or of the items of a field; None when there is none."""
+    return next((part for part in parts_of(field) if isinstance(part, Quantity)), None)
 
 
 def is_study(document):

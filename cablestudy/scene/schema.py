@@ -5,14 +5,13 @@ The schema is that of pydantic, with rules that only reading a file checks.
 
 from dataclasses import dataclass
 from itertools import combinations
-from types import UnionType
-from typing import Annotated, Literal, Union, get_args, get_origin
+from typing import Literal, get_args, get_origin
 
 from pydantic.json_schema import GenerateJsonSchema, models_json_schema
 from pydantic_core import PydanticUndefined
 
 from cablestudy.scene.entries import ALTERNATIVE
-from cablestudy.scene.fields import ALL, Count, Either, KeyTable, Quantity, fields_by_key
+from cablestudy.scene.fields import ALL, Count, Either, KeyTable, Quantity, fields_by_key, parts_of
 from cablestudy.scene.layers import ALTERNATIVES, OF_CABLE, OF_SECTION, prune
 from cablestudy.scene.materials import materials
 from cablestudy.scene.ranges import MEANINGS, SPACINGS
@@ -204,7 +203,6 @@ def _nested(conditions):
 
 
 KINDS = ("scene", "suspension", "study")
-CONTAINERS = (Annotated, Union, UnionType, tuple, dict)
 ANY = ("NAME", "N")  # stand for any name, and any place in a list
 LISTS = ("loads",)  # tables that hold a list, not names
 NO_UNIT = "-"  # of a pure number
@@ -291,7 +289,7 @@ def dotted(path):
 
 def _description(field):
     """Unit, default, meaning and allowed values of a field, each as text."""
-    number, words = _number_and_words([field.annotation, *field.metadata])
+    number, words = _number_and_words(field)
     unit, allowed = "", ", ".join(words)
     if isinstance(number, Quantity):
         unit = number.unit or NO_UNIT
@@ -303,21 +301,18 @@ def _description(field):
     return unit, default, field.description, allowed
 
 
-def _number_and_words(annotations):
-    """The first Quantity or Count inside of the annotations of a field, or None; the words that are allowed."""
-    words, to_visit = (), list(annotations)
-    while to_visit:
-        annotation = to_visit.pop(0)
-        if isinstance(annotation, (Quantity, Count)):
-            return annotation, words
-        if get_origin(annotation) is Literal:
-            words += get_args(annotation)
-        elif annotation is bool:
+def _number_and_words(field):
+    """The first Quantity or Count inside of the annotation of a field, or None; the words that are allowed."""
+    words = ()
+    for part in parts_of(field):
+        # the reader of a number is a method of its Quantity
+        numbers = [getattr(read, "__self__", None) for _, read in part.readers] if isinstance(part, Either) else [part]
+        if number := next((number for number in numbers if isinstance(number, Quantity | Count)), None):
+            return number, words
+        if get_origin(part) is Literal:
+            words += get_args(part)
+        elif part is bool:
             words += ("true", "false")
-        elif isinstance(annotation, Either):  # the reader of a number is a method of its Quantity
-            to_visit = [getattr(read, "__self__", None) for _, read in annotation.readers] + to_visit
-        elif get_origin(annotation) in CONTAINERS:
-            to_visit = [*get_args(annotation), *getattr(annotation, "__metadata__", ()), *to_visit]
     return None, words
 
 

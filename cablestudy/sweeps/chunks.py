@@ -19,7 +19,7 @@ from cablestudy.study.scene_values import CaseTable, tables_of
 from cablestudy.study.study_rows import evaluate_tables
 from cablestudy.study.table_rows import has_answer
 from cablestudy.sweeps.fingerprint import versions
-from cablestudy.sweeps.record import pack_all
+from cablestudy.sweeps.record import pack
 from cablestudy.sweeps.tolerances import SWEEPS
 
 
@@ -40,7 +40,7 @@ class Done:
     """Result that a worker returns."""
 
     headers: list  # of the cells that were computed
-    records: list  # one for each case, from `record.pack_all`
+    records: list  # one for each case, from `record.pack`
     failed: int  # how many of them have no answer
     seconds: float  # of computing
     processor: float  # seconds of it, less where a busy machine makes the process wait
@@ -124,7 +124,7 @@ def _compute_rows(chunk):
             cells, status, errors, notes = rows[case]
             computed.append((case, hashes[case], status, cells, errors, notes))
     failed = sum(not has_answer(status) for _, _, status, *_ in computed)
-    records, processor = pack_all(computed), time.process_time() - processor_begin
+    records, processor = [pack(*row) for row in computed], time.process_time() - processor_begin
     return Done(headers, records, failed, time.perf_counter() - begin, processor)
 
 

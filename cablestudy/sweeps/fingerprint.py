@@ -73,13 +73,14 @@ def provenance(command, identity, started, **entries):
     }
 
 
-def differences(stored, current):
+def differences(stored, current, parts=("versions", "scene")):
     """The versions and keys of the scene because of which stored rows cannot be used in a run: a line for each.
 
     What varies and which columns are asked for may differ: each row is identified by its own scene.
     """
     lines = []
-    for part, prefix in (("versions", "version of "), ("scene", "")):
+    for part in parts:
+        prefix = "version of " if part == "versions" else ""
         old, new = _by_dotted_key(stored[part]), _by_dotted_key(current[part])
         for key in sorted(old.keys() | new.keys()):
             if old.get(key) != new.get(key):

@@ -30,37 +30,15 @@ class RowRecord(NamedTuple):
 
 
 def pack(case, key, status, cells, errors=(), notes=()):
-    """A row, given as in `RowRecord`, as it is stored: an item of `pack_all`."""
-    return pack_all([(case, key, status, cells, errors, notes)])[0]
+    """A row, given as in `RowRecord`, as the database stores it: tuple.
 
-
-def pack_all(rows):
-    """Convert rows to tuples as the database stores them.
-
-    Parameters
-    ----------
-    rows : list of tuple
-        Fields of a `RowRecord` each: case from 0, key, status, cells, errors, notes.
-
-    Returns
-    -------
-    list of tuple
-        Row from 1, key, status, JSON of the cells, JSON of the errors or "", JSON of the notes or "", check sum.
+    Row from 1, key, status, JSON of the cells, JSON of the errors or "", JSON of the notes or "", check sum.
     """
-    packed = []
-    for case, key, status, cells, errors, notes in rows:
-        if status != OK and status is not None:  # a message may quote a file name that is no valid text
-            status = status.encode(errors="backslashreplace").decode()
-        stored = (
-            case + 1,
-            key,
-            status,
-            COMPACT.encode(cells),
-            json.dumps(errors, allow_nan=False) if errors else "",
-            json.dumps(notes) if notes else "",
-        )
-        packed.append((*stored, check_sum(*stored)))
-    return packed
+    if status != OK and status is not None:  # a message may quote a file name that is no valid text
+        status = status.encode(errors="backslashreplace").decode()
+    errors = json.dumps(errors, allow_nan=False) if errors else ""
+    stored = case + 1, key, status, COMPACT.encode(cells), errors, json.dumps(notes) if notes else ""
+    return *stored, check_sum(*stored)
 
 
 def check_sum(row, key, status, cells, errors, notes):

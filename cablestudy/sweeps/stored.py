@@ -135,12 +135,12 @@ def _open_rows(study, path, current, problems):
 
 def _why_other_study(stored, current):
     """Lines why stored rows are of another study than the current one, a list; both are from `fingerprint.identity`."""
-    return [*differences({**stored, "versions": {}}, {**current, "versions": {}}), *edited_parts(stored, current)]
+    return [*differences(stored, current, ["scene"]), *edited_parts(stored, current)]
 
 
 def _other_versions(path, stored, current):
     """Lines on the versions with which rows were computed, where these differ from those that are here."""
-    return [f"{path}: {line}" for line in differences({**stored, "scene": {}}, {**current, "scene": {}})]
+    return [f"{path}: {line}" for line in differences(stored, current, ["versions"])]
 
 
 def _stored_csv(study, fields, files, current, problems):
