@@ -80,12 +80,10 @@ def _read_actuator(value):
 
 Actuator = Annotated[
     ReactionMass | ReactionWheel,
-    Either(
-        ((dict, _read_actuator),),
-        "a mapping with the key mass or inertia",
-        ({"$ref": "#/$defs/ReactionMass"}, {"$ref": "#/$defs/ReactionWheel"}),
-    ),
-]
+    Either("a mapping with the key mass or inertia", (
+        (dict, _read_actuator, {"$ref": "#/$defs/ReactionMass"}, {"$ref": "#/$defs/ReactionWheel"}),
+    )),
+]  # fmt: skip
 
 
 def actuator_relations(scene):

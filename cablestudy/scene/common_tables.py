@@ -8,6 +8,7 @@ from pydantic import AfterValidator, Field, model_validator
 
 from cablestudy.scene.cable_table import Coordinate
 from cablestudy.scene.fields import (
+    TEXT,
     Count,
     Delay,
     Either,
@@ -19,7 +20,6 @@ from cablestudy.scene.fields import (
     plain_name,
     reader_of,
     suggestion,
-    table_or_bare,
     wrong,
 )
 from cablestudy.scene.layers import mapping_at
@@ -30,16 +30,10 @@ from cablestudy.scene.units import show
 Exposure = Annotated[float, Quantity("s", 1e-12, 1e12)]
 _level = Quantity("m", -1e9, 1e9)
 _profile = reader_of(Annotated[tuple[tuple[Coordinate, Coordinate], ...], Field(min_length=2, max_length=10_000)])
+_profile_schema = {"type": "array", "minItems": 2, "items": {"type": "array", "minItems": 2, "maxItems": 2}}
 Ground = Annotated[
     float | tuple,
-    Either(
-        (((int, float, str), _level.read), ((list, tuple), _profile)),
-        "a level, or a list of [x, z]",
-        (
-            *_level.schema()["anyOf"],
-            {"type": "array", "minItems": 2, "items": {"type": "array", "minItems": 2, "maxItems": 2}},
-        ),
-    ),
+    Either("a level, or a list of [x, z]", (Either.of_number(_level), ((list, tuple), _profile, _profile_schema))),
 ]
 
 
@@ -176,11 +170,9 @@ class LimitTable(KeyTable):
 
 Limit = Annotated[
     LimitTable | str,
-    table_or_bare(
-        LimitTable, str, lambda text: LimitTable.model_construct(that=_check_comparison(text)),
-        "a comparison, such as 'clearance >= 6 m', or a mapping with the keys that, cases",
-        {"type": "string", "minLength": 1},
-    ),
+    Either("a comparison, such as 'clearance >= 6 m', or a mapping with the keys that, cases", (
+        (str, lambda text: LimitTable.model_construct(that=_check_comparison(text)), TEXT), Either.of_table(LimitTable),
+    )),
 ]  # fmt: skip
 Limits = dict[Annotated[Name, AfterValidator(plain_name("limit"))], Limit]
 

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, BeforeValidator, Field
 
 from cablestudy.scene.determinacy import MOTIONS
-from cablestudy.scene.fields import Delay, Frequency, KeyTable, Name, Quantity, each_once, quantity_or_table
+from cablestudy.scene.fields import Delay, Either, Frequency, KeyTable, Name, Quantity, each_once
 from cablestudy.scene.tolerances import SCENE
 
 _margin = Quantity("dB", 1e-6, 300)
@@ -20,6 +20,12 @@ class Margin(KeyTable):
     )
 
 
+def _number_or(table, quantity):
+    """The type of a `Quantity`, which refuses what is no mapping, or of a mapping that the model `table` reads."""
+    number = Either.of_number(quantity, kind=(int, float, str, list, tuple, type(None)))
+    return Annotated[Annotated[float, quantity] | table, Either("", (number, Either.of_table(table)))]
+
+
 def _as_margin(value):
     return value if isinstance(value, Margin) else Margin(gain_margin=value)
 
@@ -27,7 +33,7 @@ def _as_margin(value):
 class AutoGain(KeyTable):
     """`gain: {auto: 6 dB}`, or `{auto: {gain_margin: 6 dB, sensitivity: 2}}`: the gain follows from margins."""
 
-    auto: Annotated[quantity_or_table(_margin, Margin), AfterValidator(_as_margin)] = Field(
+    auto: Annotated[_number_or(Margin, _margin), AfterValidator(_as_margin)] = Field(
         description="What the gain is chosen for: gain margin, and peak of the sensitivity"
     )
 
@@ -53,7 +59,7 @@ def _none_word(value):
 class Controller(KeyTable):
     """PID controller with notch that drives winches; without other gains an integrator."""
 
-    gain: quantity_or_table(Quantity("rad/s", 0, 1e12, SCENE.least_positive), AutoGain) = Field(
+    gain: _number_or(AutoGain, Quantity("rad/s", 0, 1e12, SCENE.least_positive)) = Field(
         description="Integral gain, or {auto: 6 dB}: the largest with this gain margin and a sensitivity of at most 2"
     )
     notch: Annotated[NotchTable | None, BeforeValidator(_none_word)] = Field(

@@ -14,6 +14,7 @@ from cablestudy.scene.units import DIMENSIONS, article, expected, show, to_si
 
 ALL = "all"  # in the place of the name of a load case: each of them
 TRIPLE = {"type": "array", "minItems": 3, "maxItems": 3}  # JSON Schema of three numbers
+TEXT = {"type": "string", "minLength": 1}  # JSON Schema of a name or another text
 
 
 def wrong(message):
@@ -192,42 +193,35 @@ class Either(_Type):
 
     Attributes
     ----------
-    readers : tuple of (type or tuple of types, callable)
-        Kind of a plain value -> function that reads it.
     expected : str
         What messages say is expected.
-    schemas : tuple of dict
-        JSON Schema of each kind.
+    options : tuple of (type or tuple of types, callable, dict, ...)
+        Kind of a plain value, the function that reads it, and its JSON Schemas, as of `of_number`.
     """
 
-    readers: tuple
     expected: str
-    schemas: tuple
+    options: tuple
 
     def read(self, value):
         """Value -> what the reader of its kind makes of it."""
-        for kind, read in self.readers:
+        for kind, read, *_ in self.options:
             if isinstance(value, kind):
                 return read(value)
         raise wrong(f"expected {self.expected}, got {show(value)}")
 
     def schema(self):
         """JSON Schema."""
-        return {"anyOf": list(self.schemas)}
+        return {"anyOf": [schema for _, _, *schemas in self.options for schema in schemas]}
 
+    @staticmethod
+    def of_number(quantity, kind=(int, float, str)):
+        """The option that a `Quantity` reads."""
+        return kind, quantity.read, *quantity.schema()["anyOf"]
 
-def table_or_bare(table, kind, read, expected, schema):
-    """`Either` a mapping that the model `table` reads, or a value of a kind, of which the function `read` makes one."""
-    return Either(
-        ((kind, read), (dict, table.model_validate)), expected, (schema, {"$ref": f"#/$defs/{table.__name__}"})
-    )
-
-
-def quantity_or_table(quantity, table):
-    """The type of a `Quantity`, or of a mapping that the model `table` reads."""
-    schemas = *quantity.schema()["anyOf"], {"$ref": f"#/$defs/{table.__name__}"}
-    readers = (dict, table.model_validate), (object, quantity.read)  # which says what is expected
-    return Annotated[Annotated[float, quantity] | table, Either(readers, "", schemas)]
+    @staticmethod
+    def of_table(model):
+        """The option of a mapping that a model reads, whose schema is expected among the definitions."""
+        return dict, model.model_validate, {"$ref": f"#/$defs/{model.__name__}"}
 
 
 def reader_of(annotation):

@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import BeforeValidator, Field, StrictBool
 
-from cablestudy.scene.fields import TRIPLE, KeyTable, Name, Quantity, reader_of, table_or_bare, wrong
+from cablestudy.scene.fields import TRIPLE, Either, KeyTable, Name, Quantity, reader_of, wrong
 from cablestudy.scene.tolerances import SCENE
 
 ICE_DENSITY = 900.0  # [kg/m^3]
@@ -224,10 +224,9 @@ class DeadLoad(KeyTable):
 _force = reader_of(ForceVector)
 ForceOrLoad = Annotated[
     DeadLoad | ForceVector,
-    table_or_bare(
-        DeadLoad, (list, tuple), lambda value: DeadLoad(force=_force(value)),
-        "a force [x, y, z], or a mapping with the keys force, moment", TRIPLE,
-    ),
+    Either("a force [x, y, z], or a mapping with the keys force, moment", (
+        ((list, tuple), lambda value: DeadLoad(force=_force(value)), TRIPLE), Either.of_table(DeadLoad),
+    )),
 ]  # fmt: skip
 Names = Annotated[tuple[Name, ...], Field(min_length=1)]
 

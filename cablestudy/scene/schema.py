@@ -305,10 +305,10 @@ def _number_and_words(field):
     """The first Quantity or Count inside of the annotation of a field, or None; the words that are allowed."""
     words = ()
     for part in parts_of(field):
-        # the reader of a number is a method of its Quantity
-        numbers = [getattr(read, "__self__", None) for _, read in part.readers] if isinstance(part, Either) else [part]
-        if number := next((number for number in numbers if isinstance(number, Quantity | Count)), None):
-            return number, words
+        readers = [read for _, read, *_ in part.options] if isinstance(part, Either) else []
+        for number in (part, *(getattr(read, "__self__", None) for read in readers)):  # which are methods of a Quantity
+            if isinstance(number, Quantity | Count):
+                return number, words
         if get_origin(part) is Literal:
             words += get_args(part)
         elif part is bool:

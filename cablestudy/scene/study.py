@@ -52,7 +52,7 @@ def _refuse_bool(value):
 _NUMBER_OR_TEXT = 'a number, or text such as "2 m"'
 Written = Annotated[
     int | float | str,
-    Either(((int | float | str, _refuse_bool),), _NUMBER_OR_TEXT, ({"type": "number"}, {"type": "string"})),
+    Either(_NUMBER_OR_TEXT, ((int | float | str, _refuse_bool, {"type": "number"}, {"type": "string"}),)),
 ]
 
 

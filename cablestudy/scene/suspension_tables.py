@@ -8,7 +8,7 @@ from pydantic import AfterValidator, Field, StrictBool
 from cablestudy.scene.cable_table import CableProperties, Length, Position, TensionAt, beyond_the_end
 from cablestudy.scene.connections import wrong_name
 from cablestudy.scene.determinacy import MOTIONS, ROTATIONS, STATED
-from cablestudy.scene.fields import TRIPLE, Either, KeyTable, Name, Quantity, each_once, reader_of, table_or_bare, wrong
+from cablestudy.scene.fields import TEXT, TRIPLE, Either, KeyTable, Name, Quantity, each_once, reader_of, wrong
 from cablestudy.scene.load_tables import Angle, ForceVector, Load, Moment, ReferenceTable
 from cablestudy.scene.section import Tension as StatedTension
 from cablestudy.scene.tolerances import SCENE
@@ -27,11 +27,11 @@ Angles = tuple[Angle, Angle, Angle]
 _Component = Annotated[float, Quantity("", -1e6, 1e6)]
 Direction = tuple[_Component, _Component, _Component]
 Inertia = Annotated[float, Quantity("kg m^2", -1e24, 1e24)]
-Tension = Annotated[float, Quantity("N", 1e-24, 1e24)]
+_tension = Quantity("N", 1e-24, 1e24)
+Tension = Annotated[float, _tension]
 ForceDensity = Annotated[float, Quantity("N/m", 1e-24, 1e24)]
 
 _position = reader_of(Position)
-_angles = reader_of(Angles)
 
 
 def _check_free(value):
@@ -67,10 +67,18 @@ class PointTable(KeyTable):
 
 PointOrPosition = Annotated[
     PointTable | Position,
-    table_or_bare(
-        PointTable, (list, tuple), lambda position: PointTable(at=_position(position)),
-        "a place [x, y, z], or a mapping with the keys at, free, mass, force", TRIPLE,
-    ),
+    Either("a place [x, y, z], or a mapping with the keys at, free, mass, force", (
+        ((list, tuple), lambda position: PointTable(at=_position(position)), TRIPLE), Either.of_table(PointTable),
+    )),
+]  # fmt: skip
+
+
+_angles_schema = {**TRIPLE, "items": Quantity("rad", -6.2831853, 6.2831853).schema()}
+Attitude = Annotated[
+    str | Angles,
+    Either("[roll, pitch, yaw], or free", (
+        ((list, tuple), reader_of(Angles), _angles_schema), (str, _check_free, {"const": "free"}),
+    )),
 ]  # fmt: skip
 
 
@@ -78,14 +86,9 @@ class Body(KeyTable):
     """A rigid body. Vectors that begin at its reference point are in body axes, but loads are in global ones."""
 
     at: Position = Field(description="Its reference point: where it shall be, or where the search begins")
-    attitude: Annotated[
-        str | Angles,
-        Either(
-            ((list, _angles), (tuple, _angles), (str, _check_free)),
-            "[roll, pitch, yaw], or free",
-            ({**TRIPLE, "items": Quantity("rad", -6.2831853, 6.2831853).schema()}, {"const": "free"}),
-        ),
-    ] = Field((0.0, 0.0, 0.0), description="Roll, pitch, yaw: R = Rz(yaw) Ry(pitch) Rx(roll); or free: to be found")
+    attitude: Attitude = Field(
+        (0.0, 0.0, 0.0), description="Roll, pitch, yaw: R = Rz(yaw) Ry(pitch) Rx(roll); or free: to be found"
+    )
     mass: Annotated[float, Quantity("kg", 1e-9, 1e15)] = Field(
         description="Mass; mass, center of mass and inertia are those with all actuators"
     )
@@ -192,11 +195,7 @@ class SharedCable(_CableOfSuspension):
 
 End = Annotated[
     str | Position,
-    Either(
-        ((list, _position), (tuple, _position), (str, str)),
-        "a point, BODY.ATTACHMENT, or a place [x, y, z]",
-        ({"type": "string", "minLength": 1}, TRIPLE),
-    ),
+    Either("a point, BODY.ATTACHMENT, or a place [x, y, z]", ((str, str, TEXT), ((list, tuple), _position, TRIPLE))),
 ]
 
 
@@ -262,8 +261,13 @@ class Link(KeyTable):
         yield [((), bool(given), "missing key: one of stiffness, damping")]
 
 
-_force = Quantity("N", 1e-24, 1e24).read
-_forces = reader_of(dict[Name, Tension])
+_forces_schema = {"type": "object", "additionalProperties": _tension.schema()}
+ForceOrForces = Annotated[
+    float | dict[str, float],
+    Either("a force, or a mapping of cable -> force", (
+        Either.of_number(_tension), (dict, reader_of(dict[Name, Tension]), _forces_schema),
+    )),
+]  # fmt: skip
 
 
 class Tensions(KeyTable):
@@ -274,20 +278,7 @@ class Tensions(KeyTable):
     )
     min: Annotated[float, Quantity("N", 0, 1e24)] = Field(0.0, description="Least mean tension allowed")
     max: Tension | None = Field(None, description="Largest mean tension allowed")
-    reference: (
-        Annotated[
-            float | dict[str, float],
-            Either(
-                ((dict, _forces), ((int, float, str), _force)),
-                "a force, or a mapping of cable -> force",
-                (
-                    *Quantity("N", 1e-24, 1e24).schema()["anyOf"],
-                    {"type": "object", "additionalProperties": Quantity("N", 1e-24, 1e24).schema()},
-                ),
-            ),
-        ]
-        | None
-    ) = Field(None, description="With closest: of all cables, or cable -> force")
+    reference: ForceOrForces | None = Field(None, description="With closest: of all cables, or cable -> force")
 
     def relations(self):
         """Relations: bounds in order; a reference goes with `closest`."""

@@ -14,19 +14,10 @@ Coefficient = Annotated[float, Quantity("", 1e-6, 1e6)]
 
 
 def one_or_three(quantity, components):
-    """The type of a quantity that is one number, or three; after reading a float or a tuple of three.
-
-    Parameters
-    ----------
-    quantity : Quantity
-        Reads each number.
-    components : str
-        What three numbers are, for messages.
-    """
-    number = Annotated[float, quantity]
-    readers = (((list, tuple), reader_of(tuple[number, number, number])), ((int, float, str), quantity.read))
-    schemas = (*quantity.schema()["anyOf"], {**TRIPLE, "items": quantity.schema()})
-    return Annotated[number | tuple[number, number, number], Either(readers, f"one number, or {components}", schemas)]
+    """The type of a `Quantity` that is one number, or three `components`; after reading a float or a tuple of three."""
+    three = tuple[(Annotated[float, quantity],) * 3]
+    options = Either.of_number(quantity), ((list, tuple), reader_of(three), {**TRIPLE, "items": quantity.schema()})
+    return Annotated[Annotated[float, quantity] | three, Either(f"one number, or {components}", options)]
 
 
 class WindTable(KeyTable):
