@@ -22,26 +22,10 @@ def connection_mistakes(points, bodies, ends, winches, actuators, links):
     """Find the mistakes in the connections of a suspension: wrong names, wrong ends, winches of unknown cables.
 
     An end of a cable or link is the name of a point, or BODY.ATTACHMENT: an attachment is a named place on a body.
+    `bodies` are name -> mapping with the names of attachments as keys; `ends` and `links` are name of a cable or link
+    -> its two ends, of which only those that are text are checked; `winches` are names of cables that have one.
 
-    Parameters
-    ----------
-    points : collection of str
-        Names of the points.
-    bodies : dict
-        Name of a body -> mapping with the names of its attachments as keys.
-    ends : dict
-        Name of a cable -> its two ends; only ends that are text are checked.
-    winches : collection of str
-        Names of the cables that have a winch.
-    actuators : collection of str
-        Names of the actuators.
-    links : dict
-        Name of a link -> its two ends, checked like those of cables.
-
-    Returns
-    -------
-    list of (tuple, str)
-        Path in the scene file, such as ("cables", "north", "from"), and message of each mistake.
+    Returns path in the scene file, such as ("cables", "north", "from"), and message of each mistake, a list.
     """
     tables = (("points", "point", points), ("bodies", "body", bodies), ("cables", "cable", ends))
     mistakes = _name_mistakes((*tables, ("actuators", "actuator", actuators), ("links", "link", links)))
@@ -114,20 +98,10 @@ def _wrong_end(kind, end, points, bodies, suggest):
 def unheld(movable, partly_held, owners):
     """Find bodies and free points that would fall: no chain of cables connects them with the ground or a held body.
 
-    Parameters
-    ----------
-    movable : collection of str
-        Names of the bodies with at least one free motion, and of the free points.
-    partly_held : collection of str
-        Names of the bodies in `movable` that also have a motion that is not free; they count as held.
-    owners : list of (str or None, str or None)
-        What the two ends of each cable are at: name of a body or free point, None for the ground. The list includes
-        the links with stiffness and length: only these carry a force in equilibrium without load case.
-
-    Returns
-    -------
-    list of (str, str)
-        Name of the body or point that nothing holds, and message.
+    `movable` are the names of the bodies with at least one free motion, and of the free points; `partly_held` those
+    that also have a motion which is not free: they count as held. `owners` has what the two ends of each cable are at:
+    name of a body or free point, None for the ground; and so of the links with stiffness and length, since only these
+    carry a force in equilibrium without load case. Returns name and message of each, a list.
     """
     neighbours = {name: set() for name in (None, *movable)}
     for pair in owners:

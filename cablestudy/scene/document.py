@@ -161,25 +161,11 @@ def _as_place(where, of_key=False):
 
 
 def read_file(path):
-    """Read one YAML file as a `Document`, without the file that its key `base` names.
+    """Read one YAML file as a `Document` of values as written with their places, without the file that `base` names.
 
-    Nulls are kept, since they may remove keys of the base.
-
-    Parameters
-    ----------
-    path : str, path-like or mapping
-        Name of the file, `-` for standard input. A mapping is taken in place of the contents of a file; so may be its
-        `base`.
-
-    Returns
-    -------
-    Document
-        Values as written, with their places.
-
-    Raises
-    ------
-    SceneError
-        The file cannot be read, or is not a YAML mapping.
+    Nulls are kept, since they may remove keys of the base. `path` is the name of the file, or `-` for standard input; a
+    mapping is taken in place of the contents of a file, and so may be its `base`. SceneError if the file cannot be
+    read, or is not a YAML mapping.
     """
     if isinstance(path, Mapping):
         return _document_of_mapping(path, MAPPING)
@@ -214,28 +200,16 @@ def read_document(path):
 
 
 def resolve_base(document, chain=()):
-    """Read the files that a document names by `base:` and `materials:`, and merge the document upon them.
+    """Read the files that a document names by `base:` and `materials:`, and merge it upon them: a new `Document`.
 
     A base has the values that the document does not give; it may have a base itself. A null in the document removes a
-    key of the base. `materials:` may be the name of a file in place of the table itself.
+    key of the base; `empty` of the result lists null keys that had nothing to remove. `materials:` may be the name of a
+    file in place of the table itself. Names of files are relative to the document, or to the working directory if it is
+    from standard input. `chain` has the files from the one that the user named down to this one, each the base of the
+    one before it; it is empty if this is the first.
 
-    Parameters
-    ----------
-    document : Document
-        As read; file names in it are relative to it, or to the working directory if it is from standard input.
-    chain : tuple of str
-        Files from the one that the user named down to this one, each the base of the one before it; empty if this is
-        the first.
-
-    Returns
-    -------
-    Document
-        Merged, without null keys; its attribute `empty` lists null keys that had nothing to remove from a base.
-
-    Raises
-    ------
-    SceneError
-        A file cannot be read or is no YAML mapping, or base files form a circle, or are more than `SCENE.base_files`.
+    SceneError if a file cannot be read or is no YAML mapping, or base files form a circle, or are more than
+    `SCENE.base_files`.
     """
     contents = {key: value for key, value in document.value.items() if key != "base"}
     places = document._places
@@ -351,26 +325,11 @@ def _parse(data, name):
 
 
 def read_option(option, text, usage, read):
-    """Read the argument `key=value` of a command-line option such as `--set`.
+    """Read the argument `key=value` of a command-line option such as `--set`: dotted key and value, a tuple.
 
-    Parameters
-    ----------
-    option, text : str
-        Name of the option, and its argument as the user wrote it.
-    usage : str
-        Message for an argument without `=`.
-    read : callable
-        Text behind the `=` -> value; raises ValueError or SceneError.
-
-    Returns
-    -------
-    tuple
-        Dotted key, value.
-
-    Raises
-    ------
-    SceneError
-        The text has no `=`, its key is no dotted key, or `read` refuses the value.
+    `option` is the name of the option, `text` its argument as the user wrote it, `usage` the message for one without
+    `=`; `read` makes the value of the text behind the `=`, and raises ValueError or SceneError. SceneError for all that
+    is wrong.
     """
     key, sign, written = text.partition("=")
     key = key.strip()

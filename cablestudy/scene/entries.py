@@ -82,25 +82,12 @@ class Entry:
 
 
 def entries_of(table, source, cases):
-    """Read what varies in a study file, its keys `vary` and `sample`, as `Entry` objects, and find mistakes in it.
+    """Read what varies in a study file, its keys `vary` and `sample`: tuple of `Entry`, and mistakes (path, message).
 
-    The combinations of the steps of all entries are the cases of the study, at most `SCENE.cases`.
-
-    Parameters
-    ----------
-    table : StudyTable
-        The study file as typed model.
-    source : Document
-        The study file as read, for the places of values.
-    cases : callable
-        Returns the names of the load cases of the scene, all of which `case: all` stands for.
-
-    Returns
-    -------
-    entries : tuple of Entry
-        Those of `vary`, then that of `sample`, without what is wrong in them.
-    mistakes : list of (tuple, str)
-        Path in the study file and message of each mistake.
+    The combinations of the steps of all entries are the cases of the study, at most `SCENE.cases`. `table` is the study
+    file as `StudyTable`, `source` as read, for the places of values; `cases` returns the names of the load cases of the
+    scene, all of which `case: all` stands for. The entries are those of `vary`, then that of `sample`, without what is
+    wrong in them.
     """
     entries, mistakes, varied = [], [], set()
     written = [(("vary", number), mapping, partial(_values, cases)) for number, mapping in enumerate(table.vary)]

@@ -112,20 +112,8 @@ class Quantity(_Type):
     def read(self, value):
         """Convert a value of a file to a float in `unit`, and check that it is within the limits.
 
-        Parameters
-        ----------
-        value : object
-            As written: a number, which is in `unit` already; text with a unit, such as "3 mm"; or one of `words`.
-
-        Returns
-        -------
-        float or str
-            The number [unit], or the word as it is.
-
-        Raises
-        ------
-        PydanticCustomError
-            The value is no such quantity, or outside of the limits.
+        A number is in `unit` already; text has a unit, such as "3 mm"; one of `words` stays as it is.
+        PydanticCustomError if the value is no such quantity, or outside of the limits.
         """
         if self.words and isinstance(value, str) and value in self.words:
             return value
@@ -294,17 +282,7 @@ class KeyTable(BaseModel):
 
         `layers.ALTERNATIVES` lists the choices of the table, each between alternatives. An alternative is a tuple of
         keys that go together, the main one first. Mistakes are keys of a second alternative of a choice, an alternative
-        without its main key, and a choice of which nothing is given.
-
-        Parameters
-        ----------
-        given : collection of str
-            The keys that are there.
-
-        Returns
-        -------
-        list of (tuple, str)
-            Path inside the table, and message.
+        without its main key, and a choice of which nothing is `given`: list of (path inside the table, message).
         """
         mistakes, given = [], set(given)
         for choice in ALTERNATIVES.get(cls.table, ()):

@@ -151,23 +151,10 @@ def nulls(value, path=()):
 def assign(container, path, value, parent=()):
     """Copy of nested dicts and lists in which the value at one path is set; missing dicts on the path are made.
 
-    Only the containers on the path are copied; all others are shared with the original.
-
-    Parameters
-    ----------
-    container : dict or list
-        Plain values, such as those of a scene file.
-    path : tuple of str
-        Keys from the outermost container inwards; an item of a list is named by its index, "0", "1", ...
-    value : object
-        New value; None removes the last key from its dict.
-    parent : tuple of str
-        Path of `container` itself, for messages.
-
-    Raises
-    ------
-    ValueError
-        The path leads through something that is neither a dict nor a list, or to an item that a list lacks.
+    Only the containers on the path are copied; all others are shared with the original. An item of a list is named by
+    its index, "0", "1", ...; the value None removes the last key from its dict. `parent` is the path of `container`
+    itself, for messages. ValueError if the path leads through something that is neither a dict nor a list, or to an
+    item that a list lacks.
     """
     key, remaining = path[0], path[1:]
     if isinstance(container, list):
@@ -200,19 +187,11 @@ def unknown_name(lower, upper, path):
     """Find a new name that is probably a misprint: `--set cables.nroth.sag=2 m`, where no cable has the name nroth.
 
     `NAMED` lists, for each kind of thing, keys that a new one needs, such as `from` or `to` for a cable. A new name
-    whose table has one of these keys is accepted.
+    whose table has one of these keys is accepted. `lower` and `upper` are the plain values of the scene before and
+    after the key at the path was set.
 
-    Parameters
-    ----------
-    lower, upper : dict
-        Plain values of the scene before and after the key at the path was set.
-    path : tuple of str
-        For example ("cables", "nroth", "sag").
-
-    Returns
-    -------
-    tuple of (str, str, list of str) or None
-        Kind of thing, new name and existing names: ("cable", "nroth", ["north", "south"]); None if nothing is amiss.
+    Returns kind of thing, new name and existing names: ("cable", "nroth", ["north", "south"]); None if nothing is
+    amiss.
     """
     for table, (kind, keys) in NAMED.items():
         depth = len(table)

@@ -56,14 +56,9 @@ def load_name(cable, number):
 
 
 def paths_of_loads(cable, *tables):
-    """Name of each point load on a cable -> its path in the scene, a dict.
+    """Name of each point load on a cable -> its path in the scene, a dict; `cable` is as of `load_name`.
 
-    Parameters
-    ----------
-    cable
-        As of `load_name`.
-    *tables : (tuple, tuple of Load)
-        Path of a list of loads, and the list.
+    `tables` are the lists of loads on it, each the path of the list and the list.
     """
     paths = [(*path, str(index)) for path, loads in tables for index in range(len(loads))]
     return {load_name(cable, number): path for number, path in enumerate(paths, 1)}

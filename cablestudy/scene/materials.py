@@ -279,23 +279,15 @@ class Material(Properties):
         yield self.size_relations()
 
     def missing_properties(self, given):
-        """Properties that a cable takes from this material because its own table does not give them.
+        """Properties that a cable takes from this material because its own table, with the keys `given`, lacks them.
 
         A cable that gives its area or diameter has another size than the material. Then neither area nor diameter is
         taken, and stiffness, mass and breaking force are taken per area, or of the whole section if the material has no
         area. Else they are taken as the material gives them. A cable with the key `state` and no stiffness of its own
         is a conductor: it takes stress-strain curves, if the material has them, in place of the stiffness.
 
-        Parameters
-        ----------
-        given : set of str
-            Keys in the table of the cable.
-
-        Returns
-        -------
-        dict
-            Key of the table of a cable -> value in SI. The fill factor, metallic area over the area of the circle of
-            the diameter, is there only if area or diameter is still missing.
+        Returns key of the table of a cable -> value in SI. The fill factor, metallic area over the area of the circle
+        of the diameter, is there only if area or diameter is still missing.
         """
         resized, properties = not given.isdisjoint(("area", "diameter")), {}
         for (of_section,), (per_area,) in OF_SECTION:

@@ -20,18 +20,9 @@ WIND_KEYS = ("gondola.area", "gondola.drag_coefficient", "wind")  # without whic
 def as_suspension(scene, damping=0.0):
     """Describe a scene of one cable as a suspension, so that one code computes motion, loop and wind of both.
 
-    Parameters
-    ----------
-    scene : CableScene
-        Already checked; nothing is checked again.
-    damping : float
-        Viscous damping by the air, per length of cable, that is added to the damping of the cable. [N s/m^2]
-
-    Returns
-    -------
-    SuspensionScene
-        One cable, and the gondola as a body that is free along x. It has no points and no load cases: the equilibrium
-        is computed from the scene of one cable.
+    It has one cable, and the gondola as a body that is free along x, but no points and no load cases: the equilibrium
+    is computed from the scene of one cable. Nothing is checked again. `damping` is viscous damping by the air, per
+    length of cable, that is added to the damping of the cable. [N s/m^2]
     """
     winch = scene.winch if scene.gondola is not None else None  # the winch of a cable without gondola moves nothing
     return _construct(

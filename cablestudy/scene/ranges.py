@@ -23,19 +23,9 @@ _VARY = "expected KEY=FROM:TO:COUNT, KEY=FROM:TO:COUNTlog or KEY=A,B,C, for exam
 
 
 class Interval:
-    """Two ends as written, and the values between them.
+    """Two ends as written, text with a unit, and the values between; spacing is `linear`, or `log` for equal ratios.
 
-    Parameters
-    ----------
-    first, last : int, float or str
-        The ends. Text carries a unit.
-    spacing : str
-        `linear`, or `log` for equal ratios.
-
-    Raises
-    ------
-    ValueError
-        Ends that do not fit each other or the spacing.
+    ValueError for ends that do not fit each other or the spacing.
     """
 
     def __init__(self, first, last, spacing="linear"):

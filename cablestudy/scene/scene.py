@@ -213,30 +213,11 @@ def _explain(path, message):
 
 
 def load_scene(path, sets=(), case=None, read=read_scene):
-    """Read a scene file with its base files, change it by the options of a command, and check it.
+    """Read a scene file with its base files, change it by the options of a command, and check it: `Document` and scene.
 
-    Parameters
-    ----------
-    path : str or path-like
-        `-` is standard input.
-    sets : sequence of str
-        Arguments of `--set`, `key=value` each.
-    case : str, optional
-        Name of the load case that is chosen.
-    read : callable
-        Function that checks a `Document` and makes the scene of it.
-
-    Returns
-    -------
-    document : Document
-        Values as written, with their places.
-    scene : CableScene or SuspensionScene
-        Values in SI.
-
-    Raises
-    ------
-    SceneError
-        All that is wrong.
+    `path` is a name, or `-` for standard input; `sets` are arguments of `--set`, `key=value` each; `case` is the name
+    of the load case that is chosen; `read` checks a `Document` and makes the scene of it. SceneError: all that is
+    wrong.
     """
     document = apply_sets(read_document(path), sets, case)
     return document, read(document)

@@ -150,10 +150,7 @@ class Section(Properties):
     def tension_relations(self, tensions):
         """Relations that stated tensions are not far beyond what the cable can take: a list as of `relations`.
 
-        Parameters
-        ----------
-        tensions : dict
-            Path inside the table -> what is there: a force [N], `Share`, or None.
+        `tensions` are path inside the table -> what is there: a force [N], `Share`, or None.
         """
         tensions = {path: tension for path, tension in tensions.items() if tension is not None}
         if self.section_axial_stiffness is None:

@@ -94,23 +94,10 @@ def resolve(text, tags=_TYPES):
 
 
 def compose(text, name):
-    """Parse the text of one YAML document into plain values, with the line and column of each.
+    """Parse the text of one YAML document, of the file `name`, into plain values, with the line and column of each.
 
-    Parameters
-    ----------
-    text, name : str
-        The whole file, and its name in messages.
-
-    Returns
-    -------
-    value : dict, list, str, int, float, bool or None
-    places : dict
-        Path (tuple of str and int) -> (Place of the value, Place of its key); empty when the text holds no document.
-
-    Raises
-    ------
-    SceneError
-        The text is not well-formed, or not plain YAML.
+    Returns the value, and path (tuple of str and int) -> (Place of the value, Place of its key), a dict, which is empty
+    when the text holds no document. SceneError if the text is not well-formed, or not plain YAML.
     """
     text = text.removeprefix("\ufeff")
     if match := _UNPRINTABLE.search(text):

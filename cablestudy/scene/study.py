@@ -262,28 +262,14 @@ class StudyFile:
 
 
 def read_study(path, sets=(), vary=(), further_check=None):
-    """Read a study file and the base scene that it names, and check them.
+    """Read a study file and the base scene that it names, and check them: `StudyFile`.
 
-    Parameters
-    ----------
-    path : str or path-like
-        `-` is standard input; names in it are then relative to the working directory.
-    sets : sequence of str
-        `key=value` each: changes of the scene.
-    vary : sequence of str
-        `key=from:to:count` or `key=a,b,c` each: more keys that vary, after those of the study.
-    further_check : callable, optional
-        Called with the `StudyFile` if it has mistakes: finds more of them, so that the user sees all at once, and
-        raises SceneError. It ignores the keys `StudyFile.wrong_keys`, which could not be read.
+    `path` is a name, or `-` for standard input; names in it are then relative to the working directory. `sets` and
+    `vary` are arguments of the options: changes of the scene, and more keys that vary, after those of the study.
+    `further_check` is called with the `StudyFile` if it has mistakes: it finds more of them, so that the user sees all
+    at once, and raises SceneError; it ignores the keys `StudyFile.wrong_keys`, which could not be read.
 
-    Returns
-    -------
-    StudyFile
-
-    Raises
-    ------
-    SceneError
-        All that is wrong with the study file itself; cases and columns are checked by `study.prepare`.
+    SceneError: all that is wrong with the study file itself; cases and columns are checked by `study.prepare`.
     """
     return study_of(read_file(path), sets, vary, further_check)
 

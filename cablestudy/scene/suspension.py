@@ -134,18 +134,10 @@ class SuspensionScene(SceneTable):
         return paths
 
     def attachment(self, end):
-        """Name of the body or free point that holds an end, None for the ground, and its place.
+        """Name of the body or free point that holds an end of `SuspendedCable.ends`, None for the ground; its place.
 
-        Parameters
-        ----------
-        end : str or tuple
-            As `SuspendedCable.ends` has it.
-
-        Returns
-        -------
-        owner : str or None
-        place : tuple
-            From the reference point of a body, body axes; (0, 0, 0) of a free point; global where it is fixed. [m]
+        The place is from the reference point of a body, body axes; (0, 0, 0) of a free point; global where it is fixed.
+        [m]
         """
         if not isinstance(end, str):
             return None, end

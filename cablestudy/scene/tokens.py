@@ -29,18 +29,10 @@ class Token(NamedTuple):
 
 
 def tokens_of(text, refuse):
-    """Split the text of a condition, such as "sag > 2 m and clearance >= 6 m", into tokens.
+    """Split the text of a condition, such as "sag > 2 m and clearance >= 6 m", into tokens: list of `Token`.
 
-    Parameters
-    ----------
-    text : str
-    refuse : callable
-        Called with a position (from 1) and a message where the text is no token; must raise an error.
-
-    Returns
-    -------
-    list of Token
-        The last one is of the kind `end`.
+    The last one is of the kind `end`. `refuse` is called with a position (from 1) and a message where the text is no
+    token; it must raise an error.
     """
     tokens, position, end = [], 0, len(text.rstrip())
     while position < end:

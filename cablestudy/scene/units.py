@@ -112,24 +112,10 @@ def expected(unit):
 
 
 def to_si(value, unit):
-    """Convert a number, or text with a unit, to a float in `unit`.
+    """Convert a number, or text with a unit, to a float in `unit`, a key of DIMENSIONS, in which a number is already.
 
-    Parameters
-    ----------
-    value : int, float or str
-        A number is in `unit` already.
-    unit : str
-        A key of DIMENSIONS; all of them are SI, and "dB".
-
-    Returns
-    -------
-    float
-        Correctly rounded; infinite or not a number only when the number `value` is. [unit]
-
-    Raises
-    ------
-    ValueError
-        Not a number, an unknown unit, or one of another dimension.
+    Correctly rounded; infinite or not a number only when the number `value` is. ValueError if it is not a number, of an
+    unknown unit, or of one of another dimension.
     """
     if type(value) is float:
         return value
@@ -201,16 +187,8 @@ class _NotAQuantityError(ValueError):
 def split(text):
     """Split a text such as "1.85 mm" or "5/8 inch" into a number and the name of a unit, which may be empty.
 
-    Returns
-    -------
-    number : Decimal
-        Exactly as written; a fraction to 28 digits.
-    name : str
-
-    Raises
-    ------
-    ValueError
-        The text is too long, does not begin with a decimal number, or the number is out of range or divided by zero.
+    The number is a Decimal, exactly as written; a fraction to 28 digits. ValueError if the text is too long, does not
+    begin with a decimal number, or the number is out of range or divided by zero.
     """
     match = _QUANTITY.fullmatch(text) if len(text) <= SCENE.quantity_characters else None
     if match is None:
