@@ -86,19 +86,8 @@ def compare(table, path, tolerances):
     value the maximum includes the computed value. Other cells must be equal, but for the last digit of numbers in
     `status`. Computing times are not compared.
 
-    Parameters
-    ----------
-    table : Table
-        All rows of the study.
-    path : str
-        The CSV file.
-    tolerances : dict
-        Header of a column, or ALL_COLUMNS -> relative tolerance; `SWEEPS.agreement` where neither is there. [-]
-
-    Yields
-    ------
-    Difference or str
-        A cell that differs; a text for rows that only one of the two tables has.
+    `tolerances` are header of a column, or ALL_COLUMNS -> relative tolerance [-]; `SWEEPS.agreement` where neither is
+    there. Yields a `Difference` for each cell that differs, and a text for rows that only one of the two tables has.
     """
     stored_names, stored_rows = stream_csv(path)
     tolerance_columns = _tolerance_columns(table.fields)  # name -> column whose tolerance holds for it

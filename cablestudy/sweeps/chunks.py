@@ -49,15 +49,8 @@ class Done:
 class Chunks:
     """Hands out the cases of a sweep in chunks, each case once, and adapts their size to the time that they take.
 
-    Parameters
-    ----------
-    study : StudyFile
-    work : sequence of (iterable of int, sequence of str)
-        Cases from 0, and the columns to compute of them.
-    count : int
-        Number of cases in `work`.
-    explain, estimate : bool
-        Whether rows keep their notes, and the errors of the motion of fixed elements.
+    `work` are pairs of cases, from 0, and names of the columns to compute of them; `count` is the number of cases in
+    it. `explain` and `estimate` say whether rows keep their notes, and the errors of the motion of fixed elements.
     """
 
     def __init__(self, study, work, count, explain=False, estimate=False):
@@ -150,23 +143,11 @@ def _study(pickled):
 
 
 def scene_hashes(table, find=None):
-    """Hash of each scene of a table of cases, by which later runs recognise rows that are computed already.
+    """Hash of each scene of a `CaseTable`, by which later runs recognise rows that are computed already: list of str.
 
-    What is hashed is the scene as JSON, followed by the goal of the study. To write JSON is slow. So only one scene is
-    written, with a placeholder for each varied number: a number that occurs nowhere else. The numbers of each case then
-    replace the placeholders in the text.
-
-    Parameters
-    ----------
-    table : CaseTable
-        n scenes that differ in numbers only.
-    find : Find, optional
-        Goal of a study in which a key is solved for.
-
-    Returns
-    -------
-    list of str
-        n hashes of 24 hexadecimal digits.
+    What is hashed is the scene as JSON, followed by the goal of the study, a `Find` or None. To write JSON is slow. So
+    only one scene is written, with a placeholder for each varied number: a number that occurs nowhere else. The numbers
+    of each case then replace the placeholders in the text.
     """
     placeholders = {key: np.array([-1e-300 / (i + 1)]) for i, key in enumerate(table.values)}
     template = CaseTable(table.cases[:1], table.scene, placeholders).scene_of(0).model_dump_json().encode()

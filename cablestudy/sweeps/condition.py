@@ -35,17 +35,8 @@ OPERAND_KINDS = ("number", "name", "text")
 def parse(text, study):
     """Read a condition; columns of it that the study does not have are added to it.
 
-    Returns
-    -------
-    condition : callable
-        pandas.DataFrame of rows -> Series of True, False or NA (unknown).
-    bare : tuple of str
-        Which numbers beside varied keys lack a unit, as "14 is 14 m".
-
-    Raises
-    ------
-    SceneError
-        `--where:COLUMN: ...`
+    Returns a function, pandas.DataFrame of rows -> Series of True, False or NA (unknown), and a tuple of texts: which
+    numbers beside varied keys lack a unit, as "14 is 14 m". SceneError: `--where:COLUMN: ...`
     """
     if len(text) > SWEEPS.condition_characters:
         raise SceneError(f"--where: {len(text)} characters (at most {SWEEPS.condition_characters})")

@@ -22,18 +22,10 @@ AT_WORK = "another sweep is at work on it"
 
 
 class Database:
-    """A connection to a database.
+    """A connection to a database; "" is the path of one that vanishes with the process, in memory while it is small.
 
-    Parameters
-    ----------
-    path : str
-        "" for a database that vanishes with the process: in memory, and in a temporary file once it is large.
-
-    Raises
-    ------
-    SceneError
-        The file cannot be opened, is something else, or another process uses it. A damaged one is opened; statements
-        raise sqlite3.DatabaseError then.
+    SceneError if the file cannot be opened, is something else, or another process uses it. A damaged one is opened;
+    statements raise sqlite3.DatabaseError then.
     """
 
     def __init__(self, path):

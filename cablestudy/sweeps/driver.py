@@ -32,25 +32,12 @@ class WorkerDeathError(Exception):
 
 
 def compute_here(chunks, jobs=None):
-    """Compute the chunks of a sweep on this machine, in this process or in several.
+    """Compute `Chunks` of a sweep on this machine, in this process or in several: yields `Done`.
 
-    The first chunks are computed in this process, which shows how long the work will take.
+    The first chunks are computed in this process, which shows how long the work will take. `jobs` is the number of
+    processes, at most `SWEEPS.processes_per_core`; by default one for each core, if the work is long enough.
 
-    Parameters
-    ----------
-    chunks : Chunks
-    jobs : int, optional
-        Number of processes, at most `SWEEPS.processes_per_core`; by default one for each core, if the work is long
-        enough.
-
-    Yields
-    ------
-    Done
-
-    Raises
-    ------
-    NoSolutionError
-        So many worker processes as `SWEEPS.worker_deaths` died with no result between them.
+    NoSolutionError if so many worker processes as `SWEEPS.worker_deaths` died with no result between them.
     """
     seconds = 0.0
     for done in submit_all(chunks, SerialExecutor()):
@@ -66,21 +53,11 @@ def compute_here(chunks, jobs=None):
 
 
 def retry(chunks, open_executor, workers):
-    """Compute all chunks of a sweep by workers that may die, for example for lack of memory.
+    """Compute all chunks of a sweep by workers that may die, for example for lack of memory: yields `Done`.
 
-    The chunk of a worker that died is computed again, in a new executor.
-
-    Parameters
-    ----------
-    chunks, workers
-        As of `submit_all`, of which the results are yielded.
-    open_executor : callable
-        Returns a context manager of an executor; called again after the death of a worker.
-
-    Raises
-    ------
-    NoSolutionError
-        So many workers as `SWEEPS.worker_deaths` died with no result between them.
+    The chunk of a worker that died is computed again, in a new executor, of which `open_executor` returns a context
+    manager; `workers` is as of `submit_all`. NoSolutionError if so many workers as `SWEEPS.worker_deaths` died with no
+    result between them.
     """
     deaths = 0
     while chunks.left:
@@ -97,21 +74,11 @@ def retry(chunks, open_executor, workers):
 
 
 def submit_all(chunks, executor, workers=lambda: 1):
-    """Submit all chunks of a sweep to an executor, and yield their rows as they are done.
+    """Submit all `Chunks` of a sweep to an executor of `concurrent.futures`, and yield their `Done` as they are done.
 
-    A few chunks for each worker (`SWEEPS.chunks_per_worker`) are submitted at a time, or one chunk for a single worker.
-    If the caller stops early, chunks that are not done are put back, for another executor.
-
-    Parameters
-    ----------
-    chunks : Chunks
-    executor : concurrent.futures.Executor
-    workers : callable
-        Returns the present number of workers.
-
-    Yields
-    ------
-    Done
+    A few chunks for each worker (`SWEEPS.chunks_per_worker`) are submitted at a time, or one chunk for a single worker;
+    `workers` returns the present number of workers. If the caller stops early, chunks that are not done are put back,
+    for another executor.
     """
     chunk_of_future = {}
     try:
@@ -207,28 +174,13 @@ def _exit_with_parent():
 
 
 def compute_on_cluster(chunks, address, notify=None):
-    """Compute the chunks of a sweep on the workers of a dask scheduler.
+    """Compute `Chunks` of a sweep on the workers of a dask scheduler: yields `Done`.
 
-    Chunks of a worker that is lost are computed by another one.
+    Chunks of a worker that is lost are computed by another one. The address is `tcp://host:port`, or the name of a
+    scheduler file that ends in `.json`; `notify`, if given, is called with each note for the user.
 
-    Parameters
-    ----------
-    chunks : Chunks
-    address : str
-        `tcp://host:port`, or the name of a scheduler file that ends in `.json`.
-    notify : callable, optional
-        Called with each note for the user.
-
-    Yields
-    ------
-    Done
-
-    Raises
-    ------
-    SceneError
-        dask is not installed, nobody answers at the address, or a worker runs another version.
-    NoSolutionError
-        The scheduler is gone, or a chunk ends every worker that takes it.
+    SceneError if dask is not installed, nobody answers at the address, or a worker runs another version.
+    NoSolutionError if the scheduler is gone, or a chunk ends every worker that takes it.
     """
     with _client(address) as client:
         if notify and not client.nthreads():

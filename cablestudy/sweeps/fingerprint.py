@@ -46,21 +46,8 @@ def digest(identity):
 def provenance(command, identity, started, **entries):
     """Record of where the numbers of a table come from, for the YAML file beside it: dict of plain values.
 
-    Parameters
-    ----------
-    command : str
-        The command as typed.
-    identity : dict
-        All that the numbers depend on, from the function `identity`.
-    started : datetime
-        Start of the run; start of the last part of a run that was resumed.
-    **entries
-        Further entries of the record.
-
-    Returns
-    -------
-    dict
-        command, fingerprint, start and duration [s], the further entries, versions and platform.
+    It has the command as typed, the fingerprint of the `identity`, start and duration [s], the further entries,
+    versions and platform. `started` is when the run began, or the last part of a run that was resumed.
     """
     return {
         "command": command,

@@ -25,28 +25,12 @@ class Selection:
     best: bool = False  # only the first row of that order is shown
 
     def table(self, table):
-        """Select and sort the rows of a study's table.
+        """Select and sort the rows of a study's table: the `Table` of the selected ones, and notes, a list of str.
 
         First the condition selects, then the Pareto front; the rows left are sorted by `key`, or the best one is taken.
-        Equal rows keep their order, rows with an empty cell are last.
-
-        Parameters
-        ----------
-        table : Table
-            All rows of the study.
-
-        Returns
-        -------
-        table : Table
-            The rows that are selected.
-        notes : list of str
-            How many rows are selected, how many have no value of an objective, and numbers without a unit that may be a
-            mistake.
-
-        Raises
-        ------
-        NoSolutionError
-            The best row is asked for, and no row has a number.
+        Equal rows keep their order, rows with an empty cell are last. The notes say how many rows are selected, how
+        many have no value of an objective, and which numbers without a unit may be a mistake. NoSolutionError if the
+        best row is asked for, and no row has a number.
         """
         frame, notes = table.rows.frame(), []
         if self.condition is not None:
@@ -98,32 +82,13 @@ def _numbers(key, frame):
 
 
 def read_selection(study, where=None, sort=None, best=None, pareto=None):
-    """Read the options that select and sort the rows of a study.
+    """Read the options that select and sort the rows of a study: `Selection`, or None without any option.
 
-    Columns that the options name and the study does not have are added to the study.
-
-    Parameters
-    ----------
-    study : StudyFile
-    where : str or None
-        Condition, for example `sag < 0.5 and status == ok`.
-    sort : str or None
-        `COLUMN`, or `-COLUMN` for falling numbers.
-    best : str or None
-        `min COLUMN` or `max COLUMN`: only the row with the smallest or largest number.
-    pareto : str or None
-        Objectives, each as for `best`, joined by commas: only rows on their Pareto front, which no other row
-        equals or beats in all objectives and beats in one.
-
-    Returns
-    -------
-    Selection or None
-        None without any option.
-
-    Raises
-    ------
-    SceneError
-        All mistakes in the options.
+    Columns that the options name and the study does not have are added to the study. `where` is a condition, for
+    example `sag < 0.5 and status == ok`; `sort` is `COLUMN`, or `-COLUMN` for falling numbers; `best` is `min COLUMN`
+    or `max COLUMN`: only the row with the smallest or largest number; `pareto` has objectives, each as for `best`,
+    joined by commas: only rows on their Pareto front, which no other row equals or beats in all objectives and beats in
+    one. SceneError: all mistakes in the options.
     """
     if sort is not None and best is not None:
         raise SceneError("--sort and --best exclude each other: --best shows a single row")

@@ -111,23 +111,12 @@ class Sensitivity:
             raise SceneError(Mistake(where, "", "--sensitivity: none of the columns depends on the scene alone"))
 
     def table(self, table):
-        """Compute Sobol's indices of `columns` from the results of all cases of the study.
+        """Compute Sobol's indices of `columns` from the `Table` of all rows: a table, and notes, a list of str.
 
         They are computed separately for each setting, a combination of values of the keys that vary but are not
-        sampled.
-
-        Parameters
-        ----------
-        table : Table
-            All rows of the study.
-
-        Returns
-        -------
-        table : Table
-            A row for each setting, each column, and each sampled key: first-order and total index with the ends of
-            their intervals; cells without an index are empty.
-        notes : list of str
-            Reasons why columns have no indices.
+        sampled. The table has a row for each setting, each column, and each sampled key: first-order and total index
+        with the ends of their intervals; cells without an index are empty. The notes are reasons why columns have no
+        indices.
         """
         study, sample, frame = self.study, self.study.sample, table.rows.frame()
         cases = np.arange(study.count).reshape([len(entry) for entry in study.entries])

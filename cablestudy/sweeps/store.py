@@ -183,16 +183,10 @@ class RowStore:
             self.database.execute_many(INSERT, records)
 
     def replace(self, identity, partial, records):
-        """Replace all rows by those of an edited study: completely, or not at all.
+        """Replace all rows by those of an edited study, of another `identity`: completely, or not at all.
 
-        Parameters
-        ----------
-        identity : dict
-            All that the new rows depend on, from `fingerprint.identity` of the edited study.
-        partial : list of str
-            Headers of the cells that partial rows have: those with only some of the columns.
-        records : iterable of tuple
-            New rows, from `record.pack`. They may be computed from the stored ones while these are replaced.
+        `partial` are the headers of the cells that partial rows have: those with only some of the columns. The records,
+        from `record.pack`, may be computed from the stored ones while these are replaced.
         """
         with self.database.transaction():
             self.database.execute("CREATE TEMP TABLE new_rows AS SELECT * FROM rows LIMIT 0")
@@ -282,27 +276,13 @@ class RowStore:
 def open_store(path, identity, count, resume=False, restart=False, reuse=0):
     """Open the store of the rows of a run, with the rows of an earlier run or without any: `RowStore`.
 
-    Parameters
-    ----------
-    path : str
-        Its file; "" for a run that keeps nothing.
-    identity : dict
-        All that the rows depend on, from `fingerprint.identity`.
-    count : int
-        Number of cases of the study.
-    resume : bool
-        True to go on with the stored rows.
-    restart : bool
-        True to begin without rows, even if the earlier run is unfinished.
-    reuse : int
-        Number of rows of a complete run. If the file has exactly so many complete rows of this study, they are used
-        even without `resume`. 0 for never.
+    The path is "" for a run that keeps nothing; `identity` is all that the rows depend on, from `fingerprint.identity`;
+    `count` is the number of cases of the study. With `resume` the run goes on with the stored rows; with `restart` it
+    begins without rows, even if the earlier run is unfinished. `reuse` is the number of rows of a complete run: if the
+    file has exactly so many complete rows of this study, they are used even without `resume`; 0 for never.
 
-    Raises
-    ------
-    SceneError
-        An earlier run is unfinished, and neither `resume` nor `restart` is set; its rows are of another scene or
-        version; another process uses the file; the file is something else.
+    SceneError if an earlier run is unfinished, and neither `resume` nor `restart` is set; if its rows are of another
+    scene or version; if another process uses the file, or it is something else.
     """
     store = RowStore(path, identity, count)
     try:
@@ -350,20 +330,11 @@ def _check_finished(database):
 
 
 def stored_description(database):
-    """Read from a `Database` what its rows depend on, to decide whether a run can use them.
+    """Read from a `Database` what its rows depend on, to decide whether a run can use them; None without tables.
 
-    Returns
-    -------
-    tuple of (dict, list of str), or None
-        Identity of the study (`fingerprint.identity`), and headers of the cells that partial rows have. A partial row
-        has cells for only some of the columns. None for a database without tables.
-
-    Raises
-    ------
-    SceneError
-        The description was changed since it was written, or is of another version.
-    sqlite3.Error
-        The database cannot be read.
+    It is the identity of the study (`fingerprint.identity`), and the headers of the cells that partial rows have: those
+    with cells for only some of the columns. SceneError if the description was changed since it was written, or is of
+    another version; sqlite3.Error if the database cannot be read.
     """
     if _is_empty(database):
         return None

@@ -56,20 +56,8 @@ def stored_table(study, files, again):
     """Open the stored results of a study without computing anything, for a `with` block: yields `Stored`.
 
     The results are those in the database of rows if it is complete; else those in the CSV file; else the rows that the
-    database has so far.
-
-    Parameters
-    ----------
-    study : StudyFile
-    files : TableFiles
-        Paths of the stored files.
-    again : str
-        The command that computes the study, for hints.
-
-    Raises
-    ------
-    SceneError
-        Nothing is stored, or what is stored does not belong to the study as it is now.
+    database has so far. `files` are the `TableFiles` of the study; `again` is the command that computes it, for hints.
+    SceneError if nothing is stored, or what is stored does not belong to the study as it is now.
     """
     columns, reference = prepare(study)
     fields, current = fields_of(study, columns, reference[0]), identity(study, columns)

@@ -26,22 +26,10 @@ class Variable:
     is_varied: bool = False  # numbers, or text
 
     def getter(self, unit=None):
-        """Function that takes the cells of this variable from the frame of a study's rows, in a unit.
+        """Function that takes the cells of this variable from the frame of a study's rows, in a unit or its own.
 
-        Parameters
-        ----------
-        unit : str or None
-            Unit of the numbers; None for the variable's own.
-
-        Returns
-        -------
-        callable
-            pandas.DataFrame, see `rows.Rows.frame` -> Series of Float64, or of objects where some cells are text.
-
-        Raises
-        ------
-        ValueError
-            The unit has another dimension.
+        The frame is that of `rows.Rows.frame`; the cells are a Series of Float64, or of objects where some of them are
+        text. ValueError if the unit has another dimension.
         """
         ratio = 1.0 if None in (self.unit, unit) else float(common_factor(self.unit, unit))
 
@@ -58,20 +46,10 @@ class Variable:
 
 
 def variable(name, study, option):
-    """Find the column or varied key of a study that an option names: `Variable`.
+    """Find the column or varied key of a study that an option, named for messages, names: `Variable`.
 
-    Parameters
-    ----------
-    name : str
-        Name of a column, with its unit or without, or a key. A column that the study does not have is added to it.
-    study : StudyFile
-    option : str
-        The option that names it, for messages.
-
-    Raises
-    ------
-    ValueError
-        There is neither a column nor a varied key of this name; the message suggests one.
+    A column may be named with its unit or without; one that the study does not have is added to it. ValueError if there
+    is neither a column nor a varied key of this name; the message suggests one.
     """
     if varied := varied_key(study, name):
         quantity = quantity_of(varied.key)
@@ -99,10 +77,7 @@ def _is_text(study, varied, unit):
 def ask_columns(study, names):
     """Add those columns of the option --columns that a study does not have to it.
 
-    Raises
-    ------
-    SceneError
-        Names of neither a column nor a varied key, nor of printed values.
+    SceneError for names of neither a column nor a varied key, nor of printed values.
     """
     with Mistakes() as mistakes:
         for name in names:
