@@ -58,17 +58,10 @@ class Study:
     ) -> Callable[[Table], tuple[Table, list[str]]]:
         """Function of the table of the study that makes the one to be shown, with notes; without options the whole.
 
-        Columns that are named and the study does not list are added to the study.
-
-        Parameters
-        ----------
-        columns : sequence of str
-            Columns that are shown.
-        sensitivity : bool
-            True if Sobol's sensitivity indices are shown instead of the rows.
-        **options
-            `where`: a condition on the rows, such as "sag < 0.5"; `sort`: COLUMN, or -COLUMN for falling numbers;
-            `best`: "min COLUMN" or "max COLUMN", for one row only; `pareto`: several of these, separated by commas.
+        Columns that are named and the study does not list are added to the study; `columns` are those that are shown.
+        With `sensitivity` Sobol's sensitivity indices are shown instead of the rows. The options are `where`: a
+        condition on the rows, such as "sag < 0.5"; `sort`: COLUMN, or -COLUMN for falling numbers; `best`: "min COLUMN"
+        or "max COLUMN", for one row only; `pareto`: several of these, separated by commas.
         """
         if sensitivity:
             return Sensitivity(self.request).table
@@ -93,16 +86,9 @@ class Study:
     def run(self, folder: str = "results", keep: bool = False, shard: str | None = None, **options: Any) -> Run:
         """Set up the computation of the study: `Run`, a context manager, whose method `compute` does the work.
 
-        Parameters
-        ----------
-        folder : str
-            Folder of the files of the study.
-        keep : bool
-            True if rows are kept there as they are done.
-        shard : str, optional
-            "K/N": only every Nth case from the Kth.
-        **options
-            Other fields of `sweeps.run.SweepOptions`, such as `jobs` (number of processes), `resume` or `quiet`.
+        Rows are kept in the folder of the files of the study as they are done if `keep`; the shard "K/N" is only every
+        Nth case from the Kth. The options are other fields of `sweeps.run.SweepOptions`, such as `jobs` (number of
+        processes), `resume` or `quiet`.
         """
         files = self.files(folder)
         if keep:
@@ -126,12 +112,8 @@ class Study:
     def save_figure(self, path: str, table: Table, indices: bool = False, columns: Sequence[str] = ()) -> list[str]:
         """Write a picture of the table of the study, or of sensitivity `indices`, to a .png, .svg or .pdf file.
 
-        Drawn are the `columns`; if empty, those that the key `plot` of the study states, else the first ones.
-
-        Returns
-        -------
-        list of str
-            Notes on columns that the picture leaves out.
+        Drawn are the `columns`; if empty, those that the key `plot` of the study states, else the first ones. Returns
+        notes on columns that the picture leaves out, a list of str.
         """
         from cablestudy.study import plots
 

@@ -58,12 +58,9 @@ def _line(cells, kinds):
 def table_html(table, caption, where_all=""):
     """Lay out a `Table` for a page of HTML, with the estimated errors of its numbers.
 
-    The HTML has a line for each row of the table. In three cases the table is turned, with a line for each column:
-
-    - it is a single row by nature (`table.single`);
-    - the values of one of its fields head the columns (`table.across`);
-    - it has many columns and few rows (`PAGES.turned_columns`, `turned_rows`): the values of its first column are the
-      heads.
+    The HTML has a line for each row of the table. The table is turned, with a line for each column, if it is a single
+    row by nature (`table.single`), or if the values of one of its fields head the columns: of `table.across`, or, where
+    it has many columns and few rows (`PAGES.turned_columns`, `turned_rows`), of the first one.
 
     A table that is not turned is cut if it has more than `PAGES.table_rows`, to `end_rows` at each end; `where_all`
     says in its caption where a reader finds all rows. Empty for a table without rows.

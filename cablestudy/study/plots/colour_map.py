@@ -23,14 +23,8 @@ def colour_map(study, every, rows):
 
     There is a panel for each y and each series, a set of rows with equal values of the keys that are not drawn. If x
     and y are two varied keys with one row for each pair of their values, the panel is a heat map, in which a grey cell
-    has no answer. Otherwise each row is a coloured point.
-
-    Parameters
-    ----------
-    study : StudyFile
-        Its `plot` names the columns and keys that are drawn.
-    every, rows : list of dict
-        All rows of the study's table, and those with an answer: name of a column or key -> value.
+    has no answer. Otherwise each row is a coloured point. `every` and `rows` are all rows of the study's table, and
+    those with an answer: dicts, name of a column or key -> value.
     """
     plot = study.plot
     x, colour = quantity_named(study, plot.x, every), quantity_named(study, plot.color, every)

@@ -288,19 +288,11 @@ def _lost(case):
 
 
 def upright_plane(drawings):
-    """Side view of a scene whose cable ends, points, bodies and markers all lie in one vertical plane.
+    """Side view of a scene whose cable ends, points, bodies and markers all lie in one vertical plane; None of others.
 
     The horizontal axis of the view is the distance from end 1 for a scene of one cable. For other scenes it is x or y
-    in a plane along one of these, else the horizontal distance from the place with the smallest x.
-
-    Parameters
-    ----------
-    drawings : list of Drawing
-        One scene in several load cases.
-
-    Returns
-    -------
-    View or None
+    in a plane along one of these, else the horizontal distance from the place with the smallest x. `drawings` are those
+    of one scene in several load cases.
     """
     first, size = drawings[0], max(drawing.size for drawing in drawings)
     held = np.concatenate([drawing.held for drawing in drawings])

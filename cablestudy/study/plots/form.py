@@ -31,29 +31,18 @@ FORM_POINTS = np.linspace(0.0, 1.0, 201)
 
 @style.styled
 def static_form(case):
-    """Figure of the static form of one case, its cables in colours of their tension.
+    """Figure of the static form of one case in a stable equilibrium, its cables in colours of their tension.
 
     Where all cables end in one vertical plane the side view, below it what that hides: sags of steep cables, movement
     out of the plane, and the deflection by point loads on the only cable, as in the paper's Fig. 4. Else in perspective
     and from three sides, where the scene is long or flat from these alone.
-
-    Parameters
-    ----------
-    case : CableCase or SuspensionCase
-        With a stable equilibrium.
     """
     return _Picture([drawing_of(case)], case).figure()
 
 
 @style.styled
 def case_forms(cases):
-    """Figure of the static forms in some load cases, one colour and dashes each.
-
-    Parameters
-    ----------
-    cases : dict
-        Name -> case that has an answer, as of `static_form`.
-    """
+    """Figure of the static forms in load cases that have an answer, name -> case: one colour and dashes each."""
     return _Picture([drawing_of(case) for case in cases.values()]).figure()
 
 

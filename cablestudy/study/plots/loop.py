@@ -31,18 +31,9 @@ def loop_margins(closed_loop, span=None):
     A loop of one coordinate has magnitude and phase of L over frequency. A loop of several coordinates has the singular
     values of L over frequency, and its eigenvalues in the Nyquist plot.
 
-    Parameters
-    ----------
-    closed_loop : ClosedLoop
-        With a loop.
-    span : (float, float, int), optional
-        Lowest and highest frequency [Hz] and number of those at equal ratios. Default: about the frequencies of the
-        controlled motions and of the stability limit, the gain over 2 pi, and the roll-off of notches.
-
-    Raises
-    ------
-    NothingToDrawError
-        The gain is zero.
+    `span` is the lowest and highest frequency [Hz] and number of those at equal ratios. Default: about the frequencies
+    of the controlled motions and of the stability limit, the gain over 2 pi, and the roll-off of notches.
+    NothingToDrawError if the gain is zero.
     """
     if not closed_loop.loop.gain:
         raise NothingToDrawError(NO_LOOP)

@@ -101,14 +101,8 @@ class ModeDrawing:
 def mode_shapes(case, modes, share=None):
     """Figure of mode shapes of a cable between fixed ends, on its static form, one panel each, as the paper's Fig. 5.
 
-    Parameters
-    ----------
-    case : CableCase
-        The cable with the finite elements by which the modes were computed.
-    modes : Modes
-        The figure shows at most MOST_MODES of them.
-    share : float, optional
-        Factor on the displacements, from -1 to 1, for one picture of an animation; by default 1.
+    The `CableCase` has the finite elements by which the modes were computed, of which at most MOST_MODES are shown.
+    `share` is a factor on the displacements, from -1 to 1, for one picture of an animation; by default 1.
     """
     shown = _of_cable(case, modes, min(len(modes), MOST_MODES))
     chord = float(case.span.chord)
@@ -145,18 +139,8 @@ def coupled_mode_shapes(case, modes, listed=None, share=None):
     """Figure of the first coupled modes of a suspension, one panel each: the displaced scene over the scene at rest.
 
     If all cables end in one vertical plane, the panels show that plane from the side; movement out of it is drawn
-    upwards. Scenes that do not lie in one plane, or have no width in it, are drawn in perspective.
-
-    Parameters
-    ----------
-    case : SuspensionCase
-        With a stable equilibrium.
-    modes : CoupledModes
-        Modes of the case.
-    listed : int, optional
-        Number of modes asked for; by default all. The figure shows at most MOST_MODES of them.
-    share : float, optional
-        Factor on the displacements, from -1 to 1, for one picture of an animation; by default 1.
+    upwards. Scenes that do not lie in one plane, or have no width in it, are drawn in perspective. At most MOST_MODES
+    of the `listed` modes that are asked for, by default all, are shown; `share` is as of `mode_shapes`.
     """
     listed, drawing = len(modes) if listed is None else listed, drawing_of(case)
     plane, peak = upright_plane([drawing]), style.nice(PEAK_OVER_SIZE * drawing.size)  # largest displacement drawn [m]
@@ -384,16 +368,9 @@ def _enlarge(axes, mode, factor, side):
 
 
 def save_animation(draw, path):
-    """Write one period of the vibration of modes as a moving picture: a .gif, or an .html page that contains it.
+    """Write one period of the vibration of modes as a moving picture, whole or not at all: a .gif, or a page, .html.
 
-    The file is written completely or not at all.
-
-    Parameters
-    ----------
-    draw : callable
-        Displacement over the amplitude, from -1 to 1 -> matplotlib.figure.Figure of all modes.
-    path : str
-        File name, whose ending is one of ENDINGS.
+    `draw` makes the figure of all modes of the displacement over the amplitude, from -1 to 1.
     """
     from PIL import Image  # which matplotlib has with it
 

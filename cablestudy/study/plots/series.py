@@ -60,19 +60,9 @@ def series_of(study, every, rows, *drawn):
     whose keys are drawn, and the random sample of keys, if there is one. Without either, the last entry varies. All
     other entries have one value in a series: they tell the series apart.
 
-    Parameters
-    ----------
-    study : StudyFile
-    every, rows : list of dict
-        All rows of the study's table, and those with an answer.
-    *drawn : DrawnQuantity
-        Quantities along x and perhaps y or as colour.
-
-    Returns
-    -------
-    series : list of Series
-    factors : list of Factor
-        The entries that tell series apart, with the different values that they take (levels).
+    `every` and `rows` are all rows of the study's table, and those with an answer, `drawn` the quantities along x and
+    perhaps y or as colour. Returns the list of `Series`, and the list of `Factor`: the entries that tell series apart,
+    with the different values that they take (levels).
     """
     entries = quantities_varied(study, every)
     within = _entries_of(entries, drawn) + ([] if study.sample is None else [entries[study.sample_entry]])
@@ -149,28 +139,15 @@ def _common(quantity, rows):
 
 
 def give_looks(series, factors, joined):
-    """Give each series of a picture its colour, mark and line style, and make the legend for them.
+    """Give each series of a picture its `look`, colour, mark and line style, and make the legend for them.
 
     A factor is a quantity that tells series apart, its levels are its values. Up to NAMED_SERIES series have a colour
     and a mark each. Of more series, the factor with most levels decides the colour, on a colour bar if its levels are
     many, and the next factor the mark and the line style. Series that differ in further factors look alike: the legend
-    says so.
+    says so. `joined` says whether lines join the points.
 
-    Parameters
-    ----------
-    series : list of Series
-        Their `look` is set.
-    factors : list of Factor
-        What tells these series apart.
-    joined : bool
-        Whether lines join the points.
-
-    Returns
-    -------
-    entries : list of (artist, str)
-        Entries of the legend.
-    bar : tuple or None
-        Contents of a colour bar: a ScalarMappable, its label, and places and names of ticks where they are no numbers.
+    Returns the entries of the legend, a list of (artist, str), and the contents of a colour bar, or None: a
+    ScalarMappable, its label, and places and names of ticks where they are no numbers.
     """
     many = len(series) > MANY_SERIES
     for line in series:

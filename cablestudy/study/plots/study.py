@@ -38,15 +38,8 @@ def study_plot(study, table, chosen=()):
     """Figure of the results of a study: a panel for each column, over a varied key, with printed values beside them.
 
     `plot:` of the study file states what is drawn; with `plot.color` it is a map of colours. Without `plot:` the first
-    computed columns are drawn over the key that varies first.
-
-    Parameters
-    ----------
-    study : StudyFile
-    table : Table
-        All rows of the study's table, or some.
-    chosen : sequence of str
-        Columns and varied keys that are drawn along y instead, with or without units, except in a map of colours.
+    computed columns are drawn over the key that varies first. The table has all rows of the study, or some. `chosen`
+    are names of columns and varied keys that are drawn along y instead, except in a map of colours.
     """
     every = [row | {ROW: number} for number, row in enumerate(table.rows, 1)]
     rows = [row for row in every if has_answer(row.get("status", OK))]
@@ -264,14 +257,8 @@ def sensitivity_plot(study, table):
     """Figure of Sobol's indices: which share of the variance of each result column comes from each sampled key.
 
     There is a panel for each column, and for each combination of values of keys that vary in the study but are not
-    sampled. It shows the first-order index and the total index of each sampled key, with their confidence intervals.
-
-    Parameters
-    ----------
-    study : StudyFile
-    table : Table
-        From `Sensitivity.table`: rows with `column`, `parameter` (the varied key), values of keys that vary beside the
-        sample, the indices, and the ends of their confidence intervals.
+    sampled. It shows the first-order index and the total index of each sampled key, with their confidence intervals,
+    from the table of `Sensitivity.table`.
     """
     fixed = ("column", "parameter", *(f"{kind}{end}" for kind in INDICES for end in ("", "_low", "_high")))
     others = [field for field in table.fields if field.name not in fixed]  # keys that vary beside the sample

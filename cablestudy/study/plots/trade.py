@@ -37,15 +37,9 @@ CAPTION = (
 
 @style.styled
 def trade_plot(trade, title):
-    """Figure of the models of a scene: relative error against computation time, logarithmic, a panel for each column.
+    """Figure of the models of a scene, a `Trade`: error against computing time, logarithmic, a panel for each column.
 
     The models on the grey line, the Pareto front, are the fastest for their accuracy.
-
-    Parameters
-    ----------
-    trade : Trade
-        Measured errors and times.
-    title : str
     """
     count = len(trade.columns)
     side = 1 if count == 1 else 2

@@ -49,21 +49,10 @@ def wind_response(winds, at_rest=None, on=None):
     motion is drawn with the winches at rest, with the loop and, if there are actuators, with the loop but without them.
     Above is the spectrum of the wind speed.
 
-    Parameters
-    ----------
-    winds : list of DynamicAnalysis
-        Motion in each wind, stable. Several winds are uncorrelated: their spectra add.
-    at_rest : list of DynamicAnalysis, optional
-        Motion with the winches at rest; by default computed from `winds`.
-    on : str, optional
-        Name of the part that the wind blows on, for the title; by default the body.
-
-    Raises
-    ------
-    NothingToDrawError
-        Nothing moves.
-    NoSolutionError, ConvergenceError
-        There is no response, or it is outside the range of a picture.
+    `winds` are a stable `DynamicAnalysis` for each wind; several winds are uncorrelated: their spectra add. `at_rest`
+    are those with the winches at rest, by default from `winds`. `on` is the name of the part that the wind blows on,
+    for the title; by default the body. NothingToDrawError if nothing moves; NoSolutionError or ConvergenceError if
+    there is no response, or it is outside the range of a picture.
     """
     closed_loop = winds[0].closed_loop
     body, point = _drawn(closed_loop)
