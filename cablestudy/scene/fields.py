@@ -87,27 +87,14 @@ class Quantity(_Type):
 
     The limits are the widest that any cable, wind or winch could need; beyond them products and powers in the solvers
     could overflow.
-
-    Attributes
-    ----------
-    unit : str
-        A key of `units.DIMENSIONS`: what the value is in after reading.
-    low, high : float
-        Smallest and largest value allowed. [unit]
-    least : float
-        Where `low` is zero: the smallest value allowed beside it. [unit]
-    limits : str
-        How messages name `low` and `high`; by default as numbers.
-    words : tuple of str
-        Words that may stand instead of a number; they are kept.
     """
 
-    unit: str
-    low: float
-    high: float
-    least: float = 0.0
-    limits: str = ""
-    words: tuple[str, ...] = ()
+    unit: str  # a key of `units.DIMENSIONS`: what the value is in after reading
+    low: float  # smallest value allowed [unit]
+    high: float  # largest [unit]
+    least: float = 0.0  # where `low` is zero: the smallest value allowed beside it [unit]
+    limits: str = ""  # how messages name `low` and `high`; by default as numbers
+    words: tuple[str, ...] = ()  # that may stand instead of a number; they are kept
 
     def read(self, value):
         """Convert a value of a file to a float in `unit`, and check that it is within the limits.
@@ -177,18 +164,10 @@ class Count(_Type):
 
 @dataclass(frozen=True, eq=False)
 class Either(_Type):
-    """A value of one of several kinds, which its form tells apart: text, a number, a list, a mapping.
+    """A value of one of several kinds, which its form tells apart: text, a number, a list, a mapping."""
 
-    Attributes
-    ----------
-    expected : str
-        What messages say is expected.
-    options : tuple of (type or tuple of types, callable, dict, ...)
-        Kind of a plain value, the function that reads it, and its JSON Schemas, as of `of_number`.
-    """
-
-    expected: str
-    options: tuple
+    expected: str  # in messages
+    options: tuple  # of each a tuple: type of a plain value, or tuple of types; function that reads it; JSON Schemas
 
     def read(self, value):
         """Value -> what the reader of its kind makes of it."""
@@ -260,21 +239,12 @@ class KeyTable(BaseModel):
 
     The validators of pydantic are built when the first one is read: building all of them would take an eighth of the
     start of a command. A default that is a table of plain defaults is written `model_construct()`, which builds none.
-
-    Attributes
-    ----------
-    table : str
-        Its key in `layers.ALTERNATIVES`; empty where no keys of it exclude each other.
-    optional_groups : bool
-        Whether all groups of alternatives may be missing.
-    bare : str
-        The key for which a file may have its vector alone in place of the mapping; empty where it may not.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", revalidate_instances="never", defer_build=True)
-    table: ClassVar[str] = ""
-    optional_groups: ClassVar[bool] = False
-    bare: ClassVar[str] = ""
+    table: ClassVar[str] = ""  # its key in `layers.ALTERNATIVES`; empty where no keys of it exclude each other
+    optional_groups: ClassVar[bool] = False  # whether all groups of alternatives may be missing
+    bare: ClassVar[str] = ""  # the key whose vector a file may have alone in place of the mapping; empty for none
 
     @classmethod
     def key_mistakes(cls, given):

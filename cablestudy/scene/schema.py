@@ -211,26 +211,13 @@ REQUIRED = "required"
 
 @dataclass(frozen=True)
 class Key:
-    """One key of a file.
+    """One key of a file."""
 
-    Attributes
-    ----------
-    key : str
-        Dotted; NAME stands for any name and N for a place in a list, from 0.
-    unit : str
-        Of a bare number, and of the limits; "-" of a pure number; empty of what is no number.
-    default : str
-        As it would be written; "required" where there is none; empty where nothing stands for a missing key.
-    meaning : str
-    allowed : str
-        Range, or the words that it may be.
-    """
-
-    key: str
-    unit: str
-    default: str
+    key: str  # dotted; NAME stands for any name and N for a place in a list, from 0
+    unit: str  # of a bare number, and of the limits; "-" of a pure number; empty of what is no number
+    default: str  # as it would be written; "required" where there is none; empty where nothing stands for a missing key
     meaning: str
-    allowed: str
+    allowed: str  # range, or the words that it may be
 
 
 def keys_of(kind):
