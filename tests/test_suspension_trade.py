@@ -13,7 +13,7 @@ from suspension_cases import SUSPENSIONS, scene_at
 from cablestudy.scene.scene import load_scene
 from cablestudy.study import plots, trade
 from cablestudy.study.columns import find
-from cablestudy.study.compared_models import with_elements
+from cablestudy.study.refinement import with_elements
 from cablestudy.study.suspension import trade as suspension_trade
 from cablestudy.study.suspension.case import SuspensionCase
 
