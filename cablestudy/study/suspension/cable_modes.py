@@ -12,6 +12,7 @@ import numpy as np
 from cablestudy.cable.steady_drag import SteadyDrag
 from cablestudy.study.one_cable.case import CableCase
 from cablestudy.study.one_cable.case_modes import solved_modes
+from cablestudy.study.one_cable.loaded_cables import LoadedCables
 from cablestudy.study.one_cable.results import Results
 from cablestudy.study.scene_values import SceneValues
 from cablestudy.study.suspension.numbers import SingleCable
@@ -38,18 +39,14 @@ class CableModes(Results):
         super().__init__(SceneValues([SingleCable(scene, name) for name in scene.cables]))
         self.catenary, self.finer, self._exact = catenary, finer, scene.model.elements is not None
         self.mode_error = np.full(count, mode_error)
-        self.drag = SteadyDrag(np.zeros(count), np.zeros((count, 3))) if drag is None else drag
+        drag = SteadyDrag(np.zeros(count), np.zeros((count, 3))) if drag is None else drag
+        self.loaded = LoadedCables(catenary.span, drag, None, None, None, {})
         self._cases = {name: CableAtRest(self, index, name) for index, name in enumerate(scene.cables)}
 
     @property
     def failures(self):
         """None: the cables are in equilibrium."""
         return {}
-
-    @property
-    def span(self):
-        """The cables under their loads, fields of shape (c,)."""
-        return self.catenary.span
 
     @property
     def limp(self):

@@ -15,7 +15,8 @@ from cablestudy.statics.failure import explain
 from cablestudy.statics.force_density import find_form
 from cablestudy.statics.rigid import to_angles
 from cablestudy.study.cable_columns import utilisation_of
-from cablestudy.study.statics import ClosedStatics
+from cablestudy.study.one_cable.loaded_cables import LoadedCables
+from cablestudy.study.one_cable.results import Results
 from cablestudy.study.suspension.conductors import conductors_of
 from cablestudy.study.suspension.equilibrium_errors import EquilibriumErrors
 from cablestudy.study.suspension.following_drag import Poses, poses_in_following_drag
@@ -36,8 +37,8 @@ from cablestudy.wind.mean import equilibrium_in_wind
 HORIZONTAL = ("horizontal_tension", "catenary_constant", "lambda_squared")
 
 
-class CableResults(CableValues):
-    """Statics of the c cables of n suspensions, with the attributes of `Results` that columns of cables need.
+class CableResults(Results):
+    """Statics of the c cables of n suspensions: `Results` whose arrays have the shape (n, c) in place of (n,).
 
     Parameters
     ----------
@@ -52,31 +53,15 @@ class CableResults(CableValues):
     """
 
     def __init__(self, scenes, equilibrium, reference_length, drag_errors):
-        super().__init__(scenes)
-        self._equilibrium, self._values, self._drag_errors = equilibrium, {}, drag_errors
-        self.reference_length = reference_length
-        self.form = equilibrium.catenary
-        self.span = self.form.span
-
-    @cached_property
-    def statics(self):
-        """`ClosedStatics`, fields of shape (n, c)."""
-        return ClosedStatics(self.form)
+        super().__init__(CableValues(scenes))
+        self._equilibrium, self._columns, self._drag_errors = equilibrium, {}, drag_errors
+        self.catenary = equilibrium.catenary
+        self.loaded = LoadedCables(self.catenary.span, None, reference_length, None, None, {})
 
     @property
     def drag_errors(self):
         """`DragErrors` of all cables, fields of shape (n, c, ...); None without a steady wind."""
         return self._drag_errors()
-
-    @property
-    def grounds(self):
-        """Ground of each case, see `SceneValues.grounds`."""
-        return [scene.ground for scene in self._scenes]
-
-    @property
-    def middle(self):
-        """Arc length at mid-span over unstretched length, shape (n, c). [-]"""
-        return self.form.middle
 
     @property
     def end_1(self):
@@ -87,11 +72,6 @@ class CableResults(CableValues):
     def chord(self):
         """Distances of the ends, shape (n, c). [m]"""
         return self.span.chord
-
-    @property
-    def end_stiffness_chord(self):
-        """Static stiffness of the end `to` along the chord, the other end held, shape (n, c). [N/m]"""
-        return self.form.end_stiffness[..., 0, 0]
 
     @cached_property
     def utilisation(self):
@@ -112,12 +92,12 @@ class CableResults(CableValues):
             As for `column`.
         extreme : {numpy.fmin, numpy.fmax, numpy.add}
         """
-        if (name, extreme) not in self._values:
+        if (name, extreme) not in self._columns:
             values = self.column(name, compute)
             known = ~np.isnan(values)
             numbers = extreme.reduce(np.where(known, values, 0.0) if extreme is np.add else values, axis=-1)
-            self._values[name, extreme] = np.where(known.any(axis=-1), numbers, np.nan).tolist()
-        return self._values[name, extreme]
+            self._columns[name, extreme] = np.where(known.any(axis=-1), numbers, np.nan).tolist()
+        return self._columns[name, extreme]
 
     def column(self, name, compute):
         """Numbers of all cables in a column of single cables, shape (n, c), computed once.
@@ -129,10 +109,10 @@ class CableResults(CableValues):
         compute : callable
             Results -> array.
         """
-        if name not in self._values:
+        if name not in self._columns:
             values = np.broadcast_to(compute(self), np.shape(self.span.chord))
-            self._values[name] = np.where(self._is_rounding(name), 0.0, values)
-        return self._values[name]
+            self._columns[name] = np.where(self._is_rounding(name), 0.0, values)
+        return self._columns[name]
 
     def _is_rounding(self, name):
         """True where a column of HORIZONTAL is rounding of zero: the load, and so the cable, is along the chord.

@@ -65,6 +65,11 @@ class CableValues:
         return self._of_cables.given(path).reshape(len(self._scenes), len(self._scenes[0].cables))
 
     @property
+    def grounds(self):
+        """Ground of each scene: list of n."""
+        return [scene.ground for scene in self._scenes]
+
+    @property
     def moves(self):
         """Displacements of the fixed ends of cables and links by the load cases, shape (n, c + l, 2, 3). [m]"""
         return np.array([
