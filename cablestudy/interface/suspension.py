@@ -70,13 +70,14 @@ def _modes_of_cable(case, name, size, limit):
     """The modes of one cable between its ends where they are, both held."""
     from cablestudy.motion.airflow import wind_diameters
     from cablestudy.scene.fields import suggestion
+    from cablestudy.study.one_cable.case_modes import solved_modes
     from cablestudy.study.one_cable.report import modes_as_rows
     from cablestudy.study.vibration import diameters_of_modes, with_lock_in
 
     case.refuse_lost(name)
     if name not in case.scene.cables:
         raise SceneError(f"--cable {name}: no such cable ({suggestion(name, case.scene.cables)})")
-    cable, found = case.cable_modes.modes(name, size, limit)
+    cable, found, _ = solved_modes(case.cable_modes.cases[name], None if limit else size, limit)
     table = modes_as_rows(cable, found, range(len(found)), {})
     diameter = wind_diameters(case.scene)[case.cable(name)]
     return _answer_of_case(

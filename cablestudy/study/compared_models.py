@@ -111,11 +111,6 @@ def element_models(build, fits=lambda segments: True, **options):
             for family, name, n, order, mass in kinds if fits(n * order)]  # fmt: skip
 
 
-def on_columns(models, columns):
-    """Those of some models on which the value of any column depends: list."""
-    return [model for model in models if any(column.needs in model.needs for column in columns)]
-
-
 def power(number):
     """A power of ten as in `1e-4`."""
     return f"{number:.0e}".replace("e-0", "e-")

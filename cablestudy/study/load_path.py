@@ -9,7 +9,7 @@ from cablestudy.scene.fields import suggestion
 from cablestudy.scene.scene import read_scene
 from cablestudy.scene.words import first_of
 from cablestudy.study.columns import find
-from cablestudy.study.point_loads import FIELDS, NO_GROUND, fields_in, lacks_clearance, loaded_cables
+from cablestudy.study.point_loads import FIELDS, NO_GROUND, fields_in, lacks_clearance, loaded_cables, rows_of_loads
 from cablestudy.study.scene_kind import kind_of
 from cablestudy.study.table import Field, Table
 from cablestudy.study.table_rows import OK, STATUS
@@ -23,7 +23,7 @@ class LoadPath:
     """Positions of a load that travels along a cable, with the equilibrium in each."""
 
     name: str  # of the load
-    cables: list  # of LoadedCable: the cable with the load in each position that has an answer
+    cables: list  # of CableCase or HangingCable: the cable with the load in each position that has an answer
     table: Table  # a row for each position, by its share of the unstretched length
     failures: list  # of str: why rows lack an answer, or a clearance, with their positions
 
@@ -38,7 +38,7 @@ def load_path(document, scene, option):
     is no reference state.
     """
     name, count = _load_and_count(option, scene.load_paths)
-    kind, cable = kind_of(scene), name.rpartition(".")[0]
+    (owner, _, own_name), kind = name.rpartition("."), kind_of(scene)
     frozen, path = read_scene(read_document(kind.freeze(document, scene))), scene.load_paths[name]  # lengths stated
     load, fractions = frozen.value_at(path), [(k + 1) / (count + 1) for k in range(count)]
     cables, rows, failures = [], [], {}
@@ -46,11 +46,10 @@ def load_path(document, scene, option):
         row, load_at_fraction = {"fraction": fraction}, load.model_copy(update={"at": None, "fraction": fraction})
         try:
             loaded = loaded_cables(kind.case(frozen.with_value(path, load_at_fraction)))
-            loaded_cable = next((one for one in loaded if one.name == cable), None)
-            if loaded_cable is None:  # the cable is lost in the load case
-                raise NoSolutionError(f"{cable} is not there")
-            row |= _row(loaded_cable, name)
-            cables.append(loaded_cable)
+            if owner not in loaded:  # the cable is lost in the load case
+                raise NoSolutionError(f"{owner} is not there")
+            row |= _row(loaded[owner], int(own_name.removeprefix("load")))
+            cables.append(loaded[owner])
             status = NO_GROUND if lacks_clearance(row) else OK
         except (NoSolutionError, ConvergenceError) as error:
             status = str(error)
@@ -77,12 +76,11 @@ def _load_and_count(option, names):
     return name, position_count or STUDY.load_places
 
 
-def _row(cable, name):
-    """Cells of a load on its cable, and of the cable."""
-    cells_of_load = dict(zip(cable.load_names, cable.rows(), strict=True))[name]
+def _row(cable, number):
+    """Cells of a load on its cable, by its number from 1, and of the cable."""
     angles = [float(find(column).compute(cable)) for column in ("angle_1", "angle_2")]
     cells_of_cable = zip([field.name for field in OF_CABLE], (float(cable.form.max_tension), *angles), strict=True)
-    return cells_of_load | dict(cells_of_cable)
+    return rows_of_loads(cable)[number - 1] | dict(cells_of_cable)
 
 
 def _table(rows):

@@ -1,12 +1,8 @@
 """Point loads on cables in equilibrium: positions, slopes and tensions of the cable on both sides."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from cablestudy.cable.catenary import Catenary
 from cablestudy.cable.geometry import below_chord, heights_above, points_along, tensions_at_point_loads
-from cablestudy.cable.state import State
 from cablestudy.cable.tolerances import CABLE
 from cablestudy.errors import NoSolutionError
 from cablestudy.scene.load_tables import load_name
@@ -20,74 +16,67 @@ NO_GROUND = "no clearance: the ground is not known there"
 FIELDS = {name: Field(f"{name}_{unit}", name.replace("_", " "), unit) for name, unit in UNITS.items()}
 
 
-@dataclass(frozen=True)
-class LoadedCable:
-    """A cable with the point loads on it, in the order of the file."""
+def rows_of_loads(cable):
+    """Cells of a table of the point loads on a cable: position, slope and tension of the cable on both sides of each.
 
-    name: str  # of the cable in a suspension; empty in a scene of one cable
-    form: Catenary | State  # the cable in equilibrium
-    end_1: np.ndarray  # shape (3,): position of end 1; in a suspension of the end `from` [m]
-    length: float  # unstretched, in the reference state [m]
-    loads: tuple  # of Load, as the scene states them
-    ground: object  # float, tuple or None: ground below, as the scene states it
+    `sag` is the vertical distance from the chord down to the load, `clearance` that from the load down to the ground:
+    None where the ground is not known there, and left out if the scene has no ground. `slope_1` and `tension_1` are on
+    the side of end 1, `slope_2` and `tension_2` on that of end 2; a slope is positive where the cable rises towards
+    end 2.
 
-    @property
-    def load_names(self):
-        """The names of its loads, a list."""
-        return [load_name(self.name, number) for number in range(1, len(self.loads) + 1)]
+    Parameters
+    ----------
+    cable : CableCase or HangingCable
 
-    def rows(self):
-        """Cells of a table of the point loads: position of each, slope and tension of the cable on its two sides.
-
-        `sag` is the vertical distance from the chord down to the load, `clearance` that from the load down to the
-        ground: None where the ground is not known there, and left out if the scene has no ground. `slope_1` and
-        `tension_1` are on the side of end 1, `slope_2` and `tension_2` on that of end 2; a slope is positive where the
-        cable rises towards end 2.
-
-        Returns
-        -------
-        list of dict
-            For each load: header of FIELDS (name and unit) -> number.
-        """
-        # arc lengths of the loads over the unstretched length
-        shares = np.array([load.at / self.length if load.fraction is None else load.fraction for load in self.loads])
-        from_end_1 = points_along(self.form, shares)
-        rounding = CABLE.distance_rounding * np.asarray(self.form.span.chord)
-        from_end_1 = np.where(np.abs(from_end_1) > rounding, from_end_1, 0.0)
-        # tension: vectors on the sides of end 1 and end 2, shape (loads, 2, 3)
-        positions, tension = from_end_1 + self.end_1, tensions_at_point_loads(self.form, shares)
-        columns = dict(zip("xyz", positions.T, strict=True)) | {"sag": below_chord(self.form, shares, from_end_1)}
-        if self.ground is not None:
-            columns["clearance"] = heights_above(positions, self.ground)
-        slopes = np.degrees(np.arctan2(tension[..., 2], np.hypot(tension[..., 0], tension[..., 1])))
-        on_both_sides = (*slopes.T, *np.sqrt((tension**2).sum(axis=-1)).T)
-        columns |= dict(zip(("slope_1", "slope_2", "tension_1", "tension_2"), on_both_sides, strict=True))
-        headers = [FIELDS[name].name for name in columns]
-        numbers = (np.stack(list(columns.values()), axis=-1) + 0.0).tolist()
-        return [{h: None if np.isnan(n) else n for h, n in zip(headers, row, strict=True)} for row in numbers]
+    Returns
+    -------
+    list of dict
+        For each load, in the order of the file: header of FIELDS (name and unit) -> number.
+    """
+    loads, ground = cable.scene.loads, cable.scene.ground
+    # arc lengths of the loads over the unstretched length
+    shares = np.array([load.at / cable.reference_length if load.fraction is None else load.fraction for load in loads])
+    from_end_1 = points_along(cable.form, shares)
+    rounding = CABLE.distance_rounding * np.asarray(cable.form.span.chord)
+    from_end_1 = np.where(np.abs(from_end_1) > rounding, from_end_1, 0.0)
+    # tension: vectors on the sides of end 1 and end 2, shape (loads, 2, 3)
+    positions, tension = from_end_1 + cable.end_1, tensions_at_point_loads(cable.form, shares)
+    columns = dict(zip("xyz", positions.T, strict=True)) | {"sag": below_chord(cable.form, shares, from_end_1)}
+    if ground is not None:
+        columns["clearance"] = heights_above(positions, ground)
+    slopes = np.degrees(np.arctan2(tension[..., 2], np.hypot(tension[..., 0], tension[..., 1])))
+    on_both_sides = (*slopes.T, *np.sqrt((tension**2).sum(axis=-1)).T)
+    columns |= dict(zip(("slope_1", "slope_2", "tension_1", "tension_2"), on_both_sides, strict=True))
+    headers = [FIELDS[name].name for name in columns]
+    numbers = (np.stack(list(columns.values()), axis=-1) + 0.0).tolist()
+    return [{h: None if np.isnan(n) else n for h, n in zip(headers, row, strict=True)} for row in numbers]
 
 
 def loaded_cables(case):
-    """The cables of a `CableCase` or `SuspensionCase` that carry point loads: list of LoadedCable.
+    """The cables of a `CableCase` or `SuspensionCase` that carry point loads.
+
+    Returns
+    -------
+    dict
+        Name of the cable in a suspension, empty of the only one -> `HangingCable` or `CableCase`.
 
     Raises
     ------
     NoSolutionError, ConvergenceError
         There is no equilibrium, or a cable has no definite form.
     """
-    cables = []
+    cables = {}
     for name in dict.fromkeys(load.rpartition(".")[0] for load in case.scene.load_paths):
-        cable = case.hanging(name)
+        cable = cables[name] = case.hanging(name)
         if cable.exact_statics and cable.catenary.slack:
             raise NoSolutionError(f"{name}: {SHAPELESS}" if name else SHAPELESS)
-        loads, ground = cable.scene.loads, cable.scene.ground
-        cables.append(LoadedCable(name, cable.form, cable.end_1, cable.reference_length, loads, ground))
     return cables
 
 
 def loads_table(cables, failures):
-    """Table with a row for each load on some `LoadedCable`; reasons for empty cells are appended to `failures`."""
-    rows = [{"load": name, **row} for cable in cables for name, row in zip(cable.load_names, cable.rows(), strict=True)]
+    """Table with a row for each load on some `loaded_cables`; reasons for empty cells are appended to `failures`."""
+    numbered = [(name, *pair) for name, cable in cables.items() for pair in enumerate(rows_of_loads(cable), 1)]
+    rows = [{"load": load_name(name, number), **row} for name, number, row in numbered]
     failures += [f"{row['load']}: {NO_GROUND}" for row in rows if lacks_clearance(row)]
     return Table((Field("load", "load", label=True), *fields_in(rows)), rows)
 

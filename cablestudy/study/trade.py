@@ -22,7 +22,7 @@ from cablestudy.motion.model_sizes import MODAL
 from cablestudy.scene.scene import missing
 from cablestudy.study.column import DISCRETE, SYSTEM, lacks, value_and_error
 from cablestudy.study.columns import find
-from cablestudy.study.compared_models import power
+from cablestudy.study.compared_models import ACCURACIES, ComparedModel, power, static_value
 from cablestudy.study.pareto import pareto_front
 from cablestudy.study.refinement import with_accuracy
 from cablestudy.study.scene_kind import kind_of, why_not
@@ -37,8 +37,15 @@ CONTINUOUS = "continuous cable"
 
 
 def models_of(scene, columns):
-    """List of every `ComparedModel` of a scene on which the value of some column depends."""
-    return kind_of(scene).trade.models_of(scene, columns)
+    """List of every `ComparedModel` of a scene on which the value of some column depends; raises as its equilibrium."""
+    kind = kind_of(scene)
+
+    def closest(scene, _):
+        return kind.case(with_accuracy(scene, ACCURACIES[-1]))
+
+    catenary = ComparedModel("closed form", "catenary", closest, ("statics", "stiffness"), static_value, lambda _: 0)
+    models = [catenary, *kind.trade.models_of(scene)]
+    return [model for model in models if any(column.needs in model.needs for column in columns)]
 
 
 # ------------------------------------------------------------------------------------------------------------ columns

@@ -7,12 +7,7 @@ import numpy as np
 from cablestudy.cable.catenary import solve
 from cablestudy.cable.newton import UNDETERMINED
 from cablestudy.study import load_cases
-from cablestudy.study.conductors import (
-    Conductors,
-    LinearCables,
-    distinct_without_case,
-    tensions_along,
-)
+from cablestudy.study.conductors import Conductors, LinearCables, distinct_without_case, tensions_along
 from cablestudy.study.one_cable.loaded_cables import loaded_cables
 from cablestudy.study.one_cable.reference_length import chord_strain
 from cablestudy.study.scene_values import SceneValues

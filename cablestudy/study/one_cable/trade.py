@@ -15,15 +15,7 @@ from cablestudy.motion.turbulence import OWN
 from cablestudy.study.cable_columns import is_of_one_cable
 from cablestudy.study.column import value_and_error
 from cablestudy.study.columns import find
-from cablestudy.study.compared_models import (
-    ACCURACIES,
-    LEVELS,
-    ComparedModel,
-    controlled_models,
-    element_models,
-    on_columns,
-    static_value,
-)
+from cablestudy.study.compared_models import ACCURACIES, LEVELS, ComparedModel, controlled_models, element_models
 from cablestudy.study.motion_columns import GONDOLA_X
 from cablestudy.study.notes import strength_warning as strength_warning
 from cablestudy.study.one_cable.asked_modes import AskedModes
@@ -70,19 +62,14 @@ def comparable(scene, column):
     return own_column
 
 
-def models_of(scene, columns):
-    """Models that `trade` compares for some columns of a scene of one cable: list of `ComparedModel`.
-
-    All models that a user can choose, less those on which no value of the columns depends.
-    """
-    models = [
-        ComparedModel("closed form", "catenary", _most_accurate, ("statics", "stiffness"), static_value, lambda _: 0),
+def models_of(scene):
+    """Models but the catenary that `trade` compares of a scene of one cable: list of `ComparedModel`."""
+    return [
         ComparedModel("closed form", "Irvine", _most_accurate, ("modes",), _irvine_frequency, lambda _: 0),
         *controlled_models(_case_of, ComparedModel.needs),
         *element_models(fixed_case, count_dof=_unknowns),
         *([] if scene.gondola is None else _models_of_gondola()),
     ]
-    return on_columns(models, columns)
 
 
 def _case_of(scene, columns):

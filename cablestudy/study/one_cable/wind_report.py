@@ -21,10 +21,8 @@ from cablestudy.wind.drag import shedding_frequencies
 from cablestudy.wind.imaging import seen_weights
 
 PARTS = {"gondola": ("",), "cable": ("_cable_wind",), "both": ("", "_cable_wind", "_all_wind")}
-CLOSED, OPEN = (
-    ("gondola_rms", "gondola_rms_velocity"),
-    ("gondola_rms_open_loop", "gondola_rms_velocity_open_loop"),
-)
+CLOSED = ("gondola_rms", "gondola_rms_velocity")
+OPEN = tuple(f"{name}_open_loop" for name in CLOSED)
 LOOP = ("gain_margin", "phase_margin", "bandwidth", "largest_gain")
 GONDOLA = ("gondola_frequency", "gondola_frequency_static", "gondola_damping_ratio")
 CABLE = ("midspan_rms", "tension_rms", "cable_frequency")
@@ -81,12 +79,17 @@ def wind_table(document, scene, on=None, estimate=False):
 
 def _variance_cells(case, on):
     """Cells on the variance of the gondola's displacement, which are no columns: list of (Field, float)."""
-    shares, integration_error = _integrals(case, on)
+    winds = winds_on(case, on)
+    variances = np.array([wind.rms([GONDOLA_X], "value", open_loop=False)[0] ** 2 for wind in winds])
+    shares = np.array([wind.response.shares_below(GONDOLA_X, BELOW) for wind in winds])
+    total = variances.sum()
+    weights = variances / total if total else variances
     cells = [
         (Field(f"variance_share_below_{limit:g}_Hz", f"variance share below {limit:g} Hz"), share)
-        for limit, share in zip(BELOW, shares, strict=True)
+        for limit, share in zip(BELOW, (weights @ shares).tolist(), strict=True)
     ]
-    return [*cells, (Field("integration_error", "integration error"), integration_error)]
+    error = max(wind.response.integration_error for wind in winds)
+    return [*cells, (Field("integration_error", "integration error"), error)]
 
 
 def _remarks(scene, row, on):
@@ -94,7 +97,8 @@ def _remarks(scene, row, on):
     cells = row.cells
     remarks = (*(f"note: {line}" for line in gondola_notes(row.case)), *_vortices(row.case))
     remarks += growing_damping(scene)
-    remarks += beyond_linear([("gondola", *_peak_and_range(row.case, cells))])
+    if (peak := cells.get("peak_mm")) is not None:
+        remarks += beyond_linear([("gondola", peak, find("linear_range").compute(row.case)[0])])
     closed, rest = (f"gondola_rms{state}{PARTS[on][-1]}_mm" for state in ("", "_open_loop"))
     if closed in cells:
         remarks += larger_by_loop([("gondola", cells[closed], cells[rest])])
@@ -113,25 +117,10 @@ def _names(scene, parts):
     return [*names, *_strength(scene, "" in parts)]
 
 
-def _peak_and_range(case, cells):
-    """Largest expected displacement and linear range of the gondola, None where the peak is not shown. [mm]"""
-    return cells.get("peak_mm"), find("linear_range").compute(case)[0] if "peak_mm" in cells else None
-
-
 def _strength(scene, peak=False):
     """Names of the columns of utilisation, with `peak` also at the peak; none if the strength is not known."""
     names = ["utilisation", "peak_utilisation"] if peak else ["utilisation"]
     return names if scene.cable.section_breaking_force is not None else []
-
-
-def _integrals(case, on):
-    """Shares of the variance of the displacement below BELOW, and its estimated relative error by integration. [-]"""
-    winds = winds_on(case, on)
-    variances = np.array([wind.rms([GONDOLA_X], "value", open_loop=False)[0] ** 2 for wind in winds])
-    shares = np.array([wind.response.shares_below(GONDOLA_X, BELOW) for wind in winds])
-    total = variances.sum()
-    weights = variances / total if total else variances
-    return (weights @ shares).tolist(), max(wind.response.integration_error for wind in winds)
 
 
 def _vortices(case):

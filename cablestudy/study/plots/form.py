@@ -313,10 +313,10 @@ def load_path(path):
     first, places = path.cables[0], np.stack([_numbers(path, name) for name in ("x_m", "y_m", "z_m")], axis=-1)
     clearance, tension = _numbers(path, "clearance_m"), _numbers(path, "max_tension_N")
     span = first.form.span
-    view = view_from_end_1(first.end_1, direction(span.frame[0, :2] * span.chord, span.chord), first.ground)
+    view = view_from_end_1(first.end_1, direction(span.frame[0, :2] * span.chord, span.chord), first.scene.ground)
     forms, line = [view(form) for form in _forms(path.cables)], view(places)
     all_points = np.concatenate([*forms, line[np.isfinite(line[:, 0])]])  # on the paper, shape (n, 2)
-    ground = ground_in(view, first.ground, all_points[:, 0])
+    ground = ground_in(view, first.scene.ground, all_points[:, 0])
     window = style.Window(*with_ground(all_points, ground).T, ENLARGED_RATIO)
     tall = 0.7 + window.ratio * PANEL_WIDTH
     largest, clearances = float(np.nanmax(tension)), clearance[np.isfinite(clearance)].tolist()

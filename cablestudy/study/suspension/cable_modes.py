@@ -11,7 +11,6 @@ import numpy as np
 
 from cablestudy.cable.steady_drag import SteadyDrag
 from cablestudy.study.one_cable.case import CableCase
-from cablestudy.study.one_cable.case_modes import solved_modes
 from cablestudy.study.one_cable.loaded_cables import LoadedCables
 from cablestudy.study.one_cable.results import Results
 from cablestudy.study.scene_values import SceneValues
@@ -32,6 +31,11 @@ class CableModes(Results):
         Relative error of all frequencies, by drag that is taken as uniform along each cable. [-]
     finer : callable
         Function without arguments -> `CableModes` of the suspension with a finer model.
+
+    Attributes
+    ----------
+    cases : dict
+        Name of each cable -> `CableAtRest`.
     """
 
     def __init__(self, scene, catenary, drag, mode_error, finer):
@@ -41,7 +45,7 @@ class CableModes(Results):
         self.mode_error = np.full(count, mode_error)
         drag = SteadyDrag(np.zeros(count), np.zeros((count, 3))) if drag is None else drag
         self.loaded = LoadedCables(catenary.span, drag, None, None, None, {})
-        self._cases = {name: CableAtRest(self, index, name) for index, name in enumerate(scene.cables)}
+        self.cases = {name: CableAtRest(self, index, name) for index, name in enumerate(scene.cables)}
 
     @property
     def failures(self):
@@ -57,14 +61,6 @@ class CableModes(Results):
     def _uneven(self):
         """True for cables along which the drag changes, shape (c,); see `Results`."""
         return (self.drag.normal_drag > 0) & self._exact
-
-    def case(self, name):
-        """`CableAtRest` of a name."""
-        return self._cases[name]
-
-    def modes(self, name, count, upto):
-        """`CableCase` of a cable at the level of refinement used, and its `Modes`; see `case_modes.solved_modes`."""
-        return solved_modes(self.case(name), None if upto else count, upto)[:2]
 
     def frequency(self, name, column):
         """Frequency of one mode of a cable between fixed ends [Hz], and its estimated relative error [-].
@@ -83,7 +79,7 @@ class CableModes(Results):
         NoSolutionError, ConvergenceError
             There is no such mode, or not to the accuracy.
         """
-        case = self.case(name)
+        case = self.cases[name]
         frequency, error = case.frequency(*column.mode)
         return frequency, np.nan if error is None else error + case.mode_error
 
@@ -98,4 +94,4 @@ class CableAtRest(CableCase):
     @cached_property
     def finer(self):
         """`CableAtRest` of the suspension with a model to the accuracy `reference_accuracy`, for comparison."""
-        return self.results.finer().case(self._name)
+        return self.results.finer().cases[self._name]

@@ -17,15 +17,7 @@ from cablestudy.study.suspension.notes import fallen, notes_of, strength_warning
 from cablestudy.study.suspension.numbers import distinct_connections, kind_of_case, loads_of, topology_of
 from cablestudy.study.suspension.part_columns import WHOLE
 from cablestudy.study.suspension.wind_columns import exceeded_limits, slackened
-from cablestudy.study.table_rows import (
-    FALLEN,
-    OVER_STRENGTH,
-    SLACK,
-    Row,
-    RowBatch,
-    TableColumns,
-    batched,
-)
+from cablestudy.study.table_rows import FALLEN, OVER_STRENGTH, SLACK, Row, RowBatch, TableColumns, batched
 from cablestudy.study.tolerances import STUDY
 
 IN_MOTION = {"winches", "actuators", "control", "exposure", "correction"}  # keys that change nothing at rest

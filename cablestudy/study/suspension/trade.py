@@ -5,14 +5,7 @@ import numpy as np
 from cablestudy.errors import NoSolutionError
 from cablestudy.study.column import DISCRETE
 from cablestudy.study.columns import COUPLED_MODE, find
-from cablestudy.study.compared_models import (
-    LEVELS,
-    ComparedModel,
-    controlled_models,
-    element_models,
-    on_columns,
-    static_value,
-)
+from cablestudy.study.compared_models import LEVELS, ComparedModel, controlled_models, element_models
 from cablestudy.study.refinement import with_elements
 from cablestudy.study.suspension.case import SuspensionCase
 from cablestudy.study.suspension.notes import strength_warning as strength_warning
@@ -51,29 +44,16 @@ def comparable(_, column):
     return OF_THE_WHOLE.get(column.name, column)
 
 
-def models_of(scene, columns):
-    """Make the models of a suspension that the command `trade` compares: list of `ComparedModel`.
+def models_of(scene):
+    """Models but the catenary that `trade` compares of a suspension: list of `ComparedModel`.
 
-    They are closed forms, models whose elements are refined to an accuracy, and models with fixed elements. Left out
-    are models that change the value of no column, and fixed elements with more displacements than `LARGEST`.
-
-    Parameters
-    ----------
-    scene : SuspensionScene
-    columns : sequence of Column
-
-    Raises
-    ------
-    NoSolutionError, ConvergenceError
-        There is no stable equilibrium.
+    Fixed elements with more displacements than `LARGEST` are left out. Raises as the equilibrium of the scene.
     """
-    models = [
-        ComparedModel("closed form", "catenary", _case, ("statics", "stiffness"), static_value, lambda _: 0),
+    return [
         ComparedModel("closed form", "static stiffness", _case, ("modes",), _static_frequency, _free_displacements),
         *controlled_models(_case, DISCRETE),
         *element_models(_fixed_case, _size_limit(SuspensionCase(scene)), needs=DISCRETE),
     ]
-    return on_columns(models, columns)
 
 
 def _case(scene, _=()):
