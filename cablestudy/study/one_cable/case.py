@@ -49,6 +49,11 @@ def shared(function):
     return property(get_result, set_result, doc=function.__doc__)
 
 
+def of_results(name, meaning):
+    """Property of a `CableCase`: the number of its row in an attribute of `Results`."""
+    return property(lambda case: getattr(case.results, name)[case.index], doc=meaning)
+
+
 class CableCase(ComparedCase):
     """One cable in one load case: a row of `Results`, with a model of its motion at one level of refinement.
 
@@ -166,6 +171,13 @@ class CableCase(ComparedCase):
 
     # ------------------------------------------------------------------------------------------------------ statics
 
+    reference_length = of_results("reference_length", "Unstretched length in the reference state. [m]")
+    end_1 = of_results("end_1", "Position of end 1, shape (3,). [m]")
+    chord = of_results("chord", "Distance of the ends. [m]")
+    limp = of_results("limp", "True if the cable is longer than its chord without any load.")
+    planar = of_results("planar", "True if no load leaves the cable's plane: motion in it and across it decouple.")
+    pressure_on_gondola = of_results("pressure_on_gondola", "Wind pressure at end 2 over the stated one. [-]")
+
     @property
     def statics_error(self):
         """Relative error of the statics in closed form, by rounding and by what they leave out. [-]"""
@@ -232,40 +244,10 @@ class CableCase(ComparedCase):
         return None if results.drag_errors is None else (results.drag.take(index), results.drag_errors.ends[index])
 
     @property
-    def reference_length(self):
-        """Unstretched length in the reference state. [m]"""
-        return self.results.reference_length[self.index]
-
-    @property
-    def limp(self):
-        """True if the cable is longer than its chord without any load, see `Results.limp`."""
-        return bool(self.results.limp[self.index])
-
-    @property
-    def end_1(self):
-        """Position of end 1, shape (3,). [m]"""
-        return self.results.end_1[self.index]
-
-    @property
-    def chord(self):
-        """Distance of the ends. [m]"""
-        return self.results.chord[self.index]
-
-    @property
     def pushed(self):
         """Displacement of end 2 along x by the force of the load case [m], and its relative error."""
         shift, error = self.results.pushed
         return shift[self.index], error[self.index]
-
-    @property
-    def pressure_on_gondola(self):
-        """Dynamic pressure of the steady wind at end 2 over the stated pressure. [-]"""
-        return self.results.pressure_on_gondola[self.index]
-
-    @property
-    def planar(self):
-        """True if no load leaves the cable's plane: in-plane and out-of-plane motion decouple."""
-        return bool(self.results.planar[self.index])
 
     def waves(self, frequency):
         """Transverse half-waves along the longest smooth piece at a frequency [Hz]; how far the cable turns [rad]."""
